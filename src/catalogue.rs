@@ -1,4 +1,4 @@
-//! The task catalogue as text: for `hierarq tasks`, and for the docs, which are generated from it.
+//! The task catalogue as text: for `hierarq tasks`, and for the generated page of the docs.
 
 use std::fmt::Write;
 
@@ -17,7 +17,7 @@ fn nature(kind: &TaskKind) -> &'static str {
     }
 }
 
-/// One line for each type.
+/// Returns a list with one line for each type.
 pub fn list() -> String {
     let width = KINDS.iter().map(|k| k.name.len()).max().unwrap_or(0);
     let mut out = String::new();
@@ -28,12 +28,12 @@ pub fn list() -> String {
     out
 }
 
-/// A dimension in words.
+/// Returns a dimension in words.
 pub(crate) fn unit(d: Dimension) -> String {
     if d == stdlib_tasks::dimension::NONE { "no unit".to_string() } else { d.to_string() }
 }
 
-/// Unit and range of a number.
+/// Returns unit and range of a number.
 pub(crate) fn quantity(q: &Quantity) -> String {
     let range = q.describe();
     let comma = if range.is_empty() { String::new() } else { format!(", {range}") };
@@ -54,7 +54,7 @@ fn expression(form: &Form) -> String {
     }
 }
 
-/// What a parameter may hold, in words.
+/// Returns the permitted values of a parameter in words.
 pub fn describe(ty: &ParamType) -> String {
     match ty {
         ParamType::Scalar(q) => quantity(q),
@@ -82,7 +82,7 @@ pub fn describe(ty: &ParamType) -> String {
     }
 }
 
-/// Whether something may be left out.
+/// Returns whether a parameter is required, with its default if any.
 pub(crate) fn presence(p: &Presence) -> String {
     match p {
         Presence::Required => "required".to_string(),
@@ -102,7 +102,7 @@ fn rows<'a>(params: &'a [ParamInfo], prefix: &str, out: &mut Vec<(String, &'a Pa
     }
 }
 
-/// A type in full, for the terminal.
+/// Returns the complete description of a type for the terminal.
 pub fn page(kind: &TaskKind) -> String {
     let mut out = format!("{}  ({})\n{}\n\n{}\n\n", kind.name, nature(kind), kind.summary, kind.docs);
     out.push_str("Parameters\n");
@@ -128,7 +128,7 @@ pub fn page(kind: &TaskKind) -> String {
     out
 }
 
-/// A type as data.
+/// Returns the description of a type as data.
 pub fn json(kind: &TaskKind) -> Json {
     let mut list = Vec::new();
     rows(kind.params, "", &mut list);
@@ -156,7 +156,7 @@ pub fn json(kind: &TaskKind) -> Json {
     })
 }
 
-/// The page of the docs that lists all types.
+/// Returns the docs page with all types.
 pub fn markdown() -> String {
     let mut out = String::from(
         "# Task catalogue\n\nGenerated from the task library; do not edit. `hierarq tasks TYPE` prints the same.\n\n\
@@ -203,7 +203,7 @@ pub fn markdown() -> String {
     out
 }
 
-/// The page of the docs that lists all diagnostic codes.
+/// Returns the docs page with all diagnostic codes.
 pub fn codes_markdown() -> String {
     let mut out = format!(
         "# Diagnostic codes\n\nGenerated; do not edit. `hierarq explain CODE` prints the same.\n\nEvery example is compiled \
@@ -227,8 +227,8 @@ pub fn codes_markdown() -> String {
     out
 }
 
-/// A page of a code for the terminal: paragraphs as wide as `width`, examples indented under a word that says
-/// whether they are wrong or right.
+/// Returns the page of a code for the terminal: paragraphs of at most `width` columns, and examples indented below the
+/// word "wrong" or "right".
 pub fn code_page(page: &compiler::codes::Page, width: usize) -> String {
     let mut out = format!("{}: {}\n", page.code, page.title);
     for part in page.parts() {

@@ -1,8 +1,9 @@
-//! The files that Hierarq writes, by how they begin: one of them may be replaced by its like, and nothing else may.
+//! Kinds of files that Hierarq writes, identified by their first bytes: only a file of the same kind may be
+//! overwritten.
 
 use files::Kind;
 
-/// A picture of a machine, a plan or a map.
+/// A drawing of a machine, a plan or a map.
 pub const PICTURE: Kind = Kind { name: "a picture", begins: picture };
 
 /// `log.csv` of a run of a robot, a schedule or layers.
@@ -14,19 +15,19 @@ pub const SUMMARY: Kind = Kind { name: "the summary of a run", begins: summary }
 /// `report.html`.
 pub const REPORT: Kind = Kind { name: "the report of a run", begins: report };
 
-/// The problems of a run.
+/// The problems of a run, one per line.
 pub const PROBLEMS: Kind = Kind { name: "a file of the problems of a run", begins: problems };
 
 /// The answers to problems.
 pub const ANSWERS: Kind = Kind { name: "a file of answers", begins: answers };
 
-/// Results as build servers read them.
+/// Test results in JUnit's format.
 pub const JUNIT: Kind = Kind { name: "a file of test results", begins: junit };
 
 /// The layers of a mission, or a plan of them.
 pub const LAYERS: Kind = Kind { name: "a file of layers", begins: layers };
 
-/// The files that a run leaves in its folder, in the order in which they come there.
+/// The files of a run in its folder, in the order of writing.
 pub const RESULTS: [(&str, Kind); 3] = [("log.csv", LOG), ("report.html", REPORT), ("summary.json", SUMMARY)];
 
 fn picture(head: &[u8]) -> bool {
@@ -46,7 +47,7 @@ fn summary(head: &[u8]) -> bool {
 }
 
 fn report(head: &[u8]) -> bool {
-    // Reports of missions had no generator at first.
+    // Reports of missions had no generator in early versions.
     let says = |mark: &[u8]| head.windows(mark.len()).any(|part| part == mark);
     let written = says(b"<meta name=\"generator\" content=\"hierarq\">") || says(b"\n/* The report of a mission. ");
     head.starts_with(b"<!doctype html>\n") && written

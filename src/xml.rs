@@ -1,6 +1,6 @@
-//! Text in XML: what pictures and pages say of names that somebody else chose.
+//! Escaping of user texts for XML and HTML.
 
-/// A text for an element's content or a quoted attribute: nothing in it is read as markup, no control character is left.
+/// Escapes a text for an element's content or a quoted attribute: it contains no markup and no control characters.
 pub fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

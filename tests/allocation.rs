@@ -1,5 +1,6 @@
-//! A tick of the controller allocates nothing, from the observation to the command, in any example: a counting allocator
-//! proves it, over every tick of the run. (The reference cascade does allocate, and says so; it is not the default.)
+//! A tick of the controller performs no allocation, from the observation to the command, in any example: a counting
+//! allocator checks it for every tick of the run. (The reference cascade allocates, as documented; it is not the
+//! default.)
 
 #[path = "common/allocations.rs"]
 mod allocations;
@@ -8,7 +9,7 @@ mod common;
 use runtime::record::joint_motion::JointMotionRecorder;
 use runtime::{Controller, Observation, Recorder, SimulatedRobot, Simulation, Tick};
 
-// One test only: another one beside it would be counted too.
+// A single test: the allocations of a second one in this process would be counted too.
 #[test]
 fn a_tick_allocates_nothing() {
     allocations::are_counted();
@@ -36,7 +37,7 @@ fn a_tick_allocates_nothing() {
     }
 }
 
-/// Ticks without time for the hierarchy.
+/// Ticks that exceed the time budget of the hierarchy.
 fn late() {
     let mut program = common::program("hard/short_of_time.hq");
     program.run.tick_budget = Some(1e-9);
@@ -55,7 +56,7 @@ fn late() {
     assert!(late > 100, "{late} late ticks");
 }
 
-/// What is measured of each joint while a run goes on.
+/// Measurements of each joint during a run.
 fn recorders() {
     struct Counted(JointMotionRecorder);
     impl Recorder for Counted {
@@ -73,7 +74,7 @@ fn recorders() {
     assert!(counted.0.result().values().any(|j| j.max_acceleration > 0.0));
 }
 
-/// Points of a person that come, move, are lost and held, and come again.
+/// Points of a person that appear, move, are lost and held, and reappear.
 fn people() {
     let mut program = common::program("bystander.hq");
     program.run = program.scenarios[0].run.clone();
@@ -134,7 +135,7 @@ machine m { initial a  on fault(any) -> c  state a { stack near  when field(near
     }
 }
 
-/// Safety planners of all methods, with a person who comes as near as the arm can reach.
+/// Safety planners of all methods, with a person who comes as close as the arm can reach.
 fn planners() {
     for stack in ["a1", "a2", "a3"] {
         let mut program = common::program("give_way.hq");
@@ -162,12 +163,12 @@ fn planners() {
             robot.apply(&velocity);
         }
         assert!(near > 100, "{stack}: {near}");
-        // The planner's demand cannot be met either, so that its damped plan below limits is among what is counted.
+        // The planner's demand is also infeasible, so that its damped plan below limits is counted too.
         assert!(stack != "a1" || unmet > 20, "{unmet}");
     }
 }
 
-/// A machine that changes between stacks at every turn, blends, begins and calls off actions, and answers faults.
+/// A machine that changes between stacks all the time, blends, starts and cancels actions, and handles faults.
 fn machines() {
     let program = common::program_of(
         "hierarq 1

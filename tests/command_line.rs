@@ -1,4 +1,4 @@
-//! The command line as a user or a script meets it: exit codes, files, JSON.
+//! The command line for users and scripts: exit codes, files, JSON.
 
 use crate::common;
 use crate::common::cli;
@@ -204,7 +204,7 @@ fn set_overrides_a_parameter() {
     assert_eq!(hierarq(&["check", name, "--set", "speed"]).status.code(), Some(2));
 }
 
-/// An interruption ends the run, and what it has written can be read.
+/// An interruption ends the run, and the written files are readable.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_leaves_whole_files() {
@@ -217,7 +217,7 @@ fn an_interrupted_run_leaves_whole_files() {
         .stderr(std::process::Stdio::null())
         .spawn()
         .expect("it starts");
-    // It runs once the log has a few rows on the disk.
+    // The run has started once the log has a few rows on the disk.
     let log = out.join("log.csv");
     while std::fs::metadata(out.join("log.csv.part")).map_or(0, |m| m.len()) < 100_000 {
         assert_eq!(child.try_wait().expect("a child"), None, "it ended by itself");

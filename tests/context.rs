@@ -1,4 +1,4 @@
-//! Layers from a language model on the command line, from recorded conversations: no test asks a model.
+//! Layers from a language model on the command line, from recorded conversations: no test contacts a model.
 
 use crate::common::cli;
 
@@ -14,7 +14,7 @@ fn context(args: &[&str]) -> Output {
     command(&["context", SPEC, "letter_h"]).args(args).output().expect("the binary runs")
 }
 
-/// A file of this test's own, which is not there.
+/// Returns the path of a file for a test, which does not exist yet.
 fn file(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_file(&path);
@@ -25,8 +25,8 @@ fn json(path: &Path) -> Value {
     serde_json::from_str(&std::fs::read_to_string(path).expect("written")).expect("JSON")
 }
 
-/// Experiment 6.B: a misspelt action, a feature of nothing, a circle and a text that ends too early are refused, and what
-/// comes then is taken.
+/// Experiment 6.B: a misspelt action, an unknown feature, a cycle and a truncated text are rejected, and the following
+/// answer is accepted.
 #[test]
 fn bad_plans_are_refused_until_one_is_good() {
     let (out, kept) = (file("context_out.json"), file("context_kept.jsonl"));
@@ -54,7 +54,7 @@ fn bad_plans_are_refused_until_one_is_good() {
     };
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     assert_eq!(tasks(&json(&out)), tasks(&json(&root.join("examples/layers/letter_h.json"))));
-    // The transcript that is kept is the one that was replayed, but for the times.
+    // The written transcript equals the replayed one, except for the times.
     let lines = |path: &Path| -> Vec<Value> {
         let all = std::fs::read_to_string(path).expect("a transcript");
         let read = |line: &str| serde_json::from_str::<Value>(line).expect("an exchange");
@@ -63,7 +63,7 @@ fn bad_plans_are_refused_until_one_is_good() {
     assert_eq!(lines(&kept), lines(&root.join(recorded)));
 }
 
-/// What a small model really said: no plan.
+/// A real answer of a small model: no plan.
 #[test]
 fn a_model_that_cannot_do_it_is_given_up() {
     let run = context(&["--replay", "examples/layers/transcripts/small_model.jsonl", "--attempts", "2"]);
@@ -101,7 +101,7 @@ fn usage_that_makes_no_sense() {
     assert!(text(&vineyard.stderr).contains("is a schedule"));
 }
 
-/// A server that is not there ends the conversation with a reason, and what was tried is kept.
+/// An unreachable server ends the conversation with a reason, and the attempt is recorded.
 #[test]
 fn a_server_that_is_not_there() {
     let free = std::net::TcpListener::bind("127.0.0.1:0").expect("a port").local_addr().expect("bound");
@@ -113,7 +113,7 @@ fn a_server_that_is_not_there() {
     assert_eq!(std::fs::read_to_string(&kept).expect("kept").lines().count(), 4);
 }
 
-/// What was recorded stays, whatever is recorded next, and how ever that ends.
+/// A transcript is never overwritten, by any later conversation.
 #[test]
 fn no_transcript_is_written_over() {
     let (kept, second) = (file("context_stays.jsonl"), file("context_stays.2.jsonl"));

@@ -1,8 +1,9 @@
-//! The corpus of seeded faults: every example, spoilt in one place, is refused, and the message points at that place.
+//! The corpus of seeded faults: every example with one inserted mistake is rejected, and the message points at the
+//! mistake.
 //!
-//! The faults are data. `corpus/faults.txt` has those written by hand, `corpus/slips.txt` the words that are misspelt
-//! wherever the examples use them. The figures stand in `docs/src/internals/diagnostics.md`; this test computes them and
-//! compares.
+//! The faults are data. `corpus/faults.txt` contains those written by hand, `corpus/slips.txt` the words that are
+//! misspelt wherever the examples use them. The figures are in `docs/src/internals/diagnostics.md`; this test computes
+//! and compares them.
 
 mod fault;
 mod judge;
@@ -12,7 +13,7 @@ mod sweep;
 use fault::Fault;
 use judge::{Outcome, Verdict};
 
-/// A file of this repository.
+/// Reads a file of this repository.
 fn text_of(path: &str) -> String {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
     std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
@@ -24,7 +25,7 @@ fn all_faults() -> Vec<Fault> {
     all
 }
 
-/// One row of the table of the book.
+/// Returns one row of the table in the book.
 fn row(name: &str, outcomes: &[&Outcome]) -> String {
     let count = |f: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|o| f(o)).count();
     let found = count(&|o| !matches!(o.verdict, Verdict::Silent | Verdict::Panicked));
@@ -33,7 +34,7 @@ fn row(name: &str, outcomes: &[&Outcome]) -> String {
     format!("| {name} | {} | {found} | {exact} | {alone} |\n", outcomes.len())
 }
 
-/// What the book says between its two marks: figures by class, and the faults whose place is not exact.
+/// Returns the text between the two marks in the book: figures by class, and the faults with an inexact place.
 fn figures(outcomes: &[Outcome]) -> String {
     let mut classes: Vec<&str> = Vec::new();
     for o in outcomes {
@@ -58,7 +59,7 @@ fn figures(outcomes: &[Outcome]) -> String {
     out
 }
 
-/// A piece of a spec in a cell of a table.
+/// Returns a piece of a spec for a cell of a table.
 fn clipped(text: &str) -> String {
     let line = text.split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "/");
     match line.chars().count() {
@@ -68,7 +69,7 @@ fn clipped(text: &str) -> String {
     }
 }
 
-/// Compares the figures with those of the book; `HIERARQ_UPDATE_DOCS=1` writes them there instead.
+/// Compares the figures with those of the book; `HIERARQ_UPDATE_DOCS=1` writes them instead.
 fn published(figures: &str) {
     const PAGE: &str = "docs/src/internals/diagnostics.md";
     let (begin, end) = ("<!-- figures: written by tests/corpus.rs -->\n", "<!-- end of figures -->");
@@ -102,7 +103,7 @@ fn every_seeded_fault_is_found_where_it_is() {
     published(&figures);
 }
 
-/// A corpus of faults proves nothing if its examples are faulty before they are spoilt.
+/// The corpus is only meaningful if its examples are valid before the fault is inserted.
 #[test]
 fn the_examples_are_good_before_they_are_spoilt() {
     for file in fault::files() {
@@ -111,7 +112,7 @@ fn the_examples_are_good_before_they_are_spoilt() {
     }
 }
 
-/// A judge that always says yes proves nothing: a fault expected in the wrong place or with the wrong code is told apart.
+/// The judge is only meaningful if it rejects a wrong place and a wrong code.
 #[test]
 fn the_judge_tells_right_from_wrong() {
     let text = text_of("tests/corpus/specs/hello.hq").replace("joint_velocity_limits", "joint_velocity_limit");

@@ -1,4 +1,5 @@
-//! No test is forgotten: each file in a folder `tests` is a module of that folder's `main.rs` or has a binary of its own.
+//! Every test file is built: each file in a folder `tests` is a module of that folder's `main.rs` or has its own
+//! binary.
 
 use std::path::Path;
 

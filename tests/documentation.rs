@@ -1,4 +1,4 @@
-//! The docs say what is: generated pages are fresh, every spec in them compiles, every file that they name exists.
+//! The docs are correct: generated pages are up to date, every spec in them compiles, every named file exists.
 
 use crate::common;
 
@@ -46,7 +46,7 @@ fn markdown_files(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// The code blocks of a page with the given language mark.
+/// Returns the code blocks of a page with the given language mark.
 fn blocks(text: &str, mark: &str) -> Vec<String> {
     let mut out = Vec::new();
     let mut current: Option<String> = None;
@@ -71,7 +71,7 @@ fn blocks(text: &str, mark: &str) -> Vec<String> {
 fn every_whole_spec_in_the_docs_compiles() {
     let mut files = vec![root().join("README.md")];
     markdown_files(&root().join("docs"), &mut files);
-    // The pages of the codes show mistakes too; the compiler's tests compile them.
+    // The pages of the codes contain mistakes too; the compiler's tests compile them.
     files.retain(|f| !f.ends_with("codes.md"));
     let mut count = 0;
     for file in files {
@@ -103,7 +103,7 @@ fn every_whole_spec_in_the_docs_compiles() {
     assert!(count >= 5, "only {count} whole specs were found in the docs");
 }
 
-/// What the example of a safety planner speaks of.
+/// Declarations that the example of a safety planner uses.
 const PROTECTED: &str = "human operator { points [chest] }
 safety_field nearness { of operator }
 task hands = cooperative_motion {
@@ -123,7 +123,7 @@ fn every_example_of_the_catalogue_compiles() {
             .replace("    head head_link", "    head head_link\n    tool left_tool");
         let example = kind.example.replace("(tool)", "(left_tool)");
         let name = example.split_whitespace().nth(1).expect("task NAME = ..").to_string();
-        // What protects another task stands below it, and keeps away from somebody.
+        // A planner protects a task on a lower level, and needs a human.
         let (around, above) = match kind.example.contains("(hands)") {
             true => (PROTECTED, "level first { hands }"),
             false => ("", ""),
@@ -164,7 +164,7 @@ fn the_map_names_only_what_exists() {
     assert!(named > 10, "only {named} paths were found");
 }
 
-/// Files of source that other pages name; what a user may have in a folder of their own is none.
+/// Checks the source files that other pages name; files in a user's own folder are not checked.
 #[test]
 fn pages_name_only_files_of_source_that_exist() {
     let mut pages = vec![root().join("CONTRIBUTING.md"), root().join("README.md"), root().join("SECURITY.md")];
@@ -207,7 +207,7 @@ fn links_between_pages_lead_somewhere() {
     }
 }
 
-/// The anchors that the book makes of the headings of a page, and those that stand in it as `<a id="..">`.
+/// Returns the anchors that the book generates for the headings of a page, and those of the form `<a id="..">`.
 fn anchors(text: &str) -> Vec<String> {
     let ids = text.split("<a id=\"").skip(1).filter_map(|rest| rest.split('"').next());
     let mut anchors: Vec<String> = ids.map(String::from).collect();

@@ -1,4 +1,4 @@
-//! Every example says the same in both spellings, survives conversion, and compiles to a reviewed program.
+//! Every example means the same in both spellings, survives conversion, and compiles to a reviewed program.
 
 use crate::common;
 
@@ -9,25 +9,25 @@ use dsl::{SourceId, Spelling};
 use hierarq::project::{Settings, compile};
 use runtime::program::CompiledFile;
 
-/// What came of compiling: a program, missions, or both; panics with the diagnostics where there is neither.
+/// Returns the result of a compilation: a program, missions, or both; panics with the diagnostics on failure.
 fn good(compiled: Compiled) -> CompiledFile {
     assert!(compiled.is_good(), "{}", compiled.report.render(compiler::Style::Plain, 100));
     CompiledFile { program: compiled.program, missions: compiled.missions }
 }
 
-/// What a text gives, as if it stood among the examples under the given name.
+/// Compiles a text in the folder of the examples under the given name.
 fn compile_text(name: &str, text: &str, spelling: Spelling) -> CompiledFile {
     let folder = common::example("");
     let input = compiler::Input { name, text, spelling, folder: &folder, set: &[], package_paths: &[] };
     good(compiler::compile(&input))
 }
 
-/// What an example gives.
+/// Compiles an example.
 fn compiled(file: &str) -> CompiledFile {
     good(compile(&common::example(file), &Settings::default()))
 }
 
-/// All examples.
+/// Returns all examples.
 fn all() -> impl Iterator<Item = &'static str> {
     common::EXAMPLES.iter().chain(common::MISSIONS).copied()
 }
@@ -85,7 +85,7 @@ fn no_example_has_a_warning() {
     }
 }
 
-/// The whole as people read it.
+/// Returns the complete result as text.
 fn text(file: &CompiledFile) -> String {
     let program = file.program.iter().map(|p| runtime::text::text(p).expect("it can be executed"));
     program.chain(file.missions.iter().map(runtime::text::mission)).collect()

@@ -1,5 +1,5 @@
-//! The experiments of thesis chapter 3 meet their bars. Poses are computed from the recorded joints by the test itself,
-//! and compared with the printed trajectories, not with what the controller says of them.
+//! The experiments of thesis chapter 3 meet their bounds. The test computes poses from the recorded joints itself, and
+//! compares them with the printed trajectories, not with values of the controller.
 
 use crate::common;
 
@@ -39,7 +39,7 @@ const TENTH_OF_A_DEGREE: f64 = 0.1 * PI / 180.0;
 fn a_safety_tasks_hold_for_fifty_seconds() {
     let program = common::program("safety_tasks.hq");
     let evaluator = common::evaluator(&program);
-    // The thesis has no limits of accelerations.
+    // The thesis has no acceleration limits.
     let of_thesis = evaluator.members().iter().filter(|m| m.kind != "joint_acceleration_limits");
     let rows: usize = of_thesis.map(|m| m.margins.len()).sum();
     assert_eq!(rows, 86, "thesis 3.5.1.1: 86 constraints");
@@ -72,7 +72,7 @@ fn a_safety_tasks_hold_for_fifty_seconds() {
         let worst = closest[m.margins.clone()].iter().copied().fold(f64::INFINITY, f64::min);
         assert!(worst >= -MARGIN_TOLERANCE, "{} was passed by {worst}", m.name);
     }
-    // The point of the experiment: the motion runs into every kind of limit.
+    // The purpose of the experiment: the motion reaches every kind of limit.
     for (name, near) in [
         ("position_limits", 1e-3),
         ("velocity_limits", 1e-6),
@@ -146,7 +146,7 @@ fn c_cooperative_motion_follows_absolute_and_relative_frame() {
     }
 }
 
-/// thesis (3.39), to the letter.
+/// Computes thesis (3.39), literally.
 fn swivel(s: Vector3<f64>, e: Vector3<f64>, w: Vector3<f64>) -> f64 {
     let (a, b, c, d) = (Vector3::z(), s - e, s - w, e - w);
     let (ac, bd) = (a.cross(&c), b.cross(&d));
@@ -183,7 +183,7 @@ fn d_swivel_angles_reach_their_target_while_the_hands_stay() {
     }
 }
 
-/// The centre of mass at the joints of a tick, in m.
+/// Computes the centre of mass at the joint positions of a tick (m).
 fn center_of_mass(poses: &mut Poses, q: &[f64]) -> Vector3<f64> {
     poses.at(q);
     let links = poses.model.links.iter().enumerate();
@@ -218,7 +218,7 @@ fn the_robot_keeps_its_balance() {
     let apart = |l: &Isometry3<f64>, r: &Isometry3<f64>| (l.translation.vector - r.translation.vector).norm();
     assert!((apart(&left, &right) - 1.5 * apart(&left0, &right0)).abs() < MILLIMETRE);
 
-    // Without the limit the centre of mass goes further.
+    // Without the limit the centre of mass moves further.
     let text = std::fs::read_to_string(common::example("balance.hq")).expect("an example");
     let free = common::program_of(&text.replace("hard { balance  above_table", "hard { above_table"));
     let further = common::run(&free)

@@ -1,4 +1,4 @@
-//! Bad days: whatever the controller is told, its command stays finite and within limits, and a fault keeps the robot still.
+//! Faulty inputs: for any observation the command is finite and within limits, and a fault stops the robot.
 
 use crate::common;
 
@@ -29,9 +29,9 @@ fn a_number_that_is_not_finite_keeps_the_robot_still_for_good() {
         let fault = still(&mut controller, 0.01, &q);
         assert_eq!(fault, Fault::Observation { index: Some(7) });
         assert_eq!(fault.kind(), FaultKind::NotFinite);
-        // Good observations do not bring it back by themselves ..
+        // Valid observations alone do not resume motion ...
         assert_eq!(still(&mut controller, 0.02, &home), fault);
-        // .. a restart does.
+        // ... but a restart does.
         controller.restart();
         assert_eq!(controller.step(&Observation { time: 0.0, q: &home }).fault, None);
     }
@@ -54,14 +54,14 @@ fn a_robot_that_does_not_follow_is_a_fault() {
 #[test]
 fn a_tick_that_comes_late_keeps_the_robot_still_for_good() {
     let program = common::program("hello.hq");
-    // The deadline is two periods where the spec gives none.
+    // The default deadline is two periods.
     let (mut controller, home) = first_step(&program);
     assert_eq!(controller.step(&Observation { time: 0.0199, q: &home }).fault, None);
     let fault = still(&mut controller, 0.0401, &home);
     assert_eq!(fault.kind(), FaultKind::Deadline);
     assert!(controller.describe(&fault).contains("20.2 ms"), "{}", controller.describe(&fault));
     assert_eq!(still(&mut controller, 0.0501, &home), fault);
-    // A clock that goes back is no clock.
+    // A clock must not go backwards.
     let (mut controller, home) = first_step(&program);
     assert_eq!(still(&mut controller, -0.01, &home).kind(), FaultKind::Deadline);
 }
@@ -113,7 +113,7 @@ fn a_value_that_leaves_its_range_is_a_fault() {
     assert!(matches!(first.fault, Some(Fault::Value { .. })));
 }
 
-/// A value that only another stack reads is nobody's fault, and is not even worked out.
+/// A value that only another stack uses causes no fault, and is not even computed.
 #[test]
 fn a_value_of_another_stack_is_none_of_its_business() {
     let text = format!(
@@ -204,7 +204,7 @@ fn mutate(json: &mut serde_json::Value, path: &[usize], what: &serde_json::Value
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
-    /// A compiled program that somebody edited is refused, or runs without a panic and with finite commands.
+    /// An edited compiled program is rejected, or runs without a panic and with finite commands.
     #[test]
     fn an_edited_program_never_panics(
         path in prop::collection::vec(0usize..1000, 2..9),
@@ -228,7 +228,7 @@ proptest! {
         }
     }
 
-    /// Random observations: finite commands within the robot's speeds, whatever comes.
+    /// Random observations give finite commands within the robot's speed limits.
     #[test]
     fn random_observations_give_finite_commands(
         noise in prop::collection::vec(-0.4..0.4f64, 21 * 5),
@@ -265,7 +265,7 @@ fn a_program_whose_robot_cannot_move_is_refused() {
     assert_eq!(error.place, "robot.model");
 }
 
-/// HQ0501 judges a gain that stands still when it compiles; one that moves is held to the same bound at every tick.
+/// HQ0501 checks a constant gain at compile time; a variable one must satisfy the same bound at every tick.
 #[test]
 fn a_gain_that_grows_beyond_the_control_period_is_a_fault() {
     let text = format!(
@@ -282,7 +282,7 @@ fn a_gain_that_grows_beyond_the_control_period_is_a_fault() {
     assert!(all.0.iter().all(|s| s.margins.iter().all(|m| *m >= -1e-9)), "no limit was passed before");
 }
 
-/// The first fault of a run of two tasks, with its time and its words.
+/// Returns the first fault of a run of two tasks, with its time and its description.
 fn first_fault(tasks: &str) -> (f64, Fault, String) {
     let program = common::program_of(&format!("{ARM}{tasks}stack s {{ level a {{ limit }} level b {{ pull }} }}\n"));
     let mut controller = Controller::new(&program).expect("it can be executed");
@@ -302,7 +302,7 @@ fn first_fault(tasks: &str) -> (f64, Fault, String) {
     panic!("no fault");
 }
 
-/// What depends on the robot's state is watched where it is used: a gain, two limits that close on each other.
+/// State-dependent values are monitored where they are used: a gain, and two limits that close in on each other.
 #[test]
 fn gains_and_limits_that_leave_their_sense_are_faults() {
     let pull = "task pull = track(joint(joint_1)) { target 1 rad }\n";
@@ -320,7 +320,7 @@ fn gains_and_limits_that_leave_their_sense_are_faults() {
     assert!((time - 2.6).abs() < 0.02, "{time}");
 }
 
-/// What nobody's compiler writes, and a hand can: refused before it can do harm.
+/// Values that no compiler writes, but a person may: they are rejected before they can cause damage.
 #[test]
 fn absurd_numbers_in_a_program_are_refused() {
     let refused = |spoil: &dyn Fn(&mut Program)| {

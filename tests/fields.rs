@@ -1,5 +1,5 @@
-//! Safety fields: that the number is the mean of the distances, that a limit on it keeps it, whoever measures it, and that
-//! both spellings say the same.
+//! Safety fields: the value is the mean of the distances, a limit on it is kept for all sources of measurements, and
+//! both spellings have the same meaning.
 
 use crate::common;
 
@@ -17,7 +17,7 @@ task stay = hold(tool)
 stack work { level limits hard { limits }  level people { apart }  level motion damping none { stay } }
 ";
 
-/// Somebody who comes near, stands and goes.
+/// A person who comes near, stops and leaves.
 fn coming(field: &str, least: &str) -> Program {
     common::program_of(&format!(
         "{ROBOT}safety_field nearness {{ of walker  {field} }}
@@ -32,7 +32,7 @@ scenario s {{ duration 6 s
     ))
 }
 
-/// The field at each tick, as the task has it and as the expectation has it.
+/// Values of the field at each tick, in the task and in the expectation.
 #[derive(Default)]
 struct Seen {
     margins: Vec<f64>,
@@ -64,8 +64,8 @@ fn least(margins: &[f64]) -> f64 {
     margins.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// How far the field of a run may fall below its minimum between two ticks, by how fast the joints and the origins of the
-/// links moved in it and the person walks.
+/// Bound on the drop of the field below its minimum between two ticks, from the speeds of the joints, of the links'
+/// origins and of the person.
 fn sampled_loss(program: &Program, seen: &Seen) -> f64 {
     let model = &program.robot.model;
     let mut speed = vec![0.0_f64; model.nv()];
@@ -97,7 +97,7 @@ fn the_field_is_kept_while_a_person_comes_and_goes() {
     }
 }
 
-/// By brute force: the mean of the distance at many places of the segments between the joints.
+/// By brute force: the mean of the distance at many points of the segments between the joints.
 #[test]
 fn the_number_is_the_mean_of_the_distances() {
     let program = coming("", "0.8 m");
@@ -188,7 +188,7 @@ fn a_program_is_data_and_a_damaged_one_is_refused() {
     }
 }
 
-/// Every expectation of the scenario holds.
+/// Checks that every expectation of the scenario holds.
 fn holds(program: &Program) {
     let scenario = &program.scenarios[0];
     let ran = scenario.program(program);
@@ -245,8 +245,8 @@ fn both_spellings_say_the_same() {
     assert_eq!(read("nearness.hq", dsl::Spelling::Hq), read("nearness.yaml", dsl::Spelling::Yaml));
 }
 
-/// A task that only watches leaves the robot its speed until the distance of the standard is used up; the machine then
-/// stops it. A robot that brakes as slowly as was said stands before the person, who comes as fast as was said, is there.
+/// A monitoring task does not restrict the robot's speed until the distance of the standard is reached; the machine
+/// then stops it. With the specified deceleration the robot stops before a person with the specified speed arrives.
 #[test]
 fn what_only_watches_stops_in_time_and_not_before() {
     let program = common::program_of(

@@ -1,4 +1,4 @@
-//! Files of a user: nothing of theirs is lost, and nothing is read that never ends.
+//! User files: no file of the user is lost, and no endless file is read.
 
 use crate::common::cli;
 
@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use cli::command;
 
-/// Longest that a call may take which should be refused at once, or that is looked for in a child.
+/// Maximum duration of a call that must be rejected at once, or of waiting for a child.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn folder(name: &str) -> PathBuf {
@@ -29,7 +29,7 @@ fn contents(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// The names in a folder, those that are hidden too.
+/// Returns the names in a folder, including hidden ones.
 fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).expect("a folder");
     let mut names: Vec<String> =
@@ -38,13 +38,14 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// What came of a call: exit code, standard output, standard error. One that does not end is ended, and fails the test.
+/// Returns the result of a call: exit code, standard output, standard error. A call that does not end is killed, and
+/// fails the test.
 fn call(args: &[&str]) -> (Option<i32>, String, String) {
     ended(command(args))
 }
 
 fn ended(mut command: Command) -> (Option<i32>, String, String) {
-    // Messages are not broken within what is looked for.
+    // Wide enough that messages are not wrapped within the searched texts.
     command.env("COLUMNS", "160");
     let mut child =
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary runs");
@@ -75,7 +76,7 @@ fn ended(mut command: Command) -> (Option<i32>, String, String) {
     (status.code(), cli::text(&stdout), cli::text(&stderr))
 }
 
-/// Waits until something is so.
+/// Waits until a condition is true.
 fn until(what: &str, mut so: impl FnMut() -> bool) {
     let end = Instant::now() + PATIENCE;
     while !so() {
@@ -84,7 +85,7 @@ fn until(what: &str, mut so: impl FnMut() -> bool) {
     }
 }
 
-/// A copy of a spec of two joints that runs at once, with one joint called `name`.
+/// Copies a spec of two joints that runs at once, with one joint named `name`.
 fn arm(folder: &Path, name: &str, duration: &str) -> PathBuf {
     let quoted = name.replace('&', "&amp;").replace('"', "&quot;").replace('\n', "&#10;");
     let urdf = format!(

@@ -1,4 +1,4 @@
-//! `hierarq graph`: the three formats of one machine, and what must hold of the picture of any machine.
+//! `hierarq graph`: the three formats of one machine, and properties of the picture of any machine.
 
 use crate::common;
 
@@ -111,7 +111,7 @@ fn number(node: &roxmltree::Node, name: &str) -> f64 {
     node.attribute(name).and_then(|v| v.parse().ok()).unwrap_or_else(|| panic!("`{name}` of {node:?}"))
 }
 
-/// All that must hold of the picture of a machine.
+/// Checks all properties of the picture of a machine.
 fn check(program: &Program) {
     let machine = program.machine.as_ref().expect("a machine");
     let svg = draw(program, Format::Svg).expect("a machine");
@@ -138,7 +138,7 @@ fn check(program: &Program) {
             }
         }
     }
-    // Every text fits its box, and no two texts overlap. A letter of the font is 0.61 of its size wide at most.
+    // Every text fits its box, and no two texts overlap. A letter of the font is at most 0.61 of its size wide.
     let mut texts: Vec<(f64, f64, f64, String)> = Vec::new();
     for n in tree.descendants().filter(|n| n.has_tag_name("text")) {
         let said = n.text().unwrap_or("");
@@ -155,7 +155,7 @@ fn check(program: &Program) {
         }
         texts.push((left, right, number(&n, "y"), said.to_string()));
     }
-    // Every transition is a way that begins at its state's box, and its words stand there.
+    // Every transition is a path that begins at its state's box and is labelled with its text.
     let ways: Vec<roxmltree::Node> = tree.descendants().filter(|n| n.attribute("class") == Some("way")).collect();
     let all: Vec<_> = machine.states.iter().flat_map(|s| s.transitions.iter().map(move |t| (s, t))).collect();
     assert_eq!(ways.len(), all.len());
@@ -201,7 +201,7 @@ fn the_picture_of_the_small_machine() {
     check(&small());
 }
 
-/// A tree of states, each with some ways.
+/// A tree of states, each with some transitions.
 #[derive(Clone, Debug)]
 struct Tree {
     parents: Vec<usize>,

@@ -1,6 +1,7 @@
-//! Hard limits of positions, velocities and accelerations beside hard walls, in closed loops of random robots, limits, walls,
-//! gains and rates, with targets that jump. Walls that are linear in the joints: every hard level is met at every tick. Curved
-//! ones: met, or the robot stops with the fault `infeasible`. The proofs stand in docs/src/mathematics/limits.md.
+//! Hard limits of positions, velocities and accelerations together with hard walls, in closed loops of random robots,
+//! limits, walls, gains and rates, with targets that jump. Walls that are linear in the joints: every hard level is met
+//! at every tick. Curved ones: met, or the robot stops with the fault `infeasible`. The proofs are in
+//! docs/src/mathematics/limits.md.
 
 use crate::common;
 
@@ -13,13 +14,13 @@ use runtime::program::Program;
 use runtime::{Fault, FaultKind, Recorder, Simulation, Tick};
 use stdlib_tasks::clearance::{acceleration_bound, loss};
 
-/// Rows and limits hold up to this, relative to their size: what counts as met for the solver.
+/// Relative tolerance of rows and limits, which is the solver's.
 const ROUNDING: f64 = 1e-9;
 
-/// The largest gain, in 1/s: that with which the accelerations of `joint_acceleration_limits` without `max` brake.
+/// The largest gain (1/s): that of the braking accelerations of `joint_acceleration_limits` without `max`.
 const STEEPEST: f64 = 10.0;
 
-/// Numbers from 0 to 1 (SplitMix64).
+/// Random numbers from 0 to 1 (SplitMix64).
 struct Dice(u64);
 
 impl Dice {
@@ -52,36 +53,37 @@ impl Dice {
         }
     }
 
-    /// A number that jumps between two values, several times a second.
+    /// Returns an expression that jumps between two values, several times a second.
     fn jumping(&mut self, low: f64, high: f64) -> String {
         let (a, b) = (self.between(low, high), self.between(low, high));
         format!("if(sin({}*t/(1 s) + {}) > 0, {a}, {b})", self.between(1.0, 40.0), self.between(0.0, 6.0))
     }
 }
 
-/// What the walls are made of.
+/// Kind of the walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Walls {
     /// Weighted sums of joint positions: linear.
     Sums,
-    /// Planes that links of a robot with sliding joints alone stay on one side of: linear.
+    /// Planes as walls for links of a robot with sliding joints only: linear.
     SlidingPlanes,
-    /// Planes that links stay on one side of.
+    /// Planes as walls for links.
     Planes,
-    /// Balls that links stay out of.
+    /// Balls that links must not enter.
     Balls,
 }
 
-/// How fast joints may brake.
+/// Deceleration of joints.
 #[derive(Clone, Copy, Debug)]
 enum Brakes {
-    /// This many times what is needed along the steepest of the linear limits and walls, the largest gain times the speed limit.
+    /// Multiple of the deceleration that the steepest linear limits and walls need: the largest gain times the speed
+    /// limit.
     Needed(f64),
-    /// What `joint_acceleration_limits` gives by itself.
+    /// The default of `joint_acceleration_limits`.
     Default,
 }
 
-/// A chain of 3 to 7 joints, of which a share slides, with the link `tool` at its end.
+/// Returns a chain of 3 to 7 joints, a fraction of them prismatic, with the link `tool` at its end.
 fn chain(dice: &mut Dice, sliding: f64) -> String {
     let joints = dice.count(3, 7);
     let name = |k: usize| if k == joints { "tool".to_string() } else { format!("l{k}") };
@@ -113,16 +115,16 @@ fn unit(d: &Dof) -> &'static str {
     if d.unit == DofUnit::Radian { "rad" } else { "m" }
 }
 
-/// A robot beside walls.
+/// A robot with walls.
 struct Case {
     program: Program,
-    /// The largest acceleration of each joint, in rad/s² or m/s².
+    /// Maximum acceleration of each joint (rad/s² or m/s²).
     accelerations: Vec<f64>,
-    /// How far a wall can be passed between two ticks, in m.
+    /// Maximum violation of a wall between two ticks (m).
     loss: f64,
 }
 
-/// A wall that is a little away from home: its task, its gain and the link that it is for, if there is one.
+/// A wall close to the home position: its task, its gain, and its link if there is one.
 struct Wall {
     task: String,
     gain: f64,
@@ -224,16 +226,16 @@ run {{ duration 1.5 s }}\n",
     Case { accelerations, loss: losses.fold(0.0, f64::max), program }
 }
 
-/// What a run came to.
+/// Results of a run.
 struct Run<'c> {
     case: &'c Case,
-    /// The velocity of the tick before, `nv` numbers.
+    /// Velocity of the previous tick, `nv` numbers.
     before: Vec<f64>,
-    /// What was not kept before there was a fault, with its tick.
+    /// First violation before a fault, with its tick.
     wrong: Option<String>,
     /// The first fault, and its tick.
     fault: Option<(usize, Fault)>,
-    /// The smallest margin of the walls, in their units.
+    /// Minimum margin of the walls, in their units.
     margin: f64,
 }
 
@@ -246,7 +248,7 @@ impl Run<'_> {
         run
     }
 
-    /// What a tick did not keep: rows of the hard level, and what joints did.
+    /// Returns the first violation at a tick: of a row of the hard level, or of a joint's limits.
     fn broken(&self, tick: &Tick) -> Option<String> {
         let (model, level) = (tick.controller.evaluator().model(), &tick.problem.levels[0]);
         for i in 0..level.rows() {
@@ -282,7 +284,7 @@ impl Recorder for Run<'_> {
         }
         let broken = self.broken(tick).map(|what| format!("tick {}: {what}", tick.index));
         self.wrong = self.wrong.take().or(broken);
-        // The margins of limits of accelerations are rates, and were looked at.
+        // The margins of acceleration limits are rates, and were checked above.
         let margins = tick.controller.evaluator();
         for m in margins.members().iter().filter(|m| m.kind == "keep") {
             self.margin = margins.margins()[m.margins.clone()].iter().fold(self.margin, |least, h| h.min(least));
@@ -295,7 +297,7 @@ impl Recorder for Run<'_> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(80))]
 
-    /// With `a_max = φ v_max`, φ the largest gain, walls that are linear can always be met beside the limits.
+    /// With `a_max = φ v_max`, φ the largest gain, linear walls and the limits are always jointly feasible.
     #[test]
     fn linear_walls_are_met_at_every_tick(seed in any::<u64>(), slides in any::<bool>()) {
         let case = case(seed, if slides { Walls::SlidingPlanes } else { Walls::Sums }, Brakes::Needed(1.0));
@@ -304,7 +306,7 @@ proptest! {
         prop_assert!(run.margin >= -ROUNDING, "{}", run.margin);
     }
 
-    /// With the accelerations that are the default, robots beside curved walls keep all that hard levels say, or stop.
+    /// With the default accelerations, robots near curved walls satisfy all hard levels, or stop.
     #[test]
     fn curved_walls_are_met_or_the_robot_stops(seed in any::<u64>(), balls in any::<bool>()) {
         let case = case(seed, if balls { Walls::Balls } else { Walls::Planes }, Brakes::Default);
@@ -315,15 +317,16 @@ proptest! {
     }
 }
 
-/// The bound is not far from what is needed: with 70 % of it one in five of these fails.
+/// The bound is nearly tight: with 70 % of it one in five of these runs fails.
 #[test]
 fn with_weaker_brakes_linear_walls_fail() {
     let failed = (0..20).filter(|&seed| Run::of(&case(seed, Walls::Sums, Brakes::Needed(0.7))).fault.is_some()).count();
     assert!(failed > 0);
 }
 
-/// Where a wall's distance is largest its row has no say, at any speed. The tip of a link of 1 m keeps 0.999 m in x, from 0.045 rad
-/// on one side to the other: in the middle it may run at full speed, and 10 ms later it would have to be five times as slow.
+/// At the maximum of a wall's distance its row is zero and restricts no speed. The tip of a link of 1 m must keep 0.999
+/// m in x, which allows 0.045 rad to either side: in the middle full speed is permitted, and 10 ms later it would have
+/// to be five times slower.
 #[test]
 fn no_brake_is_sure_where_a_wall_bends() {
     let urdf = r#"<robot name="bar"><link name="l0"/><link name="l1"/><link name="tip"/>

@@ -1,5 +1,6 @@
-//! Hard motion: the specs of `examples/hard` at control rates from 50 Hz to 1 kHz, in both spellings. What they expect holds, no
-//! limit of accelerations is passed, and the tool of an arm that cannot reach its target rests at the nearest point.
+//! Hard motion: the specs of `examples/hard` at control rates from 50 Hz to 1 kHz, in both spellings. Their
+//! expectations hold, no acceleration limit is violated, and the tool of an arm that cannot reach its target rests at
+//! the nearest point.
 
 use crate::common;
 
@@ -10,11 +11,11 @@ use runtime::record::All;
 use runtime::record::summary::{Summary, SummaryRecorder};
 use runtime::{Judge, Recorder, Simulation, Tick};
 
-/// In `examples/hard`.
+/// Specs in `examples/hard`.
 const EXAMPLES: [&str; 7] =
     ["out_of_reach", "through_singularities", "held_base", "two_wishes", "swapping_hands", "short_of_time", "cornered"];
 
-/// Runs the first scenario: what is expected, and the summary.
+/// Runs the first scenario; returns its outcomes and the summary.
 fn run(program: &Program) -> (Vec<Outcome>, Summary) {
     let scenario = &program.scenarios[0];
     let program = scenario.program(program);
@@ -38,8 +39,8 @@ fn what_hard_motion_expects_holds() {
     }
 }
 
-/// The whole range of rates, with lag and noise. A joint may turn round once where the target leaves the reach or comes back,
-/// which it does six times.
+/// The whole range of rates, with lag and noise. A joint may reverse once whenever the target leaves the reach or comes
+/// back, which it does six times.
 #[test]
 fn a_target_that_comes_and_goes_is_calm_at_every_rate() {
     let text = std::fs::read_to_string(example("hard/out_of_reach.hq")).expect("readable").replace("\"../", "\"");
@@ -52,7 +53,7 @@ fn a_target_that_comes_and_goes_is_calm_at_every_rate() {
     }
 }
 
-/// A soft limit that cannot be kept, at the same rates: 277 reversals at 500 Hz without its damping.
+/// An infeasible soft limit, at the same rates: 277 reversals at 500 Hz without its damping.
 #[test]
 fn an_arm_that_is_cornered_is_calm_at_every_rate() {
     let text = std::fs::read_to_string(example("hard/cornered.hq")).expect("readable").replace("\"../", "\"");
@@ -64,7 +65,7 @@ fn an_arm_that_is_cornered_is_calm_at_every_rate() {
     }
 }
 
-/// The last position of a link.
+/// Records the last position of a link.
 struct Last(robot::Data, nalgebra::Vector3<f64>, f64);
 
 impl Recorder for Last {
@@ -77,13 +78,13 @@ impl Recorder for Last {
     }
 }
 
-/// The distance of the tool from a target at a configuration.
+/// Computes the distance of the tool from a target at a configuration.
 fn distance(model: &robot::Model, data: &mut robot::Data, q: &[f64], target: &nalgebra::Vector3<f64>) -> f64 {
     model.forward(q, data);
     (data.position(model.link("tool").expect("a link")) - target).norm()
 }
 
-/// The least distance that is found by search alone: random places, then steps of one joint after the other that shrink.
+/// Minimum distance found by search: random configurations, then shrinking steps of single joints.
 fn nearest(model: &robot::Model, target: &nalgebra::Vector3<f64>) -> f64 {
     let mut data = robot::Data::new(model);
     let mut seed = 7_u64;
@@ -146,8 +147,8 @@ run {{ duration 15 s }}\n"
     }
 }
 
-/// A tool and a link of the middle that wish for places that exclude each other, and a posture below both. The tool's wish can
-/// be met: what presses against it are rows with one value, and no bound.
+/// A tool and a middle link with targets that exclude each other, and a posture below both. The tool's target is
+/// feasible: it is opposed by equality rows, and not by a bound.
 #[test]
 fn a_level_below_one_that_is_met_does_not_chatter() {
     for (home, tool, middle, rate) in [
@@ -180,7 +181,7 @@ fn both_spellings_say_the_same() {
     }
 }
 
-/// A target out of reach, with a word for the damping of its level.
+/// A target out of reach, with a setting of the damping of its level.
 fn out_of_reach(damping: &str) -> Program {
     program_of(&format!(
         "hierarq 1

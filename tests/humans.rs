@@ -1,5 +1,5 @@
-//! People near the robot: that it goes out of the way as fast as they come, what becomes of it when nobody sees them, and
-//! that expectations speak of where they truly are.
+//! People near the robot: it moves away as fast as they come, lost people cause a fault or are held, and expectations
+//! use their true positions.
 
 use crate::common;
 
@@ -15,7 +15,8 @@ stack work { level limits hard { limits }  level people hard { away }  level mot
 task away = keep(norm(frame(tool).position - walker.hand)) { min 0.3 m  gain 10 /s }
 ";
 
-/// A hand that comes from 1.4 m away on the line through the tool, at 0.25 m/s, and stops before the robot cannot.
+/// A hand that comes from 1.4 m away on the line through the tool, at 0.25 m/s, and stops before the robot runs out of
+/// space.
 fn coming(human: &str, script: &str) -> Program {
     common::program_of(&format!(
         "{ROBOT}human walker {{ points [hand]  {human} }}
@@ -23,7 +24,7 @@ scenario s {{ duration 4.6 s  humans {{ walker {{ path [{{ at 0 s  value [1.7, 0
     ))
 }
 
-/// What was true at each tick: the margin, and the table of signals.
+/// True values at each tick: the margin, and the table of signals.
 #[derive(Default)]
 struct Seen {
     margins: Vec<f64>,
@@ -56,7 +57,7 @@ fn least(margins: &[f64]) -> f64 {
     margins.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// The barrier of a moving obstacle has its velocity in it. Without it, a person who comes at `v` stands `v / gain` inside
+/// The barrier of a moving obstacle includes its velocity. Without it, a person who comes at `v` is `v / gain` inside
 /// the limit before the robot is as fast: the steady state of `h' = -gain h - v`.
 #[test]
 fn the_robot_goes_out_of_the_way_as_fast_as_the_person_comes() {
@@ -68,7 +69,7 @@ fn the_robot_goes_out_of_the_way_as_fast_as_the_person_comes() {
     assert!((blind + 0.25 / 10.0).abs() < 0.002, "{blind} and {}", -0.25 / 10.0);
 }
 
-/// A speed that is not believed is worth what is believed: of 0.25 m/s only 0.1 m/s counts.
+/// A speed beyond `max_speed` is limited: of 0.25 m/s only 0.1 m/s counts.
 #[test]
 fn a_speed_that_is_not_believed_is_cut() {
     let cut = least(&run(&coming("velocity measured  max_speed 0.1 m/s", "")).margins);
@@ -79,7 +80,7 @@ fn a_speed_that_is_not_believed_is_cut() {
 fn a_lost_person_is_a_fault_or_is_held() {
     let lost = run(&coming("timeout 52 ms", "lost { from 1 s  to 2 s }"));
     let at = lost.faults.iter().position(|f| matches!(f, Some(Fault::Stale { signal: 0 }))).expect("it is stale");
-    // The last reading came at 0.995 s.
+    // The last reading arrived at 0.995 s.
     assert_eq!(at, 210, "1.05 s");
     assert!(lost.commands[at..].iter().flatten().all(|v| *v == 0.0), "nobody answers, so the robot stands");
     assert!(lost.margins.iter().all(|h| h.is_finite()), "what is true is known all the same");
@@ -89,7 +90,7 @@ fn a_lost_person_is_a_fault_or_is_held() {
     assert!(matches!(never.faults[0], Some(Fault::Stale { .. })), "who was never seen is nowhere");
 }
 
-/// What the controller knows goes through noise, loss and delay; the truth does not.
+/// Noise, loss and delay affect the controller's input, but not the truth.
 #[test]
 fn recorders_see_where_people_truly_are() {
     let program = coming(
@@ -97,7 +98,7 @@ fn recorders_see_where_people_truly_are() {
         "noise 5 cm  drop 0.3  delay 20 ms  period 40 ms  lost { from 1 s  to 2 s }",
     );
     let s = program.interface.signals[0].clone();
-    // The first reading is on its way, and a fault ends the run for the robot, not for the person.
+    // The first reading is in transit, and a fault ends the run of the robot, not of the person.
     for (k, table) in run(&program).signals.iter().enumerate() {
         let t = k as f64 * 0.005;
         let x = 1.7 - 0.25 * t.min(4.4);
@@ -118,7 +119,7 @@ fn the_same_seed_gives_the_same_bits_and_another_one_others() {
     assert_ne!(bits(&a), bits(&c));
 }
 
-/// The estimate that a controller works with is that of its equation, reading by reading, whatever the ticks are.
+/// The controller's estimate follows its equation, reading by reading, independent of the ticks.
 #[test]
 fn the_controller_has_the_estimate_of_the_equation() {
     let program = coming("cutoff 3 Hz", "");
@@ -144,7 +145,7 @@ fn the_controller_has_the_estimate_of_the_equation() {
     assert!(!controller.signals().set(0, &[0.0; 6], 2.0), "this one is not measured");
 }
 
-/// `uncertainty` is what a limit adds: the distance that is kept grows with it, and nothing jumps when the person is lost.
+/// A limit may add `uncertainty`: the required distance grows with it, without a jump when the person is lost.
 #[test]
 fn a_limit_that_adds_the_uncertainty_keeps_further_away() {
     let text = ROBOT.replace("min 0.3 m", "min 0.3 m + uncertainty(walker)");
@@ -184,14 +185,14 @@ fn what_is_said_of_a_human_stands_in_the_program() {
         (motion.velocity, motion.lost, motion.max_speed),
         (Velocity::Estimated(5.0), Lost::Hold(0.5), Some(4.0))
     );
-    // A recording is data: the program runs where the file is not.
+    // A recording is embedded: the program runs without the file.
     let recorded = &program.scenarios[1].world.humans[0].tracks;
     assert_eq!((recorded.len(), recorded[0].0.len()), (3, 161));
     let json = serde_json::to_string(&program).expect("plain data");
     assert_eq!(serde_json::from_str::<Program>(&json).expect("the same"), program);
 }
 
-/// What is done to a program.
+/// A modification of a program.
 type Damage = fn(&mut Program);
 
 #[test]
@@ -221,7 +222,7 @@ fn a_program_that_was_damaged_is_refused() {
     }
 }
 
-/// A spec far too large for a recording is refused at once, and with the place.
+/// A recording that is far too long is rejected at once, with its place in the spec.
 #[test]
 fn a_recording_that_is_too_long_is_refused() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("humans");
@@ -248,7 +249,7 @@ fn a_recording_that_is_too_long_is_refused() {
     );
 }
 
-/// Asking whether a held person is seen does not stand for knowing where they are.
+/// Testing `present` of a held person does not replace knowing the position.
 #[test]
 fn who_asks_whether_a_held_person_is_seen_still_needs_them() {
     let text = ROBOT.replace("min 0.3 m", "min if(present(walker), 0.3 m, 0.35 m)");
@@ -265,7 +266,7 @@ fn who_asks_whether_a_held_person_is_seen_still_needs_them() {
     }
 }
 
-/// The distance to a point of a person is what `norm` of the difference is, and so is its row: the same commands.
+/// The distance to a point of a person equals the `norm` of the difference, and so does its row: the same commands.
 #[test]
 fn a_distance_to_a_point_is_that_of_two_positions() {
     let by_norm = coming("velocity measured", "");
@@ -281,7 +282,7 @@ scenario s {{ duration 4.6 s  humans {{ walker {{ path [{{ at 0 s  value [1.7, 0
     assert!(apart.fold(0.0, f64::max) < 1e-9);
 }
 
-/// A pedestal is nearest all the time and cannot get out of the way: it takes nothing from the limit of what can.
+/// A fixed pedestal is always nearest and cannot move away: it does not weaken the limit of the moving parts.
 #[test]
 fn a_part_that_stands_does_not_hide_those_that_move() {
     let of = |parts: &str| {
@@ -305,8 +306,8 @@ scenario s {{ duration 4.6 s  humans {{ walker {{ points {{
     assert_eq!(alone.margins, beside.margins);
 }
 
-/// A forearm sweeps towards the tool, nearest somewhere between wrist and elbow: the velocity of that place counts. With
-/// the velocity of neither end known, the robot is late by the speed over the gain.
+/// A forearm sweeps towards the tool, nearest at a point between wrist and elbow: the velocity of that point counts.
+/// Without the velocities of its ends, the distance drops by the speed over the gain.
 #[test]
 fn a_segment_of_a_person_is_kept_away_as_fast_as_it_comes() {
     let least_of = |velocity: &str| {

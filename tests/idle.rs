@@ -1,4 +1,4 @@
-//! Rows that the compiler leaves out could never have acted: neither at random, nor in a run.
+//! Rows that the compiler leaves out can never become active: checked at random configurations and in a run.
 
 use crate::common;
 
@@ -6,7 +6,7 @@ use runtime::program::Times;
 use runtime::{Controller, Evaluator, Observation, Program, Rest};
 use solver::Structure;
 
-/// The safety tasks with distances that leave an elbow room.
+/// The safety tasks with distances that leave space for an elbow.
 fn spec() -> Program {
     let text = std::fs::read_to_string(common::example("safety_tasks.hq")).expect("the example is there");
     let text = text.replace("d_min 0.35 m", "d_min 0.1 m").replace("d_min 0.5 m", "d_min 0.1 m");
@@ -26,7 +26,7 @@ fn idle(evaluator: &Evaluator) -> Vec<(usize, usize)> {
     members.flat_map(|(k, m)| m.idle.iter().enumerate().filter(|(_, is)| **is).map(move |(r, _)| (k, r))).collect()
 }
 
-/// SplitMix64.
+/// Returns a random number from 0 to 1 (SplitMix64).
 fn dice(state: &mut u64) -> f64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *state;
@@ -35,7 +35,7 @@ fn dice(state: &mut u64) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// At configurations in the joints' limits and velocities in theirs, all corners likely, no idle row is violated.
+/// At configurations and velocities within the joints' limits, with many corners, no idle row is violated.
 #[test]
 fn no_configuration_and_no_speed_touches_an_idle_row() {
     let (program, whole) = (proven(), spec());
@@ -80,7 +80,7 @@ fn no_configuration_and_no_speed_touches_an_idle_row() {
     assert!(least > 0.0 && least.is_finite(), "the nearest call was {least} m/s");
 }
 
-/// The same run with and without the rows: the same commands, the same margins.
+/// The same run with and without the rows gives the same commands and the same margins.
 #[test]
 fn a_run_is_the_same_without_them() {
     let (with, without) = (spec(), proven());
@@ -104,7 +104,7 @@ fn a_run_is_the_same_without_them() {
     assert_eq!(left_out, 8 * 3000);
 }
 
-/// Outside the limits that the proof supposes, every row is there.
+/// Outside of the limits that the proof assumes, all rows are present.
 #[test]
 fn a_joint_outside_its_limits_brings_all_rows_back() {
     let program = proven();
@@ -128,7 +128,7 @@ fn a_joint_outside_its_limits_brings_all_rows_back() {
     assert_eq!(problem, reference);
 }
 
-/// A moving distance, or a base that can go anywhere, is never taken for granted.
+/// A variable distance, or a base without limits, is never left out.
 #[test]
 fn what_moves_stays_in() {
     let text = |wall: &str| {
@@ -152,6 +152,6 @@ fn what_moves_stays_in() {
     };
     assert!(count("d_min 0 m") > 0, "a floor a metre below the arm's base");
     assert_eq!(count("d_min 0.01 m * sin(t/(1 s))"), 0);
-    // The wall is where the arm can reach.
+    // The wall is within the arm's reach.
     assert_eq!(count("d_min 1.2 m"), 0);
 }

@@ -1,4 +1,5 @@
-//! Labels on the command line: plans, charts, maps and reports show them; data keeps names and has labels beside them.
+//! Labels on the command line: plans, charts, maps and reports display them; data contains names, with labels beside
+//! them.
 
 use crate::common::cli;
 
@@ -68,7 +69,7 @@ fn plans_charts_and_maps_show_labels_of_both_spellings() {
                 assert!(!words.contains(name), "{name}:\n{printed}");
             }
         }
-        // Data identifies by name.
+        // Data uses names as identifiers.
         let data: Value = serde_json::from_str(&good(&["plan", &file, "--json"])).expect("JSON");
         let agents = data["agents"].as_array().expect("agents");
         let known = |name: &Value| agents.iter().any(|who| who["name"] == *name);
@@ -82,7 +83,7 @@ fn plans_charts_and_maps_show_labels_of_both_spellings() {
     }
 }
 
-/// Rows stay under each other where characters take two columns or none.
+/// Columns stay aligned with characters of width two or zero.
 #[test]
 fn wide_and_joined_characters_keep_columns() {
     let file = spec(&folder("labels_wide"), "spec.hq", &FIELD.replace("Łukasz", "Jose\u{301}"));

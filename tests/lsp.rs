@@ -1,4 +1,4 @@
-//! The language server, spoken to by an editor of our own over the pipes of the real process.
+//! The language server, tested by an editor of our own over the pipes of the real process.
 
 use crate::common;
 mod document;
@@ -91,7 +91,7 @@ fn diagnostics_follow_the_text() {
     let other = &twice["relatedInformation"][0]["location"];
     assert_eq!(other["uri"], doc);
     assert!(under(&bad, &other["range"]).starts_with("title"), "{twice}");
-    // The command line finds the same.
+    // The command line reports the same.
     let folder = common::example("");
     let input = compiler::Input {
         name: "x",
@@ -104,7 +104,7 @@ fn diagnostics_follow_the_text() {
     let expected: Vec<&str> = compiler::compile(&input).report.diagnostics.iter().map(|d| d.code).collect();
     let codes: Vec<&str> = found.iter().filter_map(|d| d["code"].as_str()).collect();
     assert_eq!(codes, expected);
-    // Two changes of parts in one message, the second on the result of the first.
+    // Two partial changes in one message, the second relative to the result of the first.
     let half = bad.replace("lnik_7", "link_7");
     let one = json!({ "start": find(&bad, "tip |lnik_7"), "end": find(&bad, "tip lnik_7|") });
     let two = json!({ "start": find(&half, "|title \"ä\" dur"), "end": find(&half, "title \"ä\" duration 1 m|") });
@@ -175,7 +175,7 @@ fn the_outline_and_the_words() {
     assert_eq!(names(&symbols[5]["children"]), ["keep", "gentle", "move"]);
     assert_eq!(under(&text, &symbols[3]["selectionRange"]), "deck");
     assert!(under(&text, &symbols[3]["range"]).starts_with("task deck = virtual_wall {"));
-    // Tokens, put together again from their distances.
+    // Tokens, reconstructed from their relative positions.
     let tokens = e.result("textDocument/semanticTokens/full", params);
     let data: Vec<u64> = tokens["data"].as_array().expect("numbers").iter().filter_map(Json::as_u64).collect();
     let (mut line, mut column) = (0, 0);
@@ -194,7 +194,7 @@ fn the_outline_and_the_words() {
     assert!(words.iter().all(|(w, _)| w.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_')), "{words:?}");
 }
 
-/// Texts cut off anywhere, or with a piece missing: every request still has an answer, and the session lives.
+/// Texts truncated anywhere, or with a piece missing: every request gets a response, and the session continues.
 #[test]
 fn half_written_texts() {
     let mut e = Editor::ready();
@@ -204,7 +204,7 @@ fn half_written_texts() {
         e.open(&doc, "hierarq", "");
         let mut state = 12345u64;
         for i in 0..120usize {
-            // A pair of cuts that looks random and is the same in every run.
+            // Pseudo-random cuts that are the same in every run.
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             let places: Vec<usize> = whole.char_indices().map(|c| c.0).collect();
             let from = places[(state >> 33) as usize % places.len()];

@@ -1,5 +1,5 @@
-//! Machines at run time: which transition is taken, in which order states are left and entered, what is asked of the
-//! world, how the command goes over from one stack to another, and what becomes of faults.
+//! Machines at run time: selection of transitions, order of exits and entries, requests to the world, blending between
+//! stacks, and handling of faults.
 
 use crate::common;
 

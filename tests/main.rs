@@ -1,4 +1,4 @@
-//! The program as a whole, tested from outside: one file a subject, linked once. Tests that count allocations have a
+//! Tests of the complete program from outside: one file per subject, linked once. Tests that count allocations have a
 //! binary of their own, since they count in all threads.
 
 mod baselines;

@@ -1,4 +1,4 @@
-//! Missions on the command line: planned, printed, drawn; and what is said of them where nothing can be planned or run.
+//! Missions on the command line: plans, output, drawings; and messages if nothing can be planned or run.
 
 use crate::common::cli;
 
@@ -8,7 +8,7 @@ use std::process::Output;
 use cli::{folder, hierarq, text};
 use serde_json::Value;
 
-/// Two robots and three services: few enough to be proven at once.
+/// Two robots and three services: few enough for a fast proof.
 const SMALL: &str = "hierarq 1
 param pace = 0.4 m/s
 mission harvest : schedule {
@@ -25,7 +25,7 @@ const OTHER: &str = "mission other : schedule {
 }
 ";
 
-/// Writes a spec; its path.
+/// Writes a spec; returns its path.
 fn spec(folder: &Path, name: &str, text: &str) -> String {
     let path = folder.join(name);
     std::fs::write(&path, text).expect("writable");
@@ -63,7 +63,8 @@ fn a_plan_as_data_adds_up() {
     let services = data["services"].as_array().expect("services");
     assert_eq!(services.len(), 3);
     for s in services {
-        // Each operation of anna is planned to take its mean and 1.2816 standard deviations: nine in ten end in time.
+        // The planned duration of each operation of anna is its mean plus 1.2816 standard deviations: nine of ten end
+        // in time.
         if s["operation"] == serde_json::json!({ "of": "anna", "number": 1 }) {
             assert!((number(&s["operation_ends"]) - 112.8155).abs() < 1e-3, "{s}");
         }
@@ -185,7 +186,7 @@ fn a_plan_is_drawn() {
     }
 }
 
-/// A team of two that puts three cubes in two layers.
+/// A team of two that places three cubes in two layers.
 const LETTER: &str = "hierarq 1
 mission letter : layers {
   weights { workload 4  energy 1  makespan 10 }
@@ -232,7 +233,7 @@ fn layers_are_planned_one_after_the_other() {
     assert_eq!(map.status.code(), Some(2));
 }
 
-/// The map of layers: a way for each cube that is carried, from where it lies to where it belongs, in one scale.
+/// The map of layers: a path for each carried cube, from its position to its target, with one scale.
 #[test]
 fn layers_are_drawn_from_above() {
     let folder = folder("plan_layers_drawn");
@@ -256,7 +257,7 @@ fn layers_are_drawn_from_above() {
         [at[at.len() - 2] - at[0], at[at.len() - 1] - at[1]]
     };
     let head = carried.iter().find(|n| n.attribute("class") == Some("carries line-1")).expect("the head");
-    // Cube 3 goes 0.2 m to the right and 0.1 m down.
+    // Cube 3 moves 0.2 m to the right and 0.1 m down.
     let scale = number(of("robots")[0].attribute("data-scale").expect("a scale"));
     let [dx, dy] = ends(head);
     assert!((dx / scale - 0.2).abs() < 1e-3 && (dy / scale - 0.1).abs() < 1e-3, "{dx} {dy} {scale}");
@@ -267,7 +268,7 @@ fn layers_are_drawn_from_above() {
     }
 }
 
-/// A spec of missions alone checks, compiles and formats; what needs a robot says what to do instead.
+/// A spec with missions only can be checked, compiled and formatted; commands that need a robot suggest an alternative.
 #[test]
 fn missions_alone_are_a_spec() {
     let folder = folder("missions_alone");
@@ -289,7 +290,7 @@ fn missions_alone_are_a_spec() {
     assert!(text(&out.stderr).contains("no scenario"), "{}", text(&out.stderr));
 }
 
-/// A robot and missions in one file: the robot runs, the missions are planned, and a compiled file has both.
+/// A robot and missions in one file: the robot runs, the missions are planned, and a compiled file contains both.
 #[test]
 fn a_robot_and_missions_share_a_file() {
     let folder = folder("missions_and_robot");

@@ -1,5 +1,5 @@
-//! A compiled program at another control period: the same as if its spec had been compiled for that rate, or refused with the
-//! gains that overshoot.
+//! A compiled program at another control period: the same as if its spec had been compiled for that rate, or rejected
+//! with the gains that overshoot.
 
 use crate::common;
 
@@ -7,7 +7,7 @@ use common::program_of;
 use runtime::{Controller, ProgramError};
 use runtime::{HighGain, PeriodError, Program};
 
-/// An arm with gains of 80 /s and 60 /s, one that moves, and a low-level layer.
+/// An arm with gains of 80 /s and 60 /s, a variable one, and a low-level controller.
 fn arm(rate: f64) -> Program {
     program_of(&format!(
         "hierarq 1
@@ -69,7 +69,7 @@ fn the_robots_own_gain_counts_and_times_must_be_times() {
     }
 }
 
-/// Who writes the field, or the file of a program, finds no way round.
+/// The check cannot be bypassed by writing the field, or the file of a program.
 #[test]
 fn no_controller_is_made_for_gains_that_overshoot() {
     let refused = |change: &dyn Fn(&mut Program)| -> ProgramError {
@@ -84,7 +84,7 @@ fn no_controller_is_made_for_gains_that_overshoot() {
         program.robot.period = period;
         program.robot.deadline = 2.0 * period;
     };
-    // A gain that moves has a bound, which is that of the old period.
+    // A variable gain has a bound, which is that of the old period.
     let of_range = refused(&|p| slow(p, 0.02));
     assert_eq!(of_range.place, "values.ranges", "{of_range}");
     let of_task = refused(&|p| {

@@ -1,4 +1,4 @@
-//! `plan --json` keeps to its schema for every kind of mission, and the book knows each key of it.
+//! `plan --json` satisfies its schema for every kind of mission, and the book documents each of its keys.
 
 use crate::common::cli;
 
@@ -19,7 +19,8 @@ fn schema() -> Value {
     schema
 }
 
-/// Everything of a plan refers to something that it lists, every place has three coordinates, and the cost adds up.
+/// Checks the consistency of a plan: every reference is to a listed item, every position has three coordinates, and the
+/// cost is the sum of its parts.
 fn refers(plan: &Value) {
     let list = |key: &str| plan[key].as_array().unwrap_or_else(|| panic!("{key}")).clone();
     let names = |key: &str| list(key).iter().map(|one| one["name"].to_string()).collect::<BTreeSet<String>>();
@@ -58,7 +59,7 @@ fn plans_of_both_kinds_keep_to_the_schema() {
         assert!(faults.is_empty(), "{args:?}: {faults:?}");
         refers(&plan);
         kinds.insert(plan["kind"].to_string());
-        // The schema is no empty one: what it does not know is refused.
+        // The schema is not trivial: it rejects missing and unknown keys.
         for key in ["version", "kind", "agents", "cost"] {
             let mut without = plan.clone();
             without.as_object_mut().expect("an object").remove(key);
@@ -82,7 +83,7 @@ fn places_have_three_coordinates() {
     }
 }
 
-/// Keys of a schema, those inside too.
+/// Collects the keys of a schema, including nested ones.
 fn keys(schema: &Value, found: &mut BTreeSet<String>) {
     match schema {
         Value::Object(object) => {

@@ -1,5 +1,5 @@
-//! The safety planner in a running controller: that the field does what the planner says, stays where it should, and that
-//! nothing that a person or a tracker does brings the controller down.
+//! The safety planner in a running controller: the field follows the planner's prediction and stays above its
+//! threshold, and no input of a person or a tracker stops the controller.
 
 use crate::common;
 #[path = "../examples/comparison.rs"]
@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use runtime::program::Program;
 use runtime::{Controller, Fault, Observation, Recorder, SimulatedRobot, Simulation, Tick};
 
-/// An arm whose tool goes to and fro; `guard` is the planner's settings, `rest` what follows.
+/// An arm whose tool moves to and fro; `guard` are the planner's settings, `rest` follows.
 fn spec(rate: u32, guard: &str, rest: &str) -> String {
     format!(
         "hierarq 1
@@ -36,7 +36,7 @@ fn told(table: &[f64], program: &Program, name: &str) -> f64 {
     table[s.at + 1]
 }
 
-/// One tick of what a planner tells, with the field's rate for its law.
+/// Outputs of a planner at one tick, with the field's rate for its law.
 #[derive(Clone, Debug, PartialEq)]
 struct Told {
     time: f64,
@@ -97,8 +97,8 @@ fn least(all: &[Told]) -> f64 {
 const DEVIATE: &str =
     "scaling { weight 10 }  deviate { position { speed 0.4 m/s  most 0.3 m } }  internal { gain 0.1 }";
 
-/// What the planner says of the field is what the field does, for any state, person and method: the error of a step is
-/// proportional to the period.
+/// The field follows the planner's prediction for any state, person and method: the error of a step is proportional to
+/// the period.
 fn prediction(home: &[f64], person: &[f64], method: &str, rate: u32) -> (f64, f64) {
     let text =
         spec(rate, &format!("min 0.7 m  method {method}  {}", if method == "planner" { DEVIATE } else { "" }), STACK);
@@ -123,7 +123,7 @@ fn prediction(home: &[f64], person: &[f64], method: &str, rate: u32) -> (f64, f6
         if let Some((value, rate)) = before {
             worst = worst.max(((field.value() - value) / period - rate).abs());
         }
-        // What the hierarchy leaves out of the law, at a singularity, is not the planner's.
+        // The part of the law that the hierarchy leaves out at a singularity is not the planner's.
         fastest = fastest.max((field.rate(controller.velocity()) - planner.plan().field_rate).abs());
         before = Some((field.value(), field.rate(controller.velocity())));
         robot.apply(&velocity);
@@ -164,7 +164,7 @@ fn the_field_stays_above_its_threshold() {
     assert!(last.deviation < 5e-3 && last.scaling > 0.99, "and all is well when the person has gone: {last:?}");
 }
 
-/// With nothing but the clock to give way, the task waits; the clock of a stop stands altogether.
+/// If only the clock can yield, the task waits; with method `stop` the clock stops completely.
 #[test]
 fn the_clock_waits_alone() {
     let scenario = format!("scenario s {{ duration 8 s  {WALK} }}");
@@ -177,7 +177,7 @@ fn the_clock_waits_alone() {
     assert!(stop.iter().all(|t| t.deviation == 0.0));
 }
 
-/// A robot that nobody comes near follows its task as it would without a planner.
+/// A robot without a person nearby follows its task as without a planner.
 #[test]
 fn far_away_the_planner_changes_nothing() {
     let nobody = "duration 3 s  humans { walker { value [9, 0, 0] m  shape { chest [0, 0, 1] m  hand [0, 0, 1] m } } }";
@@ -194,7 +194,7 @@ fn far_away_the_planner_changes_nothing() {
     assert!(without.iter().all(|t| t.scaling.is_nan()), "a planner that does not run tells nothing");
 }
 
-/// The arm of [`spec`] with another task in the place of `reach`, and a wrench that a scenario may exert.
+/// The arm of [`spec`] with another task instead of `reach`, and a wrench that a scenario may exert.
 fn other(task: &str, guard: &str, rest: &str) -> String {
     let text = spec(200, guard, rest);
     let from = text.find("task reach").expect("it is there");
@@ -204,7 +204,7 @@ fn other(task: &str, guard: &str, rest: &str) -> String {
 
 const BODY: &str = "mass { linear 20 kg  angular 3 kg m^2 }  damping { linear 253 N s/m  angular 27 N m s }";
 
-/// Target of an admittance that moves fast enough for its acceleration to count.
+/// Target of an admittance that moves fast enough for its acceleration to matter.
 fn comply() -> String {
     format!(
         "admittance(tool) {{ target {{ position initial(target.position) + [0, 0.15, 0] m * sin(pi*t/(1 s)) }}  {BODY}
@@ -216,7 +216,7 @@ fn lead() -> String {
     format!("hand_guiding(tool) {{ {BODY}  wrench {{ force touch.force  moment touch.moment }} }}")
 }
 
-/// A hand that pulls while the person stands at `x`.
+/// A hand that pulls while the person is at `x`.
 fn pulled(x: f64) -> String {
     format!(
         "humans {{ walker {{ value [{x}, 0.3, 0] m  shape {{ chest [0, 0, 1] m  hand [-0.2, 0, 0.8] m }} }} }}
@@ -225,8 +225,8 @@ fn pulled(x: f64) -> String {
     )
 }
 
-/// Tasks with a mass remember how they moved. A planner asks them three times a tick, and may not be noticed by it: the
-/// robot moves as it would without, to rounding.
+/// Tasks with a mass have a state. A planner evaluates them three times per tick, without an effect on the state: the
+/// robot moves as without it, up to rounding.
 #[test]
 fn far_away_a_planner_changes_nothing_for_a_mass() {
     for task in [comply(), lead()] {
@@ -243,8 +243,8 @@ fn far_away_a_planner_changes_nothing_for_a_mass() {
     }
 }
 
-/// While the clock stands, a mass moves as one whose target stands: the speed that its target would have is none of what
-/// it goes on from.
+/// While the clock is stopped, a mass moves as if its target were at rest: it does not continue with the speed of the
+/// target.
 #[test]
 fn a_mass_whose_clock_stands_has_a_target_that_stands() {
     let scenario = format!("duration 3 s  {}", pulled(1.2));
@@ -260,8 +260,8 @@ fn a_mass_whose_clock_stands_has_a_target_that_stands() {
     assert!(moved.fold(0.0, f64::max) > 0.02, "it gives way to the hand");
 }
 
-/// Near a person the field does what the planner says of it, for tasks with a mass too: their rows are affine in the rate of
-/// the clock, and the robot gives way in time or in the null space.
+/// Near a person the field follows the planner's prediction for tasks with a mass too: their rows are affine in the
+/// rate of the clock, and the robot yields in time or in the null space.
 #[test]
 fn a_mass_gives_way_to_a_person() {
     for (task, waits) in [(comply(), true), (lead(), false)] {
@@ -277,7 +277,7 @@ fn a_mass_gives_way_to_a_person() {
             &format!("{STACK}\nscenario s {{ duration 3 s  {} }}", pulled(0.95)),
         ));
         assert!(kept.iter().all(|t| t.fault.is_none()), "{task}");
-        // What bounds and weights did not let the inputs give settles at w / k_f.
+        // The deficit that bounds and weights leave settles at w / k_f.
         let slack = kept.iter().map(|t| t.slack).fold(0.0, f64::max);
         assert!(least(&kept) > threshold - slack / 10.0 - 1e-3, "{task}: {} {threshold} {slack}", least(&kept));
         assert!(least(&kept) > least(&free) + 1e-3, "{task}: {} and {threshold}", least(&kept));
@@ -302,8 +302,8 @@ fn the_same_run_gives_the_same_bits() {
     assert_eq!(bits(), bits());
 }
 
-/// A machine that goes to another stack while the task waits, over a blend, and comes back: the clock begins anew, and the
-/// reference never jumps.
+/// A machine that changes to another stack while the task waits, over a blend, and back: the clock starts again, and
+/// the reference is continuous.
 #[test]
 fn stacks_change_while_the_planner_gives_way() {
     let text = spec(
@@ -334,10 +334,10 @@ scenario s {{ duration 8 s  {WALK} }}"
     assert!(all[changes[0]..back].iter().all(|t| t.scaling.is_nan()), "nothing is told meanwhile");
 }
 
-/// What a tracker says at a tick: position and velocity.
+/// Reading of a tracker at a tick: position and velocity.
 type Says = fn(usize) -> Option<[f64; 6]>;
 
-/// NaN, a person who stands still for ever, jumps across the room, stands inside the robot, or is never seen.
+/// NaN, a person who never moves, jumps across the room, is inside the robot, or is never seen.
 #[test]
 fn whatever_a_tracker_says_the_command_is_finite() {
     let program = common::program_of(&spec(200, &format!("min 0.9 m  {DEVIATE}"), LIMITED));
@@ -372,8 +372,8 @@ fn whatever_a_tracker_says_the_command_is_finite() {
     }
 }
 
-/// Experiments 4.A to 4.D: all that their scenarios expect holds, and the three methods stand to each other as in the
-/// text to thesis Table 4.2.
+/// Experiments 4.A to 4.D: all expectations of their scenarios hold, and the three methods compare as described with
+/// thesis Table 4.2.
 #[test]
 fn the_experiments_of_chapter_4_hold() {
     for name in ["safety_planner", "beside_harvest", "give_way"] {
@@ -390,8 +390,8 @@ fn the_experiments_of_chapter_4_hold() {
     assert!(a1[2] == 0.0 && a2[2] == 0.0 && a3[2] > 0.5, "M3, the idle time: {figures:?}");
 }
 
-/// A way of the person in 4.A for which there is no room below the limits of the joints, so that the field falls: joints do not
-/// swing between two plans, and what is missing is told.
+/// A path of the person in 4.A that the limits of the joints make infeasible, so that the field falls: joints do not
+/// oscillate between two plans, and the deficit is reported.
 #[test]
 fn where_there_is_no_room_joints_do_not_swing() {
     let set = [
@@ -414,12 +414,13 @@ fn where_there_is_no_room_joints_do_not_swing() {
     let mut all = runtime::record::All(vec![&mut summary, &mut short]);
     simulation.run(&mut all, &mut || 0.0, &mut |_| true).expect("no recorder fails");
     let of_joints = summary.summary(&program, simulation.controller(), Vec::new()).joints;
-    // Without smooth plans 637 of one joint.
+    // Without smooth plans 637 reversals of one joint.
     assert!(of_joints.values().all(|j| j.reversals <= 8 && j.jumps == 0), "{of_joints:?}");
     assert!(short.least < 0.745 && short.untold == 0, "{} {}", short.least, short.untold);
 }
 
-/// The least field, the slack of the tick before, and the ticks in which it fell below its threshold without one.
+/// The minimum of the field, the slack of the previous tick, and the number of ticks in which it fell below its
+/// threshold without slack.
 struct Short<'p> {
     least: f64,
     slack: f64,
@@ -438,8 +439,8 @@ impl Recorder for Short<'_> {
     }
 }
 
-/// Where nothing stands above, nothing is withheld. Where joints may only be slow, the field's rate is what was told, from one
-/// tick to the next, and with the slack that is told it is what the field needs.
+/// Without higher levels nothing is withheld. With slow joints, the field's rate between ticks is the reported one, and
+/// with the reported slack it is sufficient for the field.
 #[test]
 fn what_is_withheld_is_what_the_field_does_not_need() {
     let scenario = format!("run {{ duration 6 s }}\nscenario s {{ duration 6 s  {WALK} }}");
@@ -455,21 +456,21 @@ stack work { level limits hard { slow }  level motion { reach }  level internal 
         let need = -10.0 * (pair[0].field - 0.9);
         assert!(given + pair[0].slack >= need - 1e-5, "at {} s: {given} of {need}", pair[0].time);
         at_stake += usize::from(pair[0].slack < 1e-5 && given < need + 1e-3);
-        // The person turns round at the waypoints, within a tick of them.
+        // The person turns at the waypoints, up to one tick earlier or later.
         let turns = [0.0, 2.0, 4.0].iter().any(|at| (pair[0].time - at).abs() < 0.011);
         let observed = (pair[1].field - pair[0].field) * 200.0;
-        // A rate beyond that of the plan is told of as none withheld.
+        // A rate beyond that of the plan is reported as not withheld.
         let exact = pair[0].withheld > 0.02;
         assert!(turns || observed > given - 5e-3, "at {} s: {observed} {given}", pair[0].time);
         assert!(turns || !exact || observed < given + 5e-3, "at {} s: {observed} {given}", pair[0].time);
         withheld += usize::from(pair[0].withheld > 0.02);
     }
-    // The limits are in the program: next to nothing is withheld, and the field is at stake all the same.
+    // The program contains the limits: almost nothing is withheld, although the field is at its threshold.
     assert!(withheld < 10 && at_stake > 100, "{withheld} {at_stake}");
 }
 
-/// Two planners in one stack below the same limits, the one of the lower task on the upper level: they decide in the order of
-/// their tasks, and what they tell is what happens.
+/// Two planners in one stack below the same limits, with that of the lower task on the upper level: they decide in the
+/// order of their tasks, and their outputs match the motion.
 #[test]
 fn two_planners_decide_in_the_order_of_their_tasks() {
     let text = spec(
@@ -489,7 +490,7 @@ stack work { level limits hard { slow }  level motion { reach }  level turn { tu
         assert!(pair[0].fault.is_none(), "{:?}", pair[0]);
         let turns = [0.0, 2.0, 4.0].iter().any(|at| (pair[0].time - at).abs() < 0.011);
         let (observed, given) = ((pair[1].field - pair[0].field) * 200.0, pair[0].rate - pair[0].withheld);
-        // What is told as withheld is not negative.
+        // The reported withheld rate is never negative.
         assert!(turns || observed > given - 5e-3, "at {} s: {observed} {given}", pair[0].time);
     }
 }

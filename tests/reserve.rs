@@ -1,4 +1,5 @@
-//! The reserve against sampling in time counts only on speed limits that hold, and with them a wall is never passed.
+//! The reserve against sampling in time only relies on speed limits that are guaranteed, and with them a wall is never
+//! crossed.
 
 use crate::common;
 
@@ -6,7 +7,7 @@ use compiler::{Compiled, Input, Style};
 use runtime::record::summary::{MARGIN_TOLERANCE, SummaryRecorder};
 use runtime::{Program, Simulation};
 
-/// An arm under a ceiling that it presses against and slides along, with the given levels and rate.
+/// An arm that presses against a ceiling and slides along it, with the given levels and rate.
 fn spec(rate: u32, reserve: &str, levels: &str) -> String {
     format!(
         "hierarq 1
@@ -28,7 +29,7 @@ fn spec(rate: u32, reserve: &str, levels: &str) -> String {
     )
 }
 
-/// What the wall holds back, in m.
+/// Returns the reserve of the wall (m).
 fn reserve(levels: &str) -> f64 {
     let program = common::program_of(&spec(100, "sampled_margin auto", levels));
     let evaluator = common::evaluator(&program);
@@ -53,13 +54,14 @@ fn compiled(levels: &str) -> Compiled {
 fn only_hard_speed_limits_down_to_the_wall_count() {
     let fast = reserve("level a hard { fast }  level b hard { ceiling }  level c { press }");
     let slow = reserve("level a hard { slow }  level b hard { ceiling }  level c { press }");
-    // A T / (2 φ) goes with the square of the speeds: 2 rad/s against 0.5 rad/s on every joint that moves the tip.
+    // A T / (2 φ) is proportional to the square of the speeds: 2 rad/s against 0.5 rad/s for every joint that moves the
+    // tip.
     assert!((fast / slow - 16.0).abs() < 1e-9, "{fast} and {slow}");
-    // Beside the wall, above a soft wall, on two levels above: they hold.
+    // On the wall's level, above a soft wall, on two higher levels: these limits are guaranteed.
     assert_eq!(reserve("level a hard { slow  ceiling }  level c { press }"), slow);
     assert_eq!(reserve("level a hard { slow }  level b { ceiling }"), slow);
     assert_eq!(reserve("level a hard { fast }  level b hard { slow }  level c hard { ceiling }"), slow);
-    // Soft or lower ones do not, wherever they stand.
+    // Soft or lower limits are not, on any level.
     assert_eq!(reserve("level a hard { fast }  level b { slow }  level c { ceiling }"), fast);
     assert_eq!(reserve("level a hard { fast  ceiling }  level b hard { slow }"), fast);
     assert_eq!(reserve("level a hard { fast }  level b hard { ceiling }  level c { slow }"), fast);
@@ -119,7 +121,7 @@ fn after_a_fault_speeds_are_those_of_a_robot_that_stands_and_ticks_that_compute_
     );
     let mut simulation = Simulation::new(&program).expect("it can be executed");
     let mut recorder = SummaryRecorder::new(simulation.controller(), simulation.ticks());
-    // A clock that shows how often it was read: one second a tick.
+    // A clock that counts its reads: one second per tick.
     let mut now = 0.0;
     let mut clock = || {
         now += 1.0;
@@ -139,8 +141,8 @@ const TWO_LINKS: &str = r#"<robot name="two"><link name="base"/><link name="uppe
     <limit lower="-3" upper="3" velocity="2" effort="1"/></joint>
   <joint name="end" type="fixed"><parent link="fore"/><child link="tip"/><origin xyz="0.5 0 0"/></joint></robot>"#;
 
-/// Two links in a plane that move, then are locked and come to rest over a blend, behind a wall that they may not come closer to than
-/// `wall`; none where the start leaves no room.
+/// Two links in a plane that move, and then are locked and stop over a blend, with a wall whose minimum distance is
+/// `wall`; `None` if the start is too close.
 fn coming_to_rest(dice: &mut impl FnMut(f64, f64) -> f64) -> Option<Program> {
     let (shoulder, elbow, wall) = (dice(-1.4, 1.4), dice(0.3, 2.2), dice(0.1, 0.6));
     let rate = [20.0, 50.0, 100.0, 250.0][dice(0.0, 3.999) as usize];
@@ -170,7 +172,7 @@ run {{ machine m  duration 6 s }}\n",
     )))
 }
 
-/// Joints that a stack locks still move when it is entered: its reserve counts on the speed with which they may be left to it.
+/// Joints that a stack locks may still move when it is entered: its reserve includes the speed that they may have then.
 #[test]
 fn a_wall_holds_while_locked_joints_come_to_rest() {
     let mut state = 1_u64;

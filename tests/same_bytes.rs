@@ -1,6 +1,6 @@
-//! The same inputs give the same bytes: in any folder, under any locale and time zone, with any number of threads, and in
-//! a debug build and a release build. `HIERARQ_OTHER_BUILD=target/release/hierarq cargo test --test it same_bytes` compares
-//! with that build too; `.ci/run` does so. Times of ticks, which nobody promises, are left out.
+//! The same inputs give the same bytes: in any folder, under any locale and time zone, with any number of threads, and
+//! in a debug build and a release build. `HIERARQ_OTHER_BUILD=target/release/hierarq cargo test --test it same_bytes`
+//! compares with that build too; `.ci/run` does so. Times of ticks are left out, since they are not reproducible.
 
 use crate::common::cli;
 
@@ -10,7 +10,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Where, and under which settings, a command runs.
+/// Folder and environment of a command.
 struct Surroundings {
     name: &'static str,
     folder: PathBuf,
@@ -18,8 +18,8 @@ struct Surroundings {
     jobs: &'static str,
 }
 
-/// What a command is called, its arguments, and the files that it writes. `@` stands for the folder of the examples, `%`
-/// for a folder of its own.
+/// Name of a command, its arguments, and its output files. `@` stands for the folder of the examples, `%` for a folder
+/// of its own.
 const COMMANDS: &[(&str, &[&str], &[&str])] = &[
     ("a compiled program", &["compile", "@/harvesting.hq", "--format", "json"], &[]),
     ("a compiled program of YAML", &["compile", "@/beside_harvest.yaml", "--format", "json"], &[]),
@@ -76,7 +76,7 @@ const COMMANDS: &[(&str, &[&str], &[&str])] = &[
     ("answers of the solver", &["solve", "@/ticks/small.jsonl", "--answers", "%/answers.jsonl"], &["answers.jsonl"]),
 ];
 
-/// JSON without what is measured with a clock, and without the places of files.
+/// Removes values measured with a clock, and paths of files, from JSON.
 fn without_times(value: &mut Value) {
     match value {
         Value::Object(entries) => {
@@ -88,7 +88,7 @@ fn without_times(value: &mut Value) {
     }
 }
 
-/// What is compared of a file or of an answer.
+/// Returns the compared part of a file or an output.
 fn compared(bytes: Vec<u8>, folder: &Path) -> Vec<u8> {
     let Ok(text) = String::from_utf8(bytes.clone()) else { return bytes };
     let text = text.replace(&folder.display().to_string(), "%");
@@ -107,7 +107,7 @@ fn compared(bytes: Vec<u8>, folder: &Path) -> Vec<u8> {
     lines.collect::<Vec<_>>().join("\n").into_bytes()
 }
 
-/// Everything that the commands give, by name.
+/// Returns all outputs of the commands, by name.
 fn everything(program: &Path, around: &Surroundings, out: &Path) -> BTreeMap<String, Vec<u8>> {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").display().to_string();
     let mut all = BTreeMap::new();
@@ -124,7 +124,7 @@ fn everything(program: &Path, around: &Surroundings, out: &Path) -> BTreeMap<Str
         let output = command.output().expect("the binary runs");
         let told = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{name}, {}: {told}", around.name);
-        // What a run and a sweep print is about times and places.
+        // The standard output of a run and of a sweep is about times and paths.
         if !matches!(arguments[0], "run" | "sweep" | "solve") {
             all.insert((*name).to_string(), compared(output.stdout, &own));
         }
@@ -137,7 +137,7 @@ fn everything(program: &Path, around: &Surroundings, out: &Path) -> BTreeMap<Str
     all
 }
 
-/// Where two texts part, with a few characters around.
+/// Returns the first difference of two texts, with a few characters around it.
 fn parting(a: &[u8], b: &[u8]) -> String {
     let at = a.iter().zip(b).position(|(x, y)| x != y).unwrap_or(a.len().min(b.len()));
     let shown = |bytes: &[u8]| {

@@ -1,4 +1,4 @@
-//! Scenarios: what they measure against what a recorder sees, the same numbers again and again, and `hierarq test`.
+//! Scenarios: their measures against an independent recorder, reproducible numbers, and `hierarq test`.
 
 use crate::common;
 
@@ -31,7 +31,7 @@ fn trial(program: &Program) -> Trial {
     trial::run("spec.hq", program, &program.scenarios[0]).expect("a compiled program can be executed")
 }
 
-/// Keeps what expectations speak of, worked out from the configuration alone.
+/// Records the quantities of the expectations, computed from the configuration alone.
 #[derive(Default)]
 struct Seen {
     lowest: f64,
@@ -54,7 +54,7 @@ impl Recorder for Seen {
     }
 }
 
-/// A run with all recorders.
+/// Runs a scenario with all recorders.
 fn run(program: &Program, scenario: &ScenarioProgram) -> (Summary, Vec<runtime::expect::Outcome>, Seen) {
     let program = scenario.program(program);
     let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
@@ -145,13 +145,13 @@ fn a_late_tick_is_a_fault_at_its_time_and_the_robot_goes_on_until_then() {
     let program = program(&text);
     let t = trial(&program);
     assert!(t.halted && !t.ok);
-    // Ticks at 1.00 to 1.04 s are left out.
+    // Ticks at 1.00 to 1.04 s are omitted.
     assert_eq!((t.faults.len(), t.faults[0].kind.as_str()), (1, "deadline"));
     assert!((t.faults[0].time - 1.05).abs() < 1e-9);
     let (_, _, seen) = run(&program, &program.scenarios[0]);
     let step = |k: usize| (seen.positions[k + 1][0] - seen.positions[k][0]).abs();
     assert!(step(99) > 1e-6);
-    // The command of 0.99 s holds for six periods.
+    // The command of 0.99 s is applied for six periods.
     assert!((100..105).all(|k| (step(k) - step(99)).abs() < 1e-12));
     assert_eq!(step(106), 0.0);
 }
@@ -237,7 +237,7 @@ fn the_examples_do_what_is_expected_of_them() {
     assert_eq!(of("hq"), of("yaml"));
 }
 
-/// A spec in a folder of its own.
+/// Writes a spec into its own folder.
 fn spec(name: &str, scenarios: &str) -> String {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::create_dir_all(&folder).expect("a folder");
@@ -260,9 +260,9 @@ scenario \"good & <plain>\" { duration 1 s }",
     let data = json(&out);
     let near = &data["scenarios"][0]["expectations"][0];
     assert_eq!((near["verdict"].as_str(), near["worst_s"].as_f64()), (Some("fails"), Some(0.0)));
-    // sqrt(0.2² + 0.1²) m away at the start, and 1 mm allowed.
+    // sqrt(0.2² + 0.1²) m away at the start, and 1 mm permitted.
     assert!((near["margin"].as_f64().expect("a number") - (0.001 - 0.05_f64.sqrt())).abs() < 1e-9, "{near}");
-    // The run ends after 3 s: nothing can be said of 9 s.
+    // The run ends after 3 s: an expectation at 9 s is undecided.
     assert_eq!(data["scenarios"][0]["expectations"][1]["verdict"], "undecided");
     assert_eq!(data["scenarios"][0]["expectations"][2]["verdict"], "holds");
     assert_eq!(data["scenarios"][1]["ok"], true);
@@ -293,7 +293,7 @@ fn one_scenario_runs_with_the_usual_report() {
     assert_eq!(out.status.code(), Some(2));
 }
 
-/// The data of a report.
+/// Returns the data of a report.
 fn report(folder: &Path) -> serde_json::Value {
     let page = std::fs::read_to_string(folder.join("report.html")).expect("a report");
     let from = page.find("id=\"hierarq-data\"").expect("data") + 1;
@@ -327,7 +327,7 @@ fn the_report_has_expectations_and_states() {
         assert_eq!((&a["unit"], &a["at"]), (b.get("unit").unwrap_or(&serde_json::Value::Null), &b["worst_s"]));
     }
     assert!(page["plots"].as_array().is_some_and(|p| p.iter().all(|p| p["group"] != "Machine")));
-    // A fault that is expected is no failure.
+    // An expected fault is no failure.
     let (summary, page) = run("the camera goes dark");
     assert_eq!((&page["verdict"]["ok"], summary["faults"].as_array().map(Vec::len)), (&true.into(), Some(1)));
 
@@ -353,7 +353,7 @@ fn the_log_has_signals_variables_and_faults() {
     let mut counts = Vec::new();
     for row in rows {
         assert_eq!(row.len(), header.len());
-        // The camera finds the stem 1.5 s after it was asked; nobody touches the sensor; nothing goes wrong.
+        // The camera finds the stem 1.5 s after the request; there is no touch and no fault.
         let seen: f64 = row[0].parse().expect("a time");
         assert_eq!(row[stem], if seen < 1.5 { "" } else { "0.6" }, "at {seen} s");
         assert_eq!((row[force], row[fault]), ("", ""));

@@ -1,4 +1,4 @@
-//! `hierarq serve`: real requests over loopback, friendly and hostile.
+//! `hierarq serve`: real requests over loopback, valid and hostile.
 
 mod access;
 mod client;
@@ -48,7 +48,7 @@ fn agent(name: &str, kind: AgentKind, place: [f64; 2]) -> Agent {
     }
 }
 
-/// Two people and a working robot, served by two robots with fixed speeds: planned in no time.
+/// Two people and a working robot, served by two robots with fixed speeds: planned quickly.
 fn mission() -> Mission {
     let problem = Problem {
         robots: vec![robot("m1", [0.0, 0.0]), robot("m2", [6.0, 0.0])],
@@ -69,7 +69,7 @@ fn mission() -> Mission {
     Mission { name: "field".into(), problem, settings: Settings::default() }
 }
 
-/// A server whose clock runs `speed` times as fast as ours.
+/// A running server.
 struct Running {
     server: Option<Server>,
 }
@@ -83,7 +83,7 @@ impl Running {
         Running::with(&Options { speed, begin: true, ..Options::default() })
     }
 
-    /// One whose clock stands.
+    /// Starts a server whose clock is stopped.
     fn standing() -> Running {
         Running::with(&Options::default())
     }
@@ -92,12 +92,12 @@ impl Running {
         self.server.as_ref().expect("it runs")
     }
 
-    /// Somebody who has not opened a link.
+    /// Returns a client that has not opened a link.
     fn stranger(&self) -> Client {
         Client::new(self.server().address())
     }
 
-    /// The path of the link of a person, or of the supervisor.
+    /// Returns the path of the link of a person, or of the supervisor.
     fn link(&self, person: Option<&str>) -> String {
         let links = self.server().links();
         let link = links.iter().find(|link| link.person.as_deref() == person).expect("a link");
@@ -105,7 +105,7 @@ impl Running {
         link.url.strip_prefix(&start).expect("of this server").to_string()
     }
 
-    /// Somebody whose page is open.
+    /// Returns a client whose page is open.
     fn open(&self, person: Option<&str>) -> Client {
         let mut client = self.stranger();
         client.open(&self.link(person));

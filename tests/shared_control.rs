@@ -1,5 +1,5 @@
-//! Shared control in whole programs: a hand gives way to a push by force over stiffness and comes back, is led by hand, and
-//! takes up speed no faster than it may. Poses are computed from the recorded joints.
+//! Shared control in complete programs: a hand is displaced by a push by force over stiffness and returns, is guided by
+//! hand, and accelerates within its limits. Poses are computed from the recorded joints.
 
 use crate::common;
 
@@ -9,7 +9,7 @@ use runtime::Program;
 use runtime::program::{MachineProgram, StateProgram, Subject, TransitionProgram, Trigger};
 use runtime::record::summary::MARGIN_TOLERANCE;
 
-/// Where a link is at a configuration.
+/// Returns the pose of a link at a configuration.
 fn pose(model: &Model, link: &str, q: &[f64]) -> Isometry3<f64> {
     let mut data = Data::new(model);
     model.forward(q, &mut data);
@@ -43,7 +43,7 @@ fn a_push_displaces_the_hand_by_force_over_stiffness_and_it_comes_back() {
             s.time
         );
         assert!((left.translation.vector - home[0].translation.vector).norm() < 1e-5, "the other hand at {} s", s.time);
-        // Damped as fast as it goes without overshooting, it has settled after a second or two.
+        // Critically damped, it settles after a second or two.
         let expected = match s.time {
             t if t <= 1.0 || t >= 8.5 => Some(0.0),
             t if (4.5..=5.0).contains(&t) => Some(20.0 / 800.0),
@@ -78,8 +78,8 @@ fn a_sensor_that_turns_with_the_hand_pushes_along_its_own_axes() {
         let s = run.iter().find(|s| (s.time - t).abs() < 1e-6).expect("a tick");
         pose(model, "right_tool", &s.q)
     });
-    // It turns about its own x at μ/d, and is pushed along an axis that turns with it: 10 N / 253 N s/m, less what the mass
-    // lags behind.
+    // It turns about its own x at μ/d, and is pushed along an axis that turns with it: 10 N / 253 N s/m, less the lag
+    // of the mass.
     let speed = (c.translation.vector - a.translation.vector).norm() / 0.02;
     let turning = (b.rotation.inverse() * c.rotation).scaled_axis() / 0.01;
     assert!((speed - 10.0 / 253.0).abs() < 1e-4, "{speed}");
@@ -122,10 +122,10 @@ fn another_stack_takes_the_hand_over_at_its_speed() {
     let fastest = speed.iter().map(Vector3::norm).fold(0.0, f64::max);
     assert!((fastest - 20.0 / 253.0).abs() < 1e-3, "{fastest}");
     for (k, w) in speed.windows(2).enumerate() {
-        // Forces of some 20 N on 20 kg: 1 m/s^2, and a little more where the arm curves.
+        // Forces of about 20 N on 20 kg: 1 m/s^2, and slightly more on a curved motion of the arm.
         assert!((w[1] - w[0]).norm() < 0.0125, "at tick {k}: {} and {}", w[0], w[1]);
     }
-    // The mass runs on, and comes back to where the second stack began.
+    // The mass continues to move, and returns to the position at which the second stack began.
     let last = places.last().expect("ticks");
     let began = places[200];
     assert!((last - began).norm() < 2e-4, "{last} and {began}");

@@ -1,5 +1,5 @@
-//! No text of a mebibyte takes long or much memory. Seconds differ between machines, so allocations are counted: how
-//! many, and how much is held at once. `benches/front_end.rs` has the times.
+//! Texts of up to a mebibyte need little time and memory. Since times differ between machines, allocations are counted:
+//! their number, and the memory held at once. `benches/front_end.rs` measures times.
 
 #![allow(unsafe_code, reason = "a global allocator cannot be written without")]
 
@@ -46,7 +46,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// What is said of some nuisances.
+/// Expected diagnostics of some adversarial texts.
 const CODES: &[(&str, &str)] = &[
     ("many tasks", "HQ0190"),
     ("many stacks", "HQ0190"),
@@ -63,9 +63,9 @@ const CODES: &[(&str, &str)] = &[
     ("ways out of one state", "HQ0190"),
 ];
 
-/// Most bytes that may be held at once.
+/// Maximum number of bytes held at once.
 const MEMORY: usize = 256 << 20;
-/// Most allocations. Half a million of them take some 20 ms; what is done between two of them is bounded work.
+/// Maximum number of allocations. Half a million of them take about 20 ms; the work between two of them is bounded.
 const ALLOCATIONS: usize = 12_000_000;
 
 fn check(text: &str, spelling: Spelling) -> compiler::Report {
@@ -74,7 +74,7 @@ fn check(text: &str, spelling: Spelling) -> compiler::Report {
     compiler::compile(&input).report
 }
 
-/// A spec with a recording of a person in which 1.5 million columns stand beside those of its point.
+/// A spec with a recording of a person that has 1.5 million columns in addition to those of its point.
 struct Recording(std::path::PathBuf);
 
 impl Recording {
@@ -103,7 +103,7 @@ impl Drop for Recording {
     }
 }
 
-// One test only: another one beside it would be counted too.
+// A single test: the allocations of a second one in this process would be counted too.
 #[test]
 fn no_text_takes_long_or_much_memory() {
     let spec = large::honest(5000);

@@ -1,5 +1,5 @@
-//! Accelerations, jumps and reversals of joints: what the summary, the verdict and expectations say of them, against series that
-//! are known and against differences of positions.
+//! Accelerations, jumps and reversals of joints in the summary, the verdict and expectations, compared with known
+//! series and with differences of positions.
 
 use crate::common;
 use crate::common::cli;
@@ -14,10 +14,10 @@ use runtime::record::joint_motion::JointMotion;
 use runtime::record::summary::{Summary, SummaryRecorder};
 use runtime::{Judge, Recorder, Simulation, Tick};
 
-/// A square wave of 10 Hz: five ticks in each direction, from tick 0 on, 39 turns in 2 s.
+/// A square wave of 10 Hz: five ticks in each direction, from tick 0 on, 39 reversals in 2 s.
 const WAVE: &str = "if(sin(2*pi*t/(0.1 s) + 0.1) > 0, 0.5 rad/s, -0.5 rad/s)";
 
-/// An arm whose second joint moves as it is told.
+/// An arm whose second joint has the given velocity.
 fn arm(velocity: &str, limits: &str, rest: &str) -> String {
     format!(
         "hierarq 1
@@ -42,7 +42,7 @@ fn run(program: &Program, with: &mut dyn Recorder) -> (Summary, Vec<Outcome>) {
     (summary.summary(&program, simulation.controller(), Vec::new()), judge.finish())
 }
 
-/// Joint 2 in a run of the first scenario.
+/// Returns the motion of joint 2 in a run of the first scenario.
 fn second(text: &str) -> JointMotion {
     run(&program(text), &mut All(Vec::new())).0.joints["joint_2"].clone()
 }
@@ -73,12 +73,12 @@ fn a_joint_that_swings_is_told_by_the_command_and_by_its_files() {
     assert_eq!(summary["joints"]["joint_1"]["reversals"], 0);
     let report = std::fs::read_to_string(out.join("report.html")).expect("written");
     assert!(report.contains(verdict));
-    // Nor does it fail a test that does not speak of it.
+    // A test without an expectation on it does not fail.
     std::fs::write(spec, format!("{wave}{EMPTY}\n")).expect("writable");
     let tested = hierarq(&["test", spec]);
     let said = text(&tested.stdout);
     assert!(tested.status.success() && said.contains(", s: `joint_2` reversed 38 times (first at 0.10 s)"), "{said}");
-    // One that moves quietly says nothing of it.
+    // A smooth motion is not reported.
     std::fs::write(folder.join("wave.hq"), wave.replace(WAVE, "0.5*sin(2*pi*t/(1 s)) rad/s")).expect("writable");
     let said = text(&hierarq(&["run", spec, "--out", out.to_str().expect("UTF-8")]).stdout);
     assert!(said.contains("held: No limit was passed.\n") && !said.contains("warning"), "{said}");
@@ -88,11 +88,11 @@ fn a_joint_that_swings_is_told_by_the_command_and_by_its_files() {
 #[test]
 fn a_limit_of_the_acceleration_says_what_a_jump_is() {
     let of = |levels: &str| second(&arm(WAVE, levels, EMPTY));
-    // Obeyed: no jump at all, and what is left of the wave is told as it is.
+    // Satisfied: no jump at all, and the rest of the wave is reported unchanged.
     let calm = of("level smooth hard { calm }  level motion { swing }");
     assert_eq!((calm.jumps, calm.first_jump_s), (0, None), "{calm:?}");
     assert!(calm.max_acceleration < 5.0 + 1e-6, "{calm:?}");
-    // Below what it should hold back: every turn passes it.
+    // On a level below the motion: every reversal violates it.
     let late = of("level motion { swing }  level smooth { calm }");
     assert_eq!(late.jumps, 39, "{late:?}");
 }
@@ -117,13 +117,13 @@ scenario s {{ machine m  duration 2 s  {world} expect always time >= 0 s }}"
     assert_eq!(blended.jumps, 0, "{blended:?}");
     let fault = machine("", "lost { joint_2 { from 0.2 s  to 0.21 s } } ");
     assert_eq!(fault.jumps, 0, "{fault:?}");
-    // In the middle of a stack nothing explains it.
+    // In the middle of a stack there is no explanation for it.
     let jump = second(&arm("if(t > 0.302 s, -1.5 rad/s, 1 rad/s)", "level motion { swing }", EMPTY));
     assert_eq!((jump.jumps, jump.reversals), (1, 0), "{jump:?}");
     assert!((jump.first_jump_s.expect("one") - 0.31).abs() < 1e-9, "{jump:?}");
 }
 
-/// The acceleration of the tool by differences of positions: from where the robot truly stands a little way along the velocity.
+/// Acceleration of the tool by differences of positions: from the robot's true position along the velocity.
 #[derive(Default)]
 struct Differences {
     before: Vector3<f64>,

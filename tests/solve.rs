@@ -1,5 +1,4 @@
-//! `hierarq solve` and `hierarq bench` as a user or a script meets them: certified answers, refusals by line, files,
-//! exit codes.
+//! `hierarq solve` and `hierarq bench` for users and scripts: certified answers, rejected lines, files, exit codes.
 
 mod bad_lines;
 use crate::common;
@@ -35,7 +34,7 @@ fn hierarq(args: &[&str], input: &[u8]) -> Output {
         .expect("the binary runs");
     let mut stdin = child.stdin.take().expect("a pipe");
     let input = input.to_vec();
-    // A command that stops early closes its end: that is no failure of the test.
+    // A command that stops early closes its input: this is no failure of the test.
     let writer = std::thread::spawn(move || drop(stdin.write_all(&input)));
     let output = child.wait_with_output().expect("it ends");
     writer.join().expect("written");
@@ -46,7 +45,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// A file of this test's own that does not exist yet.
+/// Returns the path of a file for a test, which does not exist yet.
 fn fresh(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_file(&path);
@@ -61,7 +60,7 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().expect("a list").iter().map(|x| x.as_f64().expect("a number")).collect()
 }
 
-/// Reads a tick with nothing of the command's own reader.
+/// Parses a tick independently of the command's own reader.
 fn problem_of(tick: &Value) -> Problem {
     let n = tick["n"].as_u64().expect("a number") as usize;
     let levels = tick["levels"].as_array().expect("levels");
@@ -90,7 +89,7 @@ fn problem_of(tick: &Value) -> Problem {
     problem
 }
 
-/// The same structure, and numbers that differ by no more than rounding: `sin` is not the same everywhere.
+/// The same structure, with numbers that differ only by rounding: `sin` differs between platforms.
 fn alike(a: &Value, b: &Value) -> bool {
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => {
@@ -256,7 +255,7 @@ fn files_that_are_not_there_not_problems_or_not_to_be_overwritten() {
     assert_eq!(hierarq(&["solve"], b"").status.code(), Some(2));
 }
 
-/// Lines that would cost a reader without bounds gigabytes, in a process that may not have them.
+/// Lines that would need gigabytes in a reader without limits, in a process with limited memory.
 #[test]
 #[cfg(target_os = "linux")]
 fn memory_is_bounded() {
@@ -298,7 +297,7 @@ fn memory_is_bounded() {
     assert_eq!(summary["all"]["ticks"], 1);
 }
 
-/// A line with one accident: a byte lost, changed, doubled, or a number replaced by a nasty one.
+/// Damages a line: a byte removed, changed or doubled, or a number replaced by an extreme one.
 fn damaged(line: &str, dice: &mut Dice) -> Vec<u8> {
     let mut bytes = line.as_bytes().to_vec();
     let at = dice.below(bytes.len());
@@ -320,7 +319,7 @@ fn damaged(line: &str, dice: &mut Dice) -> Vec<u8> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// Whatever happens to a line, the program does not fall over it, and solves the next one.
+    /// For any damage of a line, the program continues, and solves the next one.
     #[test]
     fn accidents_stay_on_their_line(seed: u64) {
         let example = std::fs::read_to_string(root().join(EXAMPLE)).expect("readable");
@@ -394,7 +393,7 @@ fn bench_says_where_a_fault_ended_the_loop() {
     assert!((10..=12).contains(&ticks), "the gain leaves its range after 0.1 s: {ticks} ticks");
 }
 
-/// The problems of a run are those that it solved: their answers are the velocities of its log.
+/// The recorded problems of a run are those that it solved: their solutions are the velocities of its log.
 #[test]
 fn the_problems_of_a_run_are_solved_alike() {
     let (problems, answers, out) = (fresh("problems.jsonl"), fresh("problem_answers.jsonl"), fresh("problems_out"));

@@ -1,5 +1,5 @@
-//! The solver on the real thing: ticks of every example hold the certificate and are what the
-//! reference cascade finds; on random walks through the robots' configurations it never gives up.
+//! The solver on real problems: ticks of every example satisfy the certificate and agree with the reference cascade;
+//! random walks through the robots' configurations never fail.
 
 use crate::common;
 
@@ -8,7 +8,7 @@ use runtime::record::verify::Verifier;
 use runtime::{Evaluator, Program, Recorder, Rest, Simulation, Tick};
 use solver::{Active, ActiveSet, HierarchicalSolver, Solution, Status, certificate};
 
-/// Passes on one tick in so many.
+/// Passes on one of `one_in` ticks.
 struct OneIn<'a> {
     one_in: usize,
     to: &'a mut dyn Recorder,
@@ -20,7 +20,7 @@ impl Recorder for OneIn<'_> {
     }
 }
 
-/// Every 11th tick of every example and of its scenarios; `hierarq run --verify` does all of them.
+/// Every 11th tick of every example and of its scenarios; `hierarq run --verify` checks all of them.
 #[test]
 fn examples_are_certified_and_agree_with_the_reference() {
     for name in common::EXAMPLES {
@@ -80,8 +80,8 @@ impl Recorder for Changes {
     }
 }
 
-/// A tick in which few rows change their state takes few changes of the working set: hands that swap sides, wishes that
-/// exclude each other, a base held by walls, limits pressed from all sides, a target that leaves the reach.
+/// A tick in which few rows change their state needs few changes of the working set: hands that swap sides, targets
+/// that exclude each other, a base held by walls, limits on all sides, a target that leaves the reach.
 #[test]
 fn few_rows_take_few_changes() {
     for name in ["hard/swapping_hands", "hard/two_wishes", "hard/held_base", "hard/out_of_reach", "safety_tasks"] {
@@ -104,7 +104,7 @@ fn few_rows_take_few_changes() {
     }
 }
 
-/// SplitMix64: a walk is its seed.
+/// SplitMix64: the seed determines a walk.
 struct Dice(u64);
 
 impl Dice {
@@ -118,9 +118,9 @@ impl Dice {
     }
 }
 
-/// Configurations wander through the whole range of the joints, also where the hierarchy would
-/// never let them: past walls, into collisions, along singularities. Every tick must have an
-/// answer (or name the hard level that has none); one in 200 is put to the certificate.
+/// Configurations move through the whole range of the joints, also where the hierarchy would never let them: past
+/// walls, into collisions, along singularities. Every tick must have a solution (or name the infeasible hard level);
+/// one in 200 is checked by the certificate.
 fn walk(program: &Program, ticks: usize, seed: u64) {
     let (mut evaluator, mut problem) =
         Evaluator::new(program, program.first_stack().expect("it runs a stack")).expect("it can be executed");
@@ -145,7 +145,7 @@ fn walk(program: &Program, ticks: usize, seed: u64) {
         }
         let t = (k % 5000) as f64 * program.robot.period;
         if evaluator.update(&q, rest.at(Times { t, time: t }), &mut problem).is_err() {
-            // Bodies that overlap too deeply to tell a direction: no problem to solve.
+            // Bodies overlap too deeply to have a direction: no problem to solve.
             q.copy_from_slice(&program.robot.home);
             continue;
         }
@@ -162,7 +162,7 @@ fn walk(program: &Program, ticks: usize, seed: u64) {
     assert_eq!(solver.effort().failures, 0, "{}", program.name);
 }
 
-/// 100,000 ticks; `HIERARQ_WALK_TICKS` asks for another number.
+/// 100,000 ticks; `HIERARQ_WALK_TICKS` overrides the number.
 #[test]
 fn random_walks_never_fail() {
     let ticks = std::env::var("HIERARQ_WALK_TICKS").ok().and_then(|t| t.parse().ok()).unwrap_or(100_000_usize);

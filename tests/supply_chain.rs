@@ -1,5 +1,5 @@
-//! What is built into Hierarq: licences, sources, doubles and bans as `deny.toml` allows them, and the crates that a tick
-//! of the controller may run, each with the version that was looked at. No network: the crates are there once it builds.
+//! Dependencies: licences, sources, duplicates and bans as `deny.toml` permits them, and the crates that a tick of the
+//! controller may run, each with its reviewed version. No network: the crates are present after a build.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -15,7 +15,7 @@ fn policy() -> Document<String> {
     text.parse().expect("deny.toml is TOML")
 }
 
-/// The texts of a list, or those of one key of its tables.
+/// Returns the texts of a list, or those of one key of its tables.
 fn words(item: &Item, key: Option<&str>) -> BTreeSet<String> {
     let list = item.as_array().expect("a list");
     let word = |value: &toml_edit::Value| match key {
@@ -25,7 +25,7 @@ fn words(item: &Item, key: Option<&str>) -> BTreeSet<String> {
     list.iter().map(|value| word(value).expect("a text")).collect()
 }
 
-/// All crates of the lock file, as (name, version, source).
+/// Returns all crates of the lock file, as (name, version, source).
 fn locked() -> Vec<(String, String, Option<String>)> {
     let text = std::fs::read_to_string(Path::new(ROOT).join("Cargo.lock")).expect("Cargo.lock is there");
     let lock: Document<String> = text.parse().expect("Cargo.lock is TOML");
@@ -37,7 +37,7 @@ fn locked() -> Vec<(String, String, Option<String>)> {
         .collect()
 }
 
-/// What Cargo says of the crates that are built for this machine.
+/// Returns Cargo's metadata of the crates that are built for this machine.
 fn metadata() -> Value {
     let cargo = || Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     let version = cargo().arg("-vV").output().expect("cargo runs");
@@ -66,7 +66,7 @@ fn name(package: &Value) -> (&str, &str) {
     (package["name"].as_str().expect("a name"), package["version"].as_str().expect("a version"))
 }
 
-/// Whether an expression of licences is met by those that are allowed: `A OR B`, `A AND (B OR C)`, and the older `A/B`.
+/// Returns true if the allowed licences satisfy an expression: `A OR B`, `A AND (B OR C)`, and the older `A/B`.
 fn is_allowed(expression: &str, allowed: &BTreeSet<String>) -> bool {
     let text = expression.replace('/', " OR ").replace('(', " ( ").replace(')', " ) ");
     let tokens: Vec<&str> = text.split_whitespace().collect();
@@ -170,7 +170,7 @@ fn what_is_there_in_two_versions_is_named_with_a_reason() {
     assert!(gone.is_empty(), "`deny.toml` names what is not there any longer: {gone:?}");
 }
 
-/// The crates behind those that a tick runs, without what only builds them.
+/// Returns the dependencies of the crates that a tick runs, without build dependencies.
 fn behind_the_loop(metadata: &Value) -> BTreeSet<(String, String)> {
     let packages = packages(metadata);
     let nodes = metadata["resolve"]["nodes"].as_array().expect("nodes");

@@ -1,5 +1,5 @@
-//! `hierarq sweep`: the same rows whoever runs them, in whatever order and after whatever interruption; and each row
-//! against the run that it speaks of.
+//! `hierarq sweep`: the same rows for any number of jobs, any order and any interruption; and each row agrees with its
+//! run.
 
 use crate::common;
 
@@ -52,14 +52,14 @@ fn command(folder: &Path, args: &[&str]) -> Command {
     command
 }
 
-/// Runs the program in a folder; gives its exit code and what it wrote.
+/// Runs the program in a folder; returns its exit code and outputs.
 fn hierarq(folder: &Path, args: &[&str]) -> (Option<i32>, String, String) {
     let Output { status, stdout, stderr } = command(folder, args).output().expect("the binary runs");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
     (status.code(), text(stdout), text(stderr))
 }
 
-/// A folder of this test's own with the spec and its robot.
+/// Creates a folder of a test with the spec and its robot.
 fn folder(name: &str) -> PathBuf {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("sweep").join(name);
     let _ = std::fs::remove_dir_all(&path);
@@ -72,7 +72,7 @@ fn folder(name: &str) -> PathBuf {
 const VARIED: [&str; 10] =
     ["sweep", "spec.hq", "--scenario", "in time", "--vary", "side=5cm..0.3m", "--vary", "quick=2/s,8/s", "--runs", "7"];
 
-/// The sweep of most tests, with more arguments.
+/// Returns the arguments of the sweep in most tests, with further arguments.
 fn varied<'a>(more: &[&'a str]) -> Vec<&'a str> {
     VARIED.iter().chain(more).copied().collect()
 }
@@ -123,7 +123,7 @@ fn the_bytes_do_not_depend_on_who_runs_what() {
     assert!(!dir.join("bad.parquet").exists());
 }
 
-/// A row as running its scenario by itself gives it.
+/// Computes a row by running its scenario alone.
 fn alone(dir: &Path, head: &Head, row: &Row) -> Row {
     let settings = Settings { set: head.sets(&row.values), ..Settings::default() };
     let program = compile(&dir.join("spec.hq"), &settings).program.expect("a program");
@@ -148,7 +148,7 @@ fn each_row_is_the_run_that_it_speaks_of() {
     let units: Vec<Option<&str>> = head.params.iter().map(|p| p.unit.as_deref()).collect();
     assert_eq!(units, [Some("m"), Some("/s")]);
     for (i, row) in rows.iter().enumerate() {
-        // Two points of the grid, with seven seeds each; what is drawn follows the seed alone.
+        // Two grid points with seven seeds each; random values depend on the seed only.
         assert_eq!((row.run, row.seed), (i as u64, 5 + i as u64 % 7));
         assert_eq!(number(&row.values[1]), if i < 7 { 2.0 } else { 8.0 });
         assert_eq!(row.values[0], rows[i % 7].values[0]);
@@ -158,7 +158,7 @@ fn each_row_is_the_run_that_it_speaks_of() {
     let drawn: Vec<u64> = rows[..7].iter().map(|r| number(&r.values[0]).to_bits()).collect();
     assert!((1..7).all(|i| !drawn[..i].contains(&drawn[i])), "seven different values");
 
-    // What is said of them all, worked out again.
+    // The statistics of all rows, recomputed.
     let data: Json = serde_json::from_str(&text).expect("JSON");
     let held = rows.iter().filter(|r| r.holds).count();
     assert!(held > 0 && held < 14, "{held}: a test that shows nothing");
@@ -196,7 +196,7 @@ fn the_command_line_that_is_given_runs_the_worst_run_again() {
         let again = all.iter().find(|a| a["text"] == e["text"]).expect("the same expectation");
         assert_eq!((&again["margin"], &again["worst_s"]), (&worst["margin"], &worst["at_s"]), "{line}");
     }
-    // The other command line leads to the same file.
+    // The other command line produces the same file.
     let line = data["command"].as_str().expect("a command line").replacen("hierarq", "\"$HIERARQ\"", 1);
     let mut shell = Command::new("sh");
     shell.args(["-c", &format!("{line} --out t.parquet")]).env("HIERARQ", env!("CARGO_BIN_EXE_hierarq"));
@@ -224,7 +224,7 @@ fn steps_texts_and_values_that_do_not_go_together() {
     );
     let (_, (_, rows)) = run(&["--vary", "on=true,false"]);
     assert_ne!(rows[0].expectations, rows[1].expectations);
-    // Each alone is inside its range, both together are not.
+    // Each value alone is within its range, but their combination is not.
     let (code, (_, rows)) = run(&["--vary", "side=0.1m,0.45m", "--vary", "down=0.05m,0.4m"]);
     let refused: Vec<Option<&str>> = rows.iter().map(|r| r.refused.as_deref()).collect();
     assert_eq!((code, refused), (Some(1), vec![None, None, None, Some("HQ0315")]));

@@ -1,10 +1,10 @@
-//! A task type is known by its properties outside the library, not by its name. Where one is still known by name, it stands in a list that
-//! may only become shorter.
+//! Outside of the library, task types are identified by their properties, not by their names. The remaining uses of
+//! names are in a list that may only become shorter.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Task type, and the file that has its name in quotes. `hold` is also a choice of a trajectory and of people.
+/// Task type, and the file that contains its name in quotes. `hold` is also an option of a trajectory and of humans.
 const NAMED: [(&str, &str); 29] = [
     ("frame_pose", "compiler/src/checks/conflicting_targets.rs"),
     ("frame_position", "compiler/src/checks/conflicting_targets.rs"),

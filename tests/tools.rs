@@ -1,4 +1,4 @@
-//! The commands around a spec: `init`, `watch`, `schema`, `completions`, `man`, as a user meets them.
+//! The commands `init`, `watch`, `schema`, `completions` and `man` for users.
 
 use std::path::Path;
 use std::process::Command;
@@ -15,7 +15,7 @@ fn utf8(path: &Path) -> &str {
     path.to_str().expect("UTF-8")
 }
 
-/// The commands, as `--help` lists them.
+/// Returns the commands listed by `--help`.
 fn commands() -> Vec<String> {
     let help = text(&hierarq(&["--help"]).stdout);
     let list = help.split("Commands:").nth(1).and_then(|t| t.split("Options:").next()).expect("a list of commands");

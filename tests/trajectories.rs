@@ -1,5 +1,5 @@
-//! Trajectories in the loop: they begin where the robot is and as it moves, keep their limits, end before a task counts as
-//! reached, and are faults where a limit loses its sense.
+//! Trajectories in the loop: they begin at the robot's position and velocity, keep their limits, end before a task
+//! counts as reached, and cause a fault if a limit becomes invalid.
 
 use crate::common;
 
@@ -12,7 +12,7 @@ const ARM: &str = "hierarq 1\nrobot arm { urdf \"robots/arm7.urdf\"  rate 500 Hz
 
 const LIMITS: &str = "level limits hard { joint_velocity_limits }";
 
-/// Where the tool is at each tick, with the state of the machine, until the run ends or there is a fault.
+/// Returns the position of the tool and the state of the machine at each tick, until the end of the run or a fault.
 fn ways(program: &Program) -> (Vec<(Vector3<f64>, String)>, Option<Fault>) {
     let model = &program.robot.model;
     let tool = model.link("tool").expect("a tool");
@@ -36,7 +36,7 @@ fn velocities(way: &[(Vector3<f64>, String)], period: f64) -> Vec<Vector3<f64>> 
     way.windows(2).map(|w| (w[1].0 - w[0].0) / period).collect()
 }
 
-/// From rest the tool keeps the limits, takes the time of the trapezoid, and the task is reached only then.
+/// From rest the tool keeps the limits and takes the time of the trapezoid, and the task is reached only then.
 #[test]
 fn a_task_is_reached_when_its_trajectory_has_ended() {
     let text = format!(
@@ -52,7 +52,7 @@ fn a_task_is_reached_when_its_trajectory_has_ended() {
     assert_eq!(fault, None);
     let h = Vector3::new(0.1_f64, 0.1, 0.05).norm();
     let duration = h / 0.2 + 0.2 / 0.5;
-    // The tolerance is wider than the whole way: the trajectory alone decides.
+    // The tolerance is larger than the whole path: the trajectory alone decides.
     let reached = way.iter().position(|w| w.1 == "b").expect("it is reached") as f64 * 0.002;
     assert!((reached - duration).abs() < 0.02, "{reached} instead of {duration}");
     let v = velocities(&way, 0.002);
@@ -63,7 +63,7 @@ fn a_task_is_reached_when_its_trajectory_has_ended() {
     assert!(hardest < 0.55, "{hardest} m/s^2");
 }
 
-/// A stack that is entered in motion takes the motion over: nothing jumps.
+/// A stack that is entered in motion continues the motion without a jump.
 #[test]
 fn what_moves_when_a_stack_is_entered_moves_on() {
     for (goal, kind) in [("[0.0, 0.15, 0.0] m", "trapezoid"), ("[0.1, 0.1, 0.0] m", "waypoints")] {
@@ -80,7 +80,7 @@ fn what_moves_when_a_stack_is_entered_moves_on() {
         let v = velocities(&way, 0.002);
         let at = way.iter().position(|w| w.1 == "b").expect("it is entered");
         assert!(v[at - 1].norm() > 0.09, "it moves: {}", v[at - 1].norm());
-        // All that the limit allows within a tick, and a little for what integration leaves.
+        // The maximum that the limit permits within a tick, plus the integration error.
         for w in v[at - 2..].windows(2) {
             assert!((w[1] - w[0]).norm() < 0.5 * 0.002 * 1.3 + 2e-4, "{kind}: {} m/s", (w[1] - w[0]).norm());
         }
@@ -102,7 +102,7 @@ fn a_limit_that_is_none_any_more_is_a_fault() {
     }
 }
 
-/// What nobody's compiler writes, and a hand can.
+/// Values that no compiler writes, but a person may.
 #[test]
 fn absurd_trajectories_are_refused() {
     let good = common::program("trajectories.hq");

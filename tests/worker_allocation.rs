@@ -1,4 +1,4 @@
-//! A mission whose worker runs a controller allocates nothing from tick to tick: a counting allocator proves it.
+//! A mission whose worker runs a controller performs no allocation from tick to tick: checked by a counting allocator.
 
 #[path = "common/allocations.rs"]
 mod allocations;
@@ -20,7 +20,7 @@ machine work {
 }
 ";
 
-/// The mission, and a scenario of so many seconds in which the only operation does not end.
+/// The mission, and a scenario of this duration (s) in which the only operation does not end.
 fn mission(seconds: u32) -> (MissionProgram, MissionScenarioProgram) {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("worker_allocation");
     std::fs::create_dir_all(&folder).expect("a folder");
@@ -48,7 +48,7 @@ scenario s {{ mission day  duration {seconds} s  step 10 s  expect always in(w1.
     (mission, scenario)
 }
 
-/// How many allocations a run takes, and how many ticks its controller has.
+/// Returns the number of allocations of a run, and the number of ticks of its controller.
 fn run(seconds: u32) -> (usize, u64) {
     let (mission, scenario) = mission(seconds);
     let before = allocations::so_far();
@@ -59,13 +59,13 @@ fn run(seconds: u32) -> (usize, u64) {
     (allocations, run.summary.workers[0].ticks)
 }
 
-// One test only: another one beside it would be counted too.
+// A single test: the allocations of a second one in this process would be counted too.
 #[test]
 fn a_tick_of_a_worker_allocates_nothing() {
     allocations::are_counted();
     let ((short, few), (long, many)) = (run(100), run(300));
     assert_eq!((few, many), (10_001, 30_001));
-    // What is measured at an instant of the mission is, of which there are twenty more.
+    // Measurements at the additional instants of the mission may allocate; there are twenty times as many.
     let instants = (run(110).0.saturating_sub(short)) * 20;
     assert!(
         long - short <= instants + 20,

@@ -1,5 +1,6 @@
-//! Times executed missions: a day of ten agents with ten operations each and four robots, whose plan is made before. The
-//! items are the events: what happened, planning and repairing included; in the last bench also planning anew at small changes of the cost.
+//! Times executed missions: a day of ten agents with ten operations each and four robots; the first plan is not
+//! included. The items are the events, including planning and repairing; in the last bench also replanning after small
+//! changes of the cost.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

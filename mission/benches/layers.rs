@@ -1,5 +1,5 @@
-//! Times the planner of layers: letters H and D and sorting of thesis 6.4 at once and in batches of 4, the first plan and
-//! bound of larger missions, validation, reading of JSON.
+//! Times the planner of layers: letters H and D and sorting of thesis 6.4 at once and in batches of 4, the first plan
+//! and bound of larger missions, validation, and import of JSON.
 
 #[path = "../tests/layered/mod.rs"]
 mod layered;

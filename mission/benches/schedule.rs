@@ -1,5 +1,6 @@
-//! Times the planners of schedules: the rows of thesis Table 5.5 (fixed durations, one operation for each agent), speeds as
-//! decisions on the built-in engine, and batches. HiGHS is not always there: `examples/measure.rs` times it.
+//! Times the planners of schedules: the rows of thesis Table 5.5 (fixed durations, one operation for each agent),
+//! speeds as decisions on the built-in engine, and batches. HiGHS is not always available: `examples/measure.rs` times
+//! it.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

@@ -1,8 +1,8 @@
-//! The experiment of thesis 5.7.4 (Fig. 5.9): do waits and speeds follow what people ask for?
+//! The experiment of thesis 5.7.4 (Fig. 5.9): adaptation indices of waits and speeds.
 //!
-//! Two to six people with three operations each and two robots; places from 3 to 10 m, one of the five steps of feedback on
-//! wait and speed after every service, all at random. Mean and standard deviation of the adaptation index over people and
-//! runs, with feedback and planning anew, and with neither.
+//! Two to six people with three operations each and two robots; random positions from 3 to 10 m, and one of the five
+//! steps of feedback on wait and speed at random after every service. Prints mean and standard deviation of the
+//! adaptation index over people and runs, with feedback and replanning, and with neither.
 //!
 //! `cargo run -p hierarq-mission --example adaptation -- [RUNS] [THRESHOLD]`
 
@@ -17,13 +17,13 @@ use hierarq_mission::kinds::schedule::choose::{Formulation, Options};
 use hierarq_mission::kinds::schedule::execution::{Event, Execution, Happening, Outcome, Refusal, Settings};
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Problem};
 
-/// Runs if nobody says.
+/// Default number of runs.
 const RUNS: u64 = 30;
 
-/// `iota_t` of (5.19) if nobody says: feedback is nearly always answered by a new plan.
+/// Default of `iota_t` of (5.19): feedback nearly always triggers a new plan.
 const THRESHOLD: f64 = 0.003;
 
-/// People at random places, served from the depots of thesis 5.7.2.
+/// People at random positions, served from the depots of thesis 5.7.2.
 fn team(run: u64, people: usize) -> Problem {
     let mut random = common::Random(run.wrapping_mul(7919) + people as u64);
     random.unit();
@@ -35,7 +35,7 @@ fn team(run: u64, people: usize) -> Problem {
     common::problem(robots, (1..=people).map(person).collect())
 }
 
-/// One mission to its end.
+/// Runs one mission to its end.
 fn run(problem: Problem, seed: u64, replan: Replan, reallocate_above: f64) -> Result<Outcome, Refusal> {
     let budget = Budget { time: Duration::from_secs(60), nodes: 20, ..Budget::default() };
     let planning = Options { formulation: Some(Formulation::Batches), budget, ..Options::default() };
@@ -59,7 +59,7 @@ fn run(problem: Problem, seed: u64, replan: Replan, reallocate_above: f64) -> Re
     Ok(execution.statistics())
 }
 
-/// Mean and standard deviation.
+/// Returns mean and standard deviation.
 fn spread(values: &[f64]) -> (f64, f64) {
     let count = values.len().max(1) as f64;
     let mean = values.iter().sum::<f64>() / count;

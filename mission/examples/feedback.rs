@@ -1,11 +1,11 @@
-//! The experiment of thesis 5.7.3 (Table 5.2, Figs. 5.7 and 5.8): does the next plan follow what three people say of their
-//! first service?
+//! The experiment of thesis 5.7.3 (Table 5.2, Figs. 5.7 and 5.8): compares the next plan with the feedback of three
+//! people on their first service.
 //!
-//! For each person the wait after the first operation, what the plan says of the wait and the approach of the second
-//! before and after what was said is taken in, and what they become.
+//! Prints for each person the wait after the first operation, the planned wait and approach of the second one before
+//! and after the feedback is applied, and their executed values.
 //!
-//! `cargo run --release -p hierarq-mission --example feedback -- [THRESHOLD] [SEED or planned] [LIMIT]`; without a seed operations take
-//! as long as planned, without a limit of waits (s) there is none, as in the thesis.
+//! `cargo run --release -p hierarq-mission --example feedback -- [THRESHOLD] [SEED or planned] [LIMIT]`; without a seed
+//! operations take as long as planned, without a LIMIT waits (s) are unlimited, as in the thesis.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -24,7 +24,7 @@ use hierarq_mission::numbers::Range;
 /// Steps of Fig. 5.5 that the people of Table 5.2 choose for wait, approach and distance.
 const SAID: [(i8, i8, i8); 3] = [(1, 1, -1), (-1, 0, 0), (-1, 1, 0)];
 
-/// `iota_t` of (5.19) if nobody says: what is said is answered by a new plan.
+/// Default of `iota_t` of (5.19): feedback triggers a new plan.
 const THRESHOLD: f64 = 0.003;
 
 /// `examples/vineyard.hq`.
@@ -57,7 +57,7 @@ fn main() {
     let seed = std::env::args().nth(2).and_then(|word| word.parse().ok());
     let reallocate_above = std::env::args().nth(1).and_then(|word| word.parse().ok()).unwrap_or(THRESHOLD);
     let durations = seed.map_or(Durations::Planned, |seed| Durations::Sampled { seed });
-    // With limits most plans are not proven: work ends the search.
+    // With limits most plans are not proven: the node limit ends the search.
     let nodes = if std::env::args().nth(3).is_some() { 2000 } else { Budget::default().nodes };
     let budget = Budget { time: Duration::from_secs(120), nodes, ..Budget::default() };
     let planning = Options { budget, ..Options::default() };

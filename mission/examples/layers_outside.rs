@@ -1,12 +1,12 @@
-//! The planner of layers against solvers from outside.
+//! Comparison of the planner of layers with external solvers.
 //!
-//! Without an argument, prints 50 random problems with fixed speeds, one JSON object a line, with every way to perform each
+//! Without an argument, prints 50 random problems with fixed speeds, one JSON object per line, with all modes of each
 //! task and the cost that branch and bound proves. `examples/cp_sat.py` solves them with OR-Tools CP-SAT and compares:
 //!
 //! `cargo run --release -p hierarq-mission --example layers_outside | python3 mission/examples/cp_sat.py`
 //!
-//! With `highs`, speeds are decided, and branch and bound is compared with the mixed-integer program solved by HiGHS, on
-//! random problems and on letters H and D.
+//! With `highs`, speeds are decisions, and branch and bound is compared with the mixed-integer program solved by HiGHS,
+//! on random problems and on letters H and D.
 
 #[path = "../tests/layered/mod.rs"]
 mod layered;
@@ -23,7 +23,7 @@ use hierarq_mission::plan::Status;
 
 const COUNT: usize = 50;
 
-/// Agent, object (-1: none), seconds and cost of every way to perform a task.
+/// Returns agent, object (-1: none), seconds and cost of every mode of a task.
 fn modes(problem: &Problem, scales: &Scales, task: usize) -> Vec<String> {
     let needs = problem.tasks[task].needs_object();
     let objects = (0..problem.objects.len()).filter(|object| problem.suits(task, *object)).map(Some);

@@ -1,7 +1,7 @@
-//! Prints what thesis Tables 6.3 to 6.5 print of the proposed method, for letters H and D and sorting with layers written
-//! by hand: time of the planner, J, makespan, workload, energy; the error of batches against the whole, and the relative
-//! error (6.17) of a naive allocation, which stands in for a model that allocates too: agents in turn, objects by name.
-//! With `large`, random problems as large as they may be.
+//! Prints the values of thesis Tables 6.3 to 6.5 for the proposed method, for letters H and D and sorting with
+//! handwritten layers: time of the planner, J, makespan, workload, energy; the error of batches relative to the whole,
+//! and the relative error (6.17) of a naive allocation, which replaces a model that allocates too: agents in turn,
+//! objects by name. With `large`, random problems of maximum size.
 //!
 //! `cargo run --release -p hierarq-mission --example letters [SECONDS] [large]`
 
@@ -48,7 +48,7 @@ fn show(name: &str, problem: &Problem, options: &Options) -> f64 {
     plan.cost
 }
 
-/// Agents in turn, each task the first object by name that is left: what a planner of speeds is then given.
+/// Allocates agents in turn, and to each task the first free object by name; the planner then decides only speeds.
 fn naive(problem: &Problem) -> Option<Problem> {
     let mut naive = problem.clone();
     let mut names: Vec<usize> = (0..problem.objects.len()).collect();

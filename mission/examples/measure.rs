@@ -1,8 +1,12 @@
 //! Measures the planners on the shapes of thesis Tables 5.5 to 5.7 and with speeds as decisions.
 //!
-//! `cargo run --release -p hierarq-mission --example measure -- [fixed|speeds|vineyard|operations|weights|batches|large|durations|agree] [position] [highs] [SECONDS]`
+//! ```text
+//! cargo run --release -p hierarq-mission --example measure --
+//!     [fixed|speeds|vineyard|operations|weights|batches|large|durations|agree] [position] [highs] [SECONDS]
+//! ```
 //!
-//! `durations` has Table 5.4, `vineyard` the first plan of 5.7.2; `agree` compares all formulations and engines on problems that all of them prove; HiGHS too, if it is there.
+//! `durations` measures Table 5.4, `vineyard` the first plan of 5.7.2; `agree` compares all formulations and engines on
+//! problems that all of them prove, with HiGHS if it is available.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -44,7 +48,8 @@ fn show(name: &str, problem: &Problem, options: &Options) -> f64 {
     plan.cost
 }
 
-/// Thesis Table 5.4: how often planned durations suffice, and by how much (s), from so many samples of each of four agents.
+/// Thesis Table 5.4: fraction of sufficient planned durations, and their slack (s), from `samples` samples of each of
+/// four agents.
 fn durations(samples: usize) {
     println!("{samples} samples of each agent\nconfidence  enough  left over (s)");
     let mut generator = rand_pcg::Pcg64::new(5, 4);

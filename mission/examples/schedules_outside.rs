@@ -1,8 +1,8 @@
-//! The planner of schedules against a solver from outside.
+//! Comparison of the planner of schedules with an external solver.
 //!
-//! Prints 50 random problems with fixed speeds, one JSON object a line: the problem as it is, and what its plan costs.
-//! `examples/cp_sat_schedules.py` makes a program of its own of each, from thesis (5.1) to (5.14), solves it with OR-Tools
-//! CP-SAT and compares:
+//! Prints 50 random problems with fixed speeds, one JSON object per line: the problem, and the cost of its plan.
+//! `examples/cp_sat_schedules.py` formulates its own program for each, from thesis (5.1) to (5.14), solves it with
+//! OR-Tools CP-SAT and compares:
 //!
 //! `cargo run --release -p hierarq-mission --example schedules_outside | python3 mission/examples/cp_sat_schedules.py`
 
@@ -19,7 +19,7 @@ use hierarq_mission::numbers::Range;
 use hierarq_mission::plan::Status;
 use serde_json::json;
 
-/// Agents, robots and operations of each.
+/// Numbers of agents, of robots, and of operations per agent.
 const SHAPES: [(usize, usize, usize); 10] =
     [(3, 2, 1), (5, 2, 1), (6, 3, 1), (7, 2, 1), (8, 2, 1), (2, 2, 2), (3, 2, 2), (2, 1, 3), (2, 2, 3), (4, 2, 2)];
 

@@ -1,8 +1,8 @@
-//! Labels: text in any script that people read in place of the names of the language.
+//! Labels: texts in any script that are displayed instead of the names of the language.
 //!
-//! A name identifies and is written with the letters of the language; a label is only shown. Nothing is looked up by a
-//! label, so that two scripts with letters that look alike confuse no program. Agents (robots, people, working robots),
-//! objects and places share their names, and tasks and layers have names of their own; labels are kept the same way.
+//! A name is an identifier in the letters of the language; a label is only displayed. Nothing is looked up by its
+//! label, so that similar letters of two scripts confuse no program. Agents (robots, people, working robots), objects
+//! and places share one namespace, and tasks and layers have their own; labels are stored in the same manner.
 
 use std::collections::BTreeMap;
 
@@ -10,33 +10,33 @@ use serde::{Deserialize, Serialize};
 
 use crate::characters::commands;
 
-/// The longest label, in characters.
+/// Maximum length of a label, in characters.
 pub const LONGEST: usize = 60;
 
-/// Labels of a mission by name; what has none is shown by its name.
+/// Labels of a mission by name; an item without a label is displayed by its name.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Labels {
-    /// Of agents, objects and places.
+    /// Labels of agents, objects and places.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub members: BTreeMap<String, String>,
-    /// Of tasks.
+    /// Labels of tasks.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub tasks: BTreeMap<String, String>,
-    /// Of layers.
+    /// Labels of layers.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub layers: BTreeMap<String, String>,
 }
 
-/// Why a text is no label.
+/// Reason why a text is not valid as a label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unfit {
-    /// Nothing of it is seen.
+    /// No character of it is visible.
     #[error("nothing of it is seen")]
     Empty,
     /// It begins or ends with space.
     #[error("it begins or ends with space")]
     Edge,
-    /// A character commands a terminal or a page, or turns the direction of writing.
+    /// It contains a control character for terminals or pages, or one that changes the direction of writing.
     #[error("the character U+{:04X} is not shown: it commands what shows the text", u32::from(*.0))]
     Command(char),
     /// It is longer than [`LONGEST`].
@@ -44,7 +44,7 @@ pub enum Unfit {
     Long(usize),
 }
 
-/// Checks that a text can be shown as a label.
+/// Checks that a text is valid as a label.
 ///
 /// # Errors
 /// The first reason against it.
@@ -62,8 +62,7 @@ pub fn check(text: &str) -> Result<(), Unfit> {
     if length > LONGEST { Err(Unfit::Long(length)) } else { Ok(()) }
 }
 
-/// True if people cannot tell two texts apart when they hear them: case, width of spaces and characters that are not seen
-/// make no difference.
+/// Returns true if people cannot distinguish two texts: case, width of spaces and invisible characters are ignored.
 pub fn alike(a: &str, b: &str) -> bool {
     folded(a) == folded(b)
 }
@@ -73,7 +72,7 @@ fn folded(text: &str) -> String {
     seen.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
 }
 
-/// Characters without a form of their own: soft hyphens, joiners, fillers, selectors of variants.
+/// Returns true for invisible characters: soft hyphens, joiners, fillers, variation selectors.
 fn unseen(c: char) -> bool {
     matches!(c, '\u{ad}' | '\u{34f}' | '\u{115f}' | '\u{1160}' | '\u{17b4}' | '\u{17b5}' | '\u{180b}'..='\u{180f}')
         || matches!(c, '\u{200b}'..='\u{200d}' | '\u{2060}'..='\u{2065}' | '\u{2800}' | '\u{3164}' | '\u{fe00}'..='\u{fe0f}')
@@ -81,22 +80,22 @@ fn unseen(c: char) -> bool {
 }
 
 impl Labels {
-    /// True where everything is shown by its name.
+    /// Returns true if there are no labels.
     pub fn is_empty(&self) -> bool {
         self.members.is_empty() && self.tasks.is_empty() && self.layers.is_empty()
     }
 
-    /// The text that people read for an agent, an object or a place.
+    /// Returns the displayed text of an agent, an object or a place.
     pub fn member<'a>(&'a self, name: &'a str) -> &'a str {
         self.members.get(name).map_or(name, String::as_str)
     }
 
-    /// The text that people read for a task.
+    /// Returns the displayed text of a task.
     pub fn task<'a>(&'a self, name: &'a str) -> &'a str {
         self.tasks.get(name).map_or(name, String::as_str)
     }
 
-    /// The text that people read for a layer.
+    /// Returns the displayed text of a layer.
     pub fn layer<'a>(&'a self, name: &'a str) -> &'a str {
         self.layers.get(name).map_or(name, String::as_str)
     }
@@ -104,14 +103,15 @@ impl Labels {
     /// Checks each label by itself.
     ///
     /// # Errors
-    /// The first that cannot be shown: the name that it is for, and why.
+    /// The name of the first invalid label, and the reason.
     pub fn check(&self) -> Result<(), (String, Unfit)> {
         let mut all = self.members.iter().chain(&self.tasks).chain(&self.layers);
         all.try_for_each(|(name, text)| check(text).map_err(|why| (name.clone(), why)))
     }
 
-    /// The first agent of this list whose label, or whose name in place of one, people cannot tell from that of one before:
-    /// both, as positions in the list. Names alone are the language's to tell apart.
+    /// Returns the first agent of this list whose displayed text people cannot distinguish from an earlier one, with
+    /// that earlier one: both as indices into the list. At least one of the two has a label; names alone are distinct
+    /// in the language.
     pub fn mistaken<'n>(&self, agents: impl Iterator<Item = &'n str>) -> Option<(usize, usize)> {
         let mut shown: BTreeMap<String, (usize, bool)> = BTreeMap::new();
         for (index, name) in agents.enumerate() {

@@ -1,13 +1,13 @@
-//! What all planners give: a plan as data, and how sure its planner is of it.
+//! Result of all planners: a plan as data, with its status.
 //!
-//! A plan is activities of actors with a start and an end, in a stable order. It can be printed, drawn, checked by a
-//! validator that knows nothing of the planner, and compared.
+//! A plan is a list of activities of actors with a start and an end, in a stable order. It can be printed, drawn,
+//! compared, and checked by a validator that is independent of the planner.
 
 use serde::{Deserialize, Serialize};
 
 use crate::labels::Labels;
 
-/// Who does an activity: an index into the names of the plan.
+/// Actor of an activity: an index into the names of the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Actor {
@@ -17,35 +17,35 @@ pub enum Actor {
     Agent(usize),
 }
 
-/// What an activity is. The order is the one in which a service passes through them.
+/// Kind of an activity. The order is that of the phases of a service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
     /// An agent's own work.
     Operation,
-    /// A robot goes from its depot to the waiting place.
+    /// A robot moves from its depot to the waiting place.
     Going,
-    /// A robot stands at the waiting place.
+    /// A robot waits at the waiting place.
     Waiting,
-    /// A robot goes from the waiting place to the agent.
+    /// A robot moves from the waiting place to the agent.
     Proximity,
     /// A robot serves the agent.
     Serving,
-    /// A robot goes back to its depot and does there what ends the service.
+    /// A robot returns to its depot and finishes the service there.
     Depositing,
-    /// A task of a layered plan, from its agent's base and as far as the task leads.
+    /// A task of a layered plan, from its agent's base to the end of the task.
     Task,
 }
 
 impl Phase {
-    /// All of a schedule, in order.
+    /// All phases of a schedule, in order.
     pub const ALL: [Phase; 6] =
         [Phase::Operation, Phase::Going, Phase::Waiting, Phase::Proximity, Phase::Serving, Phase::Depositing];
 
     /// The phases of a robot's service, in order.
     pub const SERVICE: [Phase; 5] = [Phase::Going, Phase::Waiting, Phase::Proximity, Phase::Serving, Phase::Depositing];
 
-    /// The name by which it is printed.
+    /// Returns the name of the phase for output.
     pub fn name(self) -> &'static str {
         match self {
             Phase::Operation => "operation",
@@ -59,8 +59,8 @@ impl Phase {
     }
 }
 
-/// What an activity is for: operation `operation` (the first is 0) of agent `agent`. In a layered plan `agent` is the index
-/// of a layer and `operation` that of a task in [`Layered::tasks`], so that it names the task there too.
+/// Target of an activity: operation `operation` (the first is 0) of agent `agent`. In a layered plan `agent` is the
+/// index of a layer and `operation` that of a task in [`Layered::tasks`], so that it identifies the task there too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Target {
     /// Index into [`Plan::agents`].
@@ -69,19 +69,19 @@ pub struct Target {
     pub operation: usize,
 }
 
-/// What an activity of a layered plan is about.
+/// Task and object of an activity in a layered plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Work {
     /// Index into [`Layered::tasks`].
     pub task: usize,
-    /// Index into [`Layered::objects`]; none: the task needs no object.
+    /// Index into [`Layered::objects`]; `None`: the task needs no object.
     pub object: Option<usize>,
 }
 
-/// A task of a layered plan as it is printed.
+/// A task of a layered plan for output.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LayeredTask {
-    /// Its name.
+    /// Name of the task.
     pub name: String,
     /// The primitive action.
     pub action: String,
@@ -89,7 +89,7 @@ pub struct LayeredTask {
     pub layer: usize,
 }
 
-/// Names of what a layered plan is about, in the problem's order.
+/// Names of layers, tasks and objects of a layered plan, in the problem's order.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layered {
     /// The layers.
@@ -100,26 +100,27 @@ pub struct Layered {
     pub objects: Vec<String>,
 }
 
-/// One thing that one actor does from `start` to `end`.
+/// An activity of one actor from `start` to `end`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Activity {
-    /// Who does it.
+    /// The actor.
     pub actor: Actor,
-    /// What it is.
+    /// Kind of the activity.
     pub phase: Phase,
-    /// What it is for.
+    /// The operation or task to which it belongs.
     pub target: Target,
-    /// When it begins (s).
+    /// Start (s).
     pub start: f64,
-    /// When it ends (s), not before `start`.
+    /// End (s), not before `start`.
     pub end: f64,
-    /// Mean speed of a motion (m/s); none where nothing moves.
+    /// Mean speed of a motion (m/s); `None` without motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
-    /// Where the actor is when it ends (m); none where the problem gives no coordinates. A schedule is on the ground, `z = 0`.
+    /// Position of the actor at the end (m); `None` if the problem has no coordinates. A schedule is on the ground, `z
+    /// = 0`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<[f64; 3]>,
-    /// It had begun when the plan was made, and stays as it is.
+    /// True if it had begun when the plan was made; it stays unchanged.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub begun: bool,
     /// Task and object, of a layered plan only.
@@ -127,45 +128,45 @@ pub struct Activity {
     pub work: Option<Work>,
 }
 
-/// What ended a search before its proof.
+/// Limit that ended a search before its proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Limit {
-    /// The wall time of the budget: another run may come further.
+    /// The time limit of the budget: another run may get further.
     Time,
     /// The nodes or conflicts of the budget: every run stops here.
     Work,
-    /// The rounds of the outer loop, or numbers too close for the engine: every run stops here.
+    /// The rounds of the outer loop, or the numerical accuracy of the engine: every run stops here.
     Accuracy,
 }
 
-/// How sure a planner is of a plan.
+/// Status of a plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// No plan costs less than `bound`, and this one costs no more than the accuracy asked for above it.
+    /// No plan costs less than `bound`, and the cost of this one exceeds it by at most the requested gap.
     Proven {
         /// Lower bound on the cost of every plan.
         bound: f64,
     },
-    /// The best plan found when a limit ended the search.
+    /// The best plan found before a limit ended the search.
     Gap {
         /// Lower bound on the cost of every plan.
         bound: f64,
         /// `(cost - bound) / cost`, from 0 to 1.
         gap: f64,
-        /// What ended the search.
+        /// Limit that ended the search.
         stopped: Limit,
     },
-    /// A valid plan without a bound: repaired from another, or given.
+    /// A valid plan without a bound: repaired from another one, or given.
     Unbounded {
-        /// What ended a search before its proof; none: nothing did.
+        /// Limit that ended a search before its proof, if any.
         stopped: Option<Limit>,
     },
 }
 
 impl Status {
-    /// What ended the search before its proof, if something did.
+    /// Returns the limit that ended the search before its proof, if any.
     pub fn stopped(&self) -> Option<Limit> {
         match self {
             Status::Proven { .. } => None,
@@ -174,7 +175,7 @@ impl Status {
         }
     }
 
-    /// The lower bound on the cost of every plan, where there is one.
+    /// Returns the lower bound on the cost of every plan, if there is one.
     pub fn bound(&self) -> Option<f64> {
         match self {
             Status::Proven { bound } | Status::Gap { bound, .. } => Some(*bound),
@@ -183,43 +184,43 @@ impl Status {
     }
 }
 
-/// How much a planner worked, in counts that are the same in every run that no wall time ends.
+/// Statistics of a search: counts that are the same in every run, unless the time limit ends it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Statistics {
-    /// Mixed-integer, constraint and cone programs solved.
+    /// Number of mixed-integer, constraint and cone programs solved.
     pub solves: u64,
-    /// Nodes or conflicts of their searches, as far as the engine tells them.
+    /// Number of nodes or conflicts of their searches, as far as the engine reports them.
     pub nodes: u64,
-    /// Tangent cuts added.
+    /// Number of tangent cuts added.
     pub cuts: u64,
 }
 
 impl Statistics {
-    /// Both together.
+    /// Returns the sum of both statistics.
     pub fn plus(self, other: Statistics) -> Statistics {
         Statistics { solves: self.solves + other.solves, nodes: self.nodes + other.nodes, cuts: self.cuts + other.cuts }
     }
 }
 
-/// What a planner gives.
+/// A plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Names of the robots, in the problem's order.
     pub robots: Vec<String>,
     /// Names of the agents, in the problem's order.
     pub agents: Vec<String>,
-    /// What people read in place of names.
+    /// Labels that are displayed instead of names.
     #[serde(default, skip_serializing_if = "Labels::is_empty")]
     pub labels: Labels,
-    /// Everything that is done, sorted by actor, start, end, target and phase.
+    /// All activities, sorted by actor, start, end, target and phase.
     pub activities: Vec<Activity>,
-    /// The cost that the planner minimised, without unit.
+    /// The cost that the planner minimised, dimensionless.
     pub cost: f64,
-    /// How sure the planner is.
+    /// Status of the plan.
     pub status: Status,
-    /// What solved it: formulation and engine.
+    /// Name of the planner: formulation and engine.
     pub engine: String,
-    /// How much work it was.
+    /// Statistics of the search.
     pub statistics: Statistics,
     /// Names of layers, tasks and objects, of a layered plan only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -227,7 +228,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The name of an actor; empty if the plan has no such actor.
+    /// Returns the name of an actor; empty if the plan has no such actor.
     pub fn name(&self, actor: Actor) -> &str {
         let name = match actor {
             Actor::Robot(index) => self.robots.get(index),
@@ -236,22 +237,22 @@ impl Plan {
         name.map_or("", String::as_str)
     }
 
-    /// What people read for an actor; empty if the plan has no such actor.
+    /// Returns the label of an actor; empty if the plan has no such actor.
     pub fn label(&self, actor: Actor) -> &str {
         self.labels.member(self.name(actor))
     }
 
-    /// The activities of one actor, in order.
+    /// Returns the activities of one actor, in order.
     pub fn of(&self, actor: Actor) -> impl Iterator<Item = &Activity> {
         self.activities.iter().filter(move |activity| activity.actor == actor)
     }
 
-    /// When the last activity ends (s); none for a plan of nothing.
+    /// Returns the end of the last activity (s); `None` for an empty plan.
     pub fn end(&self) -> Option<f64> {
         self.activities.iter().map(|activity| activity.end).reduce(f64::max)
     }
 
-    /// Brings the activities into the stable order.
+    /// Sorts the activities into the stable order.
     pub fn sort(&mut self) {
         self.activities.sort_by(|a, b| {
             a.actor

@@ -1,4 +1,4 @@
-//! Robots as bases: they never come too near, pass each other, arrive, and the plan learns when they are late.
+//! Motion of robots as mobile bases: they keep their distances, pass each other, arrive, and delays reach the plan.
 
 use crate::common;
 
@@ -12,18 +12,19 @@ use hierarq_mission::numbers::Range;
 use hierarq_mission::plan::Actor;
 use proptest::prelude::*;
 
-/// Bases of a mission watched at every step: the smallest distance between two, or to a thing, and how it ended.
+/// Runs a mission with bases, checked at every step; returns the minimum distance between two bases or to an obstacle,
+/// and the final state.
 fn watched(problem: &Problem, potentials: &Potentials, until: f64) -> (f64, Execution) {
     watched_with(problem, potentials, until, &mut Vec::new())
 }
 
-/// Where a robot waits for the one it is for.
+/// Waiting place of a robot at its target.
 fn waits(execution: &Execution, robot: usize) -> Option<[f64; 2]> {
     let target = execution.robot(robot)?.target?;
     execution.problem().waiting_place(target.agent, robot)
 }
 
-/// The same with what happens, the last first; an event that cannot happen at its time does not.
+/// As [`watched`] with events, the last one first; events that are invalid at their time are ignored.
 fn watched_with(
     problem: &Problem,
     potentials: &Potentials,
@@ -47,7 +48,7 @@ fn watched_with(
                 closest = closest.min(apart);
             }
             for (agent, who) in execution.problem().agents.iter().enumerate() {
-                // A base keeps away from whom it is not for, unless others stand too near to it.
+                // A base keeps away from agents that it does not serve, unless other places are too close to them.
                 let alone = |other: [f64; 2]| f64::hypot(other[0] - who.place[0], other[1] - who.place[1]) > 0.8;
                 let others = execution.problem().agents.iter().enumerate().filter(|(other, _)| *other != agent);
                 let depots = execution.problem().robots.iter().map(|robot| robot.depot);
@@ -67,7 +68,7 @@ fn watched_with(
     (closest, execution)
 }
 
-/// Depots and places of agents on one line: robots that come meet robots that go back head-on, and a rock between them.
+/// Depots and agents on one line, with an obstacle between them: arriving and returning robots meet head-on.
 #[test]
 fn bases_that_meet_head_on_pass() {
     for shift in [0.0, 0.01, -0.5] {
@@ -88,7 +89,7 @@ fn bases_that_meet_head_on_pass() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
-    /// Teams in a small place, depots and agents anywhere: nobody comes too near, everybody is served.
+    /// Teams in a small area, with depots and agents anywhere: distances are kept, and every agent is served.
     #[test]
     fn bases_never_come_too_near(
         seed in 0_u64..100_000, robots in 2_usize..6, agents in 1_usize..6, rocks in 0_usize..3, crowded in any::<bool>(),
@@ -98,7 +99,7 @@ proptest! {
         random.unit();
         let size = if crowded { 5.0 } else { 12.0 };
         for (m, robot) in problem.robots.iter_mut().enumerate() {
-            // In a row, far enough from each other to begin with.
+            // Depots in a row, far enough apart at the start.
             robot.depot = [1.5 * m as f64, -size];
         }
         for agent in &mut problem.agents {
@@ -122,7 +123,7 @@ proptest! {
     }
 }
 
-/// A base that is kept from its way arrives late, and the plan learns it.
+/// A base that is blocked on its path arrives late, and the delay reaches the plan.
 #[test]
 fn late_arrivals_reach_the_plan() {
     let mut late = 0;
@@ -141,7 +142,7 @@ fn late_arrivals_reach_the_plan() {
     assert!(late > 0);
 }
 
-/// Robots that share a depot and agents that stand in one place: robots come there one after the other, and all get home.
+/// Robots that share a depot, and agents at one position: robots arrive there one after the other, and all return.
 #[test]
 fn bases_take_turns_where_they_share_a_place() {
     for robots in 2..5 {
@@ -157,7 +158,7 @@ fn bases_take_turns_where_they_share_a_place() {
     }
 }
 
-/// A team in a small place on a random day; agents at least two metres apart and away from depots.
+/// A team in a small area with random parameters; agents are at least two metres apart and away from depots.
 fn day(seed: u64, robots: usize, agents: usize, size: f64) -> (Problem, common::Random) {
     let mut problem = common::random(seed, agents, robots, 2);
     let mut random = common::Random(seed);
@@ -179,8 +180,8 @@ fn day(seed: u64, robots: usize, agents: usize, size: f64) -> (Problem, common::
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
-    /// Robots break down anywhere and come back at any time: nobody comes nearer to them than to others, and who
-    /// is held up says so. When all are back, everybody is served.
+    /// Robots break down anywhere and come back at any time: the others keep the usual distances to them, and blocked
+    /// robots report it. After all are back, every agent is served.
     #[test]
     fn who_breaks_down_is_kept_away_from(
         seed in 0_u64..100_000, robots in 2_usize..6, agents in 1_usize..6, losses in 1_usize..4, crowded in any::<bool>(),
@@ -204,8 +205,8 @@ proptest! {
     }
 }
 
-/// A robot that breaks down with whom it serves bars the way to that place: the other one stands, says by whom it is held
-/// up, once, and serves when the way is free.
+/// A robot that breaks down while serving blocks the access to that agent: the other robot stops, reports the blocking
+/// robot once, and serves after the path is free.
 #[test]
 fn who_is_held_up_stands_and_says_so() {
     let robots = vec![common::robot("m0", [0.0, 0.0], 1.0), common::robot("m1", [0.0, -3.0], 1.0)];

@@ -1,7 +1,7 @@
-//! Tiny problems against all assignments and orders, and re-timing against a fine grid of speeds.
+//! Tiny problems against enumeration of all assignments and orders, and re-timing against a fine grid of speeds.
 //!
-//! The other way shares the data types and the cost of a schedule, nothing of the planners: it tries every sequence, and
-//! for each every speed of a grid, with times by going through it.
+//! The enumeration shares the data types and the cost of a schedule with the planners, but no algorithm: it tries every
+//! sequence with every speed of a grid, and computes times by a pass through the sequence.
 
 use crate::common;
 
@@ -14,11 +14,11 @@ use hierarq_mission::kinds::schedule::validate::validate;
 use hierarq_mission::numbers::Range;
 use hierarq_mission::plan::Status;
 
-/// Speeds by which each way of each service is made: one number from 0 (slowest) to 1 (fastest) each.
+/// Speeds of the three legs of a service, each from 0 (slowest) to 1 (fastest).
 type Speeds = [f64; 3];
 
-/// The times of services `(agent, operation, robot)` in this order, each as early as it may; what contradicts an agent's
-/// order gives none. Operations begin as soon as they may.
+/// Returns the times of services `(agent, operation, robot)` in this order, each as early as possible; `None` if the
+/// order contradicts an agent's order. Operations begin as early as possible.
 fn timed(problem: &Problem, services: &[(usize, usize, usize)], speeds: &[Speeds]) -> Option<Vec<Assistance>> {
     let mut home = vec![problem.start; problem.robots.len()];
     let mut served: Vec<Vec<f64>> = vec![Vec::new(); problem.agents.len()];
@@ -55,7 +55,7 @@ fn timed(problem: &Problem, services: &[(usize, usize, usize)], speeds: &[Speeds
     Some(schedule)
 }
 
-/// Every order of all services with every assignment.
+/// Enumerates every order of all services with every assignment.
 fn sequences(problem: &Problem) -> Vec<Vec<(usize, usize, usize)>> {
     let all: Vec<(usize, usize)> =
         problem.agents.iter().enumerate().flat_map(|(a, who)| (0..who.operations).map(move |i| (a, i))).collect();
@@ -79,7 +79,7 @@ fn sequences(problem: &Problem) -> Vec<Vec<(usize, usize, usize)>> {
     found
 }
 
-/// The least cost over all sequences at fixed speeds.
+/// Minimum cost over all sequences at fixed speeds.
 fn least_fixed(problem: &Problem) -> f64 {
     let price = |sequence: &Vec<(usize, usize, usize)>| {
         timed(problem, sequence, &vec![[1.0; 3]; sequence.len()]).map(|schedule| cost(problem, &schedule).total())
@@ -87,11 +87,11 @@ fn least_fixed(problem: &Problem) -> f64 {
     sequences(problem).iter().filter_map(price).fold(f64::INFINITY, f64::min)
 }
 
-/// The least cost of a sequence over a grid of durations that is made finer around the best. The cost is convex, and has
-/// its edges where sums of durations meet a time: steps of equal seconds in up to three durations follow these edges.
+/// Minimum cost of a sequence over a grid of durations that is refined around the best point. The cost is convex, and
+/// has kinks where sums of durations equal a time: steps of equal seconds in up to three durations follow these kinks.
 fn least_on_grid(problem: &Problem, sequence: &[(usize, usize, usize)]) -> f64 {
     let count = 3 * sequence.len();
-    // Seconds between the slowest and the fastest way.
+    // Difference (s) between the slowest and the fastest duration of each leg.
     let spans: Vec<f64> = sequence
         .iter()
         .flat_map(|(agent, _, robot)| {
@@ -170,7 +170,7 @@ fn every_engine_finds_the_least_cost_of_all_sequences() {
 fn engines_agree_where_agents_have_several_operations() {
     for (seed, agents, robots, operations) in [(0, 1, 2, 3), (1, 2, 1, 2), (2, 2, 2, 2), (3, 3, 2, 1), (4, 1, 1, 4)] {
         let mut problem = common::fixed(seed, agents, robots, operations);
-        // Weights that fall keep the best times the earliest ones, as the other way has them.
+        // With decreasing weights the optimal times are the earliest ones, as in the enumeration.
         for agent in &mut problem.agents {
             agent.wait_weights = (0..operations).map(|i| 2.0 / (1.0 + i as f64)).collect();
         }
@@ -196,11 +196,11 @@ fn speeds_are_the_best_of_a_fine_grid() {
         (12, 1, 2, 3),
     ] {
         let mut problem = common::random(seed, agents, robots, operations);
-        // Several weights near the agents: each has a duration of its own in the program.
+        // Several weights near the agents: each has its own duration in the program.
         for (a, agent) in problem.agents.iter_mut().enumerate() {
             agent.approach_weights = vec![0.5 + a as f64; operations];
             agent.wait_weights = (0..operations).map(|i| 2.0 / (1.0 + i as f64)).collect();
-            // Short operations make robots wait for each other.
+            // With short operations robots wait for each other.
             agent.duration.mean *= if operations > 1 { 0.3 } else { 1.0 };
         }
         let least = sequences(&problem).iter().map(|s| least_on_grid(&problem, s)).fold(f64::INFINITY, f64::min);
@@ -214,7 +214,8 @@ fn speeds_are_the_best_of_a_fine_grid() {
 
 #[test]
 fn an_operation_may_begin_late_where_the_wait_after_it_weighs_more() {
-    // One robot, one person whose second wait weighs three times the first: the person rests before the second operation.
+    // One robot, one person whose second wait has three times the weight of the first: the second operation begins
+    // late.
     let mut problem = common::random(3, 1, 1, 2);
     problem.agents[0].kind = AgentKind::Human;
     problem.agents[0].duration.mean = 60.0;

@@ -1,4 +1,4 @@
-//! What is told to an executed mission, one event at a time: what follows, and what is refused.
+//! Single events of an executed mission: their effects, and rejected ones.
 
 use crate::common;
 
@@ -13,7 +13,7 @@ use hierarq_mission::kinds::schedule::validate::validate;
 use hierarq_mission::numbers::Range;
 use hierarq_mission::plan::{Activity, Actor, Phase};
 
-/// 5.F: an operation that ends early is served early by a robot that waits; one that is late is waited for.
+/// 5.F: an operation that ends early is served early by a waiting robot; a late one delays the approach.
 #[test]
 fn a_robot_that_waits_approaches_when_the_operation_ends() {
     let mut problem = common::vineyard(1);
@@ -44,7 +44,7 @@ fn a_robot_that_waits_approaches_when_the_operation_ends() {
     let mut late = execution.clone();
     run(&mut execution);
     assert!(execution.done());
-    // Another one says that it needs longer.
+    // Another agent reports that it needs longer.
     let other = (0..4).find(|a| late.agent(*a).unwrap().doing == Doing::Working).unwrap();
     let expected = late.agent(other).unwrap().until.unwrap();
     late.tell(Event::Late { agent: other, by: 200.0 }).unwrap();
@@ -54,8 +54,8 @@ fn a_robot_that_waits_approaches_when_the_operation_ends() {
     near(happened(late.records())[&(other, 0)]["end"], expected + 200.0, 1e-9);
 }
 
-/// A robot on its way goes slowly, as there is time. When the operation ends early, or is said to, it goes as fast as the
-/// wait is worth, and no faster than it can.
+/// A robot on its path moves slowly while there is time. If the operation ends early, or is reported to, the robot
+/// moves as fast as the wait justifies, within its limits.
 #[test]
 fn a_robot_under_way_speeds_up_for_who_ends_early() {
     let mut agent = common::agent("h1", AgentKind::Human, [12.0, 0.0], 1, 200.0);
@@ -72,7 +72,7 @@ fn a_robot_under_way_speeds_up_for_who_ends_early() {
             let coming = execution.agent(0).unwrap().coming.unwrap();
             let approach = planned.serves - planned.approaches;
             near(coming.serves - coming.approaches, approach, 1e-9);
-            // What is left of the way at 0.2 m/s, or the end of the operation if that is later.
+            // The rest of the path at 0.2 m/s, or the end of the operation if that is later.
             let there = 60.0 + (11.0 - view.position[0]) / 0.2;
             near(coming.serves, (there + approach).max(end), 1.0);
             assert!(coming.serves < planned.serves - 30.0, "{coming:?} {planned:?}");
@@ -88,7 +88,7 @@ fn a_robot_under_way_speeds_up_for_who_ends_early() {
     }
 }
 
-/// When operations end earlier than planned, no robot stays at home while the one whom it is to serve next waits.
+/// If operations end earlier than planned, no robot stays at its depot while its next agent waits.
 #[test]
 fn nobody_waits_for_a_robot_at_home() {
     for seed in 0..6 {
@@ -114,8 +114,8 @@ fn nobody_waits_for_a_robot_at_home() {
     }
 }
 
-/// A robot that is lost: what it was doing is broken off, the other one does all the rest; lost too, the mission stands
-/// still and says why; back again, it goes on to its end.
+/// A lost robot: its service is aborted, and the other robot takes over everything else; if that is lost too, the
+/// mission stops and reports the reason; after it is back, the mission continues to its end.
 #[test]
 fn robots_that_are_lost_are_done_without() {
     let mut execution = Execution::new(common::vineyard(2), settings()).unwrap();
@@ -144,7 +144,8 @@ fn robots_that_are_lost_are_done_without() {
     assert_eq!(execution.statistics().robots[1 - lost].served + execution.statistics().robots[lost].served, 8);
 }
 
-/// An agent who leaves is not served any more, the robot under way to it goes home; back, it does its operation again.
+/// An agent that leaves is no longer served, and the robot on its path to it returns; after it is back, it repeats its
+/// operation.
 #[test]
 fn agents_come_and_go() {
     let mut execution = Execution::new(common::vineyard(2), settings()).unwrap();
@@ -164,7 +165,7 @@ fn agents_come_and_go() {
     assert!(execution.done());
     assert_eq!(execution.statistics().agents[target.agent].served, 2);
     assert_eq!(happened(execution.records())[&(target.agent, 0)]["start"], 900.0);
-    // After the end too.
+    // An agent may come back after the end too.
     without.tell(Event::Back { who: Actor::Agent(target.agent) }).unwrap();
     assert!(!without.done());
     run(&mut without);
@@ -172,7 +173,7 @@ fn agents_come_and_go() {
     assert_eq!(without.statistics().agents[target.agent].served, 2);
 }
 
-/// A service that failed takes its time once more; one that ends earlier is over; a place that moved is gone to.
+/// A failed service is repeated; one that ends earlier is over; a moved agent is served at its new position.
 #[test]
 fn services_fail_end_early_and_move() {
     let mut execution = Execution::new(common::vineyard(1), settings()).unwrap();
@@ -202,8 +203,8 @@ fn services_fail_end_early_and_move() {
     assert!(matches!(execution.tell(said(3)), Err(EventError::Step { step: 3 })));
 }
 
-/// A service that takes longer keeps its robot and its person so much longer, and what follows for both moves; one that
-/// takes shorter ends earlier, and never in the past.
+/// A service that takes longer keeps its robot and its person for that time, and delays the following activities of
+/// both; a shorter one ends earlier, but never in the past.
 #[test]
 fn services_take_longer_or_shorter() {
     for by in [25.0, 3.0, -2.0, -500.0] {
@@ -232,7 +233,7 @@ fn services_take_longer_or_shorter() {
     }
 }
 
-/// What makes no sense is refused before it begins.
+/// Invalid settings are rejected before the start.
 #[test]
 fn wrong_settings_are_refused() {
     let refused = |change: &dyn Fn(&mut Problem, &mut Settings)| {
@@ -265,7 +266,7 @@ fn wrong_settings_are_refused() {
     assert_eq!(refused(&begun), Refusal::Begun);
 }
 
-/// An operation that would end beyond all times leaves no plan; it ends all the same, and there is one again.
+/// An operation with an end beyond the valid times leaves no plan; after it has ended, there is a plan again.
 #[test]
 fn a_mission_without_a_plan_finds_one_again() {
     let mut execution = Execution::new(common::vineyard(1), settings()).unwrap();
@@ -281,7 +282,8 @@ fn a_mission_without_a_plan_finds_one_again() {
     assert!(execution.done());
 }
 
-/// Who asks for longer waits gets longer ones, by the step of its limit: weights alone make minutes of them.
+/// A person who asks for longer waits gets waits longer by the step of the limit; weights alone would make them minutes
+/// long.
 #[test]
 fn longer_waits_have_a_measure() {
     let waits = |limit: f64, said: i8| {
@@ -302,7 +304,7 @@ fn longer_waits_have_a_measure() {
     };
     let before = waits(60.0, 0);
     assert!(before < 75.0, "{before}");
-    // Half a step for half the feedback, 30 s for all of it.
+    // Half a step for half of the feedback, 30 s for all of it.
     near(waits(60.0, -1), 75.0, 0.5);
     near(waits(60.0, -2), 90.0, 0.5);
     near(waits(100.0, -2), 130.0, 0.5);
@@ -311,8 +313,7 @@ fn longer_waits_have_a_measure() {
     assert!(without > 150.0, "{without}");
 }
 
-/// A person who asks for a slower robot gets one, and the index says so; without replanning,
-/// what people say is written down alone.
+/// A person who asks for a slower robot gets one, and the index grows; without replanning, feedback is only recorded.
 #[test]
 fn feedback_changes_the_plan_only_where_it_may() {
     for (replan, changes) in [(Replan::None, false), (Replan::Reschedule, true), (Replan::Both, true)] {
@@ -337,7 +338,7 @@ fn feedback_changes_the_plan_only_where_it_may() {
     }
 }
 
-/// A robot on its way to who has moved knows how far it still is, whatever else happens.
+/// A robot on its path to a moved agent keeps its remaining distance, whatever other events occur.
 #[test]
 fn a_robot_that_was_sent_elsewhere_is_there_no_sooner() {
     let mut problem = common::problem(
@@ -359,7 +360,7 @@ fn a_robot_that_was_sent_elsewhere_is_there_no_sooner() {
         assert!(speeds.iter().all(|speed| *speed <= 0.25 + 1e-9), "{speeds:?}");
         (service(Phase::Waiting) - time, service(Phase::Going))
     };
-    // It has left; then its way is that from where it is.
+    // It has left; its path starts at its position.
     let leaves = comes(&execution, 0.0).1;
     let time = leaves + 20.0;
     execution.advance(time);
@@ -373,7 +374,7 @@ fn a_robot_that_was_sent_elsewhere_is_there_no_sooner() {
     assert!(execution.done());
 }
 
-/// A robot that came all the way at once is to wait farther away: what it has gone stays as it was.
+/// A robot without a waiting distance is asked to wait farther away: past phases stay unchanged.
 #[test]
 fn a_distance_that_was_nothing_may_grow() {
     let mut agent = common::agent("h1", AgentKind::Human, [10.0, 0.0], 3, 50.0);
@@ -393,7 +394,7 @@ fn a_distance_that_was_nothing_may_grow() {
     }
 }
 
-/// Who says that the robot came too slowly at its greatest speed is heard: it may come faster, and does.
+/// Feedback that the robot came too slowly at its greatest speed widens the range of speeds, and the plan uses it.
 #[test]
 fn a_wider_range_of_speeds_is_used() {
     let mut problem = common::problem(
@@ -414,13 +415,13 @@ fn a_wider_range_of_speeds_is_used() {
     }
     run(&mut execution);
     let speeds = execution.statistics().agents[0].speeds.clone();
-    // Algorithm 2: 0.4 (1 + 1), then 0.8 (1 + 1), and no faster than it can go.
+    // Algorithm 2: 0.4 (1 + 1), then 0.8 (1 + 1), limited to the robot's maximum speed.
     for (speed, most) in speeds.iter().zip([0.4, 0.8, 1.0, 1.0]) {
         near(*speed, most, 1e-3);
     }
 }
 
-/// A wait that breaks off is not forgotten.
+/// An aborted wait still counts.
 #[test]
 fn waits_in_vain_count() {
     let mut problem = common::problem(

@@ -1,5 +1,5 @@
-//! Executed schedules: what happens never gives a plan that the validator refuses, everything that can be served is served
-//! once, what has begun stays, and the same happens however time is cut.
+//! Executed schedules: events never lead to a plan that the validator rejects, everything that can be served is served
+//! once, past activities stay unchanged, and the result is independent of the time steps.
 
 use crate::common;
 
@@ -17,7 +17,7 @@ use hierarq_mission::kinds::schedule::validate::validate;
 use hierarq_mission::plan::{Actor, Phase};
 use proptest::prelude::*;
 
-/// Without anything that happens, with durations as planned: the plan, to the last digit.
+/// Without events and with planned durations the execution equals the plan, to the last digit.
 #[test]
 fn a_quiet_day_is_the_plan() {
     let bases = Travel::Bases(Potentials::default());
@@ -26,7 +26,7 @@ fn a_quiet_day_is_the_plan() {
         (common::vineyard(2), Travel::Planned),
         (common::fixed(3, 4, 2, 1), Travel::Planned),
         (common::random(5, 3, 2, 2), Travel::Planned),
-        // Nobody stands near the ways of the others.
+        // No agent is near the paths of others.
         (common::random(3, 3, 1, 1), bases),
     ] {
         let mut execution = Execution::new(problem, Settings { travel, ..settings() }).unwrap();
@@ -53,7 +53,7 @@ fn a_quiet_day_is_the_plan() {
     }
 }
 
-/// What may be told, of somebody.
+/// Returns a random event of a random agent or robot.
 fn event(what: usize, who: usize, robots: usize, agents: usize, a: f64, b: f64) -> Event {
     let (agent, robot) = (who % agents, who % robots);
     let step = |x: f64| (x * 2.5) as i8;
@@ -115,7 +115,7 @@ proptest! {
                 keeps(execution.plan(), execution.records()).map_err(TestCaseError::fail)?;
             }
         }
-        // What waits to be told is told, until nothing happens any more.
+        // Run and report ends of late operations, until there is no next event.
         for _ in 0..200 {
             run_told(&mut execution, &settings.travel, &mut waited);
             if execution.next().is_none() {
@@ -152,12 +152,13 @@ proptest! {
     }
 }
 
-/// No robot is faster than it can be, and no wait that has been becomes none. `waited` are the waits before.
+/// Checks that no robot exceeds its maximum speed, and that no accumulated wait decreases. `waited` are the waits
+/// before.
 fn possible(execution: &Execution, travel: &Travel, waited: &mut [f64]) {
     for (robot, machine) in execution.problem().robots.iter().enumerate() {
         let view = execution.robot(robot).unwrap();
         let speed = f64::hypot(view.velocity[0], view.velocity[1]);
-        // Bases that avoid each other may be a little faster, by their potentials; a table of ways has no places.
+        // The potentials of bases may exceed the maximum speed slightly; a table of lengths has no positions.
         let known = *travel == Travel::Planned && execution.problem().distances == Distances::Straight;
         let most = if known { machine.speed.high } else { f64::INFINITY };
         assert!(speed <= most * (1.0 + 1e-6), "{} {:?} {speed} {most}", machine.name, view.stage);
@@ -168,7 +169,7 @@ fn possible(execution: &Execution, travel: &Travel, waited: &mut [f64]) {
     }
 }
 
-/// Lets a mission run; an operation that ends when it is told is told to have ended when it is late for the second time.
+/// Runs a mission; reports an operation as done if it is late at an even step.
 fn run_told(execution: &mut Execution, travel: &Travel, waited: &mut [f64]) {
     let mut steps = 0;
     while let Some(next) = execution.next() {
@@ -185,7 +186,7 @@ fn run_told(execution: &mut Execution, travel: &Travel, waited: &mut [f64]) {
     }
 }
 
-/// Records of a mission advanced in steps that end at these times, and what it came to.
+/// Runs a mission in steps that end at these times; returns its records and its final state.
 fn in_steps(problem: &Problem, settings: &Settings, events: &[(f64, Event)], steps: &[f64]) -> (Vec<Record>, String) {
     let mut execution = Execution::new(problem.clone(), settings.clone()).unwrap();
     let mut steps = steps.iter().copied().peekable();
@@ -221,7 +222,7 @@ proptest! {
     }
 }
 
-/// Table 5.4 from executed runs: how often an operation ends within the time that it was planned to take.
+/// Table 5.4 from executed runs: fraction of operations that end within their planned duration.
 #[test]
 fn operations_end_in_time_as_often_as_wanted() {
     for confidence in [0.6, 0.7, 0.8, 0.9, 0.95, 0.99] {
@@ -261,7 +262,7 @@ fn operations_end_in_time_as_often_as_wanted() {
     }
 }
 
-/// A duration depends on its name alone: another plan, fewer agents or events change none.
+/// A sampled duration depends only on its name: another plan, fewer agents or events do not change it.
 #[test]
 fn durations_depend_on_nothing_but_their_name() {
     let problem = common::vineyard(2);
@@ -287,8 +288,8 @@ fn durations_depend_on_nothing_but_their_name() {
     assert!(all.iter().all(|(name, length)| other[name] != *length));
 }
 
-/// 5.B: people say at random what they think of waits and speeds. The adaptation index is more than 1 in the mean if the
-/// plan follows them, and 1 for everybody if it does not. The whole experiment: `examples/adaptation.rs`.
+/// 5.B: people give random feedback on waits and speeds. The mean adaptation index is more than 1 if the plan follows
+/// it, and exactly 1 if it does not. The complete experiment is `examples/adaptation.rs`.
 #[test]
 fn plans_follow_what_people_ask_for() {
     for (replan, follows) in [(Replan::None, false), (Replan::Both, true)] {
@@ -331,7 +332,7 @@ fn plans_follow_what_people_ask_for() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
 
-    /// Numbers from tiny to the largest that are allowed: a mission that begins is over, or stands still with a reason.
+    /// Numbers from tiny to the maximum: every mission ends, or stops with a reason.
     #[test]
     fn extreme_missions_come_to_an_end(
         powers in proptest::collection::vec(-6.0_f64..5.0, 12), zeros in any::<u16>(), bases in any::<bool>(), seed in 0_u64..100,

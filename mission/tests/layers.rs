@@ -1,5 +1,5 @@
-//! Layered plans: tiny problems against all assignments, the formulations against each other, random problems and what
-//! happens to their plans against the validator.
+//! Layered plans: tiny problems against enumeration, the formulations against each other, random problems and their
+//! plans after events against the validator.
 
 use crate::layered;
 
@@ -19,8 +19,8 @@ fn options(formulation: Formulation) -> Options {
     Options { formulation: Some(formulation), batch: Some(2), budget, ..Options::default() }
 }
 
-/// The least cost of everything, by trying every agent and object for each task, and for each assignment every length of
-/// each layer by ternary search. It shares the data and the cost of steps, nothing of the planners.
+/// Minimum cost by enumeration of agents and objects for all tasks, with a ternary search over the length of each
+/// layer. Shares the data types and the cost of steps with the planners, but no algorithm.
 fn brute(problem: &Problem) -> f64 {
     let mut steps: Vec<Step> = problem.begun.iter().map(Begun::step).collect();
     let open: Vec<usize> = (0..problem.tasks.len()).filter(|task| problem.begun_of(*task).is_none()).collect();
@@ -53,7 +53,7 @@ fn every(problem: &Problem, open: &[usize], steps: &mut Vec<Step>, best: &mut f6
     }
 }
 
-/// The steps with the best times: layer by layer, the length that costs least.
+/// Returns the steps with optimal times: layer by layer, the length of minimum cost.
 fn timed(problem: &Problem, steps: &[Step]) -> Vec<Step> {
     let mut steps = steps.to_vec();
     let mut begin = problem.start;
@@ -62,7 +62,7 @@ fn timed(problem: &Problem, steps: &[Step]) -> Vec<Step> {
         if here.iter().any(|s| !steps[*s].begun) {
             let fill = |length: f64| filled(problem, &steps, &here, begin, length);
             let shortest = fill(0.0).iter().map(|step| step.end).fold(begin, f64::max) - begin;
-            // What a length costs: this layer ends the mission, so that the makespan counts.
+            // Cost of a length: this layer ends the mission, so that the makespan counts.
             let price = |length: f64| {
                 let done: Vec<Step> =
                     fill(length).into_iter().filter(|step| problem.tasks[step.task].layer <= layer).collect();
@@ -80,7 +80,8 @@ fn timed(problem: &Problem, steps: &[Step]) -> Vec<Step> {
     steps
 }
 
-/// A layer in this time, or as little more as its fastest speeds need: each robot as slow as it may be and saves energy.
+/// Times a layer of this length, or the minimum longer one that its greatest speeds need: each robot uses the lowest
+/// useful speed.
 fn filled(problem: &Problem, steps: &[Step], here: &[usize], begin: f64, length: f64) -> Vec<Step> {
     let mut steps = steps.to_vec();
     for (agent, who) in problem.agents.iter().enumerate() {
@@ -112,12 +113,12 @@ fn filled(problem: &Problem, steps: &[Step], here: &[usize], begin: f64, length:
     steps
 }
 
-/// A problem that can be planned, or none.
+/// Returns the problem if it can be planned.
 fn possible(problem: Problem) -> Option<Problem> {
     problem.check().is_empty().then_some(problem)
 }
 
-/// What has begun of a plan at this time, as the problem of the rest.
+/// Returns the problem at this time: the steps of a plan that have begun by then are fixed.
 fn later(problem: &Problem, plan: &Plan, time: f64) -> Problem {
     let mut rest = Problem { start: time, begun: vec![], ..problem.clone() };
     for step in from_plan(problem, plan).iter().filter(|step| step.start <= time) {
@@ -163,7 +164,7 @@ proptest! {
         let Some(problem) = possible(layered::random(seed, 4, 6, 2, 1)) else { return Ok(()) };
         let whole = plan(&problem, &options(Formulation::Branch)).unwrap();
         let mut rest = later(&problem, &whole, share * whole.end().unwrap());
-        // What runs takes longer than planned.
+        // Current tasks take longer than planned.
         let now = rest.start;
         for begun in rest.begun.iter_mut().filter(|begun| begun.end > now) {
             begun.end += late;
@@ -276,7 +277,7 @@ fn each_rule_is_told() {
     assert!(validate(&weak, &good).iter().any(|violation| violation.rule == Rule::Able));
 }
 
-/// The weights of the thesis favour people for light blocks and robots for heavy ones (6.4.5).
+/// The weights of the thesis assign light blocks to people and heavy ones to robots (6.4.5).
 #[test]
 fn letter_h_is_proven_and_people_take_the_light_blocks() {
     let problem = layered::letter_h(1);

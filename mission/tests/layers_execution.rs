@@ -1,4 +1,4 @@
-//! Executed layers: what happens against what was planned, whatever is told against the validator and the rules, ways against
+//! Executed layers: records against the plan, random events against the validator and the rules, and paths against
 //! straight lines.
 
 mod executed;
@@ -18,7 +18,7 @@ fn possible(problem: Problem) -> Option<Problem> {
     problem.check().is_empty().then_some(problem)
 }
 
-/// An event of the four that anybody may tell at any time, or time that passes (s).
+/// An event that may be reported at any time, or passing time (s).
 #[derive(Clone, Copy, Debug)]
 enum Told {
     Event(Event),
@@ -46,8 +46,8 @@ fn replan() -> impl Strategy<Value = Replan> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 32, ..ProptestConfig::default() })]
 
-    /// Whatever is told: the validator refuses no plan, the records keep the rules, and who can go on does until all is
-    /// done.
+    /// For any events the validator accepts all plans, the records satisfy the rules, and every agent continues until
+    /// all tasks are done if it can.
     #[test]
     fn whatever_happens_the_rules_are_kept(
         seed in 0_u64..100_000, spread in 0.0_f64..0.8, replan in replan(), events in prop::collection::vec(told(), 1..24),
@@ -75,7 +75,7 @@ proptest! {
             check(&problem, &execution);
         }
         keeps_the_rules(&problem, execution.records());
-        // Everybody comes back, and who is waited for does its work.
+        // All agents come back, and the agents in `told` report their work.
         for agent in 0..problem.agents.len() {
             let _ = execution.tell(Event::Back { agent });
         }
@@ -94,7 +94,7 @@ proptest! {
         prop_assert_eq!(performed(execution.records()).iter().filter(|one| one.done).count(), problem.tasks.len());
     }
 
-    /// The same events give the same records, however time is cut.
+    /// The same events give the same records, independent of the time steps.
     #[test]
     fn records_do_not_depend_on_steps(seed in 0_u64..100_000, late in 0.0_f64..20.0, step in 0.1_f64..5.0) {
         let Some(mut problem) = possible(layered::random(seed, 7, 11, 2, 1)) else { return Ok(()) };
@@ -116,7 +116,7 @@ proptest! {
         prop_assert_eq!(of(step), of(4000.0));
     }
 
-    /// Without disturbances what was planned is what happens: times, energy, workload, cost.
+    /// Without disturbances the execution equals the plan: times, energy, workload, cost.
     #[test]
     fn as_planned(seed in 0_u64..100_000) {
         let Some(problem) = possible(layered::random(seed, 8, 12, 3, 1)) else { return Ok(()) };
@@ -142,7 +142,7 @@ proptest! {
         prop_assert!((numbers.makespan / scales.makespan - planned.makespan).abs() < 1e-6);
     }
 
-    /// Hands move without jumps, no faster than planned, from the base to the object, along the path, and back.
+    /// Hands move continuously, no faster than planned, from the base to the object, along the path, and back.
     #[test]
     fn ways_are_gone(seed in 0_u64..100_000) {
         let Some(problem) = possible(layered::random(seed, 6, 9, 2, 1)) else { return Ok(()) };
@@ -151,7 +151,7 @@ proptest! {
         let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
         for step in steps {
             let dt = (step.end - step.start) / 400.0;
-            // What an agent passes, at 401 instants.
+            // Positions of an agent at 401 instants.
             let mut here = execution.clone();
             let mut track = Vec::new();
             for k in 0..=400 {
@@ -164,7 +164,7 @@ proptest! {
             }
             let length: f64 = track.windows(2).map(|pair| apart(pair[0], pair[1])).sum();
             let way = problem.distance(step.agent, step.task, step.object);
-            // Corners are cut by what is sampled.
+            // Sampling cuts corners.
             prop_assert!(length <= way + 1e-6 && length >= way - 10.0 * step.speed * dt - 1e-6, "{} of {}", length, way);
             let object = step.object.map(|object| problem.objects[object].place);
             for place in object.into_iter().chain(problem.tasks[step.task].path.iter().copied()) {
@@ -177,7 +177,7 @@ proptest! {
     }
 }
 
-/// The mean of what tasks take, relative to the plan, is 1, and their deviation is the spread.
+/// The mean of the durations relative to the plan is 1, and their standard deviation is the spread.
 #[test]
 fn spreads_are_those_that_are_said() {
     let mut problem = layered::letter_h(1);
@@ -200,7 +200,8 @@ fn spreads_are_those_that_are_said() {
     assert!((mean - 1.0).abs() < 0.02 && (deviation - 0.2).abs() < 0.02, "{mean} {deviation}");
 }
 
-/// Late: whoever may change speeds ends no later than who may not, and costs no more; a loss is planned for in any case.
+/// After a delay, a plan with variable speeds ends no later and costs no more than one without; a loss is replanned in
+/// any case.
 #[test]
 fn what_the_plan_does_is_what_the_settings_allow() {
     let problem = layered::letter_h(1);
@@ -239,7 +240,8 @@ fn what_the_plan_does_is_what_the_settings_allow() {
     assert_eq!(of(Replan::Both, Event::Replan).3, 1);
 }
 
-/// A task that fails is done again, with its object; one that is lost is done by others, and who comes back works again.
+/// A failed task is repeated with its object; a lost agent's task is done by others, and an agent that comes back works
+/// again.
 #[test]
 fn failures_and_losses() {
     let problem = layered::letter_d(1);
@@ -269,9 +271,9 @@ fn failures_and_losses() {
     assert!(matches!(execution.tell(Event::Back { agent: at_work }), Err(EventError::NotLost { .. })));
     run(&mut execution);
     let late = performed(execution.records()).iter().any(|one| one.agent == at_work && one.start > 20.0);
-    // Who does what stays: it was given to others.
+    // The assignment stays: its tasks were assigned to others.
     assert!(execution.done() && !late);
-    // Where planning anew is allowed it gets its share again.
+    // If replanning is allowed, it gets tasks again.
     let mut execution = LayeredExecution::new(problem, Settings { replan: Replan::Both, ..settings() }).unwrap();
     execution.advance(2.0);
     execution.tell(Event::Lost { agent: at_work }).unwrap();
@@ -280,7 +282,8 @@ fn failures_and_losses() {
     assert!(execution.done() && execution.statistics().agents[at_work].tasks > 0);
 }
 
-/// Nobody else can close boxes: others go on as far as they can, and when she is back everything is done.
+/// Only one person can close boxes: without her the others continue as far as possible, and after she is back all tasks
+/// are done.
 #[test]
 fn without_a_plan_others_go_on() {
     let problem = layered::sorting(1);
@@ -310,7 +313,7 @@ fn without_a_plan_others_go_on() {
     assert_eq!((alone.stranded(), alone.next()), (Some(&NoFeasiblePlan::NobodyLeft { who: "everybody".into() }), None));
 }
 
-/// Who is waited for begins and ends when told, and not before; what depends on them waits.
+/// An agent in `told` begins and ends tasks only when reported; dependent tasks wait.
 #[test]
 fn people_begin_and_end_when_they_say_so() {
     let problem = layered::sorting(1);
@@ -324,7 +327,7 @@ fn people_begin_and_end_when_they_say_so() {
     for done in 1..=4 {
         execution.tell(Event::Began { agent: 2 }).unwrap();
         assert!(matches!(execution.tell(Event::Began { agent: 2 }), Err(EventError::Working { .. })));
-        // Far beyond what was planned.
+        // Long after the planned end.
         execution.advance(execution.time() + 60.0);
         assert_eq!(execution.agent(2).unwrap().doing, Doing::Working);
         assert!(execution.agent(2).unwrap().work.unwrap().expected > execution.time());
@@ -332,13 +335,13 @@ fn people_begin_and_end_when_they_say_so() {
         assert_eq!(execution.agent(2).unwrap().tasks, done);
         check(&problem, &execution);
     }
-    // The boxes are open: the arms fill them without being told.
+    // The boxes are open: the arms fill them without reports.
     execution.advance(execution.time() + 30.0);
     assert!(execution.statistics().tasks > 4);
     keeps_the_rules(&problem, execution.records());
 }
 
-/// What makes no sense is refused.
+/// Invalid settings and events are rejected.
 #[test]
 fn wrong_settings_and_events_are_refused() {
     let problem = layered::letter_h(1);
@@ -374,8 +377,8 @@ fn wrong_settings_and_events_are_refused() {
     assert!(matches!(problem.agents[0].body, Body::Robot { .. }));
 }
 
-/// A task that stays late is replanned less and less often: of `n` expected ends that pass, planning is considered at the
-/// powers of two alone, with a threshold of zero under which every repair is a reason to plan anew.
+/// Replanning backs off while a task stays late: of `n` expected ends that pass, replanning is considered only at
+/// powers of two, with a threshold of zero under which every repair would trigger it.
 #[test]
 fn around_a_task_that_stays_late_plans_are_made_anew_less_and_less_often() {
     use hierarq_mission::execution::PlanChange;

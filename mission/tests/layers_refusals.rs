@@ -1,4 +1,4 @@
-//! Layered problems that cannot be planned, and JSON that is no layers: each mistake with its place, reason and fix.
+//! Layered problems that cannot be planned, and invalid JSON: each mistake has a position, a reason and a fix.
 use crate::layered;
 
 use std::collections::BTreeMap;
@@ -110,7 +110,7 @@ fn too_few_objects_name_the_tasks_that_compete() {
             task.features.insert("red".into());
         }
     });
-    // Three tasks want a red cube of two; the ten tasks that want a cube at all have eight.
+    // Three tasks need a red cube, and there are two; the ten tasks that need any cube have eight.
     assert_eq!(found.len(), 2, "{found:?}");
     assert_eq!(found[0].reason, Reason::TooFewObjects { tasks: vec![0, 1, 2], objects: vec![0, 16] });
     for mistake in &found {
@@ -225,7 +225,7 @@ fn a_text_that_breaks_off_says_where_and_what_was_wrong_before() {
     }
 }
 
-/// A hostile text costs no time and no more than a hundred messages.
+/// A hostile text takes no time, and gives at most about a hundred messages.
 #[test]
 fn too_much_is_cut_off() {
     let features = vec!["\"x\""; 5000].join(",");
@@ -277,7 +277,7 @@ fn the_three_modes_share_the_work_differently() {
     let best = plan(&problem, &Options { formulation: Some(Formulation::Batches), ..Options::default() }).unwrap();
     let context = import(&export(&problem), &problem, Mode::Context).unwrap();
     assert_eq!(context, Imported { problem: problem.clone(), plan: None });
-    // All allocated as in the plan: what is left are the speeds, which batches have set best already.
+    // All tasks allocated as in the plan: only the speeds remain, which batches have optimized already.
     let text = export_plan(&problem, &best);
     let allocated =
         import(&text.replace(", \"start\"", ", \"description\": \"\", \"start\""), &problem, Mode::Allocated);
@@ -290,7 +290,7 @@ fn the_three_modes_share_the_work_differently() {
     let given = scheduled.plan.unwrap();
     assert_eq!(validate(&scheduled.problem, &given), vec![]);
     assert!((given.cost - best.cost).abs() < 1e-6 * best.cost);
-    // A model that lets everything begin at once is found out.
+    // A plan in which everything begins at once is rejected.
     let mut hasty = export_plan(&problem, &best);
     for activity in &best.activities {
         let (start, end) = (activity.start, activity.end);
@@ -307,7 +307,7 @@ fn the_three_modes_share_the_work_differently() {
     assert_eq!(missing.len(), 4 * problem.tasks.len(), "agent, object, start and end of each");
 }
 
-/// What a terminal would obey is in no name, and in no refusal.
+/// Control characters for terminals are neither accepted in names nor printed in refusals.
 #[test]
 fn names_command_nothing() {
     let with = |name: &str, action: &str, key: &str| {
@@ -324,7 +324,7 @@ fn names_command_nothing() {
     assert!(!with("würfel 🧊", "x", "y").concat().contains("no name"));
 }
 
-/// Each mistake in the times of a plan is told at its task, by name, with a time that would do.
+/// Each mistake in the times of a plan is reported at its task, by name, with a valid time.
 #[test]
 fn times_that_cannot_be_are_refused() {
     let problem = layered::letter_d(1);
@@ -347,7 +347,7 @@ fn times_that_cannot_be_are_refused() {
     assert!(early.to_string().contains("begins at -5 s, before the mission does; give a `start` of 0 s"), "{early}");
     let backwards = told(&with("end", &|start, _| start - 1.0));
     assert!(backwards.what.contains("before it begins"), "{backwards}");
-    // What is said to be long enough is long enough, and not much too long.
+    // The suggested time is sufficient, and not much too large.
     let hasty = told(&with("end", &|start, _| start + 0.1));
     assert!(hasty.what.contains("in 0.1 s"), "{hasty}");
     let enough: f64 = hasty.fix.split(' ').find_map(|word| word.parse().ok()).unwrap();

@@ -1,4 +1,4 @@
-//! Planners and executors of missions: one file a subject.
+//! Planners and executors of missions: one file per subject.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
 

@@ -1,4 +1,5 @@
-//! Random problems and what happens to their plans: every plan passes the validator, every damage to one is caught.
+//! Random problems and their plans after events: every plan passes the validator, and every damage to a plan is
+//! detected.
 
 use crate::common;
 
@@ -20,7 +21,7 @@ fn quick(formulation: Option<Formulation>) -> Options {
     Options { formulation, budget, ..Options::default() }
 }
 
-/// A random problem of few operations, some of them with uneven weights.
+/// A random problem of few operations, optionally with uneven weights.
 fn small(seed: u64, agents: usize, robots: usize, operations: usize, fixed: bool, uneven: bool) -> Problem {
     let mut problem = if fixed {
         common::fixed(seed, agents, robots, operations)
@@ -73,7 +74,7 @@ proptest! {
         let problem = small(seed, agents, robots, 1, false, true);
         let first = plan(&problem, &quick(None)).unwrap();
         prop_assert_eq!(first.engine.as_str(), "subsets");
-        // As it is before the start, and with some services under way.
+        // Before the start, and with some services in progress.
         let (later, _) = reschedule(
             &problem, &from_plan(&first).unwrap(), &problem, problem.start + share * first.end().unwrap(), &[],
         );
@@ -96,7 +97,7 @@ proptest! {
         let mut problem = small(seed, agents, robots, operations, fixed, false);
         let mut random = common::Random(seed ^ 11);
         problem.weights.makespan = (makespan - 0.3).max(0.0);
-        // Waits that weigh less and less, so that none gains by being long.
+        // Decreasing weights of waits, so that no wait gains by being long.
         for agent in &mut problem.agents {
             let first = random.within(0.0, 3.0);
             agent.wait_weights = (0..operations).map(|i| first / (1.0 + i as f64)).collect();
@@ -142,7 +143,7 @@ proptest! {
         }
     }
 
-    /// Of fixed durations, loose or tight, everything that proves them finds the same cost.
+    /// For fixed durations, loose or tight, all exact formulations find the same cost.
     #[test]
     fn fixed_durations_are_proven_alike(
         seed in 0_u64..100_000, agents in 2_usize..4, robots in 1_usize..4, operations in 2_usize..4, loose in 1.0_f64..8.0,
@@ -157,7 +158,7 @@ proptest! {
         prop_assert!((chosen.cost - orders.cost).abs() <= 1e-4 * orders.cost, "{} {}", chosen.cost, orders.cost);
     }
 
-    /// At any confidence and any spread a plan is what the validator wants.
+    /// At any confidence and any spread a plan is valid.
     #[test]
     fn confidences_near_certainty_are_valid(seed in 0_u64..100_000, tail in -6.0_f64..-0.1, sigma in -2.0_f64..5.5) {
         let mut problem = small(seed, 2, 1, 2, false, false);
@@ -172,7 +173,7 @@ proptest! {
         }
     }
 
-    /// The bound of batches is none above what is proven, and some bound, also where weights are uneven.
+    /// The bound of batches never exceeds a proven cost, and exists even for uneven weights.
     #[test]
     fn batches_are_bounded(
         seed in 0_u64..100_000, agents in 1_usize..5, robots in 1_usize..3, operations in 1_usize..4, fixed in any::<bool>(),
@@ -195,7 +196,7 @@ proptest! {
         let at = which % broken.activities.len();
         let phase = broken.activities[at].phase;
         match kind {
-            // A start or an end alone, so that phases no longer meet or a duration is another.
+            // A changed start or end, so that phases do not meet or a duration is wrong.
             0 => broken.activities[at].start += by,
             1 => broken.activities[at].end += by,
             2 => { broken.activities.remove(at); }
@@ -224,7 +225,7 @@ proptest! {
             let at = &schedule[(delay as usize) % schedule.len()];
             let mut observed = Vec::new();
             match what {
-                // An operation that is under way takes longer, or has ended early.
+                // A current operation takes longer, or has ended early.
                 0 => observed.extend(schedule.iter().filter(|s| s.start < time && s.end > time).map(|s| Observed {
                     agent: s.agent, operation: s.operation, end: (s.end + delay * feeling).max(time),
                 })),
@@ -233,7 +234,7 @@ proptest! {
                     now.agents[at.agent].place[0] += 10.0 * feeling;
                     now.agents[at.agent].place[1] -= delay / 100.0;
                 }
-                // A person says something.
+                // A person gives feedback.
                 _ => {
                     let feedback = Feedback {
                         agent: at.agent, operation: at.operation, robot: at.robot, speed: 0.15 * delay.max(100.0) / 400.0,
@@ -266,7 +267,7 @@ proptest! {
     }
 }
 
-/// A robot that takes no service is as if it were not there; one that takes them later leaves no earlier.
+/// A robot that takes no service has no effect on the plan; one that takes services later leaves no earlier.
 #[test]
 fn a_robot_that_is_absent_is_done_without() {
     for seed in 0..4 {
@@ -295,7 +296,7 @@ fn a_robot_that_is_absent_is_done_without() {
     }
 }
 
-/// Zero, or anything from tiny to beyond what is allowed.
+/// Zero, or a number from tiny to beyond the maximum.
 fn extreme() -> impl Strategy<Value = f64> {
     prop_oneof![1 => Just(0.0), 8 => (-6.0_f64..6.02).prop_map(|power| 10.0_f64.powf(power))]
 }
@@ -356,7 +357,7 @@ fn each_constraint_has_a_plan_that_breaks_it_alone() {
         rules
     };
     assert_eq!(rules(&|_| ()), []);
-    // All of one service 30 s earlier than its operation ends, and before the plan is made.
+    // One service 30 s before the end of its operation, and before the plan is made.
     let early = |s: &mut Vec<Assistance>| s[0].times = s[0].times.later(-(s[0].times.going + 30.0));
     assert!(rules(&early).contains(&Rule::Past));
     assert!(rules(&early).contains(&Rule::ServiceAfterOperation));

@@ -1,4 +1,4 @@
-//! What cannot be planned is refused, with the declaration and the reason.
+//! Problems that cannot be planned are rejected with the declaration and the reason.
 use crate::common;
 
 use std::path::Path;
@@ -118,7 +118,7 @@ fn numbers_beyond_the_constraint_program_are_refused() {
     let number = program.number(0, 1 << 20).unwrap();
     let term = hierarq_mission::engine::cp::Term::Number(number);
     assert!(matches!(program.at_most(&[(term, 1 << 11)], 0, None), Err(EngineError::Overflow { .. })));
-    // A coefficient of zero is left out, a sum of nothing holds or does not.
+    // A coefficient of zero is omitted, and an empty sum holds or does not.
     assert!(program.at_most(&[(term, 0)], 0, None).is_ok());
 }
 

@@ -1,4 +1,4 @@
-//! Numbers of the thesis and values worked by hand: Table 5.4, Algorithms 2, 3 and 5, (5.16) to (5.19), the scales.
+//! Numbers of the thesis and values computed by hand: Table 5.4, Algorithms 2, 3 and 5, (5.16) to (5.19), the scales.
 
 use crate::common;
 
@@ -21,7 +21,8 @@ fn near(a: f64, b: f64, by: f64) {
     assert!((a - b).abs() <= by, "{a} is not {b}");
 }
 
-/// Table 5.4: how often the planned duration suffices, for agents of means 250 + 10 a, against the confidence.
+/// Table 5.4: fraction of operations within the planned duration, for agents of means 250 + 10 a, against the
+/// confidence.
 #[test]
 fn planned_durations_suffice_as_often_as_wanted() {
     let mut generator = rand_pcg::Pcg64::new(5, 4);
@@ -41,7 +42,7 @@ fn planned_durations_suffice_as_often_as_wanted() {
     }
 }
 
-/// Scales and terms of the cost of one service, worked by hand.
+/// Scales and terms of the cost of one service, computed by hand.
 #[test]
 fn the_cost_of_one_service_is_what_the_equations_say() {
     let mut problem = common::problem(
@@ -61,7 +62,8 @@ fn the_cost_of_one_service_is_what_the_equations_say() {
     let schedule = from_plan(&plan).unwrap();
     let parts = cost(&problem, &schedule);
     let times = schedule[0].times;
-    // The operation outlasts the way there, so that both ways are made at the speed of least energy: 0.05 m/s.
+    // The operation takes longer than the approach to the agent, so that both legs use the speed of least energy: 0.05
+    // m/s.
     near(times.waiting - times.going, 80.0, 0.1);
     near(parts.human_wait, (times.serving - 100.0) / 100.0, 1e-9);
     near(parts.makespan, times.end / scales.makespan, 1e-9);
@@ -129,7 +131,8 @@ fn speeds(problem: &Problem, robot: usize) -> Range {
 fn speeds_follow_algorithm_2() {
     let problem = common::vineyard(3);
     let constants = Adaptation::default();
-    // Faster, served by the lighter robot at the greatest speed: 1.5 * 0.15 is cut at 0.2; the heavier one by 0.75 of it.
+    // Faster, served by the lighter robot at the greatest speed: 1.5 * 0.15 is limited to 0.2; the heavier one gets
+    // 0.75 of the increase.
     let (faster, _) = adapt(&problem, None, &feedback(0, 0.15, 0.5), &constants).unwrap();
     near(speeds(&faster, 0).high, 0.2, 1e-12);
     near(speeds(&faster, 0).low, 0.075, 1e-12);
@@ -138,18 +141,18 @@ fn speeds_follow_algorithm_2() {
     let (faster, _) = adapt(&problem, None, &feedback(0, 0.15, 0.2), &constants).unwrap();
     near(speeds(&faster, 0).high, 0.18, 1e-12);
     near(speeds(&faster, 1).high, 0.15 * 1.15, 1e-12);
-    // Served below the greatest speed, the weights alone change.
+    // Served below the greatest speed: only the weights change.
     let (weights, _) = adapt(&problem, None, &feedback(0, 0.1, 0.5), &constants).unwrap();
     assert_eq!(speeds(&weights, 0), speeds(&problem, 0));
-    // Slower: the heavier robot more.
+    // Slower: a larger change for the heavier robot.
     let (slower, _) = adapt(&problem, None, &feedback(0, 0.15, -0.3), &constants).unwrap();
     near(speeds(&slower, 0).high, 0.15 * 0.7, 1e-12);
     near(speeds(&slower, 1).high, 0.15 * 0.6, 1e-12);
     near(speeds(&slower, 0).low, 0.05, 1e-12);
-    // So much slower that the range would close: c_eps keeps it open.
+    // So much slower that the range would vanish: c_eps keeps it open.
     let (slowest, _) = adapt(&problem, None, &feedback(1, 0.15, -1.0), &constants).unwrap();
     near(speeds(&slowest, 1).high, 0.05 * 1.01, 1e-12);
-    // Feedback OK changes nothing.
+    // Neutral feedback changes nothing.
     let (same, _) = adapt(&problem, None, &feedback(0, 0.15, 0.0), &constants).unwrap();
     assert_eq!(same.agents[0].approaches, problem.agents[0].approaches);
 }
@@ -169,7 +172,7 @@ fn weights_and_distances_follow_the_equations() {
         near(next.approach_weight(1, k), 1.0 - 0.2 * priority, 1e-12);
     }
     assert_eq!((next.wait_weight(1, 0), next.approach_weight(1, 0)), (1.0, 1.0));
-    // Robot 2 is 4/3 as massive as robot 1: it keeps that much farther away, and comes 3/4 as much closer.
+    // Robot 2 is 4/3 as massive as robot 1: it keeps 4/3 of the additional distance, and comes closer by 3/4.
     near(next.approach(&next.agents[1], 0).1, 1.4, 1e-12);
     near(next.approach(&next.agents[1], 1).1, 1.0 + 0.4 * 4.0 / 3.0, 1e-12);
     let closer = Feedback { operation: 1, wait: -1.0, approach: 0.0, distance: -0.8, ..said };
@@ -185,15 +188,15 @@ fn weights_and_distances_follow_the_equations() {
 
 #[test]
 fn the_adaptation_index_follows_algorithm_5() {
-    // With changes relative to the larger value. Too short a wait (f = -0.5), from 13.7 s to 269.5 s.
+    // With changes relative to the larger value. The wait was too short (f = -0.5), from 13.7 s to 269.5 s.
     near(adaptation_index(1.0, Quantity::Wait, -0.5, 13.7, 269.5), 1.0 + 2.0 * 255.8 / 269.5, 1e-12);
-    // Too long a wait (f = 0.5), from 245.3 s to 20.5 s.
+    // The wait was too long (f = 0.5), from 245.3 s to 20.5 s.
     near(adaptation_index(1.0, Quantity::Wait, 0.5, 245.3, 20.5), 1.0 + 2.0 * 224.8 / 245.3, 1e-12);
     near(adaptation_index(1.0, Quantity::Wait, 0.5, 20.5, 245.3), 1.0 - 2.0 * 224.8 / 245.3, 1e-12);
     near(adaptation_index(2.0, Quantity::Speed, 1.0, 0.1, 0.125), 2.2, 1e-12);
     near(adaptation_index(2.0, Quantity::Speed, -1.0, 0.1, 0.125), 1.8, 1e-12);
     near(adaptation_index(2.0, Quantity::Speed, -1.0, 0.125, 0.1), 2.2, 1e-12);
-    // To nothing is as much as from nothing.
+    // A change to zero counts as much as one from zero.
     near(adaptation_index(1.0, Quantity::Wait, 1.0, 40.0, 0.0), 2.0, 1e-12);
     near(adaptation_index(1.0, Quantity::Wait, 1.0, 0.0, 40.0), 0.0, 1e-12);
     assert_eq!(adaptation_index(1.5, Quantity::Wait, 1.0, 0.0, 0.0), 1.5);
@@ -206,8 +209,8 @@ fn planned(problem: &Problem) -> Vec<Assistance> {
     from_plan(&plan(problem, &Options::default()).unwrap()).unwrap()
 }
 
-/// Algorithm 3, agent slower than planned: the robot stays where it waits, and approaches at the planned speed when the
-/// operation has ended.
+/// Algorithm 3, agent slower than planned: the robot stays at its waiting place, and approaches at the planned speed
+/// after the end of the operation.
 #[test]
 fn a_late_operation_is_waited_for() {
     let problem = common::vineyard(1);
@@ -224,7 +227,7 @@ fn a_late_operation_is_waited_for() {
     assert!(at.times.proximity > time);
     near(now.times.proximity, late, 1e-9);
     near(now.times.serving, late + approach, 1e-9);
-    // Who serves whom in which order stays, and nothing is earlier.
+    // Assignment and order stay, and nothing is earlier.
     for (was, is) in schedule.iter().zip(&repaired) {
         assert_eq!(was.robot, is.robot);
         assert!(is.times.serving >= was.times.serving - 1e-9 && is.times.end >= was.times.end - 1e-9);
@@ -233,7 +236,7 @@ fn a_late_operation_is_waited_for() {
     assert!(index > 0.0 && index.is_finite(), "{index}");
 }
 
-/// Nothing has happened: nothing changes, and the index is 0.
+/// Without events the schedule does not change, and the index is 0.
 #[test]
 fn a_plan_that_fits_stays() {
     let problem = common::vineyard(2);
@@ -252,7 +255,8 @@ fn a_plan_that_fits_stays() {
     }
 }
 
-/// 5.B: a person who found the wait too long waits no longer after the next operation than a person who did not say so.
+/// 5.B: a person who found the wait too long waits no longer after the next operation than a person without that
+/// feedback.
 #[test]
 fn a_wait_that_was_too_long_weighs_more() {
     let problem = common::random(4, 2, 1, 2);

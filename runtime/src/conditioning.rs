@@ -6,10 +6,11 @@
 //! y_k = u_k + a (y_{k-1} - u_k),    a = exp(-2π f_c T)
 //! ```
 //!
-//! The reference point of the moment remains the origin of the link. The filter is of first order, `y' = 2π f_c (u -
-//! y)`, discretized exactly for an input u that is constant over the tick, with T the time since the previous tick. It
-//! starts at the first value after the signal was absent. It runs in the world axes, so that its output does not depend
-//! on the mounting of the sensor. Source: Åström, Wittenmark, Computer-Controlled Systems (1997), ch. 3.
+//! The reference point of the moment remains the origin of the link. The filter is of first order,
+//! `y' = 2π f_c (u - y)`, discretized exactly for an input u that is constant over the tick, with T the time since the
+//! previous tick. It starts at the first value after the signal was absent. It runs in the world axes, so that its
+//! output does not depend on the mounting of the sensor. Source: Åström, Wittenmark, Computer-Controlled Systems
+//! (1997), ch. 3.
 
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -1,10 +1,11 @@
-//! What can go wrong while a program runs, as small values that the control loop can make without allocating.
+//! Faults of a running program, as small values that the control loop can create without allocating.
 
 use serde::{Deserialize, Serialize};
 
-/// A fault. The robot stands still at the tick at which one is found, which keeps every static limit whose margin is not
-/// negative (mathematics, velocity scaling of limits). A machine that has a transition for it goes on from there; otherwise
-/// the robot stands until the controller is started again. [`crate::Controller::describe`] puts names to the indices.
+/// A fault. The robot stands still at the tick at which one is found, which keeps every static limit whose margin is
+/// not negative (mathematics, velocity scaling of limits). A machine that has a transition for the fault continues from
+/// there. Otherwise the robot stands still until the controller is restarted. [`crate::Controller::describe`] names the
+/// indices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// An observed position, or the time, is not finite.
@@ -14,7 +15,7 @@ pub enum Fault {
     },
     /// A tick came later than the robot's deadline allows, or the time went back.
     Deadline {
-        /// Time since the tick before, in s.
+        /// Time since the previous tick, in s.
         gap: f64,
     },
     /// A signal that the state needs is absent, or was received too long ago.
@@ -31,15 +32,15 @@ pub enum Fault {
     },
     /// A moving parameter left its range, or is not finite.
     Value {
-        /// Its place in the table of values.
+        /// Its index in the table of values.
         at: usize,
     },
-    /// A variable was to be set to something that is not finite.
+    /// A variable would have been set to a value that is not finite.
     Variable {
-        /// The signal that is the variable.
+        /// Index of the variable among the signals.
         signal: usize,
     },
-    /// Two parts of the robot overlap so deeply that no direction leads apart.
+    /// Two parts of the robot overlap so deeply that no separating direction is defined.
     Overlap {
         /// Index of the task in the stack's order.
         member: usize,
@@ -63,21 +64,21 @@ pub enum Fault {
         /// Its index.
         level: usize,
     },
-    /// A limit is passed, and a transition of the state asks for it.
+    /// A limit is violated, and a transition of the state is triggered by it.
     Limit {
         /// Index of the task in the stack's order.
         member: usize,
         /// Its row.
         row: usize,
     },
-    /// The solver gave no usable answer.
+    /// The solver returned no usable answer.
     Solver {
         /// The level's index.
         level: usize,
     },
     /// The robot is further from the reference than [`crate::controller::TRACKING_LIMIT`].
     Tracking {
-        /// The degree of freedom.
+        /// Index of the degree of freedom.
         dof: usize,
     },
 }
@@ -123,7 +124,7 @@ impl FaultKind {
         FaultKind::Tracking,
     ];
 
-    /// Its word in specs and logs.
+    /// Name of the kind in specs and logs.
     pub fn word(self) -> &'static str {
         match self {
             FaultKind::NotFinite => "not_finite",

@@ -1,9 +1,9 @@
-//! The motion that the hierarchy chooses: accelerations of joints and links, and reversals of joints.
+//! Motion that the hierarchy chooses: accelerations of joints and links, and reversals of joints.
 //!
-//! One definition for expectations, which record it, and for conditions of machines, which the controller measures: the
-//! velocities are those that the hierarchy chose, before the low-level layer adds its correction for the measured position. An
-//! acceleration is the change of the velocity from a tick to the next, divided by the period. The robot stands before the first
-//! tick. [`crate::record::joint_motion`] says what a reversal is.
+//! Expectations, which record the motion, and conditions of machines, which the controller measures, share this
+//! definition. The velocities are those that the hierarchy chose, before the low-level layer adds its correction for
+//! the measured position. An acceleration is the change of the velocity from a tick to the next, divided by the period.
+//! The robot is at rest before the first tick. [`crate::record::joint_motion`] defines a reversal.
 
 use nalgebra::Vector3;
 use robot::{Data, LinkId, Model};
@@ -11,17 +11,17 @@ use robot::{Data, LinkId, Model};
 use crate::program::Measure;
 use crate::record::joint_motion::Reversals;
 
-/// The velocity of the origin of a link in the world, in m/s.
+/// Velocity of the origin of a link in the world, in m/s, at the previous tick and at this one.
 struct LinkVelocity {
     link: LinkId,
     before: Vector3<f64>,
     now: Vector3<f64>,
 }
 
-/// The motion so far. All memory is allocated when it is made.
+/// Motion so far. All memory is allocated by `new`.
 pub(crate) struct Motion {
     period: f64,
-    /// Of each degree of freedom at the tick before and at this one, in rad/s or m/s.
+    /// Velocity of each degree of freedom at the previous tick and at this one, in rad/s or m/s.
     before: Vec<f64>,
     now: Vec<f64>,
     links: Vec<LinkVelocity>,
@@ -29,7 +29,7 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// Of a robot with a control period in s, for what measures ask for.
+    /// Prepares the given measures for a robot with a control period in s.
     pub fn new<'m>(model: &Model, period: f64, measures: impl Iterator<Item = &'m Measure>) -> Motion {
         let mut links: Vec<LinkVelocity> = Vec::new();
         for measure in measures {
@@ -48,12 +48,12 @@ impl Motion {
         }
     }
 
-    /// Whether [`Motion::tick`] needs kinematics.
+    /// Returns true if [`Motion::tick`] needs kinematics.
     pub fn needs_kinematics(&self) -> bool {
         !self.links.is_empty()
     }
 
-    /// Begins anew with a robot that stands.
+    /// Restarts with a robot at rest.
     pub fn restart(&mut self, model: &Model) {
         self.before.fill(0.0);
         self.now.fill(0.0);
@@ -61,8 +61,8 @@ impl Motion {
         self.reversals.iter_mut().zip(&model.dofs).for_each(|(r, d)| *r = Reversals::new(d.velocity));
     }
 
-    /// Takes the velocity that the hierarchy chose at a tick, `nv` numbers, at a time in s; `data` holds the kinematics of the
-    /// configuration of that tick. Never allocates.
+    /// Takes the velocity that the hierarchy chose at a tick, `nv` numbers, at a time in s; `data` contains the
+    /// kinematics of the configuration of that tick. Never allocates.
     pub fn tick(&mut self, model: &Model, data: &Data, v: &[f64], time: f64) {
         self.before.copy_from_slice(&self.now);
         self.now.copy_from_slice(v);
@@ -72,7 +72,7 @@ impl Motion {
         self.reversals.iter_mut().zip(v).for_each(|(r, v)| r.tick(*v, time));
     }
 
-    /// What a measure of the motion is at the tick; none for other measures. Never allocates.
+    /// Value of a measure of the motion at the tick; `None` for other measures. Never allocates.
     pub fn measure(&self, measure: &Measure) -> Option<f64> {
         let link = |link: &LinkId| self.links.iter().find(|l| l.link == *link);
         match measure {

@@ -1,9 +1,9 @@
-//! The control period of a program and its gains: a gain `φ` overshoots where `φ T > 1`.
+//! Control period of a program and its gains: a gain `φ` overshoots if `φ T > 1`.
 //!
-//! A row is held for one period T. A target `J v = -φ e` then takes `φ T e` off its error, and a limit `J v >= -φ h` lets
-//! `φ T h` of its margin be used up: with `φ T > 1` the error changes its sign at every tick, and a single step passes the
-//! limit. The compiler refuses such gains (HQ0501) for the rate of the spec. A controller refuses them for the period of the
-//! program that it is given, and [`Program::at_period`] says which they are.
+//! A row is held for one period T. A target `J v = -φ e` then reduces its error by `φ T e`, and a limit `J v >= -φ h`
+//! allows `φ T h` of its margin to be used up. With `φ T > 1` the error changes its sign at every tick, and a single
+//! step passes the limit. The compiler rejects such gains (HQ0501) for the rate of the spec. A controller rejects them
+//! for the period of its program, and [`Program::at_period`] lists them.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ use crate::program::{Program, ProgramError, overshoots};
 /// A gain that is too high for a period.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HighGain {
-    /// The task that has it; none for the tracking gain of the robot.
+    /// Task that has it; `None` for the tracking gain of the robot.
     pub task: Option<String>,
     /// The gain, in 1/s.
     pub gain: f64,
@@ -28,19 +28,19 @@ impl fmt::Display for HighGain {
     }
 }
 
-/// Why a program cannot run at a period.
+/// Reason why a program cannot run at a period.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PeriodError {
-    /// It is no positive, finite time.
+    /// It is not a positive, finite time.
     NotATime,
     /// Gains overshoot within it.
     HighGains {
         /// The period, in s.
         period: f64,
-        /// The gains: that of the robot, then those of tasks in the order of the program.
+        /// The gain of the robot, then those of tasks in the order of the program.
         gains: Vec<HighGain>,
     },
-    /// Something else does not go with it: a run that would be shorter than one tick, the gain of a safety field.
+    /// Another part is incompatible with it: a run that would be shorter than one tick, or the gain of a safety field.
     Program(ProgramError),
 }
 
@@ -65,15 +65,15 @@ impl fmt::Display for PeriodError {
 impl std::error::Error for PeriodError {}
 
 impl Program {
-    /// The same program at another control period in s, as if its spec had been compiled for that rate.
+    /// Returns the program at another control period in s, as if its spec had been compiled for that rate.
     ///
-    /// The deadline stays the same number of periods. Gains that move with time are held below one over the new period while
-    /// the program runs. Rows that were proven to have no say at the old period are solved again. Scenarios are left out: what
-    /// they expect is counted in ticks.
+    /// The deadline remains the same number of periods. Gains that move with time are limited to one over the new
+    /// period while the program runs. Rows that were proven idle at the old period are solved again. Scenarios are
+    /// removed, because their expectations are counted in ticks.
     ///
     /// # Errors
-    /// The period is no positive, finite time; gains overshoot within it: all of them are named, of a gain that moves its
-    /// value at the start; or something else of the program does not go with it.
+    /// The period is not a positive, finite time; or gains overshoot within it, all of which are listed (a moving gain
+    /// with its initial value); or another part of the program is incompatible with it.
     pub fn at_period(&self, period: f64) -> Result<Program, PeriodError> {
         if !(period.is_finite() && period > 0.0) {
             return Err(PeriodError::NotATime);
@@ -91,13 +91,14 @@ impl Program {
         }
         program.check().map_err(PeriodError::Program)?;
         for stack in 0..program.stacks.len() {
-            // What else depends on the period is told where tasks and planners are built, such as the gain of a field.
+            // Other dependencies on the period, such as the gain of a field, are checked when tasks and planners are
+            // built.
             Evaluator::new(&program, stack).map_err(PeriodError::Program)?;
         }
         Ok(program)
     }
 
-    /// The gains that overshoot within the program's period: the robot's, then those of tasks, each task once.
+    /// Gains that overshoot within the program's period: the robot's, then those of tasks, each task once.
     fn high_gains(&self) -> Vec<HighGain> {
         let (robot, values) = (&self.robot, &self.values.initial);
         let tracking = overshoots(robot.tracking_gain, robot.period);

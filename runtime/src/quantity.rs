@@ -1,10 +1,10 @@
-//! Quantities as a person reads them: three significant digits, an SI prefix that fits, angles in degrees.
+//! Quantities as text for people: three significant digits, an SI prefix that fits, angles in degrees.
 
-/// Below this an SI value is what rounding leaves of a zero.
+/// Magnitude below which an SI value counts as the rounding error of a zero.
 const NOISE: f64 = 1e-12;
 
-/// A number in an SI unit as text: `3.10 mm`, `0.250 m`, `8.69 um`, `45.0 deg`, `2.30 mdeg/s`. What is not finite is `-`,
-/// what rounding leaves of a zero `0` with its unit.
+/// Formats a number in an SI unit: `3.10 mm`, `0.250 m`, `8.69 um`, `45.0 deg`, `2.30 mdeg/s`. A number that is not
+/// finite is `-`; the rounding error of a zero is `0` with its unit.
 pub fn quantity(x: f64, unit: &str) -> String {
     if !x.is_finite() {
         return "-".to_string();
@@ -24,19 +24,20 @@ pub fn quantity(x: f64, unit: &str) -> String {
     if !prefixed {
         return format!("{} {unit}", digits(x)).trim_end().to_string();
     }
-    // 0.35 m reads better than 350 mm: the plain unit serves from a tenth on. Prefixes are chosen by the rounded value.
+    // 0.35 m reads better than 350 mm: the plain unit is used from a tenth on. Prefixes are chosen by the rounded
+    // value.
     let a = rounded(x).abs();
     let prefixes = [(0.1, "", 1.0), (1e-3, "m", 1e3), (1e-6, "u", 1e6), (1e-9, "n", 1e9)];
     let (_, prefix, factor) = prefixes.into_iter().find(|p| a >= p.0).unwrap_or((0.0, "p", 1e12));
     format!("{} {prefix}{unit}", significant(rounded(x) * factor))
 }
 
-/// To three significant digits.
+/// Rounds to three significant digits.
 fn rounded(x: f64) -> f64 {
     format!("{x:.2e}").parse().unwrap_or(x)
 }
 
-/// Three significant digits, without an exponent: `0.350`, `8.69`, `123`.
+/// Formats three significant digits, without an exponent: `0.350`, `8.69`, `123`.
 fn significant(x: f64) -> String {
     let x = rounded(x);
     let magnitude = if x == 0.0 { 0.0 } else { x.abs().log10().floor() };
@@ -44,7 +45,7 @@ fn significant(x: f64) -> String {
     format!("{x:.decimals$}")
 }
 
-/// The same for a number whose unit takes no prefix; with an exponent where it is very small or very large.
+/// Formats a number whose unit takes no prefix, with an exponent if it is very small or very large.
 fn digits(x: f64) -> String {
     if (1e-3..1e6).contains(&x.abs()) { significant(x) } else { format!("{x:.2e}") }
 }

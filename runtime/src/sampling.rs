@@ -1,12 +1,12 @@
-//! Configurations spread at random, at which rows and fields are looked at before the first tick.
+//! Random configurations at which rows and fields are evaluated before the first tick.
 
-/// Configurations that are looked at.
+/// Number of configurations.
 pub(crate) const SAMPLES: usize = 48;
 
-/// Where the spread of configurations begins.
+/// Seed of the configurations.
 pub(crate) const SEED: u64 = 0x5eed;
 
-/// Uniform numbers in 0..1: a linear congruential generator is enough to spread configurations (Knuth, MMIX).
+/// Generator of uniform numbers in 0..1: a linear congruential one is enough to spread configurations (Knuth, MMIX).
 pub(crate) struct Spread(pub(crate) u64);
 
 impl Spread {

@@ -1,5 +1,5 @@
-//! What the host tells the controller between ticks: values of signals, each with the time at which it was received, and
-//! events.
+//! Inputs that the host sends to the controller between ticks: values of signals, each with the time at which it was
+//! received, and events.
 
 use nalgebra::UnitQuaternion;
 
@@ -7,10 +7,10 @@ use crate::conditioning::Conditioner;
 use crate::program::{Interface, Lost, SignalProgram};
 use crate::tracking::Estimate;
 
-/// A quaternion whose length differs from 1 by more is no orientation.
+/// Largest difference from 1 of the length of a quaternion that counts as an orientation.
 pub const NOT_UNIT: f64 = 1e-3;
 
-/// Brings a quaternion to length 1; false where it is none.
+/// Scales a quaternion to length 1; false if its length is too far from 1.
 fn normalised(q: &mut [f64]) -> bool {
     let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
     let good = (length - 1.0).abs() <= NOT_UNIT;
@@ -22,25 +22,25 @@ fn normalised(q: &mut [f64]) -> bool {
 
 /// The signals of a controller.
 ///
-/// A value counts until its signal's timeout has passed; then it is absent, as it is before the first one was received. A
-/// value that is not finite makes its signal absent at once, and so does an orientation whose quaternion is further than
-/// [`NOT_UNIT`] from length 1; closer ones are normalised. Variables of the machine stand among them; the host reads them
-/// and cannot set them.
+/// A value is valid until its signal's timeout has passed. Then the signal is absent, as it is before the first value
+/// was received. A value that is not finite makes its signal absent at once, and so does an orientation whose
+/// quaternion is further than [`NOT_UNIT`] from length 1; closer ones are normalised. Variables of the machine are
+/// among the signals; the host can read them and cannot set them.
 ///
-/// The tracked point of a person has a velocity beside its value, which the host sends behind the position or which is
-/// estimated. When its readings stop it is absent too; but where it is held, its last position counts on, at rest, with
-/// an uncertainty that grows from then on.
+/// The tracked point of a person has a velocity beside its value, which the host sends after the position or which is
+/// estimated. When its readings stop, it becomes absent too. If it is held, its last position remains valid, at rest,
+/// with an uncertainty that grows from then on.
 pub struct Signals {
     interface: Interface,
-    /// For each signal when its value was received, in s; never is minus infinity.
+    /// Time at which each signal's value was received, in s; minus infinity for never.
     received: Vec<f64>,
-    /// The table: for each signal whether it is present, 1 or -1, and its value, NaN where absent.
+    /// The table: for each signal 1 if it is present and -1 otherwise, and its value, NaN if absent.
     table: Vec<f64>,
-    /// The last value of each, in the places of the table.
+    /// Last value of each signal, at the indices of the table.
     last: Vec<f64>,
-    /// For each signal, of tracked points, how it moves.
+    /// Estimated motion of each signal that is a tracked point.
     motions: Vec<Option<Estimate>>,
-    /// For each signal since when its readings have been missing, in s; infinity where none ever came.
+    /// Time from which each signal's readings count as missing, in s; infinity if none ever came.
     lost: Vec<f64>,
     /// Events since the last tick.
     raised: Vec<bool>,
@@ -64,7 +64,7 @@ impl Signals {
         signals
     }
 
-    /// Variables hold what they hold at the start, sensors have the bias that was declared.
+    /// Resets variables to their initial values and sensors to their declared bias.
     pub(crate) fn restart(&mut self) {
         self.conditioner.restart(&self.interface);
         for (s, received) in self.interface.signals.iter().zip(&mut self.received) {
@@ -76,15 +76,15 @@ impl Signals {
         }
     }
 
-    /// What signals and events there are.
+    /// Declared signals and events.
     pub fn interface(&self) -> &Interface {
         &self.interface
     }
 
-    /// Gives a signal a value that was received at a time, in s. Never allocates.
+    /// Sets the value of a signal that was received at a time, in s. Never allocates.
     ///
-    /// False where there is no such signal, it has another number of numbers: of a tracked point whose velocity is
-    /// measured they are six, its position in m and its velocity in m/s, or it is a variable of the machine.
+    /// Returns false if there is no such signal, if it is a variable of the machine, or if it has another number of
+    /// numbers. A tracked point whose velocity is measured has six: its position in m and its velocity in m/s.
     pub fn set(&mut self, signal: usize, value: &[f64], time: f64) -> bool {
         if self.interface.signals.get(signal).is_none_or(|s| s.is_variable()) {
             return false;
@@ -115,7 +115,7 @@ impl Signals {
         true
     }
 
-    /// Makes a signal absent; one that the machine sets stays as it is. What was known of it is forgotten.
+    /// Makes a signal absent and forgets its history. A signal that the machine sets is unchanged.
     pub fn clear(&mut self, signal: usize) {
         if self.interface.signals.get(signal).is_some_and(|s| !s.is_variable()) {
             self.received[signal] = f64::NEG_INFINITY;
@@ -126,8 +126,8 @@ impl Signals {
         }
     }
 
-    /// Gives a variable the value that it has from now on, in the table too. False where that is none: the variable is as
-    /// it was.
+    /// Sets the value of a variable, in the table too. Returns false if the value is invalid; the variable is then
+    /// unchanged.
     pub(crate) fn assign(&mut self, variable: usize, value: &[f64]) -> bool {
         let mut good = [0.0; crate::program::MAX_SIGNAL];
         let good = &mut good[..value.len().min(crate::program::MAX_SIGNAL)];
@@ -157,7 +157,7 @@ impl Signals {
         self.table[s.at + 1..=s.at + s.len].fill(f64::NAN);
     }
 
-    /// Lets what a wrench shows become its bias; false where it is absent.
+    /// Tares a wrench; false if it is absent.
     pub(crate) fn tare(&mut self, signal: usize) -> bool {
         if !self.is_present(signal) {
             return false;
@@ -167,39 +167,39 @@ impl Signals {
         true
     }
 
-    /// Raises an event; false where there is none. It is seen at the next tick, and gone after it.
+    /// Raises an event; false if it does not exist. It is visible at the next tick only.
     pub fn raise(&mut self, event: usize) -> bool {
         self.raised.get_mut(event).map(|r| *r = true).is_some()
     }
 
-    /// Whether a signal is present at the last tick.
+    /// Returns true if a signal is present at the last tick.
     pub fn is_present(&self, signal: usize) -> bool {
         self.interface.signals.get(signal).is_some_and(|s| self.table[s.at] > 0.0)
     }
 
-    /// Whether the value of a signal may be used at the last tick: it is present, or it is held.
+    /// Returns true if the value of a signal may be used at the last tick: it is present, or it is held.
     pub fn is_known(&self, signal: usize) -> bool {
         self.interface.signals.get(signal).is_some_and(|s| self.table[s.known_at()] > 0.0)
     }
 
-    /// The velocity of a tracked point at the last tick, in m/s; NaN where the point is absent, empty for other signals.
+    /// Velocity of a tracked point at the last tick, in m/s; NaN if the point is absent, empty for other signals.
     pub fn velocity(&self, signal: usize) -> &[f64] {
         let points = self.interface.signals.get(signal).filter(|s| s.motion.is_some());
         points.map_or(&[], |s| &self.table[s.velocity_at()..s.known_at()])
     }
 
-    /// The uncertainty of a tracked point at the last tick, in m; NaN where it is absent, none for other signals.
+    /// Uncertainty of a tracked point at the last tick, in m; NaN if it is absent, `None` for other signals.
     pub fn uncertainty(&self, signal: usize) -> Option<f64> {
         let s = self.interface.signals.get(signal).filter(|s| s.motion.is_some())?;
         Some(self.table[s.uncertainty_at()])
     }
 
-    /// The value of a signal at the last tick; NaN where absent.
+    /// Value of a signal at the last tick; NaN if absent.
     pub fn value(&self, signal: usize) -> &[f64] {
         self.interface.signals.get(signal).map_or(&[], |s| &self.table[s.at + 1..s.at + 1 + s.len])
     }
 
-    /// The table of signals at the last tick.
+    /// Table of signals at the last tick.
     pub fn table(&self) -> &[f64] {
         &self.table
     }
@@ -212,7 +212,8 @@ impl Signals {
         self.raised.fill(false);
     }
 
-    /// Works out the table for a tick. `axes` says how a link stands at the observed configuration, where that is known.
+    /// Computes the table for a tick. `axes` returns the orientation of a link at the observed configuration, if it is
+    /// known.
     pub(crate) fn at(&mut self, time: f64, axes: impl Fn(robot::LinkId) -> Option<UnitQuaternion<f64>>) {
         let Signals { interface, received, table, last, conditioner, motions, lost, .. } = self;
         let dt = conditioner.tick(time);
@@ -247,7 +248,7 @@ fn point(
     (received, lost, last): (&mut f64, &mut f64, &mut [f64]),
 ) -> bool {
     if value.iter().all(|x| x.is_finite()) {
-        // A reading that was missing for too long has no predecessor.
+        // After a gap longer than the timeout, the reading has no predecessor.
         if time - *received > s.timeout.unwrap_or(f64::INFINITY) {
             estimate.forget();
         }
@@ -265,8 +266,8 @@ fn point(
     true
 }
 
-/// Writes a tracked point into the table. `lost` is since when its readings have been missing: infinity where they are
-/// not, or where none ever came.
+/// Writes a tracked point into the table. `lost` is the time from which its readings count as missing: infinity if none
+/// ever came.
 fn moving(s: &SignalProgram, estimate: &Estimate, lost: f64, time: f64, last: &[f64], table: &mut [f64]) {
     let (value, velocity, known, uncertainty) = (s.at + 1, s.velocity_at(), s.known_at(), s.uncertainty_at());
     table[value..uncertainty + 2].fill(f64::NAN);

@@ -1,4 +1,4 @@
-//! Runs a program on the simulated robot and shows every tick to a recorder.
+//! Runs a program on the simulated robot and passes every tick to a recorder.
 
 use solver::Problem;
 
@@ -8,7 +8,7 @@ use crate::evaluator::{Evaluator, Moment};
 use crate::program::{Program, ProgramError, ScenarioProgram, Times};
 use crate::tick::{Recorder, Tick};
 
-/// Why a run ended before its time.
+/// Reason why a run ended early.
 #[derive(Debug)]
 pub enum RunError {
     /// The program cannot be executed.
@@ -28,15 +28,15 @@ impl std::fmt::Display for RunError {
 
 impl std::error::Error for RunError {}
 
-/// The stacks at the robot's true configuration, which the controller does not know.
+/// Stacks at the robot's true configuration, which the controller does not know.
 struct Truth {
-    /// For each stage.
+    /// Evaluator and problem of each stage.
     stages: Vec<(Evaluator, Problem)>,
-    /// The last visit to a state that was seen.
+    /// Last visit to a stack that was seen.
     visit: Option<u64>,
-    /// The command of the tick before.
+    /// Command of the previous tick.
     last: Vec<f64>,
-    /// The velocity of the controller's stack at the tick before.
+    /// Velocity of the controller's stack at the previous tick.
     stack_velocity: Vec<f64>,
 }
 
@@ -44,7 +44,7 @@ struct Truth {
 pub struct Simulation {
     closed: ClosedLoop,
     truth: Option<Truth>,
-    /// The table of signals as recorders see it.
+    /// Table of signals for recorders.
     signals: Vec<f64>,
     period: f64,
     ticks: usize,
@@ -73,7 +73,7 @@ impl Truth {
                 evaluator.hand_over();
             }
         }
-        // A fault of the monitors alone is not the controller's: its last good numbers stand.
+        // A fault of the monitors alone is not one of the controller: their last valid numbers are kept.
         let _ = evaluator.update(q, moment, problem);
         evaluator.observe(q, velocity);
         self.last.copy_from_slice(velocity);
@@ -83,7 +83,7 @@ impl Truth {
 }
 
 impl Simulation {
-    /// Makes a program ready to run.
+    /// Prepares a program for a run.
     ///
     /// # Errors
     /// The program cannot be executed.
@@ -91,7 +91,7 @@ impl Simulation {
         Simulation::among(program, None)
     }
 
-    /// The same in the world of a scenario. The program is that of [`ScenarioProgram::program`].
+    /// Prepares a program for a run in the world of a scenario. The program is that of [`ScenarioProgram::program`].
     ///
     /// # Errors
     /// The program cannot be executed.
@@ -122,12 +122,12 @@ impl Simulation {
         &self.closed.controller
     }
 
-    /// How many ticks the run takes.
+    /// Number of ticks of the run.
     pub fn ticks(&self) -> usize {
         self.ticks
     }
 
-    /// Runs to the end, or until `go_on` says no. `clock` gives seconds; the run does not depend on it.
+    /// Runs to the end, or until `go_on` returns false. `clock` returns seconds; the run does not depend on it.
     ///
     /// # Errors
     /// A recorder failed.

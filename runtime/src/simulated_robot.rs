@@ -1,8 +1,8 @@
 //! The simulated robot: a velocity-controlled mechanism that moves on its configuration manifold.
 //!
-//! It follows a command within the speeds of its joints, stops at their mechanical limits, and may be made imperfect: a
-//! first-order lag of the actuators, speeds and accelerations that they cannot exceed, and Gaussian noise on the measured
-//! positions, seeded and reproducible.
+//! It follows a velocity command within the speeds of its joints and stops at their mechanical limits. It can be made
+//! imperfect: a first-order lag of the actuators, speeds and accelerations that they cannot exceed, and Gaussian noise
+//! on the measured positions, seeded and reproducible.
 
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
@@ -45,17 +45,17 @@ impl SimulatedRobot {
         }
     }
 
-    /// The true configuration.
+    /// True configuration.
     pub fn q(&self) -> &[f64] {
         &self.q
     }
 
-    /// True where the robot does exactly what it is told, so that what is measured is what is.
+    /// Returns true if the robot follows commands exactly and its measurements are exact.
     pub fn is_perfect(&self) -> bool {
         self.lag == 0.0 && self.speed == f64::INFINITY && self.acceleration == f64::INFINITY && self.noise.is_none()
     }
 
-    /// The configuration as the sensors report it: joints with noise, the base without.
+    /// Measured configuration: joints with noise, the base without.
     pub fn measure(&mut self) -> &[f64] {
         self.measured.copy_from_slice(&self.q);
         if let Some((normal, rng)) = &mut self.noise {
@@ -85,11 +85,11 @@ impl SimulatedRobot {
     }
 }
 
-/// The mean velocity of an actuator over a time, and its velocity then: `lag v' = wanted - v`, as far as `|v'|` stays
-/// within `most`; without a lag it goes to what is wanted as fast as it may.
+/// Mean velocity of an actuator over a time, and its velocity at the end: `lag v' = wanted - v`, as far as `|v'|` stays
+/// within `most`. Without a lag, the velocity goes to the wanted one as fast as `most` allows.
 fn follow(v: f64, wanted: f64, time: f64, lag: f64, most: f64) -> (f64, f64) {
     let behind = v - wanted;
-    // First the acceleration is the limit, until the lag asks for no more than that.
+    // First the acceleration is at its limit, until the lag demands no more than that.
     let ramp = if most.is_finite() { ((behind.abs() - most * lag) / most).clamp(0.0, time) } else { 0.0 };
     let slope = if ramp > 0.0 { most * behind.signum() } else { 0.0 };
     let rest = behind - slope * ramp;
@@ -111,7 +111,7 @@ mod tests {
 
     use super::*;
 
-    /// The same by small steps.
+    /// Reference for `follow`: small steps.
     fn in_small_steps(mut v: f64, wanted: f64, time: f64, lag: f64, most: f64) -> (f64, f64) {
         let steps = 200_000;
         let dt = time / f64::from(steps);

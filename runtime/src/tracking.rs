@@ -1,24 +1,24 @@
-//! How the tracked point of a person moves: its velocity, measured, or estimated from successive positions.
+//! Motion of the tracked point of a person: its velocity, measured, or estimated from successive positions.
 //!
-//! The estimate is the difference of two readings over the time between them, behind a first-order low-pass that is
-//! exact for a difference that stays the same between readings: `v += (1 - exp(-2 pi f dt)) (dx/dt - v)`. It begins at
-//! rest with the first reading, and with the first one after the point was lost. Where a largest speed is given, each
+//! The estimate is the difference of two readings over the time between them, filtered by a first-order low-pass that
+//! is exact for a difference that is constant between readings: `v += (1 - exp(-2 pi f dt)) (dx/dt - v)`. It starts at
+//! rest with the first reading, and with the first one after the point was lost. If a largest speed is set, each
 //! difference and each measured velocity is shortened to it: a jump of the tracker does not count as a movement.
 
 use std::f64::consts::TAU;
 
 use crate::program::{Tracking, Velocity};
 
-/// Readings closer together than this, in s, are of one instant, and say nothing of a speed.
+/// Readings closer together than this, in s, count as one instant and yield no speed.
 const INSTANT: f64 = 1e-9;
 
-/// The movement of one point.
+/// Motion of one point.
 #[derive(Clone, Debug)]
 pub(crate) struct Estimate {
     motion: Tracking,
-    /// The last reading: when, in s, and where, in m.
+    /// Last reading: its time in s and its position in m.
     last: Option<(f64, [f64; 3])>,
-    /// In m/s.
+    /// Velocity in m/s.
     velocity: [f64; 3],
 }
 
@@ -32,17 +32,17 @@ impl Estimate {
         (self.last, self.velocity) = (None, [0.0; 3]);
     }
 
-    /// Whether there is a reading that counts.
+    /// Returns true if there is a valid reading.
     pub fn is_known(&self) -> bool {
         self.last.is_some()
     }
 
-    /// The velocity in m/s.
+    /// Velocity in m/s.
     pub fn velocity(&self) -> &[f64; 3] {
         &self.velocity
     }
 
-    /// Takes a reading of finite numbers: a position in m, and behind it the velocity in m/s where that is measured.
+    /// Takes a reading of finite numbers: a position in m, followed by the velocity in m/s if that is measured.
     pub fn reading(&mut self, value: &[f64], time: f64) {
         let [x, y, z, rest @ ..] = value else { return };
         let position = [*x, *y, *z];
@@ -51,7 +51,7 @@ impl Estimate {
             (Velocity::Estimated(cutoff), _) => self.estimate(position, time, cutoff),
             _ => {}
         }
-        // Of readings that come in the wrong order, the newest instant is the one to go on from.
+        // If readings arrive in the wrong order, the newest instant remains the reference.
         let at = self.last.map_or(time, |(before, _)| before.max(time));
         self.last = Some((at, position));
     }
@@ -76,7 +76,7 @@ impl Estimate {
         }
     }
 
-    /// A velocity no larger than what is believed.
+    /// Limits a velocity to the largest plausible speed.
     fn believed(&self, velocity: [f64; 3]) -> [f64; 3] {
         let largest = velocity.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
         let Some(most) = self.motion.max_speed.filter(|_| largest > 0.0 && largest.is_finite()) else {

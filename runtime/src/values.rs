@@ -1,4 +1,4 @@
-//! The table of values at a tick: the moving ones, from the tape, for those who read them.
+//! Table of values at a tick: the moving values, computed from the tape, for their readers.
 
 use std::collections::BTreeSet;
 
@@ -12,28 +12,28 @@ pub(crate) struct ValueTable {
     ranges: Vec<ValueRange>,
     /// Captured numbers.
     pub inputs: Vec<f64>,
-    /// For each captured number, the first place that follows from it.
+    /// For each captured number, the first entry that depends on it.
     reads: Vec<Option<usize>>,
-    /// Signals that must be present: those that are read, but for those whose presence is asked for.
+    /// Signals that must be present: those that are read, except those whose presence is tested.
     needs: Vec<usize>,
-    /// The number that says whether each of them may be used.
+    /// For each of these, the index of the number that is 1 if it may be used.
     presence: Vec<usize>,
     registers: Vec<f64>,
-    /// Values, in the places of [`Values::initial`].
+    /// Values, at the indices of [`Values::initial`].
     pub current: Vec<f64>,
     /// Their time derivatives.
     pub rates: Vec<f64>,
     moves: Moves,
 }
 
-/// The trajectories of a table of values.
+/// Trajectories of a table of values.
 struct Moves {
     followers: Vec<Follower>,
-    /// The numbers that they give.
+    /// Numbers that they produce.
     numbers: Vec<f64>,
-    /// For each number the trajectory, where it is the first one that is read of it.
+    /// For each number, its trajectory if this is the first of its numbers that is read.
     first: Vec<Option<usize>>,
-    /// For each place of the table of values that follows from a trajectory, that.
+    /// Entries of the table of values that depend on a trajectory, each with that trajectory.
     places: Vec<(usize, usize)>,
 }
 
@@ -42,7 +42,7 @@ impl Moves {
         let numbers = tape.trajectory_numbers();
         let mut first = vec![None; numbers];
         let mut begun = vec![false; tape.trajectories.len()];
-        // For each operation the trajectories that it follows from.
+        // Trajectories that each operation depends on.
         let mut from: Vec<BTreeSet<usize>> = Vec::with_capacity(if numbers > 0 { tape.ops.len() } else { 0 });
         for op in tape.ops.iter().filter(|_| numbers > 0) {
             let mut set: BTreeSet<usize> = op.operands().iter().flatten().flat_map(|&o| from[o].clone()).collect();
@@ -68,11 +68,12 @@ impl Moves {
 }
 
 impl ValueTable {
-    /// The part of a program's values that stands in the wanted places.
+    /// Prepares the part of a program's values that the wanted entries need.
     pub fn new(values: &Values, wanted: &BTreeSet<usize>, interface: &Interface) -> Self {
         let tape = values.tape.only(wanted);
         let read = tape.signals();
-        // One that is held is needed all the same: asking whether it is seen says nothing of who never was.
+        // A signal that can be held is needed even if its presence is tested: the test does not cover a point that was
+        // never seen.
         let held = |s: &SignalProgram| s.motion.is_some_and(|m| matches!(m.lost, Lost::Hold(_)));
         let asked = |at: &usize| {
             let signal = interface.signal_of(*at).map(|s| &interface.signals[s]);
@@ -96,7 +97,7 @@ impl ValueTable {
         }
     }
 
-    /// Whether something follows from a captured number.
+    /// Returns true if an entry depends on a captured number.
     pub fn is_read(&self, input: usize) -> bool {
         self.reads.get(input).is_some_and(Option::is_some)
     }
@@ -106,24 +107,24 @@ impl ValueTable {
         &self.needs
     }
 
-    /// The first signal that must be present and is not.
+    /// First signal that must be present and is absent.
     pub fn absent(&self, signals: &[f64]) -> Option<usize> {
         let absent = self.presence.iter().zip(&self.needs).find(|(at, _)| signals[**at] < 0.0);
         absent.map(|(_, &signal)| signal)
     }
 
-    /// Lets trajectories begin anew.
+    /// Restarts all trajectories.
     pub fn restart(&mut self) {
         self.moves.followers.iter_mut().for_each(Follower::restart);
     }
 
-    /// Whether all trajectories that a place follows from stand at their goals.
+    /// Returns true if all trajectories that an entry depends on are at rest at their goals.
     pub fn is_settled(&self, at: usize) -> bool {
         let mut of = self.moves.places.iter().filter(|p| p.0 == at);
         of.all(|p| self.moves.followers.get(p.1).is_none_or(Follower::is_done))
     }
 
-    /// Works out the moving values. Twice at one time is the same as once. Never allocates.
+    /// Computes the moving values. A second evaluation at the same time changes nothing. Never allocates.
     pub fn evaluate(&mut self, times: Times, signals: &[f64]) {
         let ValueTable { tape, inputs, registers, current, rates, moves, .. } = self;
         let Moves { followers, numbers, first, .. } = moves;
@@ -136,12 +137,12 @@ impl ValueTable {
         });
     }
 
-    /// Whether the values may be used.
+    /// Checks that the values may be used.
     ///
     /// # Errors
     /// A signal is absent, or a value is not finite or out of its range.
     pub fn check(&mut self, signals: &[f64]) -> Result<(), Fault> {
-        // Told of before a `min` or an `if` can hide it.
+        // Absence is reported before a `min` or an `if` can hide it.
         if let Some(signal) = self.absent(signals) {
             return Err(Fault::Stale { signal });
         }

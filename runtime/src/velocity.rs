@@ -1,12 +1,12 @@
-//! How fast a value of a task moves, from what it is a little before and a little after.
+//! Velocity of a value of a task, computed from values a little before and a little after.
 
 use nalgebra::{Quaternion, UnitQuaternion};
 use stdlib_tasks::so3::log;
 
-/// How far before and after, in s.
+/// Time step before and after, in s.
 pub(crate) const STEP: f64 = 1e-5;
 
-/// The length of the velocity of a value of so many numbers.
+/// Number of numbers in the velocity of a value of so many numbers.
 pub(crate) fn width(value: usize) -> usize {
     match value {
         4 => 3,
@@ -15,7 +15,7 @@ pub(crate) fn width(value: usize) -> usize {
     }
 }
 
-/// The velocity between two values of 1 or 3 numbers, 4 of an orientation or 7 of a pose. It is written per s.
+/// Computes the velocity between two values of 1 or 3 numbers, 4 of an orientation or 7 of a pose. Its unit is per s.
 pub(crate) fn between(before: &[f64], after: &[f64], out: &mut [f64]) {
     let turning = if before.len() == 7 { 3 } else { 0 };
     if let (4 | 7, Some(a), Some(b)) = (before.len(), quaternion(&before[turning..]), quaternion(&after[turning..])) {

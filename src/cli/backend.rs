@@ -1,4 +1,4 @@
-//! The solvers that `solve` and `bench` measure, and how they measure them.
+//! The solvers that `solve` and `bench` measure, and their timing.
 
 use std::time::Instant;
 
@@ -8,16 +8,16 @@ use runtime::record::summary::Percentiles;
 use serde_json::{Value, json};
 use solver::{ActiveSet, Backend, ClarabelCascade, HierarchicalSolver, Problem, Solution};
 
-/// Reads the name of a solver on the command line.
+/// Returns the command-line parser for the name of a solver.
 pub fn named() -> impl TypedValueParser<Value = Backend> {
     PossibleValuesParser::new(Backend::ALL.map(Backend::name)).map(|s| Backend::from_name(&s).unwrap_or_default())
 }
 
-/// A solver with its storage for problems of one shape.
+/// A solver with its working memory for problems of one shape.
 pub struct Measured {
     solver: Solver,
     cold: bool,
-    /// The answer of the last solve.
+    /// Solution of the last call.
     pub solution: Solution,
 }
 
@@ -27,7 +27,7 @@ enum Solver {
 }
 
 impl Measured {
-    /// A solver for problems of this shape. A cold one forgets each problem before the next.
+    /// Creates a solver for problems of this shape. A cold one is reset before each problem.
     pub fn new(backend: Backend, cold: bool, problem: &Problem) -> Measured {
         let solver = match backend {
             Backend::ActiveSet => Solver::ActiveSet(Box::new(ActiveSet::new(problem))),
@@ -36,7 +36,7 @@ impl Measured {
         Measured { solver, cold, solution: Solution::new(problem) }
     }
 
-    /// Solves a problem and says how long that took, in microseconds; what a cold solver forgets is forgotten before.
+    /// Solves a problem, and returns the time in microseconds; the reset of a cold solver is not included.
     pub fn solve(&mut self, problem: &Problem) -> f64 {
         if self.cold {
             match &mut self.solver {
@@ -54,49 +54,49 @@ impl Measured {
     }
 }
 
-/// Time since `start`, in microseconds.
+/// Returns the time since `start` in microseconds.
 pub fn microseconds(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e6
 }
 
-/// Times in microseconds; four bytes each.
+/// Times in microseconds, four bytes each.
 #[derive(Default)]
 pub struct Times(Vec<f32>);
 
 impl Times {
-    /// Adds one.
+    /// Adds a time.
     pub fn push(&mut self, us: f64) {
         self.0.push(us as f32);
     }
 
-    /// Adds all of another.
+    /// Adds all times of another collection.
     pub fn extend(&mut self, other: &Times) {
         self.0.extend_from_slice(&other.0);
     }
 
-    /// How many.
+    /// Returns the number of times.
     pub fn count(&self) -> usize {
         self.0.len()
     }
 
-    /// Median, 99th percentile, largest.
+    /// Returns the median, the 99th percentile and the maximum.
     pub fn percentiles(&mut self) -> Percentiles {
         Percentiles::of(&mut self.0)
     }
 }
 
-/// Percentiles as JSON, in microseconds.
+/// Returns percentiles as JSON, in microseconds.
 pub fn json_of(p: &Percentiles) -> Value {
     let short = |x: f64| (x * 1e3).round() / 1e3;
     json!({ "median": short(p.median), "p99": short(p.p99), "max": short(p.max) })
 }
 
-/// Percentiles as the cells of a table.
+/// Returns percentiles as the cells of a table.
 pub fn cells_of(p: &Percentiles) -> [String; 3] {
     [p.median, p.p99, p.max].map(|x| format!("{x:.1}"))
 }
 
-/// A table whose columns from `numbers` on stand to the right.
+/// Returns a table whose columns from index `numbers` on are right-aligned.
 pub fn table(header: &[&str], numbers: usize, rows: Vec<Vec<String>>) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_BORDERS_ONLY).set_header(header.to_vec());
@@ -111,7 +111,7 @@ pub fn table(header: &[&str], numbers: usize, rows: Vec<Vec<String>>) -> String 
     format!("{table}\n")
 }
 
-/// What a build without optimisation must say about its times.
+/// Returns a warning about the times of a debug build.
 pub fn remark() -> &'static str {
     if cfg!(debug_assertions) { "a debug build: the times mean nothing\n" } else { "" }
 }

@@ -1,8 +1,8 @@
 //! `hierarq bench SPEC`
 //!
-//! The closed loop runs as `hierarq run` runs it. Beside it, at every tick, the same kinematics and rows are computed
-//! once more under the clock, and every solver gets the tick's problem, in an order that turns from tick to tick so that
-//! none always finds the caches warm.
+//! The closed loop runs as in `hierarq run`. In addition, the same kinematics and rows are computed once more per tick
+//! and timed, and every solver solves the tick's problem, in an order that rotates from tick to tick so that no solver
+//! always has warm caches.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -18,7 +18,7 @@ use solver::{Active, Backend, Problem, Solution, Status};
 use super::backend::{Measured, Times, cells_of, json_of, microseconds, remark, table};
 use super::{Outcome, SpecOptions, output};
 
-/// Most ticks: their times are kept, some 24 bytes a tick.
+/// Maximum number of ticks: their times need about 24 bytes per tick.
 const MAX_TICKS: u64 = 10_000_000;
 
 #[derive(Args)]
@@ -50,17 +50,17 @@ pub fn run(a: &Arguments) -> Outcome {
     }
 }
 
-/// A solver under measurement.
+/// A solver to be measured.
 struct Candidate {
     name: &'static str,
     measured: Measured,
     us: Times,
-    /// Largest distance of a velocity from the reference's.
+    /// Maximum difference of a velocity from the reference's.
     dx: f64,
     failed: usize,
 }
 
-/// What a level had, over all ticks.
+/// Row counts of a level, over all ticks.
 #[derive(Clone, Default)]
 struct LevelCount {
     equalities: usize,
@@ -69,14 +69,14 @@ struct LevelCount {
     freedom: usize,
 }
 
-/// The loop and everything that is measured in it.
+/// The closed loop with all measurements.
 struct Loop {
     controller: Controller,
     robot: SimulatedRobot,
     evaluator: Evaluator,
     problem: Problem,
     period: f64,
-    /// The last one is the reference that the others are compared with.
+    /// The last one is the reference for the others.
     candidates: Vec<Candidate>,
     rows: Times,
     tick: Times,
@@ -86,7 +86,7 @@ struct Loop {
 
 impl Loop {
     fn new(program: &Program) -> Result<Loop, runtime::ProgramError> {
-        // A machine's first stack; the machine itself waits for the world.
+        // The first stack of a machine: the machine itself is not executed, since its transitions wait for the world.
         let stack = program.first_stack().unwrap_or(0);
         let controller = Controller::for_stack(program, stack)?;
         let (evaluator, _) = Evaluator::new(program, stack)?;
@@ -116,7 +116,7 @@ impl Loop {
         })
     }
 
-    /// Runs up to so many ticks, fewer where a fault ends the run.
+    /// Runs this number of ticks, or fewer if a fault ends the run.
     fn run(&mut self, ticks: u64) {
         let mut q = self.robot.q().to_vec();
         let mut reference = q.clone();
@@ -130,7 +130,7 @@ impl Loop {
             stack_velocity.copy_from_slice(self.controller.stack_velocity());
             let at = Moment { times, signals: &signals, velocity: &velocity, stack_velocity: &stack_velocity };
             q.copy_from_slice(self.robot.measure());
-            // The rows of a tick are those at the reference; the first tick takes it from the robot.
+            // The rows of a tick are computed at the reference, which the first tick takes from the robot.
             if index == 0 {
                 reference.copy_from_slice(&q);
                 self.evaluator.enter(&q, at);
@@ -157,7 +157,7 @@ impl Loop {
         }
     }
 
-    /// Every solver solves the problem of the tick, number `index % 3` first.
+    /// Solves the problem of the tick with every solver, beginning with solver `index % count`.
     fn solve(&mut self, index: usize) {
         let count = self.candidates.len();
         for i in 0..count {
@@ -167,7 +167,7 @@ impl Loop {
             candidate.failed += usize::from(candidate.measured.solution.status != Status::Optimal);
         }
         let Some((reference, others)) = self.candidates.split_last_mut() else { return };
-        // An answer that is not proven is nothing to measure others by.
+        // An unproven answer is no reference for the others.
         if reference.measured.solution.status != Status::Optimal {
             return;
         }

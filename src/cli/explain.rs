@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::{Outcome, output};
 
-/// Wider lines are hard to read.
+/// Maximum width: longer lines are hard to read.
 const WIDEST: usize = 100;
 
 #[derive(Args)]

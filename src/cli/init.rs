@@ -71,7 +71,7 @@ pub fn run(a: &Arguments) -> Outcome {
     Outcome::Good
 }
 
-/// Writes all files, none over another; says what was written, and what to do with it.
+/// Writes all files without overwriting any; returns the list of files, with the next steps.
 fn write(folder: &Path, project: &Project) -> Result<String, String> {
     if let Some((path, _)) = project.files.iter().find(|(path, _)| path.symlink_metadata().is_ok()) {
         return Err(format!("{} is there already; nothing was written", path.display()));
@@ -80,7 +80,7 @@ fn write(folder: &Path, project: &Project) -> Result<String, String> {
     for (path, text) in &project.files {
         let parent = path.parent().unwrap_or(folder);
         std::fs::create_dir_all(parent).map_err(|e| format!("cannot create {}: {e}", parent.display()))?;
-        // A file that appears in this moment is kept too.
+        // Does not overwrite a file that was created in the meantime.
         files::create(path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))?;
         said += &format!("wrote {}\n", path.display());
     }

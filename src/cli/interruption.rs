@@ -1,12 +1,12 @@
-//! Requests to end: Ctrl-C, and on Unix SIGTERM, with which service managers, containers and build servers ask for it.
+//! Requests to end: Ctrl-C, and on Unix SIGTERM, which service managers, containers and build servers send.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Lets `act` answer each request to end, on a thread of its own, instead of ending the program there and then.
+/// Calls `act` for each request to end, on a separate thread, instead of ending the program immediately.
 ///
 /// # Errors
-/// What to say where the system knows no such requests.
+/// The reason, if the system does not support such requests.
 pub fn answer(act: impl Fn() + Send + Sync + 'static) -> Result<(), String> {
     let act = Arc::new(act);
     #[cfg(unix)]
@@ -14,13 +14,13 @@ pub fn answer(act: impl Fn() + Send + Sync + 'static) -> Result<(), String> {
     ctrlc::set_handler(move || act()).map_err(|e| format!("cannot wait for an interruption: {e}"))
 }
 
-/// Answers SIGTERM. SIGHUP stays as it is: `nohup` relies on it.
+/// Handles SIGTERM. SIGHUP is not changed: `nohup` relies on it.
 #[cfg(unix)]
 fn terminated(act: Arc<impl Fn() + Send + Sync + 'static>) -> Result<(), String> {
     use nix::sys::signal::{SigSet, Signal};
     let failed = |e: &dyn std::fmt::Display| format!("cannot wait for SIGTERM: {e}");
     let asked = SigSet::from(Signal::SIGTERM);
-    // Held back from this thread and those that it starts, it comes to the one that waits for it.
+    // Blocked in this thread and in those that it starts, the signal is delivered to the waiting thread.
     asked.thread_block().map_err(|e| failed(&e))?;
     let wait = move || {
         while asked.wait().is_ok() {
@@ -30,12 +30,12 @@ fn terminated(act: Arc<impl Fn() + Send + Sync + 'static>) -> Result<(), String>
     std::thread::Builder::new().name("SIGTERM".to_string()).spawn(wait).map(|_| ()).map_err(|e| failed(&e))
 }
 
-/// True from the first request on: what is under way ends there, and its files are written as ever. A second one ends the
-/// program at once.
+/// Returns a flag that is true from the first request on: the current work ends there, and its files are completed as
+/// usual. A second request ends the program at once.
 pub fn flag() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let shared = Arc::clone(&flag);
-    // Where no request can be answered, one ends the program at once.
+    // If no handler can be installed, a request ends the program at once.
     let _ = answer(move || {
         if shared.swap(true, Ordering::Relaxed) {
             std::process::exit(130);

@@ -1,6 +1,6 @@
-//! The command line: what each command takes, and its exit code.
+//! The command line: arguments of all commands, and the exit code.
 //!
-//! 0 good, 1 the spec or the run fails, 2 wrong usage or a file that cannot be written.
+//! 0 success, 1 the spec or the run failed, 2 wrong usage or a file that cannot be written.
 
 mod backend;
 mod bench;
@@ -106,7 +106,7 @@ impl SpecOptions {
     }
 }
 
-/// A time in s: `2`, `2s`, `2 s`, `500ms`.
+/// Parses a time in s: `2`, `2s`, `2 s`, `500ms`.
 fn duration(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic() && c != 'e' && c != 'E');
@@ -126,13 +126,13 @@ fn name_value(text: &str) -> Result<(String, String), String> {
     Ok((name.to_string(), value.to_string()))
 }
 
-/// How a command ended.
+/// Result of a command.
 enum Outcome {
-    /// All is well.
+    /// Success.
     Good,
-    /// The spec, or the run, failed; what is wrong has been said.
+    /// The spec or the run failed; the reason has been reported.
     Failed,
-    /// Something else stood in the way, which has not been said yet.
+    /// Another failure, which has not been reported yet.
     Trouble(String),
 }
 
@@ -182,7 +182,7 @@ pub fn main() -> ExitCode {
     exit_code(code)
 }
 
-/// What to do where a command line asks for help, or cannot be read.
+/// Prints the help, or the error of an invalid command line.
 fn told(e: &clap::Error) -> ExitCode {
     let shown = e.print();
     if !e.use_stderr() {
@@ -191,7 +191,7 @@ fn told(e: &clap::Error) -> ExitCode {
     exit_code(u8::try_from(e.exit_code()).unwrap_or(2))
 }
 
-/// The exit code: whatever came of a command, output that is lost is trouble.
+/// Returns the exit code; 2 for any command whose output was lost.
 fn exit_code(code: u8) -> ExitCode {
     match output::unwritten() {
         None => ExitCode::from(code),

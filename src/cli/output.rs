@@ -1,5 +1,5 @@
-//! Writing to the terminal: a closed pipe is no error and a full disk is one, colours only where somebody sees them, and
-//! what is quoted from files or servers commands nothing.
+//! Output to the terminal: a closed pipe is no error but a full disk is one, colours are used only on terminals, and
+//! texts quoted from files or servers contain no control characters.
 
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
@@ -13,26 +13,26 @@ pub fn print(text: &str) {
     data(&plain(text));
 }
 
-/// Prints text for people to standard output, with its colours: what is quoted in it was made [`plain`] before.
+/// Prints text for people to standard output, with its colours; quoted parts must have been made [`plain`] before.
 pub fn painted(text: &str) {
     data(&shown(text));
 }
 
-/// The text without what a terminal would obey, colours too, but for ends of lines.
+/// Removes control characters for terminals, including colours, except for line ends.
 pub fn plain(text: &str) -> String {
     shown(&text.replace('\u{1b}', "\u{1a}"))
 }
 
-/// Why standard output could not be written, the first time.
+/// First error of writing to standard output.
 static UNWRITTEN: OnceLock<String> = OnceLock::new();
 
-/// Prints what another program may read, as it is, to standard output. [`unwritten`] tells where that failed.
+/// Prints data for other programs unchanged to standard output. [`unwritten`] returns an error if that failed.
 pub fn data(text: &str) {
     let mut out = std::io::stdout().lock();
     printed(out.write_all(text.as_bytes()).and_then(|()| out.flush()));
 }
 
-/// Notes what became of writing to standard output; a reader that went away is not our mistake.
+/// Stores the result of writing to standard output; a closed pipe is no error.
 pub fn printed(written: std::io::Result<()>) {
     if let Err(e) = written
         && e.kind() != ErrorKind::BrokenPipe
@@ -41,7 +41,7 @@ pub fn printed(written: std::io::Result<()>) {
     }
 }
 
-/// What to say where a part of what was printed is lost.
+/// Returns the error message if output was lost.
 pub fn unwritten() -> Option<&'static str> {
     UNWRITTEN.get().map(String::as_str)
 }
@@ -56,7 +56,7 @@ pub fn eprint(text: &str) {
     let _ = std::io::stderr().write_all(plain(text).as_bytes());
 }
 
-/// The text without what a terminal would obey, but for ends of lines and colours.
+/// Removes control characters for terminals, except for line ends and colours.
 fn shown(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     let mut rest = text;
@@ -73,35 +73,35 @@ fn shown(text: &str) -> String {
     shown
 }
 
-/// Bytes of the order that sets a colour, if the text begins with one.
+/// Returns the length in bytes of a colour sequence at the begin of a text.
 fn colour(text: &str) -> Option<usize> {
     let numbers = text.strip_prefix("\u{1b}[")?;
     let end = numbers.find(|c: char| !c.is_ascii_digit() && c != ';')?;
     numbers[end..].starts_with('m').then_some(end + 3)
 }
 
-/// Colours for a terminal, none for a file, a pipe or where `NO_COLOR` asks for none.
+/// Colours for a terminal; none for a file, a pipe, or if `NO_COLOR` is set.
 pub fn style(stream_is_terminal: bool) -> Style {
     let wanted = std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
     if stream_is_terminal && wanted { Style::Terminal } else { Style::Plain }
 }
 
-/// Width of the terminal, or 100 columns.
+/// Returns the width of the terminal, or 100 columns.
 pub fn width() -> usize {
     let columns = std::env::var("COLUMNS").ok().and_then(|c| c.parse().ok());
     columns.unwrap_or(100).clamp(60, 160)
 }
 
-/// Shows all diagnostics on standard error.
+/// Prints all diagnostics to standard error.
 pub fn show(report: &Report) {
     if !report.diagnostics.is_empty() {
-        // What a report quotes has no colours of its own.
+        // Quoted texts in a report have no colours of their own.
         let text = shown(&report.render(style(std::io::stderr().is_terminal()), width()));
         let _ = std::io::stderr().write_all(text.as_bytes());
     }
 }
 
-/// `1 error, 2 warnings`, or nothing.
+/// Returns `1 error, 2 warnings`, or `None` without any.
 pub fn count(report: &Report) -> Option<String> {
     let plural = |n: usize, word: &str| (n > 0).then(|| format!("{n} {word}{}", if n == 1 { "" } else { "s" }));
     let parts: Vec<String> =
@@ -109,8 +109,8 @@ pub fn count(report: &Report) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join(", "))
 }
 
-/// A file that gave no program: its report, as text on standard error or as JSON on standard output; of missions alone,
-/// what can be done with them.
+/// Prints the report of a file without a program, as text to standard error or as JSON to standard output; for a spec
+/// with missions only, a hint on their use.
 pub fn refuse(report: &compiler::Report, spec: &Path, json: bool) -> super::Outcome {
     if report.errors() == 0 {
         return super::Outcome::Trouble(hierarq::project::missions_alone(spec));

@@ -100,7 +100,7 @@ pub fn run(a: &Arguments) -> Outcome {
     }
 }
 
-/// Runs, writes the files and shows what came of it; tells whether all is well.
+/// Runs, writes the files and prints the results; returns the summary, and true if all is well.
 fn execute(
     program: &Program,
     scenario: Option<&ScenarioProgram>,
@@ -124,7 +124,7 @@ fn execute(
         move |e: std::io::Error| format!("cannot write {p}: {e}")
     };
     let log = path("log.csv");
-    // Before anything of the run before is removed.
+    // Checked before results of an earlier run are removed.
     let problems =
         a.problems.as_deref().map(|p| Target::new("--problems", p, outputs::PROBLEMS, sources)).transpose()?;
     let mut results = Results::begin(folder, &outputs::RESULTS, sources)?;
@@ -158,7 +158,7 @@ fn execute(
     if let Some(judge) = &mut judge {
         all.0.push(judge);
     }
-    // Behind all others: where it cannot write, the rest of this tick has been recorded.
+    // Last recorder: if it fails to write, all others have recorded this tick.
     if let Some(problems) = &mut problems {
         all.0.push(problems);
     }
@@ -199,13 +199,13 @@ fn execute(
     Ok((summary, good))
 }
 
-/// Bytes of a log from which on it is worth a word before the run.
+/// Size of a log (bytes) that is announced before the run.
 const LARGE_LOG: f64 = (1_u64 << 30) as f64;
 
-/// Bytes that a number takes in a log, with the comma behind it: most have all their digits.
+/// Size of a number in a log (bytes), with its comma: most numbers have all digits.
 const NUMBER: f64 = 19.0;
 
-/// What to say before a run whose log fills the disk.
+/// Returns a warning about a log that may fill the disk.
 fn large_log(ticks: usize, columns: usize) -> Option<String> {
     let bytes = ticks as f64 * columns as f64 * NUMBER;
     (bytes > LARGE_LOG).then(|| {
@@ -236,7 +236,7 @@ fn show(program: &Program, (summary, good): (&Summary, bool), folder: &Path, too
     let verified = summary.verification.as_ref().map(table::verification).unwrap_or_default();
     let mark = match summary.ok {
         true => "held",
-        // What is expected of a scenario decides, and may be that a limit does not hold.
+        // The expectations of a scenario decide, and may expect a limit to be violated.
         false if good => "limits",
         false => "FAILED",
     };

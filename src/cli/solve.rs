@@ -15,11 +15,11 @@ use super::backend::{Measured, Times, cells_of, json_of, named, remark, table};
 use super::{Outcome, output};
 use crate::ticks::{self, Line, Lines, MAX_LINE, Refusal, Tick};
 
-/// An answer whose certificate leaves more than this is not optimal, whatever the solver says.
+/// Tolerance of the certificate: an answer that exceeds it is not optimal, whatever status the solver reports.
 const CERTIFIED: f64 = 1e-6;
-/// Most kinds with a line of their own in the table.
+/// Maximum number of kinds with their own row in the table.
 const MAX_KINDS: usize = 100;
-/// Most refusals in the JSON; all are counted, and all are printed without `--json`.
+/// Maximum number of refusals in the JSON; all are counted, and all are printed without `--json`.
 const MAX_LISTED: usize = 1000;
 
 #[derive(Args)]
@@ -92,18 +92,18 @@ pub fn run(a: &Arguments) -> Outcome {
 
 type Answers = (String, BufWriter<Output>);
 
-/// A line of the answers. The order of the keys is that of the docs.
+/// An output line of an answer. The order of the keys is that of the docs.
 #[derive(Serialize)]
 struct Answer<'a> {
     id: &'a str,
-    /// Absent (null) where there is none to be used.
+    /// `None` (null) without a usable solution.
     x: Option<&'a [f64]>,
     viol: Option<Vec<f64>>,
     status: &'static str,
     us: f64,
 }
 
-/// What is known of the ticks of one kind.
+/// Statistics of the ticks of one kind.
 #[derive(Default)]
 struct Kind {
     us: Times,
@@ -115,7 +115,7 @@ struct Kind {
     uncertified: usize,
 }
 
-/// The largest of some numbers, and the tick that had it. NaN counts as infinite.
+/// Maximum of some numbers, with its tick. NaN counts as infinite.
 #[derive(Default)]
 struct Worst(Option<(f64, String)>);
 
@@ -175,7 +175,7 @@ impl Kind {
     }
 }
 
-/// A file being solved.
+/// State while a file is solved.
 struct Session {
     name: String,
     backend: Backend,
@@ -188,14 +188,14 @@ struct Session {
     refusals: Vec<Value>,
 }
 
-/// Number of variables, then of the rows of each level.
+/// Returns the number of variables, then the number of rows of each level.
 fn shape(problem: &Problem) -> Vec<usize> {
     std::iter::once(problem.n).chain(problem.levels.iter().map(solver::Level::rows)).collect()
 }
 
-/// Per level the norm of the distances of its rows from their intervals.
+/// Computes for each level the norm of the distances of its rows from their intervals.
 fn violations(problem: &Problem, x: &[f64]) -> Vec<f64> {
-    // `hypot` neither overflows nor underflows on the way.
+    // `hypot` avoids overflow and underflow of intermediate results.
     let of = |level: &solver::Level| (0..level.rows()).fold(0.0_f64, |norm, i| norm.hypot(level.slack(i, x)));
     problem.levels.iter().map(of).collect()
 }
@@ -262,7 +262,7 @@ impl Session {
         kind.us.push(us);
         if let Some(x) = x {
             let residual = match solution.status {
-                // What is claimed is the optimum of the levels above the one that cannot be met.
+                // The solution is the optimum of the levels above the infeasible one.
                 Status::Infeasible { level } => {
                     let mut above = problem.clone();
                     above.levels.truncate(level);

@@ -71,7 +71,7 @@ pub fn run(a: &Arguments) -> Outcome {
     result.unwrap_or_else(Outcome::Trouble)
 }
 
-/// Puts shards together.
+/// Merges shards.
 fn merged(a: &Arguments) -> Result<Outcome, String> {
     if !a.options.set.is_empty() || !a.options.package_path.is_empty() || a.jobs.is_some() {
         return Err("`--merge` runs nothing: leave `--set`, `--package-path` and `--jobs` out".to_string());
@@ -104,7 +104,7 @@ fn sweep(a: &Arguments, spec: &Path) -> Result<Outcome, String> {
     output::show(&plan.report);
     let out = a.out.clone().unwrap_or_else(|| default(&plan.head));
     folder(&out)?;
-    // A sweep that is done needs nothing but to be shown.
+    // A completed sweep only needs to be shown.
     if a.resume && !journal::path(&out).exists() && out.exists() {
         let (head, rows) = table::read(&out)?;
         return match plan.head.differs(&head) {
@@ -112,7 +112,7 @@ fn sweep(a: &Arguments, spec: &Path) -> Result<Outcome, String> {
             None => Ok(show(a, &head, &rows, &out, None)),
         };
     }
-    // Before any run.
+    // Checked before any run.
     let target = table::target(&out, &project::sources(spec, &plan.report))?;
     let (mut journal, mut rows) = Journal::open(&out, &plan.head, a.resume)?;
     let done: std::collections::BTreeSet<u64> = rows.iter().map(|r| r.run).collect();
@@ -142,7 +142,7 @@ fn sweep(a: &Arguments, spec: &Path) -> Result<Outcome, String> {
     Ok(show(a, &plan.head, &rows, &out, Some(speed)))
 }
 
-/// Where the file goes if nobody says.
+/// Returns the default path of the output file.
 fn default(head: &Head) -> PathBuf {
     let name = Path::new(&head.spec).file_stem().unwrap_or_default();
     let file = match head.shard {
@@ -173,7 +173,7 @@ fn progress(runs: usize, done: usize) -> ProgressBar {
     bar
 }
 
-/// Shows what came of the runs. `speed` is how many there were in a second.
+/// Prints the results of the runs. `speed` is the number of runs per second.
 fn show(a: &Arguments, head: &Head, rows: &[Row], out: &Path, speed: Option<f64>) -> Outcome {
     let digest = Digest::new(head, rows);
     let shown = out.display().to_string();
@@ -217,7 +217,7 @@ fn text(digest: &Digest, head: &Head, out: &str, speed: Option<f64>) -> String {
         shown.push(w.row.run);
         let _ = writeln!(text, "worst for `{}`:\n  {}", f.title, digest.replay(w.row));
     }
-    // What no expectation tells of: faults, margins where nothing is expected, values that make no program.
+    // Failures without an expectation: faults, violated margins, values that give no program.
     let told = |row: &Row| row.expectations.iter().any(|e| e.verdict.is_some_and(|v| v != Verdict::Holds));
     for row in digest.failed.iter().filter(|row| !told(row)).take(3) {
         let why = row.refused.as_ref().map_or_else(|| "failed".to_string(), |codes| format!("refused, {codes}"));
@@ -232,7 +232,7 @@ fn text(digest: &Digest, head: &Head, out: &str, speed: Option<f64>) -> String {
     text
 }
 
-/// Margin, instant and run.
+/// Returns the cells of a figure: margin, instant and run.
 fn cells(w: &Worst, f: &Figure) -> [String; 3] {
     let margin = match (w.margin, w.verdict) {
         (Some(m), _) => tables::margin(m, f.unit),

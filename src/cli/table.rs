@@ -1,4 +1,4 @@
-//! The table at the end of a run.
+//! Tables at the end of a run.
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use hierarq::report::roughness;
@@ -8,12 +8,12 @@ use runtime::record::expectations::ExpectationRecord;
 use runtime::record::summary::{LevelSummary, MARGIN_TOLERANCE, Summary, TaskSummary};
 use runtime::record::verify::{DIFFERENT, UNPROVEN, Verification};
 
-/// What rounding leaves of a margin of zero is shown as zero.
+/// Formats a margin; values within the tolerance are shown as zero.
 pub(super) fn margin(x: f64, unit: &str) -> String {
     quantity(if x.abs() < MARGIN_TOLERANCE { 0.0 } else { x }, unit)
 }
 
-/// A share of the ticks, in words.
+/// Returns a share of the ticks in words.
 fn of_the_time(x: f64) -> String {
     if x >= 0.9995 { "all the time".to_string() } else { format!("{} of the time", share(x)) }
 }
@@ -36,7 +36,7 @@ fn new_table(header: &[&str]) -> Table {
     table
 }
 
-/// A table no wider than the terminal.
+/// Creates a table no wider than the terminal.
 pub(super) fn wide_table(header: &[&str]) -> Table {
     let mut table = new_table(header);
     let width = u16::try_from(super::output::width()).unwrap_or(100);
@@ -44,7 +44,7 @@ pub(super) fn wide_table(header: &[&str]) -> Table {
     table
 }
 
-/// Tasks in the order of their levels.
+/// Returns the table of tasks, in the order of their levels.
 pub fn tasks(summary: &Summary, order: &[String]) -> String {
     let mut table = new_table(&["level", "task", "closest / largest error", "at", "at the end", "active"]);
     for name in order {
@@ -68,7 +68,7 @@ fn rows(t: &TaskSummary) -> Vec<(String, String, String, String)> {
     if let Some(m) = t.min_margin {
         let unit = t.min_margin_unit.as_deref().unwrap_or(&t.unit);
         let row = t.min_margin_row.as_deref().map(|r| format!("  {r}")).unwrap_or_default();
-        // Rows of several units have no common last value.
+        // Rows of several units have no common final value.
         let last = t.final_margin.filter(|_| unit == t.unit).map(|x| margin(x, unit)).unwrap_or_default();
         return vec![(
             format!("{}{row}", margin(m, unit)),
@@ -89,8 +89,8 @@ fn rows(t: &TaskSummary) -> Vec<(String, String, String, String)> {
         .collect()
 }
 
-/// States that a machine was in, in a few lines, and how many times each was entered; the end of a long list where there
-/// were many.
+/// Returns the states of a machine in a few lines, with the number of times each was entered; only the end of a long
+/// list.
 pub fn states(summary: &Summary) -> String {
     const SHOWN: usize = 24;
     const COUNTED: usize = 12;
@@ -113,13 +113,13 @@ pub fn states(summary: &Summary) -> String {
     lines
 }
 
-/// Faults that the machine answered.
+/// Returns the faults that the machine handled.
 pub fn answered(summary: &Summary) -> String {
     let all = summary.faults.iter().filter(|f| f.answered);
     all.map(|f| format!("fault at {:.2} s, answered by the machine: {}\n", f.time, f.text)).collect()
 }
 
-/// Levels, the most important first.
+/// Returns the table of levels, in descending order of priority.
 pub fn levels(summary: &Summary) -> String {
     let mut table = new_table(&["level", "rows", "at a bound", "could not be met in full", "freedom left, at least"]);
     for LevelSummary { stack, name, hard, rows, saturated_share, relaxed_share, min_freedom, .. } in &summary.levels {
@@ -141,7 +141,7 @@ pub fn levels(summary: &Summary) -> String {
     format!("{table}\n")
 }
 
-/// Joints that jumped or reversed; nothing if none did.
+/// Returns the table of joints that jumped or reversed; empty if none did.
 pub fn joints(summary: &Summary) -> String {
     const SHOWN: usize = 12;
     let rough = roughness::rough(&summary.joints);
@@ -174,12 +174,12 @@ pub fn joints(summary: &Summary) -> String {
     format!("{table}\n{more}")
 }
 
-/// What to do about joints that jumped or reversed.
+/// Returns advice on joints that jumped or reversed.
 pub fn rough(summary: &Summary) -> String {
     roughness::advice(&summary.joints).map(|advice| format!("warning: {advice}\n")).unwrap_or_default()
 }
 
-/// Which limits held which level back; the ones that did so longest.
+/// Returns the limits that restricted levels, with the level, for the largest shares of the time.
 pub fn held_back(summary: &Summary) -> String {
     const SHOWN: usize = 6;
     let mut lines = String::new();
@@ -193,7 +193,7 @@ pub fn held_back(summary: &Summary) -> String {
     lines
 }
 
-/// What the second solver said, in a line.
+/// Returns the result of the verification with the second solver, as one line.
 pub fn verification(v: &Verification) -> String {
     let failed = if v.failed == 0 { String::new() } else { format!("; {} found no answer", v.failed) };
     format!(
@@ -215,12 +215,12 @@ pub fn verification(v: &Verification) -> String {
     )
 }
 
-/// What to do about limits that were passed.
+/// Returns advice on violated limits.
 pub fn hints(summary: &Summary) -> String {
     summary.hints.iter().map(|h| format!("hint: {h}\n")).collect()
 }
 
-/// The cells of an expectation: verdict, margin, instant.
+/// Returns the cells of an expectation: verdict, margin, instant.
 pub fn expectation(e: &ExpectationRecord) -> [String; 3] {
     let verdict = match e.verdict {
         Verdict::Holds => "holds",
@@ -233,7 +233,7 @@ pub fn expectation(e: &ExpectationRecord) -> [String; 3] {
     [verdict.to_string(), size, at]
 }
 
-/// What an expectation is called; of one that did not hold, since when something had no value.
+/// Returns the title of an expectation; if it did not hold, with the instant from which an expression was undefined.
 pub fn expected(e: &ExpectationRecord) -> String {
     match e.undefined_s.filter(|_| e.verdict != Verdict::Holds) {
         Some(s) => format!("{} (something in it has no value at {s:.2} s, and is false there)", e.title()),
@@ -241,7 +241,7 @@ pub fn expected(e: &ExpectationRecord) -> String {
     }
 }
 
-/// What became of the expectations of a run; nothing where there were none. `good` says whether all is as expected.
+/// Returns the table of the expectations of a run; empty without any. `good` is true if all results are as expected.
 pub fn expectations(all: &[ExpectationRecord], good: bool) -> String {
     if all.is_empty() {
         return String::new();

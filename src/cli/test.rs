@@ -71,7 +71,7 @@ pub fn run(a: &Arguments) -> Outcome {
     if ok { Outcome::Good } else { Outcome::Failed }
 }
 
-/// Why there was nothing to do.
+/// Returns the reason why there was no scenario to run.
 fn nothing(a: &Arguments, tested: &[trial::Tested]) -> String {
     let Some(name) = &a.scenario else {
         return "there is no scenario in what was named: declare one, `scenario NAME { expect .. }`".to_string();
@@ -87,7 +87,7 @@ fn nothing(a: &Arguments, tested: &[trial::Tested]) -> String {
     }
 }
 
-/// What went wrong with a run beside its expectations; empty where nothing did.
+/// Returns the failures of a run other than its expectations; empty without any.
 fn trouble(t: &Trial) -> String {
     if let Some(mission) = &t.mission {
         let all: Vec<&str> = mission.trouble.iter().map(|(_, text)| text.as_str()).collect();
@@ -100,7 +100,7 @@ fn trouble(t: &Trial) -> String {
     }
 }
 
-/// The table of all scenarios.
+/// Returns the table of all scenarios.
 fn text(trials: &[Trial], broken: &[&str]) -> String {
     let mut rows = table::wide_table(&["spec", "scenario", "expectation", "verdict", "margin", "at"]);
     let mut last = "";
@@ -152,21 +152,21 @@ fn text(trials: &[Trial], broken: &[&str]) -> String {
     out
 }
 
-/// A text in XML.
+/// Escapes a text for XML.
 fn escaped(text: &str) -> String {
     let one = |c: char| match c {
         '&' => "&amp;".to_string(),
         '<' => "&lt;".to_string(),
         '>' => "&gt;".to_string(),
         '"' => "&quot;".to_string(),
-        // No other control characters may stand in XML.
+        // Other control characters are invalid in XML.
         c if c.is_control() => " ".to_string(),
         c => c.to_string(),
     };
     text.chars().map(one).collect()
 }
 
-/// The results as JUnit writes them: a suite for each scenario, a case for each expectation.
+/// Returns the results in JUnit's format: a suite for each scenario, a case for each expectation.
 fn junit(trials: &[Trial], broken: &[&str]) -> String {
     let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
     for t in trials {

@@ -1,7 +1,7 @@
 //! `hierarq watch SPEC`
 //!
-//! What is watched are the folders of the spec, of what it imports and of its URDF, because editors replace files as often as they write
-//! them. What counts is the content: a folder that stirs while both texts stay as they were changes nothing.
+//! Watches the folders of the spec, of its imports and of its URDFs, because editors replace files as often as they
+//! write them. Only the content counts: an event in a folder without a changed file has no effect.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -16,13 +16,13 @@ use notify::{Event, EventKind, RecursiveMode, Watcher};
 
 use super::{Outcome, SpecOptions, interruption, output};
 
-/// Saving a file is several events; this long without one, and it is over.
+/// Saving a file causes several events; it is complete after this time without one.
 const QUIET: Duration = Duration::from_millis(100);
 
-/// A folder that never is quiet is looked at nevertheless.
+/// Maximum waiting time in a folder with permanent events.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Largest file whose content is compared, in bytes: as large as a URDF may be.
+/// Maximum size of a file whose content is compared (bytes): that of a URDF.
 const MAX_WATCHED: u64 = 64 << 20;
 
 #[derive(Args)]
@@ -43,7 +43,7 @@ pub struct Arguments {
 }
 
 pub fn run(a: &Arguments) -> Outcome {
-    // Also where it was started with interruptions ignored, as shells start what runs in the background.
+    // Also if interruptions were ignored at the start, as shells do for background jobs.
     let _ = interruption::answer(|| std::process::exit(130));
     let (sender, events) = channel();
     let mut watcher = match notify::recommended_watcher(sender) {
@@ -64,11 +64,11 @@ pub fn run(a: &Arguments) -> Outcome {
                 Err(e) if watched.is_empty() => {
                     return Outcome::Trouble(format!("cannot watch {}: {e}", folder.display()));
                 }
-                // The folder of a URDF may not be there yet; the report says so.
+                // The folder of a URDF may not exist yet; the report says so.
                 Err(_) => {}
             }
         }
-        // Read before the check reads them: what is saved in between is seen as a change.
+        // Read before the check: a change during the check is detected.
         let before = contents(&files);
         let mut running = match report(a) {
             Ok(running) => running,
@@ -76,7 +76,7 @@ pub fn run(a: &Arguments) -> Outcome {
         };
         let changed = wait(&events, || contents(&files) != before);
         if let Some(child) = &mut running {
-            // One that has ended by itself cannot be ended, and that is well.
+            // Fails if the run has ended already, which is fine.
             let _ = child.kill();
             let _ = child.wait();
         }
@@ -86,7 +86,7 @@ pub fn run(a: &Arguments) -> Outcome {
     }
 }
 
-/// The spec, the files that it imports, and the URDFs that they name, as far as all that can be read.
+/// Returns the spec, the files that it imports, and their URDFs, as far as all these are readable.
 fn files(spec: &Path) -> Vec<PathBuf> {
     let mut files = vec![spec.to_path_buf()];
     let Ok((spelling, text)) = project::read(spec) else { return files };
@@ -101,7 +101,7 @@ fn files(spec: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The folders in which the files stand, and those in which links to them lead.
+/// Returns the folders of the files, and the folders to which links to them lead.
 fn folders(files: &[PathBuf]) -> Vec<PathBuf> {
     let real = files.iter().filter_map(|f| f.canonicalize().ok());
     let parent = |f: PathBuf| {
@@ -115,11 +115,11 @@ fn contents(files: &[PathBuf]) -> Vec<Option<Vec<u8>>> {
     files.iter().map(|f| files::read(f, MAX_WATCHED).ok()).collect()
 }
 
-/// Checks the spec, says how it is, and starts a run where one is wanted.
+/// Checks the spec, prints the result, and starts a run if requested.
 fn report(a: &Arguments) -> Result<Option<Child>, String> {
     let compiled = project::compile(&a.spec, &a.options.settings());
     let runs = compiled.program.is_some();
-    // A run reports what it compiles itself.
+    // A run prints the report of its own compilation.
     if !(a.run && runs) {
         output::show(&compiled.report);
     }
@@ -149,12 +149,12 @@ fn report(a: &Arguments) -> Result<Option<Child>, String> {
     command.spawn().map(Some).map_err(|e| format!("cannot start the run: {e}"))
 }
 
-/// True for what can change a text; reading a file is an event too.
+/// Returns true for events that may change a text; reading a file causes events too.
 fn stirs(event: &Event) -> bool {
     !matches!(event.kind, EventKind::Access(kind) if kind != AccessKind::Close(AccessMode::Write))
 }
 
-/// Waits until something has changed and the folders are quiet.
+/// Waits until a file has changed and no further events occur.
 fn wait(events: &Receiver<notify::Result<Event>>, changed: impl Fn() -> bool) -> Result<(), String> {
     let lost = |e: &dyn std::fmt::Display| format!("cannot watch files any longer: {e}");
     loop {

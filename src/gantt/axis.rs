@@ -1,6 +1,6 @@
-//! The axis of time of a chart: where it begins and ends, its unit, and round instants to mark.
+//! Time axis of a chart: its range, its unit, and its round marks.
 
-/// From `start` to `end` (s), marked at multiples of `step` (s).
+/// An axis from `start` to `end` (s), marked at multiples of `step` (s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Axis {
     pub start: f64,
@@ -9,7 +9,7 @@ pub(super) struct Axis {
     pub unit: Unit,
 }
 
-/// In what times are written.
+/// Unit of the times on an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Unit {
     Second,
@@ -18,7 +18,7 @@ pub(super) enum Unit {
 }
 
 impl Unit {
-    /// Its length (s).
+    /// Returns the length of the unit (s).
     pub fn seconds(self) -> f64 {
         match self {
             Unit::Second => 1.0,
@@ -45,8 +45,8 @@ impl Unit {
 }
 
 impl Axis {
-    /// An axis over these instants (s), which are finite, with about `marks` marks. It begins at 0 unless that would leave
-    /// more than half of it empty.
+    /// Creates an axis for these instants (s), which are finite, with about `marks` marks. It begins at 0, unless more
+    /// than half of it would be empty then.
     pub fn over(first: f64, last: f64, marks: usize) -> Axis {
         let from = if first > 0.0 && first < 0.5 * last { 0.0 } else { first };
         let span = last - from;
@@ -59,17 +59,17 @@ impl Axis {
         Axis { start: from, end: from + span, step: step.unwrap_or(10.0 * power) * unit.seconds(), unit }
     }
 
-    /// Its length (s), more than 0.
+    /// Returns the length of the axis (s), more than 0.
     pub fn span(&self) -> f64 {
         self.end - self.start
     }
 
-    /// Where an instant lies, 0 at the start and 1 at the end.
+    /// Returns the position of an instant: 0 at the start and 1 at the end.
     pub fn share(&self, time: f64) -> f64 {
         (time - self.start) / self.span()
     }
 
-    /// The marked instants (s) and what is written there.
+    /// Returns the marked instants (s) with their labels.
     pub fn marks(&self) -> Vec<(f64, String)> {
         let first = (self.start / self.step - 1e-9).ceil();
         let count = (self.span() / self.step + 1e-9).floor().clamp(0.0, 100.0) as usize;
@@ -77,7 +77,7 @@ impl Axis {
         instants.filter(|t| *t <= self.end + 1e-9 * self.span()).map(|t| (t, self.written(t))).collect()
     }
 
-    /// An instant as a number of the unit, as exact as the marks need it.
+    /// Formats an instant as a number of the unit, with the decimals that the marks need.
     fn written(&self, time: f64) -> String {
         let step = self.step / self.unit.seconds();
         let decimals = (-(step * (1.0 + 1e-9)).log10().floor()).clamp(0.0, 6.0) as usize;

@@ -1,4 +1,4 @@
-//! What maps share: metres as pixels, names beside points, the bar of the scale.
+//! Common parts of maps: conversion of metres to pixels, labels of points, the scale bar.
 
 use std::fmt::Write;
 
@@ -9,10 +9,10 @@ use super::{columns, px, shortened};
 const SIDE: f64 = 560.0;
 const MARGIN: f64 = 46.0;
 const CHARACTER: f64 = 6.6;
-/// Characters of the longest name that is shown whole.
+/// Maximum number of characters of a name that is not shortened.
 pub(super) const LONGEST: usize = 18;
 
-/// From metres to pixels.
+/// Conversion of metres to pixels.
 pub(super) struct Frame {
     pub left: f64,
     pub top: f64,
@@ -22,7 +22,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// One that holds these points (m), with so many pixels for a metre at the most.
+    /// Creates a frame that contains these points (m), with at most `most` pixels per metre.
     pub fn of(points: impl Iterator<Item = [f64; 2]>, most: f64) -> Frame {
         let finite = points.filter(|p| p.iter().all(|x| x.abs() < 1e9));
         let none = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
@@ -30,7 +30,7 @@ impl Frame {
         let [x0, y0, x1, y1] = if x0.is_finite() { [x0, y0, x1, y1] } else { [0.0, 0.0, 1.0, 1.0] };
         let scale = (SIDE / (x1 - x0).max(y1 - y0).max(SIDE / most)).min(most);
         let (width, height) = (2.0 * MARGIN + scale * (x1 - x0), 2.0 * MARGIN + scale * (y1 - y0));
-        // Room for the words below and for the longest name beside a point at the border.
+        // Space for the text below, and for the longest name beside a point at the border.
         let wide = width.max(420.0);
         Frame {
             left: 0.5 * (wide - width) + MARGIN - scale * x0,
@@ -41,13 +41,13 @@ impl Frame {
         }
     }
 
-    /// Where a place (m) is in the picture (px).
+    /// Converts a position (m) into the picture (px).
     pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let clamp = |v: f64, most: f64| if v.is_finite() { v.clamp(0.0, most) } else { 0.0 };
         [clamp(self.left + self.scale * x, self.width), clamp(self.top - self.scale * y, self.height)]
     }
 
-    /// The bar of the scale, at the left of the words below.
+    /// Draws the scale bar, to the left of the text below.
     pub fn bar(&self, out: &mut String) -> std::fmt::Result {
         let rough = 90.0 / self.scale;
         let power = 10f64.powi(rough.log10().floor() as i32);
@@ -58,13 +58,13 @@ impl Frame {
         writeln!(out, "<text class=\"small\" x=\"{}\" y=\"{}\">{length} m</text>", px(16.0 + width), px(y + 2.0))
     }
 
-    /// Where the words below stand (px).
+    /// Returns the vertical position of the text below (px).
     pub fn words(&self) -> f64 {
         self.height - 12.0
     }
 
-    /// What is there now, to be moved by a page: `data-x`, `data-y` (px) of the origin and `data-scale` (px/m). By name and
-    /// position (m).
+    /// Draws the moving robots, by name and position (m). For updates by a page, the group has `data-x`, `data-y` (px)
+    /// of the origin and `data-scale` (px/m).
     pub fn moving<'n>(&self, all: impl Iterator<Item = (&'n str, [f64; 2])>, out: &mut String) -> std::fmt::Result {
         writeln!(
             out,
@@ -88,24 +88,24 @@ impl Frame {
     }
 }
 
-/// Names beside points, none over another where a free side is left.
+/// Labels of points, placed without overlap if a side is free.
 pub(super) struct Names<'f> {
     taken: Vec<[f64; 4]>,
     frame: &'f Frame,
 }
 
 impl<'f> Names<'f> {
-    /// No names yet.
+    /// Creates an empty set of labels.
     pub fn new(frame: &'f Frame) -> Names<'f> {
         Names { taken: Vec::new(), frame }
     }
 
-    /// No name shall stand on this point (px).
+    /// Keeps this point (px) free of labels.
     pub fn keep_clear(&mut self, [x, y]: [f64; 2]) {
         self.taken.push([x - 7.0, y - 7.0, x + 7.0, y + 7.0]);
     }
 
-    /// Writes a name beside a point (px).
+    /// Writes a label beside a point (px).
     pub fn write(&mut self, [x, y]: [f64; 2], name: &str, out: &mut String) -> std::fmt::Result {
         let name = shortened(name, LONGEST);
         let width = CHARACTER * columns(&name) as f64;

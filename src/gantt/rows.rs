@@ -1,24 +1,24 @@
-//! What a chart draws, in rows: the activities of each actor, and of an agent also its waits and when it is served.
+//! Rows of a chart: the activities of each actor, and for an agent also its waits and services.
 
 use std::collections::BTreeMap;
 
 use mission::plan::{Activity, Actor, Phase, Plan, Target};
 
-/// What a bar shows.
+/// Kind of a bar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
     /// An activity of a schedule.
     Phase(Phase),
     /// A task of the layer of this index.
     Task(usize),
-    /// An agent has ended its operation, and no robot serves it yet.
+    /// The agent has finished its operation and waits for the service.
     Waits,
-    /// An agent is served: the same time as in the row of the robot.
+    /// The agent is served: the same interval as in the robot's row.
     Served,
 }
 
 impl Kind {
-    /// The word of the legend; also the class in a picture.
+    /// Returns the name in the legend, which is also the class in a picture.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Phase(phase) => phase.name(),
@@ -29,36 +29,36 @@ impl Kind {
     }
 }
 
-/// A stretch of time in the row of an actor.
+/// An interval in the row of an actor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bar {
     pub kind: Kind,
     pub target: Target,
-    /// When it begins and ends (s), finite and in order.
+    /// Start and end (s), finite and in order.
     pub start: f64,
     pub end: f64,
     pub speed: Option<f64>,
     pub begun: bool,
 }
 
-/// An actor with its bars, in order of time.
+/// An actor with its bars, sorted by time.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
     pub actor: Actor,
-    /// What people read for it.
+    /// Label of the actor.
     pub name: String,
     pub bars: Vec<Bar>,
 }
 
 impl Row {
-    /// The bars of each target that follow each other, with all that the robot does for it.
+    /// Groups consecutive bars by target; each group is everything that a robot does for it.
     pub fn services(&self) -> impl Iterator<Item = &[Bar]> {
         self.bars.chunk_by(|a, b| a.target == b.target)
     }
 }
 
-/// A row for each robot and then for each agent of the plan, also for those that do nothing. Activities whose times are no
-/// stretch of time are left out.
+/// Returns a row for each robot and then for each agent of the plan, also without activities. Activities with invalid
+/// times are omitted.
 pub(super) fn rows(plan: &Plan) -> Vec<Row> {
     let mut bars: BTreeMap<Actor, Vec<Bar>> = BTreeMap::new();
     let mut operations: BTreeMap<Target, f64> = BTreeMap::new();
@@ -104,14 +104,15 @@ fn bar(kind: Kind, of: &Activity) -> Bar {
     Bar { kind, target: of.target, start: of.start, end: of.end, speed: of.speed, begun: of.begun }
 }
 
-/// The first and the last instant of these rows (s); none where nothing is drawn.
+/// Returns the first and the last instant of these rows (s); `None` if there are no bars.
 pub(super) fn span(rows: &[Row]) -> Option<(f64, f64)> {
     let bars = || rows.iter().flat_map(|row| &row.bars);
     let first = bars().map(|bar| bar.start).reduce(f64::min)?;
     Some((first, bars().map(|bar| bar.end).fold(first, f64::max)))
 }
 
-/// What a bar is for. `h1.2`: the second operation of h1; the agent alone where it has but one. Of a layered plan the task.
+/// Returns the label of a bar: `h1.2` for the second operation of h1; only the agent if it has one operation. The task
+/// for a layered plan.
 pub(super) fn label(plan: &Plan, bar: &Bar) -> String {
     if let Kind::Task(_) = bar.kind {
         let task = plan.layered.as_ref().and_then(|layered| layered.tasks.get(bar.target.operation));

@@ -1,4 +1,4 @@
-//! The Gantt chart as a picture: rows of robots and agents as in thesis Figs. 5.7 and 5.8.
+//! The Gantt chart as SVG: rows of robots and agents as in thesis Figs. 5.7 and 5.8.
 
 use std::fmt::Write;
 
@@ -10,14 +10,14 @@ use super::axis::Axis;
 use super::rows::{Bar, Kind, Row, label, rows, span};
 use super::{STYLE, columns, px, shortened};
 
-/// How a chart is drawn.
+/// Appearance of a chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
-    /// The present (s): what lies before it is shaded.
+    /// The present (s): the time before it is shaded.
     pub now: Option<f64>,
-    /// The last instant that the axis must reach (s), so that two charts can be compared; none: the plan's own.
+    /// Minimum end of the axis (s), so that two charts are comparable; `None`: the end of the plan.
     pub until: Option<f64>,
-    /// With its own rules of style; a page that has [`STYLE`] needs none.
+    /// True to embed the style sheet; a page with [`STYLE`] does not need it.
     pub styled: bool,
 }
 
@@ -27,39 +27,39 @@ impl Default for Look {
     }
 }
 
-/// Layers whose colours differ.
+/// Number of distinct colours of layers.
 pub(super) const LAYERS: usize = 6;
 
 const WIDTH: f64 = 960.0;
 const ROW: f64 = 40.0;
 const TOP: f64 = 30.0;
 const RIGHT: f64 = 16.0;
-/// Where the bars of a row have their middle, from its top; above them there is room for a label.
+/// Vertical centre of the bars, from the top of a row; above them there is space for a label.
 const MIDDLE: f64 = 25.0;
-/// Width of a character (px), on the safe side.
+/// Width of a character (px), an upper estimate.
 const CHARACTER: f64 = 6.9;
-/// Characters of the longest name that is shown whole.
+/// Maximum number of characters of a name that is not shortened.
 const LONGEST: usize = 18;
 
-/// The chart as a file of its own.
+/// Draws the chart as a standalone file.
 pub fn svg(plan: &Plan) -> String {
     picture(plan, &Look::default())
 }
 
-/// The chart as this look has it. Each activity is one `rect` with `data-phase`; the group `now` carries what a page needs to
-/// move it: `data-left` and `data-scale` (px, px/s) and `data-start` (s).
+/// Draws the chart with this appearance. Each activity is one `rect` with `data-phase`; for updates by a page, the
+/// group `now` has `data-left` and `data-scale` (px, px/s) and `data-start` (s).
 pub fn picture(plan: &Plan, look: &Look) -> String {
     let rows = rows(plan);
     let (first, last) = span(&rows).unwrap_or((0.0, 0.0));
     let last = look.until.filter(|until| until.is_finite()).map_or(last, |until| last.max(until));
     let chart = Chart::new(&rows, Axis::over(first, last, 8));
     let mut out = String::new();
-    // Writing to a String does not fail.
+    // Writing to a String never fails.
     let _ = chart.write(plan, &rows, look, &mut out);
     out
 }
 
-/// The head of a picture: its size, its title, its style.
+/// Writes the head of a picture: size, title, style sheet.
 pub(super) fn head(width: f64, height: f64, title: &str, styled: bool, out: &mut String) -> std::fmt::Result {
     let (w, h) = (px(width), px(height));
     writeln!(
@@ -160,7 +160,7 @@ impl Chart {
         writeln!(out, "><title>{}</title></rect>", escaped(&title))
     }
 
-    /// The number of an operation, where there is room for it.
+    /// Writes the number of an operation, if there is space.
     fn number(&self, bar: &Bar, y: f64, out: &mut String) -> std::fmt::Result {
         let text = (bar.target.operation + 1).to_string();
         let (from, to) = (self.x(bar.start), self.x(bar.end));
@@ -175,7 +175,7 @@ impl Chart {
         )
     }
 
-    /// Whom a robot serves, above the service, where there is room for it.
+    /// Writes the served agent above the service, if there is space.
     fn whom(&self, plan: &Plan, service: &[Bar], y: f64, out: &mut String) -> std::fmt::Result {
         let (Some(first), Some(last)) = (service.first(), service.last()) else { return Ok(()) };
         let (from, to) = (self.x(first.start), self.x(last.end));
@@ -216,7 +216,7 @@ impl Chart {
         for (kind, text) in phases.chain(layers).filter(|(kind, _)| has(kind)) {
             let (height, end) = (height(kind), x + 46.0 + CHARACTER * columns(&text) as f64);
             if end > WIDTH {
-                // A longer list would leave the picture; titles name what is not in it.
+                // A longer legend would exceed the picture; tooltips name the other kinds.
                 return writeln!(out, "<text class=\"small\" x=\"{}\" y=\"{}\">…</text>", px(x), px(y + 4.0));
             }
             writeln!(
@@ -240,7 +240,7 @@ impl Chart {
     }
 }
 
-/// The class of a bar; layers have six colours in turn.
+/// Returns the class of a bar; the colours of layers repeat after six.
 fn class(kind: Kind) -> String {
     match kind {
         Kind::Task(layer) => format!("task layer-{}", layer % LAYERS),

@@ -1,4 +1,4 @@
-//! The Gantt chart for a terminal: a row for each actor, a character for each stretch of time.
+//! The Gantt chart for a terminal: a row for each actor, a character for each interval.
 
 use std::fmt::Write;
 
@@ -9,17 +9,17 @@ use super::axis::Axis;
 use super::rows::{Bar, Kind, Row, label, rows, span};
 use super::shortened;
 
-/// Columns of the longest name that is shown whole.
+/// Maximum number of columns of a name that is not shortened.
 const LONGEST: usize = 16;
-/// A cell that a wide character before it covers.
+/// A cell that is covered by the wide character before it.
 const COVERED: char = '\0';
-/// Columns between two marks of the axis.
+/// Minimum number of columns between two marks of the axis.
 const MARK: usize = 11;
 
-/// Colours of layers, in turn.
+/// Colours of layers, used in turn.
 const LAYERS: [&str; 4] = ["34", "35", "36", "32"];
 
-/// The character of a phase, and its colour as a parameter of a terminal's `SGR` sequence.
+/// Returns the character of a phase, and its colour as a parameter of a terminal's `SGR` sequence.
 fn look(kind: Kind) -> (char, &'static str) {
     match kind {
         Kind::Phase(Phase::Operation | Phase::Task) => ('=', "1"),
@@ -32,10 +32,10 @@ fn look(kind: Kind) -> (char, &'static str) {
     }
 }
 
-/// The chart in at most `columns` columns (40 to 400), with the colours of a terminal if wanted.
+/// Draws the chart in at most `columns` columns (40 to 400), optionally with terminal colours.
 ///
-/// Each column shows the phase that takes most of its time; a service shows in at least one column. Over a robot's row
-/// stands whom it serves; in an agent's, the number of each operation.
+/// Each column shows the phase with the largest share of its time; a service shows in at least one column. A robot's
+/// row is labelled with the served agents, an agent's with the numbers of its operations.
 pub fn text(plan: &Plan, columns: usize, colour: bool) -> String {
     let rows = rows(plan);
     let Some((first, last)) = span(&rows) else { return "Nothing is planned.\n".to_string() };
@@ -54,27 +54,27 @@ pub fn text(plan: &Plan, columns: usize, colour: bool) -> String {
     out
 }
 
-/// A name in at most this many columns, without what a terminal would obey.
+/// Returns a name in at most this many columns, with control characters replaced.
 fn shown(name: &str, most: usize) -> String {
     let plain = |c: char| if c.is_control() { '?' } else { c };
     shortened(&name.chars().map(plain).collect::<String>(), most)
 }
 
-/// A text as cells of the chart: a wide character is followed by a cell that it covers, which is [`COVERED`].
+/// Converts a text into cells of the chart: a wide character is followed by a [`COVERED`] cell.
 fn in_cells(text: &str) -> Vec<char> {
     let mut cells = Vec::new();
     for c in text.chars() {
         match UnicodeWidthChar::width(c) {
             Some(2) => cells.extend([c, COVERED]),
             Some(1) => cells.push(c),
-            // An accent or a joiner has no cell of its own, and a cell holds one character.
+            // Combining characters have no cell of their own, and a cell holds one character.
             _ => {}
         }
     }
     cells
 }
 
-/// The numbers of the axis and, below, where they are.
+/// Draws the numbers and, below them, the marks of the axis.
 fn scale(axis: &Axis, longest: usize, width: usize, out: &mut String) {
     let unit = axis.unit.name();
     let (mut numbers, mut ticks) = (vec![' '; width], vec!['-'; width]);
@@ -83,7 +83,7 @@ fn scale(axis: &Axis, longest: usize, width: usize, out: &mut String) {
         let at = ((axis.share(time) * width as f64) as usize).min(width - 1);
         ticks[at] = '+';
         let number = if free == 0 { format!("{number} {unit}") } else { number };
-        // A number begins where its mark is, or ends at the right border.
+        // A number begins at its mark, or ends at the right border.
         let from = at.min(width.saturating_sub(number.len()));
         if from >= free {
             numbers.iter_mut().skip(from).zip(number.chars()).for_each(|(cell, c)| *cell = c);
@@ -95,7 +95,7 @@ fn scale(axis: &Axis, longest: usize, width: usize, out: &mut String) {
     let _ = writeln!(out, "{:longest$}  {}", "", line(ticks));
 }
 
-/// For each column the phase and the character, without labels and with them.
+/// Returns the phase of each column, and the characters of the row with its labels.
 fn cells(plan: &Plan, row: &Row, axis: &Axis, width: usize) -> (Vec<Option<Kind>>, Vec<char>) {
     let mut most: Vec<(Option<Kind>, f64)> = vec![(None, 0.0); width];
     let column = |time: f64| axis.share(time) * width as f64;
@@ -124,8 +124,8 @@ fn cells(plan: &Plan, row: &Row, axis: &Axis, width: usize) -> (Vec<Option<Kind>
     (cells, line)
 }
 
-/// Writes whom a robot serves into the longest phase of the service, the number of an operation at its begin; only where
-/// a column before and one behind still show the phase. What is served is never written over.
+/// Writes the served agent into the longest phase of the service, and the number of an operation at its begin; only if
+/// a column before and one after it still show the phase. Never overwrites the serving phase.
 fn write_label(
     plan: &Plan,
     actor: Actor,
@@ -154,7 +154,7 @@ fn write_label(
     }
 }
 
-/// A row of the chart, without spaces at its end.
+/// Draws a row of the chart, without trailing spaces.
 fn paint(cells: &[Option<Kind>], line: &[char], colour: bool, out: &mut String) {
     let end = line.iter().rposition(|c| *c != ' ').map_or(0, |last| last + 1);
     let mut at = 0;
@@ -171,7 +171,7 @@ fn paint(cells: &[Option<Kind>], line: &[char], colour: bool, out: &mut String) 
     out.push('\n');
 }
 
-/// What the characters mean, of those kinds that the chart has.
+/// Draws the legend of the characters that occur in the chart.
 fn legend(rows: &[Row], longest: usize, colour: bool, out: &mut String) {
     let has = |kind: Kind| rows.iter().flat_map(|row| &row.bars).any(|bar| bar.kind == kind);
     let entries = Phase::ALL.into_iter().filter(|phase| has(Kind::Phase(*phase))).map(|phase| {

@@ -1,7 +1,8 @@
-//! Who may see which page: links that open once, and the sessions that they become.
+//! Access to pages: one-time links, and the sessions that they create.
 //!
-//! A link and the cookie of a session are numbers with a signature ([`keys`](super::keys)). The first use of a link turns it
-//! into a session; a second is refused. Which link of a page was opened, and so which session is good, is kept with the key.
+//! A link and the cookie of a session are signed numbers ([`keys`](super::keys)). The first use of a link creates a
+//! session; a second use is rejected. The opened link of each page, which identifies the valid session, is stored with
+//! the key.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,18 +12,18 @@ use serde::{Deserialize, Serialize};
 use super::keys::{Keys, Kind, NoKeys};
 use super::rate::Bucket;
 
-/// Whose page it is.
+/// Owner of a page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// Who watches over the mission.
+    /// The supervisor of the mission.
     Supervisor,
     /// The agent of this index.
     Person(usize),
 }
 
 impl Role {
-    /// The path of its page, and of all below it.
+    /// Returns the path of the role's page, which is a prefix of all its paths.
     pub fn path(self) -> String {
         match self {
             Role::Supervisor => "/supervisor/".to_string(),
@@ -30,7 +31,7 @@ impl Role {
         }
     }
 
-    /// The path of a link with this signed number.
+    /// Returns the path of a link with this signed number.
     pub fn link(self, signed: &str) -> String {
         match self {
             Role::Supervisor => format!("/s/{signed}"),
@@ -38,8 +39,8 @@ impl Role {
         }
     }
 
-    /// The name of its cookie: a browser sends the cookies of one host to all of its ports, and one browser may show the
-    /// pages of several people.
+    /// Returns the name of the role's cookie. It contains port and role, since a browser sends the cookies of a host to
+    /// all of its ports, and one browser may show the pages of several people.
     pub fn cookie(self, port: u16) -> String {
         match self {
             Role::Supervisor => format!("hierarq_{port}_supervisor"),
@@ -47,7 +48,7 @@ impl Role {
         }
     }
 
-    /// The role whose cookie has this name.
+    /// Returns the role whose cookie has this name.
     pub fn of_cookie(name: &str, port: u16) -> Option<Role> {
         let rest = name.strip_prefix("hierarq_")?.strip_prefix(&port.to_string())?.strip_prefix('_')?;
         let person = || Some(Role::Person(rest.strip_prefix("person_")?.parse().ok()?));
@@ -56,28 +57,28 @@ impl Role {
     }
 }
 
-/// What a link is worth.
+/// State of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Link {
-    /// Nobody has used it.
+    /// It has not been used.
     Fresh(Role),
-    /// It has become a session.
+    /// It has created a session.
     Used(Role),
-    /// There is no such link, or a newer one has taken its place.
+    /// It does not exist, or a newer one replaces it.
     Unknown,
 }
 
-/// Most streams of events of one session; a further one ends the oldest.
+/// Maximum number of event streams of one session; a further one ends the oldest.
 const STREAMS: u64 = 3;
 
-/// What the requests of one session share.
+/// Shared state of the requests of one session.
 #[derive(Debug)]
 pub struct Session {
-    /// Whose page it opens.
+    /// Role whose page it opens.
     pub role: Role,
-    /// The link that became it.
+    /// Number of the link that created it.
     number: u64,
-    /// What it may still ask for.
+    /// Rate limit of its requests.
     pub bucket: Bucket,
     begun: AtomicU64,
     open: AtomicU64,
@@ -90,23 +91,23 @@ impl Session {
         Session { role, number, bucket: Bucket::of_a_session(), begun: counts(), open: counts(), ended: counts() }
     }
 
-    /// Notes that a stream begins; its number.
+    /// Registers a new stream; returns its number.
     pub fn begin_stream(&self) -> u64 {
         self.open.fetch_add(1, Ordering::Relaxed);
         self.begun.fetch_add(1, Ordering::Relaxed) + 1
     }
 
-    /// Notes that a stream has ended.
+    /// Registers the end of a stream.
     pub fn end_stream(&self) {
         self.open.fetch_sub(1, Ordering::Relaxed);
     }
 
-    /// False once newer streams have taken the place of this one, or the session has ended.
+    /// Returns false once newer streams have replaced this one, or the session has ended.
     pub fn goes_on(&self, stream: u64) -> bool {
         self.begun.load(Ordering::Relaxed) < stream + STREAMS && self.ended.load(Ordering::Relaxed) == 0
     }
 
-    /// True while a page listens.
+    /// Returns true while a page is listening.
     pub fn listens(&self) -> bool {
         self.open.load(Ordering::Relaxed) > 0
     }
@@ -115,21 +116,21 @@ impl Session {
 /// All links and sessions of a server.
 pub struct Access {
     keys: Keys,
-    /// Of each page whose session has been shown to this server: the session.
+    /// Sessions that have been presented to this server.
     sessions: Vec<Arc<Session>>,
 }
 
 impl Access {
-    /// What the keys let in.
+    /// Creates the access control with these keys.
     pub fn new(keys: Keys) -> Access {
         Access { keys, sessions: Vec::new() }
     }
 
-    /// A new link for this role; its path. Older links and sessions of the role end.
+    /// Creates a new link for this role, and ends its older links and sessions; returns the path of the link.
     ///
     /// # Errors
     ///
-    /// It cannot be kept. Nothing has changed then.
+    /// It cannot be stored. Nothing has changed then.
     pub fn invite(&mut self, role: Role) -> Result<String, NoKeys> {
         self.keys.renew(role)?;
         self.end(role);
@@ -143,7 +144,7 @@ impl Access {
         self.sessions.retain(|session| session.role != role);
     }
 
-    /// What the last part of a link's path is worth.
+    /// Returns the state of a link, from the last part of its path.
     pub fn link(&self, token: &str) -> Link {
         self.read(token).map_or(Link::Unknown, |(link, _)| link)
     }
@@ -161,12 +162,12 @@ impl Access {
         }
     }
 
-    /// Uses a link: its role and the secret of the session that it becomes; none unless it is fresh. The session that
-    /// another link of the role became ends.
+    /// Uses a link: returns its role and the secret of the new session, or `None` if the link is not fresh. The role's
+    /// previous session ends.
     ///
     /// # Errors
     ///
-    /// It cannot be kept. Nothing has changed then.
+    /// It cannot be stored. Nothing has changed then.
     pub fn exchange(&mut self, token: &str) -> Result<Option<(Role, String)>, NoKeys> {
         let Some((Link::Fresh(role), number)) = self.read(token) else { return Ok(None) };
         self.keys.open(role, number)?;
@@ -174,7 +175,7 @@ impl Access {
         Ok(Some((role, self.keys.signed(Kind::Session, role, number))))
     }
 
-    /// The session of this role whose secret is among these.
+    /// Returns the session of this role whose secret is among these.
     pub fn session<'a>(&mut self, role: Role, mut secrets: impl Iterator<Item = &'a str>) -> Option<Arc<Session>> {
         let opened = self.keys.page(role)?.opened?;
         if !secrets.any(|secret| self.keys.number(Kind::Session, role, secret) == Some(opened)) {
@@ -189,7 +190,7 @@ impl Access {
         Some(session)
     }
 
-    /// Whether this role has opened its link, and whether a page of it listens now.
+    /// Returns whether this role has opened its link, and whether one of its pages is listening now.
     pub fn presence(&self, role: Role) -> (bool, bool) {
         let opened = self.keys.page(role).is_some_and(|page| page.opened.is_some());
         (opened, self.sessions.iter().any(|session| session.role == role && session.listens()))
@@ -207,7 +208,7 @@ mod tests {
         Access::new(Keys::passing("field", pages.to_vec()).expect("random"))
     }
 
-    /// A new link, its last part alone.
+    /// Returns the last part of a new link's path.
     fn invite(access: &mut Access, role: Role) -> String {
         let path = access.invite(role).expect("random");
         path.rsplit('/').next().expect("a part").to_string()
@@ -251,7 +252,7 @@ mod tests {
     fn of_several_links_the_newest_that_is_opened_counts() {
         let mut access = access();
         let (role, first) = (Role::Person(0), invite(&mut access, Role::Person(0)));
-        // Links that were made elsewhere with the same key.
+        // Links that another process made with the same key.
         let made = |access: &Access, more: u64| {
             let number = access.keys.page(role).expect("a page").link + more;
             format!("0-{}", access.keys.signed(Kind::Link, role, number))

@@ -1,42 +1,42 @@
-//! The clock of a mission: it runs as fast as asked, and can be stopped.
+//! Clock of a mission, with adjustable speed; it can be stopped.
 
 use std::time::{Duration, Instant};
 
 /// Mission time as a function of real time.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
-    /// What it showed when it was set (s).
+    /// Mission time when it was last set (s).
     shown: f64,
-    /// Since when it runs; none: it stands.
+    /// Instant since which it runs; `None`: it is stopped.
     since: Option<Instant>,
-    /// Seconds of the mission in a second.
+    /// Mission seconds per real second.
     speed: f64,
 }
 
 impl Clock {
-    /// Stands at this time (s), and will run with this speed.
+    /// Creates a stopped clock with this time (s) and speed.
     pub fn standing(time: f64, speed: f64) -> Clock {
         Clock { shown: time, since: None, speed }
     }
 
-    /// What it shows at an instant (s).
+    /// Returns the mission time at an instant (s).
     pub fn at(&self, instant: Instant) -> f64 {
         let run = self.since.map_or(Duration::ZERO, |since| instant.saturating_duration_since(since));
         self.shown + self.speed * run.as_secs_f64()
     }
 
-    /// Lets it run or stops it.
+    /// Starts or stops the clock.
     pub fn set(&mut self, runs: bool, instant: Instant) {
         self.shown = self.at(instant);
         self.since = runs.then_some(instant);
     }
 
-    /// True while it runs.
+    /// Returns true while it runs.
     pub fn runs(&self) -> bool {
         self.since.is_some()
     }
 
-    /// Seconds of the mission in a second.
+    /// Returns the mission seconds per real second.
     pub fn speed(&self) -> f64 {
         self.speed
     }

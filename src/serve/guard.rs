@@ -1,10 +1,10 @@
-//! What every request must be before anything looks at it, and what every answer carries.
+//! Checks of every request before it is processed, and headers of every response.
 //!
-//! - `Host` is the address of this connection, or a name that was given: a foreign name that was made to lead here
-//!   (DNS rebinding) is refused.
-//! - What changes something comes from a page of this server: `Origin` is that same host. `Sec-Fetch-Site`, where a browser
-//!   sends it, agrees.
-//! - An answer runs no script but ours, is framed by nobody, is kept in no cache.
+//! - `Host` must be the address of this connection, or a configured name: a foreign name that resolves to this address
+//!   (DNS rebinding) is rejected.
+//! - A request that changes state must come from a page of this server: `Origin` must be that same host.
+//!   `Sec-Fetch-Site`, if the browser sends it, must agree.
+//! - A response allows no scripts but ours, and no frames; it is not cached.
 
 use std::net::SocketAddr;
 
@@ -15,16 +15,16 @@ use axum::response::{IntoResponse, Response};
 
 use super::pages;
 
-/// The address at which a connection came in.
+/// Local address of a connection.
 #[derive(Clone, Copy, Debug)]
 pub struct Local(pub SocketAddr);
 
-/// The names under which a server may be asked for, beside its address.
+/// Host names of the server, in addition to its address.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Hosts(pub Vec<String>);
 
 impl Hosts {
-    /// True if a request with this `Host` that came in at this address is meant for us.
+    /// Returns true if a request with this `Host` on this local address is meant for this server.
     pub fn allow(&self, host: &str, local: SocketAddr) -> bool {
         let host = host.to_ascii_lowercase();
         let own = host == local.to_string() || (local.port() == 80 && host == bare(local));
@@ -41,22 +41,22 @@ fn bare(local: SocketAddr) -> String {
     }
 }
 
-/// Why a request is refused before it is looked at.
+/// Reason for rejecting a request before it is processed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refused {
-    /// It is neither read nor told.
+    /// The method is not GET, HEAD or POST.
     Method,
-    /// It was meant for another host.
+    /// The request is for another host.
     Host,
-    /// It comes from a page of somebody else.
+    /// The request comes from a page of another origin.
     Origin,
 }
 
-/// Whether a request may be looked at.
+/// Checks the method, host and origin of a request.
 ///
 /// # Errors
 ///
-/// Says why not.
+/// The reason for rejecting it.
 pub fn check(method: &Method, headers: &HeaderMap, local: SocketAddr, hosts: &Hosts) -> Result<(), Refused> {
     if !matches!(*method, Method::GET | Method::HEAD | Method::POST) {
         return Err(Refused::Method);
@@ -73,20 +73,20 @@ pub fn check(method: &Method, headers: &HeaderMap, local: SocketAddr, hosts: &Ho
         let ours = of.is_some_and(|of| of.eq_ignore_ascii_case(host));
         return if ours && !elsewhere { Ok(()) } else { Err(Refused::Origin) };
     }
-    // A link may be followed from anywhere; parts of pages are for our pages alone.
+    // Links may be followed from anywhere; subresources are only for our own pages.
     let followed = headers.get("sec-fetch-mode").is_some_and(|mode| mode == "navigate")
         && headers.get("sec-fetch-dest").is_some_and(|dest| dest == "document");
     if elsewhere && !followed { Err(Refused::Origin) } else { Ok(()) }
 }
 
-/// The value of a header that stands exactly once.
+/// Returns the value of a header that occurs exactly once.
 fn only(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
     let mut values = headers.get_all(name).iter();
     let value = values.next()?.to_str().ok()?;
     values.next().is_none().then_some(value)
 }
 
-/// Refuses what [`check`] refuses, and gives every answer its headers.
+/// Rejects requests by [`check`], and adds the headers of every response.
 pub async fn guard(hosts: Hosts, request: Request, next: Next) -> Response {
     let local = request.extensions().get::<Local>().copied();
     let checked =

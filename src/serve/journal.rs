@@ -1,8 +1,9 @@
-//! The journal: a file with everything that people told, so that a mission goes on where it was after a crash.
+//! Journal: a file with all reports of people, from which a mission is restored after a crash.
 //!
-//! One JSON object a line. The first names the mission and a digest of it; each further one has a time of the mission and an
-//! entry. What is told is written, and brought to the disk, before it has any effect; what cannot be written has none. Because
-//! an execution is a function of its problem and of what is told when, reading the lines again leads to the same state.
+//! One JSON object per line. The first line holds the mission's name and digest; each further one a mission time and an
+//! entry. A report is written and synced to the disk before it has any effect; if that fails, it has none. Since an
+//! execution is a function of its problem and of the reports with their times, replaying the lines restores the same
+//! state.
 
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -14,39 +15,39 @@ use serde::{Deserialize, Serialize};
 
 use super::lines::Lines;
 
-/// Largest journal that is read, and so the largest that is written (bytes).
+/// Maximum size of a journal for reading and writing (bytes).
 const LARGEST: u64 = 256 << 20;
 
-/// What a line says beside its time.
+/// Entry of a line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Entry {
-    /// Something was told.
+    /// An event of a schedule.
     Event(Event),
-    /// Something was told of a mission of layers.
+    /// An event of a mission of layers.
     Layered(mission::kinds::layers::execution::Event),
-    /// A person began to measure a service.
+    /// A person started the measurement of a service.
     Serve {
         /// Index of the agent.
         agent: usize,
-        /// Which operation is served.
+        /// Number of the operation that is served.
         operation: usize,
     },
-    /// A person ended a measurement.
+    /// A person ended the measurement of a service.
     Served {
         /// Index of the agent.
         agent: usize,
     },
-    /// All is well; the execution has had this many records.
+    /// A heartbeat with the number of records of the execution.
     Records(usize),
 }
 
-/// A line after the first.
+/// A line after the first one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Line {
-    /// Time of the mission (s).
+    /// Mission time (s).
     pub time: f64,
-    /// What.
+    /// The entry.
     pub entry: Entry,
 }
 
@@ -66,7 +67,7 @@ pub struct Journal {
     time: f64,
 }
 
-/// Why a journal cannot be used.
+/// Reason why a journal cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the message says what each field is")]
 pub enum NoJournal {
@@ -102,11 +103,11 @@ pub enum NoJournal {
 }
 
 impl Journal {
-    /// Opens a journal, or begins it; with what it says so far. A last line that was not written to its end is removed.
+    /// Opens or creates a journal; returns it with its lines so far. An incomplete last line is removed.
     ///
     /// # Errors
     ///
-    /// The file cannot be used, or is of something else.
+    /// The file cannot be used, or belongs to another mission or program.
     pub fn open(path: &Path, mission: &str, digest: &str) -> Result<(Journal, Vec<Line>), NoJournal> {
         let no = |why| NoJournal::File { path: path.into(), why };
         let existed = path.exists();
@@ -133,7 +134,7 @@ impl Journal {
         let head = Head { journal: 1, mission: mission.into(), digest: digest.into() };
         let mut lines = text.lines();
         let begun = match lines.next() {
-            // A file with no whole line that is not the torn head of a journal belongs to somebody else.
+            // A file without a complete line is foreign, unless it is empty or has a torn journal header.
             None if bytes.is_empty() || bytes.starts_with(b"{\"journal\":1") => false,
             None => return Err(NoJournal::Foreign { path: path.into() }),
             Some(first) => match serde_json::from_str::<Head>(first) {
@@ -160,7 +161,7 @@ impl Journal {
             }
             time = line.time;
         }
-        // What stands behind the whole lines is removed before the next is added.
+        // An incomplete last line is removed before the next one is added.
         let lines = Lines::new(Box::new(file), whole as u64);
         let mut journal = Journal { lines, path: path.into(), time };
         if !begun {
@@ -172,12 +173,12 @@ impl Journal {
         Ok((journal, said))
     }
 
-    /// Writes a line and brings it to the disk.
+    /// Writes a line and syncs it to the disk.
     ///
     /// # Errors
     ///
-    /// The line is not taken: the file cannot be written, or the line could not be read again. What was taken before stays
-    /// as it is, and further lines may be tried.
+    /// The line is rejected: the file cannot be written, or the line would not be readable. Earlier lines are
+    /// unaffected, and further lines may be tried.
     pub fn add(&mut self, line: &Line) -> Result<(), NoJournal> {
         let Line { time, .. } = *line;
         if !(self.time..=MAX_MISSION).contains(&time) {
@@ -188,13 +189,13 @@ impl Journal {
         Ok(())
     }
 
-    /// One on a disk of a test, without a first line.
+    /// Creates a journal on a test disk, without a first line.
     #[cfg(test)]
     pub fn on(disk: impl super::lines::Disk + 'static) -> Journal {
         Journal { lines: Lines::new(Box::new(disk), 0), path: "test".into(), time: 0.0 }
     }
 
-    /// An entry of it, by its index, cannot be.
+    /// Returns the error for an invalid entry at this index.
     pub fn broken(&self, index: usize, why: String) -> NoJournal {
         NoJournal::Broken { path: self.path.clone(), line: index + 2, why }
     }

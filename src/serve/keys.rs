@@ -1,9 +1,10 @@
-//! The key of links and sessions, and what of them must outlast a server: in a file beside the journal.
+//! The key of links and sessions, and their persistent state, in a file beside the journal.
 //!
-//! A link and a session are each a number and a signature of it (HMAC-SHA256, by `ring`, which the TLS of `hierarq context`
-//! brings along). Numbers rise: of a page the file has that of its newest link and that of the link which was opened, and
-//! so says which links still open and which session is the page's. The file is for its owner alone (mode 0600), is replaced
-//! as a whole, and is written by the server that has the journal; others read it to make links ([`new_link`]).
+//! A link and a session are each a number with its signature (HMAC-SHA256, by `ring`, a dependency of the TLS of
+//! `hierarq context`). Numbers increase: for each page the file holds the number of its newest link and that of the
+//! opened one, which determine the links that still open and the valid session. The file is readable by its owner only
+//! (mode 0600), is replaced atomically, and is written by the server that holds the journal; other processes read it to
+//! create links ([`new_link`]).
 
 use std::io::Write;
 use std::net::SocketAddr;
@@ -16,47 +17,47 @@ use serde::{Deserialize, Serialize};
 use super::LinkOf;
 use super::access::Role;
 
-/// Largest file that is read (bytes).
+/// Maximum size of the file (bytes).
 const LARGEST: u64 = 1 << 20;
-/// Hexadecimal digits of a signature: 128 bits of it.
+/// Number of hexadecimal digits of a signature: its first 128 bits.
 const DIGITS: usize = 32;
 
-/// What a number is signed for.
+/// Purpose of a signed number.
 #[derive(Clone, Copy, Debug)]
 pub enum Kind {
-    /// To open a page once.
+    /// Opens a page once.
     Link,
-    /// To show who has opened it.
+    /// Identifies a session.
     Session,
 }
 
 /// A page, with its links.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Page {
-    /// Whose it is.
+    /// Role of its owner.
     pub role: Role,
-    /// The name of the person; none: the supervisor.
+    /// Name of the person; `None`: the supervisor.
     pub person: Option<String>,
-    /// Links below this one are worth nothing.
+    /// Links with smaller numbers are invalid.
     pub oldest: u64,
-    /// The newest link that a server made.
+    /// Number of the newest link that a server created.
     pub link: u64,
-    /// The link that was opened last, and so the session of the page.
+    /// Number of the link that was opened last, which identifies the valid session.
     pub opened: Option<u64>,
 }
 
 impl Page {
-    /// Of this role, without a link.
+    /// Creates a page without a link.
     pub fn new(role: Role, person: Option<String>) -> Page {
         Page { role, person, oldest: 0, link: 0, opened: None }
     }
 
-    /// True while a link opens the page.
+    /// Returns true while this link opens the page.
     pub fn opens(&self, link: u64) -> bool {
         link >= self.oldest && self.opened.is_none_or(|opened| opened < link)
     }
 
-    /// A number above those of all links: the time (µs), unless the system's clock went back.
+    /// Returns a number greater than those of all links: the time (µs), unless the system clock was set back.
     pub fn next(&self) -> u64 {
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let now = u64::try_from(since.as_micros()).unwrap_or(0);
@@ -64,7 +65,7 @@ impl Page {
     }
 }
 
-/// What the file holds.
+/// Content of the file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Kept {
     keys: u32,
@@ -72,24 +73,24 @@ struct Kept {
     digest: String,
     /// The key, in hexadecimal digits.
     key: String,
-    /// Where pages are, without a slash at the end.
+    /// Base URL of the pages, without a trailing slash.
     site: String,
-    /// Where the server listened last.
+    /// Last address of the server.
     address: Option<SocketAddr>,
     pages: Vec<Page>,
 }
 
-/// A key, and the pages that it protects.
+/// A key with the pages that it protects.
 pub struct Keys {
     kept: Kept,
     key: hmac::Key,
-    /// None: nothing outlasts the server.
+    /// Path of the file; `None`: nothing is persistent.
     path: Option<PathBuf>,
-    /// The file holds what is kept.
+    /// True if the file contains `kept`.
     written: bool,
 }
 
-/// Why links and sessions cannot be kept.
+/// Reason why links and sessions cannot be stored.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the message says what each field is")]
 pub enum NoKeys {
@@ -119,25 +120,26 @@ pub enum NoKeys {
 }
 
 impl Keys {
-    /// A new key that ends with the server.
+    /// Creates a key that ends with the server.
     ///
     /// # Errors
     ///
-    /// The system gives no random numbers.
+    /// The system provides no random numbers.
     pub fn passing(mission: &str, pages: Vec<Page>) -> Result<Keys, NoKeys> {
         Ok(Keys::of(Kept::new(mission, "", pages)?, None))
     }
 
-    /// What is kept beside a journal of this mission, or a new key. Call it with the journal open, so that nobody else does.
+    /// Loads the key beside a journal of this mission, or creates a new one. The caller must hold the open journal,
+    /// which excludes other servers.
     ///
     /// # Errors
     ///
-    /// The file cannot be used, or is of something else.
+    /// The file cannot be used, or is not a file of keys.
     pub fn beside(journal: &Path, mission: &str, digest: &str, pages: Vec<Page>) -> Result<Keys, NoKeys> {
         let path = path_of(journal);
         let kept = read(&path)?.filter(|kept| (kept.mission.as_str(), kept.digest.as_str()) == (mission, digest));
         let same = |kept: &Kept| kept.pages.iter().map(|page| page.role).eq(pages.iter().map(|page| page.role));
-        // The key of another mission would let its people in.
+        // The key of another mission would admit its people.
         let (kept, written) = match kept.filter(same) {
             Some(kept) => (kept, true),
             None => (Kept::new(mission, digest, pages)?, false),
@@ -150,27 +152,27 @@ impl Keys {
         Keys { kept, key, path, written: false }
     }
 
-    /// The pages, with their links.
+    /// Returns the pages with their links.
     pub fn pages(&self) -> &[Page] {
         &self.kept.pages
     }
 
-    /// The page of a role.
+    /// Returns the page of a role.
     pub fn page(&self, role: Role) -> Option<&Page> {
         self.kept.pages.iter().find(|page| page.role == role)
     }
 
-    /// Where the server before listened.
+    /// Returns the last address of the previous server.
     pub fn address(&self) -> Option<SocketAddr> {
         self.kept.address
     }
 
-    /// Notes where pages are, and sees to it that each has a link that nobody has opened: that of the server before where
-    /// there is one.
+    /// Stores the base URL of the pages, and ensures that each page has an unopened link: that of the previous server,
+    /// if there is one.
     ///
     /// # Errors
     ///
-    /// It cannot be kept.
+    /// It cannot be stored.
     pub fn begin(&mut self, site: &str, address: SocketAddr) -> Result<(), NoKeys> {
         self.change(|kept| {
             (kept.site, kept.address) = (site.to_string(), Some(address));
@@ -182,11 +184,11 @@ impl Keys {
         })
     }
 
-    /// Makes a newer link for a page, and ends what older ones opened.
+    /// Creates a newer link for a page, and ends its older links and sessions.
     ///
     /// # Errors
     ///
-    /// It cannot be kept. Nothing has changed then.
+    /// It cannot be stored. Nothing has changed then.
     pub fn renew(&mut self, role: Role) -> Result<(), NoKeys> {
         self.change(|kept| {
             if let Some(page) = kept.pages.iter_mut().find(|page| page.role == role) {
@@ -196,11 +198,11 @@ impl Keys {
         })
     }
 
-    /// Notes that a link of a page was opened.
+    /// Stores that a link of a page was opened.
     ///
     /// # Errors
     ///
-    /// It cannot be kept. Nothing has changed then.
+    /// It cannot be stored. Nothing has changed then.
     pub fn open(&mut self, role: Role, number: u64) -> Result<(), NoKeys> {
         self.change(|kept| {
             if let Some(page) = kept.pages.iter_mut().find(|page| page.role == role) {
@@ -209,7 +211,7 @@ impl Keys {
         })
     }
 
-    /// A number, signed: digits, a dash, and digits of the signature.
+    /// Signs a number: returns its digits, a dash, and digits of the signature.
     pub fn signed(&self, kind: Kind, role: Role, number: u64) -> String {
         let said = format!("{kind:?} {role:?} {number}");
         let tag = hmac::sign(&self.key, said.as_bytes());
@@ -217,13 +219,13 @@ impl Keys {
         format!("{number:x}-{}", &digits[..DIGITS])
     }
 
-    /// The number of what was signed for this; none unless the signature is ours.
+    /// Returns the number of a signed text for this purpose; `None` if the signature is invalid.
     pub fn number(&self, kind: Kind, role: Role, told: &str) -> Option<u64> {
         let number = u64::from_str_radix(told.split_once('-')?.0, 16).ok()?;
         same(&self.signed(kind, role, number), told).then_some(number)
     }
 
-    /// The newest link of a page, as its path.
+    /// Returns the path of the newest link of a page.
     pub fn path(&self, role: Role) -> Option<String> {
         Some(role.link(&self.signed(Kind::Link, role, self.page(role)?.link)))
     }
@@ -232,7 +234,7 @@ impl Keys {
         let mut kept = self.kept.clone();
         change(&mut kept);
         if let Some(path) = self.path.as_ref().filter(|_| kept != self.kept || !self.written) {
-            // Where it fails the file may hold either.
+            // After a failure the file may hold either state.
             self.written = false;
             write(path, &kept).map_err(|why| NoKeys::File { path: path.clone(), why })?;
         }
@@ -251,8 +253,8 @@ impl Kept {
     }
 }
 
-/// A new link to the page of a person, or of the supervisor where nobody is named, for the server that runs with this
-/// journal or will. What the page showed before ends when the link is opened.
+/// Creates a new link to the page of a person, or of the supervisor if `person` is `None`, for the present or next
+/// server with this journal. The page's previous session ends when the link is opened.
 ///
 /// # Errors
 ///
@@ -275,19 +277,19 @@ pub fn new_link(journal: &Path, person: Option<&str>) -> Result<LinkOf, NoKeys> 
     Ok(LinkOf { person: page.person.clone(), url: format!("{}{link}", keys.kept.site), signed_in })
 }
 
-/// The file of links and sessions of a journal.
+/// Returns the path of the file of links and sessions of a journal.
 fn path_of(journal: &Path) -> PathBuf {
     let mut name = journal.as_os_str().to_os_string();
     name.push(".key");
     name.into()
 }
 
-/// Equality that takes as long for a first wrong digit as for a last.
+/// Compares texts in constant time for a given length.
 fn same(known: &str, told: &str) -> bool {
     known.len() == told.len() && known.bytes().zip(told.bytes()).fold(0, |all, (a, b)| all | (a ^ b)) == 0
 }
 
-/// What a file holds; none if there is no such file.
+/// Reads a file; `None` if it does not exist.
 fn read(path: &Path) -> Result<Option<Kept>, NoKeys> {
     let no = |why| NoKeys::File { path: path.into(), why };
     let foreign = || NoKeys::Foreign { path: path.into() };
@@ -310,7 +312,7 @@ fn read(path: &Path) -> Result<Option<Kept>, NoKeys> {
     if kept.keys == 1 && kept.key.len() == 64 { Ok(Some(kept)) } else { Err(foreign()) }
 }
 
-/// Replaces a file as a whole, and brings it to the disk.
+/// Replaces a file atomically, and syncs it to the disk.
 fn write(path: &Path, kept: &Kept) -> std::io::Result<()> {
     let mut draft = files::Draft::private(path)?;
     draft.write_all(serde_json::to_string(kept)?.as_bytes())?;
@@ -340,7 +342,7 @@ mod tests {
         keys
     }
 
-    /// RFC 4231, test case 2: the function that we take for HMAC-SHA256 is it.
+    /// RFC 4231, test case 2: the function is HMAC-SHA256.
     #[test]
     fn signatures_are_those_of_the_standard() {
         let tag = hmac::sign(&hmac::Key::new(hmac::HMAC_SHA256, b"Jefe"), b"what do ya want for nothing?");
@@ -360,7 +362,7 @@ mod tests {
         assert_eq!(keys.number(Kind::Link, Role::Person(11), &told), None);
         assert_eq!(other.number(Kind::Link, anna, &told), None);
         assert_eq!(keys.number(Kind::Link, anna, &told.replacen("4d-", "4e-", 1)), None);
-        // Every digit counts, and one number has one spelling.
+        // Every digit is significant, and a number has only one spelling.
         for at in 0..told.len() {
             let mut changed = told.clone().into_bytes();
             changed[at] = if changed[at] == b'0' { b'1' } else { b'0' };

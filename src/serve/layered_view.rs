@@ -1,5 +1,5 @@
-//! What pages show of a mission of layers: what to do now and next, with what and where to; and everything, for the
-//! supervisor.
+//! Page contents of a mission of layers: current and next tasks of people with objects and positions, and the overview
+//! of the supervisor.
 
 use mission::execution::PlanChange;
 use mission::kinds::layers::execution::{AgentView, Doing, Event, Happening, LayeredExecution, Record};
@@ -15,7 +15,7 @@ fn name(problem: &Problem, agent: usize) -> &str {
     problem.agent_label(agent).unwrap_or("?")
 }
 
-/// `cube_5_1: pick_and_place left_green_cube_2, past rack, to (-0.20, 0.20, 0.00) m`.
+/// Describes a task: `cube_5_1: pick_and_place left_green_cube_2, past rack, to (-0.20, 0.20, 0.00) m`.
 fn task(problem: &Problem, task: usize, object: Option<usize>) -> String {
     let Some(what) = problem.tasks.get(task) else { return "a task".into() };
     let mut text = format!("{}: {}", problem.labels.task(&what.name), what.action);
@@ -29,7 +29,7 @@ fn task(problem: &Problem, task: usize, object: Option<usize>) -> String {
     text
 }
 
-/// A record as this agent reads it; none where it is not about it.
+/// Returns a record as a message for this agent; `None` if it does not concern the agent.
 pub fn for_one(problem: &Problem, who: usize, record: &Record) -> Option<String> {
     let of = |task: &usize| problem.task_label(*task).unwrap_or("A task");
     Some(match &record.what {
@@ -57,7 +57,7 @@ pub fn for_one(problem: &Problem, who: usize, record: &Record) -> Option<String>
     })
 }
 
-/// The page of a person, who is this agent.
+/// Returns the page of the person with this agent index.
 pub fn person(on: &LayeredExecution, agent: usize, messages: Vec<Message>, running: bool) -> PersonView {
     let problem = on.problem();
     let view = on.agent(agent);
@@ -81,7 +81,7 @@ pub fn person(on: &LayeredExecution, agent: usize, messages: Vec<Message>, runni
             None => "You have nothing to do.".into(),
         },
     };
-    // What the page already asks for stands above.
+    // The page already shows the open task above.
     let then = if open.is_some() { second(on, agent) } else { next.map(|next| (next.task, next.object, next.start)) };
     PersonView {
         name: name(problem, agent).into(),
@@ -109,7 +109,7 @@ pub fn person(on: &LayeredExecution, agent: usize, messages: Vec<Message>, runni
     }
 }
 
-/// What is planned for an agent, in the order of time.
+/// Returns the planned steps of an agent, sorted by start.
 fn own(on: &LayeredExecution, agent: usize) -> Vec<Planned> {
     let mut steps = from_plan(on.problem(), on.plan());
     steps.retain(|step| step.agent == agent);
@@ -117,7 +117,7 @@ fn own(on: &LayeredExecution, agent: usize) -> Vec<Planned> {
     steps
 }
 
-/// The task behind the next one: its object, and when it begins (s).
+/// Returns the task after the next one, with its object and start (s).
 fn second(on: &LayeredExecution, agent: usize) -> Option<(usize, Option<usize>, f64)> {
     let next = on.agent(agent)?.next?.task;
     let mut own = own(on, agent).into_iter().skip_while(|step| step.task != next).skip(1);
@@ -135,7 +135,7 @@ fn note(on: &LayeredExecution, view: Option<AgentView>, running: bool) -> Option
     }
 }
 
-/// The tasks of an agent.
+/// Returns the tasks of an agent.
 fn steps(on: &LayeredExecution, agent: usize) -> Vec<Step> {
     let problem = on.problem();
     let now = on.agent(agent).and_then(|view| view.work).map(|work| work.task);
@@ -156,13 +156,13 @@ fn steps(on: &LayeredExecution, agent: usize) -> Vec<Step> {
     own(on, agent).into_iter().map(step).filter(planned).collect()
 }
 
-/// What may be told of an agent's task.
+/// Returns the possible reports about an agent's task.
 fn trouble(on: &LayeredExecution, agent: usize) -> Trouble {
     let work = on.agent(agent).and_then(|view| view.work);
     Trouble { until: work.map(|work| work.expected), fails: work.is_some() }
 }
 
-/// The page of the supervisor; what it says of pages is added where they are served.
+/// Returns the page of the supervisor; the state of the pages is added by the server's routes.
 pub fn supervisor(on: &LayeredExecution, events: Vec<Message>) -> SupervisorView {
     let (plan, problem) = (on.plan(), on.problem());
     let numbers = on.statistics();

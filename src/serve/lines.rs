@@ -1,40 +1,41 @@
-//! A file of lines that grows, and never keeps half of one.
+//! An append-only file of lines without partial lines.
 //!
-//! A line is taken once all of it is on the disk. Where that fails half-way, as on a disk that is full, the file goes back
-//! to its last whole line; until it has, no further line is taken, so that none is ever glued to a torn one.
+//! A line is accepted once it is completely on the disk. If writing fails half-way, for example on a full disk, the
+//! file is truncated to its last complete line; until that succeeds, no further line is accepted, so that no line is
+//! ever appended to a torn one.
 
 use std::fmt::Debug;
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 
-/// What holds the lines. Tests put one that fails in the place of a file.
+/// Storage of the lines. Tests replace the file by one that fails.
 pub trait Disk: Debug + Send {
-    /// How much it holds (bytes).
+    /// Returns the length (bytes).
     ///
     /// # Errors
     ///
-    /// It cannot be known, or nobody will find what it holds.
+    /// The length is unknown, or the file has been deleted.
     fn length(&self) -> io::Result<u64>;
 
-    /// Writes bytes from this place on. An error may leave a part of them.
+    /// Writes bytes at this position. On an error a part of them may be written.
     ///
     /// # Errors
     ///
-    /// Not all is written.
+    /// Not all bytes are written.
     fn write(&mut self, from: u64, bytes: &[u8]) -> io::Result<()>;
 
-    /// Brings what was written to where it lasts.
+    /// Syncs written bytes to the disk.
     ///
     /// # Errors
     ///
-    /// Nobody knows how much of it lasts.
+    /// It is unknown how many of them are persistent.
     fn sync(&mut self) -> io::Result<()>;
 
-    /// Forgets all beyond this length, lastingly.
+    /// Truncates to this length, and syncs.
     ///
     /// # Errors
     ///
-    /// Nobody knows how much was forgotten.
+    /// It is unknown how much was removed.
     fn cut(&mut self, length: u64) -> io::Result<()>;
 }
 
@@ -63,32 +64,32 @@ impl Disk for File {
     }
 }
 
-/// A file of whole lines.
+/// A file of complete lines.
 #[derive(Debug)]
 pub struct Lines {
     disk: Box<dyn Disk>,
-    /// Bytes of its whole lines.
+    /// Bytes of its complete lines.
     whole: u64,
-    /// There may be a part of a line behind them.
+    /// True if an incomplete line may follow them.
     torn: bool,
 }
 
 impl Lines {
-    /// Goes on behind the first `whole` bytes; what stands behind them is removed before the next line is added.
+    /// Continues after the first `whole` bytes; all further bytes are removed before the next line is added.
     pub fn new(disk: Box<dyn Disk>, whole: u64) -> Lines {
         Lines { disk, whole, torn: true }
     }
 
-    /// Bytes of its whole lines.
+    /// Returns the number of bytes of its complete lines.
     pub fn length(&self) -> u64 {
         self.whole
     }
 
-    /// Adds a line, which ends with a line break and has no other.
+    /// Adds a line, which ends with a line break and contains no other.
     ///
     /// # Errors
     ///
-    /// The line is not taken: it could not be written, or one before it still stands there half-written.
+    /// The line is rejected: it could not be written, or an earlier incomplete line could not be removed.
     pub fn add(&mut self, line: &str) -> io::Result<()> {
         self.mend()?;
         let written = self.disk.write(self.whole, line.as_bytes()).and_then(|()| self.disk.sync());
@@ -105,7 +106,7 @@ impl Lines {
         }
     }
 
-    /// Goes back to the last whole line.
+    /// Truncates to the last complete line.
     fn mend(&mut self) -> io::Result<()> {
         let holds = self.disk.length()?;
         if holds < self.whole || (holds > self.whole && !self.torn) {
@@ -130,7 +131,7 @@ pub(super) mod tests {
 
     use super::*;
 
-    /// What goes wrong at a step: how many bytes of the line are written before an error, and what else fails.
+    /// Faults of a step: number of bytes of the line that are written before an error, and other failing calls.
     #[derive(Clone, Copy, Debug, Default)]
     pub struct Faults {
         pub room: Option<usize>,
@@ -138,7 +139,7 @@ pub(super) mod tests {
         pub cut: bool,
     }
 
-    /// A disk that fails as told. It holds what a restart would find.
+    /// A disk with injected faults. It holds the data that a restart would read.
     #[derive(Clone, Debug, Default)]
     pub struct Faulty(pub Arc<Mutex<(Vec<u8>, Faults)>>);
 
@@ -219,8 +220,8 @@ pub(super) mod tests {
     }
 
     proptest! {
-        /// Whatever fails when, what was taken is there, whole and in order, and nothing else but a line at the end that
-        /// was refused while it could not be removed.
+        /// For any faults, all accepted lines are stored completely and in order, followed at most by a rejected line
+        /// that could not be removed.
         #[test]
         fn what_was_taken_stays(steps in prop::collection::vec((prop::option::weighted(0.4, 0usize..9), any::<[bool; 2]>()), 1..40)) {
             let disk = Faulty::default();

@@ -1,5 +1,4 @@
-//! Connections: how long a header may take, how long an answer may be refused. [`places`](super::places) bounds their
-//! number.
+//! Connections: timeouts for headers and for unread responses. [`places`](super::places) limits their number.
 
 use std::io;
 use std::net::SocketAddr;
@@ -23,18 +22,18 @@ use tokio::time::{Instant, Sleep, sleep, timeout};
 use super::guard::Local;
 use super::places::{Held, Places};
 
-/// The header of the first request must be there within this time.
+/// Timeout for the header of the first request.
 const FIRST: Duration = Duration::from_secs(4);
-/// That of each further request of a connection that stays open within this.
+/// Timeout for the header of each further request on an open connection.
 const HEADER: Duration = Duration::from_secs(10);
-/// A client must take something of an answer within this time.
+/// Timeout for a client that reads nothing of a response.
 const TAKEN: Duration = Duration::from_secs(20);
-/// What is still being answered when the server ends may take this long.
+/// Timeout for pending responses when the server ends.
 const FAREWELL: Duration = Duration::from_secs(3);
-/// Bytes of a header.
+/// Maximum size of a header (bytes).
 const HEADER_BYTES: usize = 16 * 1024;
 
-/// Answers connections until `end` becomes true.
+/// Serves connections until `end` becomes true.
 pub async fn serve(listener: TcpListener, router: Router, mut end: watch::Receiver<bool>) {
     let places = Arc::new(Places::default());
     let graceful = GracefulShutdown::new();
@@ -44,7 +43,7 @@ pub async fn serve(listener: TcpListener, router: Router, mut end: watch::Receiv
             _ = end.wait_for(|end| *end) => break,
         };
         let Ok((stream, from)) = accepted else {
-            // Out of descriptors, most likely: somebody must end first.
+            // Probably out of file descriptors: end one connection.
             places.make_room();
             sleep(Duration::from_millis(50)).await;
             continue;
@@ -61,13 +60,13 @@ pub async fn serve(listener: TcpListener, router: Router, mut end: watch::Receiv
                 }
             };
             tokio::select! {
-                // What goes wrong on a connection is the affair of its client.
+                // Errors of a connection concern only its client.
                 _ = connection => {}
                 () = place.ended() => {}
                 () = dawdles => {}
             }
         });
-        // Whoever comes shows who it is before the next one may take its place.
+        // Lets the new connection present its session before the next one may replace it.
         yield_now().await;
     }
     let _ = timeout(FAREWELL, graceful.shutdown()).await;
@@ -94,14 +93,14 @@ fn connection(
         .serve_connection(Patient { inner: TokioIo::new(stream), waiting: None }, service)
 }
 
-/// A stream that fails when its other end takes nothing for [`TAKEN`].
+/// A stream that fails if its other end reads nothing for [`TAKEN`].
 struct Patient {
     inner: TokioIo<TcpStream>,
     waiting: Option<Pin<Box<Sleep>>>,
 }
 
 impl Patient {
-    /// Passes on what became of a write, or that it takes too long.
+    /// Returns the result of a write, or a timeout.
     fn judged<T>(&mut self, cx: &mut Context<'_>, written: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
         if written.is_ready() {
             self.waiting = None;

@@ -1,4 +1,4 @@
-//! The latest of what happened, in words: a few of it, and of news that outdate each other the last alone.
+//! Recent messages: a limited number, and only the last one of a kind that outdates earlier ones.
 
 use std::collections::VecDeque;
 use std::mem::{Discriminant, discriminant};
@@ -13,12 +13,12 @@ pub struct Messages<T> {
 }
 
 impl<T> Messages<T> {
-    /// None yet, and never more than this.
+    /// Creates an empty list with this maximum length.
     pub fn new(most: usize) -> Messages<T> {
         Messages { list: VecDeque::new(), most }
     }
 
-    /// Adds what happened. Where it `outdates` what happened of its kind before, that is left out from now on.
+    /// Adds a message. If it `outdates` earlier messages of its kind, these are removed.
     pub fn add(&mut self, what: &T, outdates: bool, message: Message) {
         let kind = discriminant(what);
         if outdates {
@@ -28,7 +28,7 @@ impl<T> Messages<T> {
         self.list.truncate(self.most);
     }
 
-    /// The latest first.
+    /// Returns the messages, the latest first.
     pub fn shown(&self) -> Vec<Message> {
         self.list.iter().map(|(_, message)| message.clone()).collect()
     }

@@ -1,16 +1,16 @@
 //! `hierarq serve`: a small web server for the people of a mission.
 //!
-//! One thread owns the mission and lets time pass ([`engine`]); another answers requests. Each person has a page with the
-//! plan in words, what comes next, and buttons; whoever supervises has one with the chart, the map and everything that
-//! happens. Pages listen to a stream of states and show the latest whole one, so that a reload or a lost connection costs
-//! nothing. What is told is written into a journal before it has an effect ([`journal`]).
+//! One thread owns the mission and advances its time ([`engine`]); another one serves requests. Each person has a page
+//! with the plan in words, the next step, and buttons; the supervisor has one with the chart, the map and all events.
+//! Pages listen to a stream of complete states and show the latest one, so that a reload or a lost connection loses
+//! nothing. A report is written into a journal before it has an effect ([`journal`]).
 //!
-//! | keeps out | where |
+//! | protection against | module |
 //! |---|---|
-//! | whoever has no link | [`access`]: links open once and become sessions; [`keys`]: both are signed |
+//! | visitors without a link | [`access`]: one-time links create sessions; [`keys`]: both are signed |
 //! | pages of other sites, foreign host names | [`guard`] |
-//! | too much: connections, headers, bodies, requests, patience | [`places`], [`listen`], [`routes`], [`rate`] |
-//! | text that is read as markup | pages are constant; names are text nodes, or escaped |
+//! | excessive connections, headers, bodies, requests, delays | [`places`], [`listen`], [`routes`], [`rate`] |
+//! | texts that are parsed as markup | pages are constant; names are text nodes, or escaped |
 
 mod access;
 mod clock;
@@ -69,31 +69,31 @@ pub use self::places::{OF_AN_ADDRESS, STRANGERS};
 /// A schedule to be served.
 #[derive(Clone, Debug)]
 pub struct Mission {
-    /// Its name.
+    /// Name of the mission.
     pub name: String,
-    /// What is planned.
+    /// The planning problem.
     pub problem: Problem,
-    /// How it is executed; who ends operations by telling is decided here, by who has a page.
+    /// Settings of the execution; the server sets the agents that report their operations: those with a page.
     pub settings: Settings,
 }
 
 /// A mission of layers to be served.
 #[derive(Clone, Debug)]
 pub struct LayersMission {
-    /// Its name.
+    /// Name of the mission.
     pub name: String,
-    /// What is planned.
+    /// The planning problem.
     pub problem: layers::problem::Problem,
-    /// How it is executed; who begins and ends tasks by telling is decided here, by who has a page.
+    /// Settings of the execution; the server sets the agents that report their tasks: those with a page.
     pub settings: layers::execution::Settings,
 }
 
 /// A mission of either kind to be served.
 #[derive(Clone, Debug)]
 pub enum Served {
-    /// Robots that serve agents.
+    /// A schedule, in which robots serve agents.
     Schedule(Mission),
-    /// A team that does layers of tasks.
+    /// A team that performs layers of tasks.
     Layers(LayersMission),
 }
 
@@ -109,23 +109,23 @@ impl From<LayersMission> for Served {
     }
 }
 
-/// How a mission is served.
+/// Options of the server.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// The address to listen at.
+    /// Address to listen on.
     pub bind: IpAddr,
-    /// The port; 0: that of the server before where a journal is gone on with, or a free one.
+    /// Port; 0: that of the previous server if a journal is continued, else a free one.
     pub port: u16,
-    /// Further host names under which people reach the server, with their port where it is another one.
+    /// Further host names of the server, with their port if it differs.
     pub hosts: Vec<String>,
-    /// Seconds of the mission in a second. More than 0.
+    /// Mission seconds per real second. More than 0.
     pub speed: f64,
-    /// People without a page, by name: how long they work is drawn at random.
+    /// Names of people without a page, whose durations are random.
     pub simulate: Vec<String>,
-    /// Where to write what is told; an existing file is gone on with. Beside it, with `.key` behind its name, is the file of
-    /// links and sessions.
+    /// Path of the journal; an existing file is continued. The file of links and sessions is beside it, with `.key`
+    /// appended to the name.
     pub journal: Option<PathBuf>,
-    /// The clock runs from the start; otherwise from when the supervisor lets it.
+    /// True if the clock runs from the start; otherwise the supervisor starts it.
     pub begin: bool,
 }
 
@@ -143,7 +143,7 @@ impl Default for Options {
     }
 }
 
-/// Why a mission cannot be served.
+/// Reason why a mission cannot be served.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the message says what each field is")]
 pub enum NoServer {
@@ -167,31 +167,31 @@ pub enum NoServer {
     Ended,
 }
 
-/// A link of somebody.
+/// A link for a person or the supervisor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LinkOf {
-    /// The name of the person; none: the supervisor.
+    /// Name of the person; `None`: the supervisor.
     pub person: Option<String>,
-    /// The link, as a whole address.
+    /// URL of the link.
     pub url: String,
-    /// Somebody has opened an earlier one, whose page this link takes over.
+    /// True if an earlier link was opened, whose session this link replaces.
     pub signed_in: bool,
 }
 
-/// What whoever runs a server should know while it does.
+/// Problem of a running server, for its operator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Trouble {
-    /// The mission is behind its clock by so much.
+    /// The mission lags behind its clock by this time.
     Behind(Duration),
-    /// What is told cannot be written into the journal, and is refused; why.
+    /// The journal cannot be written, and reports are rejected; with the reason.
     Unwritten(String),
 }
 
-/// A server that runs.
+/// A running server.
 pub struct Server {
     address: SocketAddr,
     links: Vec<LinkOf>,
-    /// Time that a journal led to (s), and whether it led to what had been.
+    /// Mission time that a journal led to (s), and true if the restored state is the recorded one.
     resumed: Option<(f64, bool)>,
     published: watch::Receiver<Arc<Published>>,
     end: watch::Sender<bool>,
@@ -199,16 +199,16 @@ pub struct Server {
 }
 
 impl Server {
-    /// Plans the mission, goes through the journal if there is one, and begins to answer.
+    /// Plans the mission, replays the journal if there is one, and starts serving.
     ///
     /// # Errors
     ///
-    /// The mission has no plan, an option is wrong, or the system does not let us.
+    /// The mission has no plan, an option is invalid, or the system refuses an operation.
     pub fn start(mission: impl Into<Served>, options: &Options) -> Result<Server, NoServer> {
         Server::start_and_tell(mission, options, &mut |_| {})
     }
 
-    /// The same; `tell` hears, at once and again and again, how far a journal has been gone through.
+    /// As [`Server::start`]; `tell` is called repeatedly with the progress of replaying a journal, first at its begin.
     ///
     /// # Errors
     ///
@@ -231,7 +231,7 @@ impl Server {
         };
         let wanted = SocketAddr::new(options.bind, options.port);
         let bound = |why| NoServer::Bind { address: wanted, why };
-        // Pages that are open look for the server where it was.
+        // Open pages reconnect to the previous address.
         let before = keys.address().filter(|before| options.port == 0 && before.ip() == options.bind);
         let again = before.and_then(|before| std::net::TcpListener::bind(before).ok());
         let listener = again.map_or_else(|| std::net::TcpListener::bind(wanted).map_err(bound), Ok)?;
@@ -269,37 +269,37 @@ impl Server {
         Ok(Server { address, links, resumed, published, end, threads: vec![answers, carries] })
     }
 
-    /// Where it listens.
+    /// Returns the listening address.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// A link for the supervisor and one for each person with a page. Each opens once.
+    /// Returns a one-time link for the supervisor and one for each person with a page.
     pub fn links(&self) -> &[LinkOf] {
         &self.links
     }
 
-    /// The time of the mission that a journal led to (s), and whether what it led to is what had been; none: it is a new
-    /// mission.
+    /// Returns the mission time that a journal led to (s), and true if the restored state is the recorded one; `None`
+    /// for a new mission.
     pub fn resumed(&self) -> Option<(f64, bool)> {
         self.resumed
     }
 
-    /// What ends the server: send `true`.
+    /// Returns a sender that ends the server: send `true`.
     pub fn end(&self) -> watch::Sender<bool> {
         self.end.clone()
     }
 
-    /// Waits until it has ended.
+    /// Waits until the server has ended.
     ///
     /// # Errors
     ///
-    /// It ended although nobody ended it.
+    /// It ended unexpectedly.
     pub fn wait(self) -> Result<(), NoServer> {
         self.wait_and_tell(&mut |_| {})
     }
 
-    /// The same; `tell` hears of trouble again and again while it lasts.
+    /// As [`Server::wait`]; `tell` is called repeatedly with each trouble while it lasts.
     ///
     /// # Errors
     ///
@@ -315,7 +315,7 @@ impl Server {
             behind.into_iter().chain(unwritten()).for_each(&mut *tell);
             std::thread::sleep(pause);
         }
-        // Somebody may plan just now; what was told is on the disk already.
+        // A plan may be in progress; all reports are on the disk already.
         let patience = Instant::now() + Duration::from_secs(10);
         while Instant::now() < patience && !self.threads.iter().all(JoinHandle::is_finished) {
             std::thread::sleep(pause);
@@ -343,11 +343,11 @@ fn check(options: &Options) -> Result<(), NoServer> {
 struct Ready {
     name: String,
     digest: String,
-    /// By agent of the pages: what people read for it.
+    /// Labels of the agents, by their number on pages.
     names: Vec<String>,
-    /// Whether it has a page.
+    /// True for each agent with a page.
     paged: Vec<bool>,
-    /// Plans it, which may take a while.
+    /// Plans the mission, which may take a while.
     plans: Box<dyn FnOnce() -> Result<Box<dyn World>, NoServer>>,
 }
 
@@ -386,7 +386,7 @@ fn ready(mission: Served, simulate: &[String]) -> Result<Ready, NoServer> {
 }
 
 impl Ready {
-    /// The pages, that of the supervisor first.
+    /// Returns the pages, that of the supervisor first.
     fn pages(&self) -> Vec<Page> {
         let people = self.names.iter().enumerate().filter(|(agent, _)| self.paged.get(*agent) == Some(&true));
         let pages = people.map(|(agent, name)| Page::new(Role::Person(agent), Some(name.clone())));
@@ -394,7 +394,7 @@ impl Ready {
     }
 }
 
-/// For each agent, of which is known whether it is a person, whether it has a page: people that are not simulated.
+/// Returns for each agent (name, and true for a person) whether it has a page: people who are not simulated have one.
 fn paged(agents: &[(&str, bool)], simulate: &[String]) -> Result<Vec<bool>, NoServer> {
     let people: Vec<&str> = agents.iter().filter(|agent| agent.1).map(|agent| agent.0).collect();
     if let Some(name) = simulate.iter().find(|name| !people.contains(&name.as_str())) {
@@ -405,14 +405,14 @@ fn paged(agents: &[(&str, bool)], simulate: &[String]) -> Result<Vec<bool>, NoSe
     Ok(agents.iter().map(has).collect())
 }
 
-/// A number that differs as soon as the mission does, or is of another kind.
+/// Returns a digest of the mission.
 fn digest(mission: &impl serde::Serialize) -> String {
-    // All of it are numbers, texts and lists of them, which JSON has.
+    // Serialization cannot fail: the mission consists of numbers, texts and lists.
     let text = serde_json::to_string(mission).unwrap_or_default();
     format!("{:032x}", XxHash3_128::oneshot(text.as_bytes()))
 }
 
-/// Where pages are, as links name it.
+/// Returns the base URL of the pages for links.
 fn site(address: SocketAddr, options: &Options) -> String {
     let host = match options.hosts.first() {
         Some(named) if named.contains(':') => named.clone(),

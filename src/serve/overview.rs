@@ -1,4 +1,4 @@
-//! The page of the supervisor, made from the execution.
+//! The page of the supervisor of a schedule.
 
 use mission::kinds::schedule::execution::{AgentView, Doing, Execution, RobotView, Stage};
 use mission::kinds::schedule::problem::{Distances, Problem};
@@ -8,10 +8,10 @@ use super::diary::Diary;
 use super::view::{AgentRow, RobotRow, SupervisorView, Trouble};
 use super::words::{self, written};
 
-/// How good the plan is where there is none any more.
+/// Status of the plan if there is none.
 pub const NO_PLAN: &str = "no plan";
 
-/// The page of the supervisor; what it says of pages is added where they are served.
+/// Returns the page of the supervisor; the state of the pages is added by the server's routes.
 pub fn supervisor(execution: &Execution, diary: &Diary) -> SupervisorView {
     let (plan, problem) = (execution.plan(), execution.problem());
     let outcome = execution.statistics();
@@ -32,7 +32,7 @@ pub fn supervisor(execution: &Execution, diary: &Diary) -> SupervisorView {
         page: String::new(),
         paged: false,
         lost: agent.doing == Doing::Lost,
-        // Its service is told of the robot.
+        // Its service is reported at the robot.
         trouble: match agent.doing {
             Doing::Working => Trouble { until: agent.until, fails: false },
             _ => Trouble::default(),
@@ -57,7 +57,7 @@ pub fn supervisor(execution: &Execution, diary: &Diary) -> SupervisorView {
     }
 }
 
-/// How often, in words.
+/// Returns a number of repetitions in words.
 pub fn times(n: usize) -> String {
     match n {
         0 => "never".to_string(),
@@ -66,7 +66,7 @@ pub fn times(n: usize) -> String {
     }
 }
 
-/// How good a plan is, in words.
+/// Returns the status of a plan in words.
 pub fn status(plan: &Plan) -> String {
     match &plan.status {
         Status::Proven { .. } => format!("cost {:.3}, no plan costs less ({})", plan.cost, plan.engine),

@@ -1,4 +1,4 @@
-//! What is served: files that are part of the program, and short pages that say why something is refused.
+//! Static files of the server, and short pages with refusals.
 
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -6,7 +6,7 @@ use axum::response::{IntoResponse, Response};
 use crate::gantt;
 use crate::xml::escaped;
 
-/// A file of `/static/`; none if there is no such file.
+/// Returns a file of `/static/`; `None` if there is no such file.
 pub fn file(name: &str) -> Option<Response> {
     let (kind, text) = match name {
         "page.css" => ("text/css; charset=utf-8", include_str!("assets/page.css")),
@@ -20,18 +20,17 @@ pub fn file(name: &str) -> Option<Response> {
     Some(([(header::CONTENT_TYPE, HeaderValue::from_static(kind))], text).into_response())
 }
 
-/// The page of a person.
+/// Returns the page of a person.
 pub fn person() -> Response {
     html(StatusCode::OK, include_str!("assets/person.html").to_string())
 }
 
-/// The page of the supervisor.
+/// Returns the page of the supervisor.
 pub fn supervisor() -> Response {
     html(StatusCode::OK, include_str!("assets/supervisor.html").to_string())
 }
 
-/// What a link shows before it is used. A press opens it: what merely looks at a link, as programs for messages do, must
-/// not use it up.
+/// Returns the page of an unused link. Only its button uses the link, since messengers prefetch links for previews.
 pub fn invitation(mission: &str, name: &str) -> Response {
     let title = format!("{name}: {mission}");
     let (mission, name) = (escaped(mission), escaped(name));
@@ -48,7 +47,7 @@ pub fn invitation(mission: &str, name: &str) -> Response {
     )
 }
 
-/// What a link shows once it has been used; `page` is where the session that it became is at home.
+/// Returns the page of a used link; `page` is the path of the session that it created.
 pub fn used(page: &str) -> Response {
     html(
         StatusCode::GONE,
@@ -64,7 +63,7 @@ pub fn used(page: &str) -> Response {
     )
 }
 
-/// Why there is no page.
+/// Returns a page with the reason for a refusal.
 pub fn refusal(status: StatusCode, title: &str, why: &str) -> Response {
     let (shown, why) = (escaped(title), escaped(why));
     html(status, short(title, &format!("<p class=\"big\">{shown}</p>\n<p>{why}</p>")))

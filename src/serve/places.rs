@@ -1,8 +1,8 @@
-//! Who has a connection: few for strangers, with a bound for each address, and some for each session.
+//! Limits on connections: few without a session, with a limit for each address, and some for each session.
 //!
-//! A connection is a stranger's until a request on it shows a session. Where strangers have no place left, the oldest of
-//! theirs ends, of the address that has most: whoever opens many of them takes places from nobody but themselves, and a
-//! device that just came has time to show its session. Connections of sessions are counted apart.
+//! A connection is a stranger's until one of its requests presents a session. If strangers have no place left, the
+//! oldest connection of the address with most of them ends: a client with many connections displaces only its own ones,
+//! and a new device has time to present its session. Connections of sessions are counted separately.
 
 use std::net::{IpAddr, Ipv6Addr};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,11 +12,11 @@ use tokio::sync::Notify;
 
 use super::access::Role;
 
-/// Connections at once that have shown no session.
+/// Maximum number of connections without a session.
 pub const STRANGERS: usize = 256;
-/// How many of them one address has.
+/// Maximum number of these for one address.
 pub const OF_AN_ADDRESS: usize = 64;
-/// Connections at once that show the same session: a browser opens six, and one browser has few pages.
+/// Maximum number of connections with the same session: a browser opens six, and one browser has few pages.
 pub const OF_A_SESSION: usize = 16;
 
 /// A connection.
@@ -28,17 +28,17 @@ pub struct Place {
 }
 
 impl Place {
-    /// Waits until another has taken its place.
+    /// Waits until another connection has replaced this one.
     pub async fn ended(&self) {
         self.ends.notified().await;
     }
 
-    /// Notes that the header of a request is there.
+    /// Registers that the header of a request has arrived.
     pub fn asks(&self) {
         self.asked.store(true, Ordering::Relaxed);
     }
 
-    /// Whether one ever was.
+    /// Returns true if a request header has arrived.
     pub fn asked(&self) -> bool {
         self.asked.load(Ordering::Relaxed)
     }
@@ -55,7 +55,7 @@ struct Taken {
 #[derive(Debug, Default)]
 pub struct Places(Mutex<Taken>);
 
-/// A connection that has its place until this is dropped.
+/// A connection that occupies its place until this is dropped.
 #[derive(Clone, Debug)]
 pub struct Held(Arc<Holding>);
 
@@ -74,16 +74,17 @@ impl Drop for Holding {
 }
 
 impl Held {
-    /// The connection.
+    /// Returns the connection.
     pub fn place(&self) -> &Place {
         &self.0.place
     }
 
-    /// Notes that the connection shows a session of this role. Where the session has too many, its oldest one ends.
+    /// Registers that the connection presents a session of this role. If the session has too many connections, its
+    /// oldest one ends.
     pub fn shows(&self, role: Role) {
         let Holding { places, place } = &*self.0;
         let mut taken = places.taken();
-        // One that has ended is in neither list.
+        // A connection that has ended is in neither list.
         let Some(at) = taken.strangers.iter().position(|other| Arc::ptr_eq(other, place)) else { return };
         let place = taken.strangers.remove(at);
         taken.known.push((role, place));
@@ -101,7 +102,7 @@ impl Places {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A place for a connection from this address, where need be that of another stranger.
+    /// Returns a place for a connection from this address; if necessary it replaces another stranger's.
     pub fn take(self: &Arc<Places>, from: IpAddr) -> Held {
         let from = network(from);
         let mut taken = self.taken();
@@ -115,7 +116,7 @@ impl Places {
         Held(Arc::new(Holding { places: self.clone(), place }))
     }
 
-    /// Ends the connection of a stranger, if there is one: the system has no room for more.
+    /// Ends one connection of a stranger, if there is one: the system has no resources left.
     pub fn make_room(&self) {
         self.taken().end_one();
     }
@@ -126,7 +127,7 @@ impl Taken {
         self.strangers.iter().filter(|place| place.from == from).count()
     }
 
-    /// Ends the oldest connection of the address that has most.
+    /// Ends the oldest connection of the address with the most connections.
     fn end_one(&mut self) {
         if let Some(most) = self.strangers.iter().map(|place| place.from).max_by_key(|from| self.of(*from)) {
             self.end(most);
@@ -141,7 +142,7 @@ impl Taken {
     }
 }
 
-/// What counts as one address: of version 6 the 64 bits of a network, as any device has all addresses in its own.
+/// Returns the address for counting: for IPv6 the 64-bit network, since a device may use all addresses of its network.
 fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(v6) => IpAddr::V6(Ipv6Addr::from_bits(v6.to_bits() >> 64 << 64)),
@@ -159,7 +160,7 @@ mod tests {
         IpAddr::from([10, 0, 0, n])
     }
 
-    /// Whether somebody has taken its place. Asks once.
+    /// Returns true if another connection has replaced this one. Polls once.
     fn has_ended(held: &Held) -> bool {
         let mut ended = std::pin::pin!(held.place().ended());
         ended.as_mut().poll(&mut std::task::Context::from_waker(std::task::Waker::noop())).is_ready()
@@ -176,7 +177,7 @@ mod tests {
         let few: Vec<Held> = (0..9).map(|_| places.take(address(9))).collect();
         let lost = many.iter().filter(|held| has_ended(held)).count();
         assert_eq!((few.iter().filter(|held| has_ended(held)).count(), lost), (0, 9));
-        // An address that is full gives its own oldest.
+        // A full address replaces its own oldest connection.
         let late = places.take(address(9));
         drop(many);
         let own: Vec<Held> = (0..OF_AN_ADDRESS).map(|_| places.take(address(9))).collect();
@@ -207,7 +208,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whoever comes has a place; nobody has more than may be, and an address below its share loses none to another.
+        /// Every new connection gets a place; all limits hold, and an address below its limit loses no connection to
+        /// another one.
         #[test]
         fn bounds_hold(comers in prop::collection::vec((0u8..9, prop::option::weighted(0.2, 0usize..3)), 1..900)) {
             let places = Arc::new(Places::default());

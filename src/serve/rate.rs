@@ -1,34 +1,34 @@
-//! How often somebody may ask: a bucket that fills with time and gives one portion for each request.
+//! Rate limits of requests: a token bucket.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// A bucket of portions.
+/// A token bucket.
 #[derive(Debug)]
 pub struct Bucket {
     most: f64,
-    /// Portions a second.
+    /// Tokens per second.
     rate: f64,
     now: Mutex<(f64, Instant)>,
 }
 
 impl Bucket {
-    /// Full, with room for `most`, filled with `rate` a second.
+    /// Creates a full bucket for `most` tokens, refilled with `rate` tokens per second.
     pub fn new(most: f64, rate: f64) -> Bucket {
         Bucket { most, rate, now: Mutex::new((most, Instant::now())) }
     }
 
-    /// For what one page asks: 30 at once, then 5 a second.
+    /// Limit for the requests of one page: 30 at once, then 5 per second.
     pub fn of_a_session() -> Bucket {
         Bucket::new(30.0, 5.0)
     }
 
-    /// For links that do not open, of all people together: 20 at once, then 1 a second.
+    /// Limit for invalid links of all visitors together: 20 at once, then 1 per second.
     pub fn of_links() -> Bucket {
         Bucket::new(20.0, 1.0)
     }
 
-    /// Takes a portion; false if there is none.
+    /// Takes a token; returns false if there is none.
     pub fn take(&self) -> bool {
         self.take_at(Instant::now())
     }

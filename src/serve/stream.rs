@@ -1,5 +1,4 @@
-//! The stream of states that a page listens to. The first is whole, and so is each further one: a page that comes back
-//! needs nothing of what it missed.
+//! Event stream of a page. Every message is a complete state: a page that reconnects needs none of the missed messages.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -14,10 +13,10 @@ use super::access::{Role, Session};
 use super::routes::App;
 use super::view::Published;
 
-/// A stream says something at least this often.
+/// Maximum interval between messages of a stream.
 const BEAT: Duration = Duration::from_secs(4);
 
-/// A page that listens. Its session forgets it when it is dropped.
+/// A listening page. Dropping it ends the stream of its session.
 struct Listening {
     app: Arc<App>,
     role: Role,
@@ -34,7 +33,7 @@ impl Drop for Listening {
     }
 }
 
-/// The states of a page, from now on.
+/// Returns the stream of a page's states, beginning now.
 pub fn stream(app: Arc<App>, role: Role, session: Arc<Session>) -> impl Stream<Item = Result<Event, Infallible>> {
     let (number, published) = (session.begin_stream(), app.engine.published.clone());
     let first = Listening { app, role, session, number, published, sent: String::new(), beat: Instant::now() };
@@ -45,7 +44,8 @@ pub fn stream(app: Arc<App>, role: Role, session: Arc<Session>) -> impl Stream<I
 }
 
 impl Listening {
-    /// The next state to send: when something has happened, or the last was sent a while ago. None once it is over.
+    /// Returns the next state to send: after an event, or after the heartbeat interval. `None` after the end of the
+    /// stream.
     async fn next(&mut self) -> Option<String> {
         while self.session.goes_on(self.number) {
             let published = self.published.borrow_and_update().clone();

@@ -1,52 +1,52 @@
-//! What pages tell the server, as it comes in: small JSON objects whose form is checked before anything else.
+//! Reports from pages: small JSON objects, whose form is checked before anything else.
 
 use serde::Deserialize;
 
-/// Times that differ by less are the same (s).
+/// Tolerance for equal times (s).
 const SAME: f64 = 1e-6;
 
-/// What a person tells. Operations count from 0, and of layers are indices of tasks; each press names its own, so that one that comes twice or late is
-/// recognised.
+/// Report of a person. Operations count from 0, and are indices of tasks in a mission of layers; each report names its
+/// operation, so that duplicated or late reports are recognised.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(tag = "what", rename_all = "snake_case", deny_unknown_fields)]
 pub enum PersonTells {
     /// The operation begins.
     Begin {
-        /// Which.
+        /// Number of the operation.
         operation: usize,
     },
     /// The operation is finished.
     Done {
-        /// Which.
+        /// Number of the operation.
         operation: usize,
     },
-    /// The service begins: from now on it is measured.
+    /// The service begins, and so does its measurement.
     Serve {
-        /// Of which operation.
+        /// Number of the operation.
         operation: usize,
     },
     /// The service is finished.
     Served {
-        /// Of which operation; of an earlier one where the measurement still ran.
+        /// Number of the operation; an earlier one if its measurement is still running.
         operation: usize,
     },
-    /// The service or the task failed, and is to be done again.
+    /// The service or the task failed, and is to be repeated.
     Failed {
-        /// Of which operation, or which task.
+        /// Number of the operation, or index of the task.
         operation: usize,
-        /// When it was expected to end (s), as the page showed it: what is told twice counts once.
+        /// Expected end (s) that the page showed: a duplicated report counts once.
         until: Option<f64>,
     },
     /// The operation, the service or the task takes longer.
     Longer {
-        /// Which.
+        /// Number of the operation.
         operation: usize,
-        /// Until when (s). Told twice it comes to the same.
+        /// New expected end (s). A duplicated report has no further effect.
         until: f64,
     },
-    /// What the service was like, each from -2 to 2.
+    /// Feedback on a service, each from -2 to 2.
     Feedback {
-        /// Of which operation.
+        /// Number of the operation.
         operation: usize,
         /// The wait: too short to too long.
         wait: i8,
@@ -57,79 +57,79 @@ pub enum PersonTells {
     },
 }
 
-/// What the supervisor tells.
+/// Report of the supervisor.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(tag = "what", rename_all = "snake_case", deny_unknown_fields)]
 pub enum SupervisorTells {
-    /// The clock runs.
+    /// Start the clock.
     Run {},
-    /// The clock stands.
+    /// Stop the clock.
     Stop {},
-    /// What has not begun is planned anew.
+    /// Replan everything that has not begun.
     Replan {},
-    /// Somebody is lost: exactly one of the two is given.
+    /// A member is lost: exactly one of the two is given.
     Lost {
         /// Index of a robot.
         robot: Option<usize>,
         /// Index of an agent.
         agent: Option<usize>,
     },
-    /// Somebody is back: exactly one of the two is given.
+    /// A member is back: exactly one of the two is given.
     Back {
         /// Index of a robot.
         robot: Option<usize>,
         /// Index of an agent.
         agent: Option<usize>,
     },
-    /// The service that a robot gives, or the task of a robot or an agent, failed: exactly one of the two is given.
+    /// The service of a robot, or the task of a robot or an agent, failed: exactly one of the two is given.
     Failed {
         /// Index of a robot.
         robot: Option<usize>,
         /// Index of an agent.
         agent: Option<usize>,
-        /// When it was expected to end (s), as the page showed it.
+        /// Expected end (s) that the page showed.
         until: Option<f64>,
     },
-    /// The service that a robot gives, or the operation or task of somebody, takes longer: exactly one of the two is given.
+    /// The service of a robot, or the operation or task of a member, takes longer: exactly one of the two is given.
     Longer {
         /// Index of a robot.
         robot: Option<usize>,
         /// Index of an agent.
         agent: Option<usize>,
-        /// Until when (s).
+        /// New expected end (s).
         until: f64,
     },
-    /// An agent is at another place.
+    /// An agent is at another position.
     Moved {
-        /// Which.
+        /// Index of the agent.
         agent: usize,
-        /// Where (m).
+        /// New position (m).
         place: [f64; 2],
     },
-    /// A person needs a new link.
+    /// Create a new link for a person.
     Invite {
-        /// Which.
+        /// Index of the agent.
         agent: usize,
     },
 }
 
-/// By how much longer (s) something takes that was expected to end at a time, and is to end at `until`; none where it is no
+/// Returns the additional time (s) of an activity with this expected end and the new end `until`; `None` if it is not
 /// longer.
 pub fn longer(expected: Option<f64>, until: f64) -> Option<f64> {
     expected.map(|expected| until - expected).filter(|by| *by > SAME)
 }
 
-/// Whether what a page showed as expected still is: nothing that was told before has changed it.
+/// Returns true if the expected end that a page showed is still valid: no earlier report has changed it.
 pub fn still(expected: Option<f64>, shown: Option<f64>) -> bool {
     shown.is_none_or(|shown| expected.is_some_and(|expected| (expected - shown).abs() <= SAME))
 }
 
-/// What goes to the engine.
+/// A report for the engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tells {
     /// From the page of this agent.
     Person(usize, PersonTells),
-    /// From the page of the supervisor; an invitation does not get here.
+    /// From the page of the supervisor; invitations are handled before.
     Supervisor(SupervisorTells),
 }
 

@@ -1,13 +1,13 @@
-//! What happens in a mission as one person of it reads it, and times as on a clock. Operations count from 1.
+//! Messages about a mission for one person, and the format of times. Operations count from 1.
 
 use mission::execution::PlanChange;
 use mission::kinds::schedule::execution::{Event, Happening, Record};
 use mission::kinds::schedule::problem::Problem;
 use mission::plan::Actor;
 
-/// Seconds as `3:07` or `1:02:09`.
+/// Formats seconds as `3:07` or `1:02:09`.
 pub fn written(seconds: f64) -> String {
-    // A number that is none, or larger than any mission, becomes the nearest that can be written.
+    // The cast saturates: NaN and huge numbers become the nearest valid ones.
     let whole = (seconds.abs() + 1e-9) as u64;
     let sign = if seconds <= -1.0 { "-" } else { "" };
     match whole / 3600 {
@@ -16,17 +16,17 @@ pub fn written(seconds: f64) -> String {
     }
 }
 
-/// What people read for an agent.
+/// Returns the label of an agent.
 pub fn agent(problem: &Problem, index: usize) -> &str {
     problem.agent_label(index).unwrap_or("?")
 }
 
-/// What people read for a robot.
+/// Returns the label of a robot.
 pub fn robot(problem: &Problem, index: usize) -> &str {
     problem.robot_label(index).unwrap_or("?")
 }
 
-/// The words of thesis 5.7.1 for a feedback in steps from -2 to 2.
+/// Returns the words of thesis 5.7.1 for a feedback in steps from -2 to 2.
 fn feedback(wait: i8, approach: i8, distance: i8) -> String {
     let word = |words: [&'static str; 5], step: i8| words[(step.clamp(-2, 2) + 2) as usize];
     let wait = word(["too short", "short", "OK", "long", "too long"], wait);
@@ -35,7 +35,7 @@ fn feedback(wait: i8, approach: i8, distance: i8) -> String {
     format!("waiting time {wait}, velocity {approach}, waiting distance {distance}")
 }
 
-/// A record as this agent reads it; none where it is not about it.
+/// Returns a record as a message for this agent; `None` if it does not concern the agent.
 pub fn for_one(problem: &Problem, who: usize, record: &Record) -> Option<String> {
     let m = |index: &usize| robot(problem, *index);
     Some(match &record.what {

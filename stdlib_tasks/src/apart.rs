@@ -1,5 +1,5 @@
-//! The way from one part of the robot to another: closest points and the direction between them, with memory for where
-//! there is none.
+//! Separation of two parts of the robot: closest points and the direction between them. The last valid direction is
+//! kept for configurations without one.
 //!
 //! ```text
 //! d = |p_a - p_b|       d' = n·(J_a - J_b) v,   n from p_b to p_a        thesis (3.21) to (3.24)
@@ -11,7 +11,7 @@ use robot::{Shape, geometry};
 use crate::geometry::Geometry;
 use crate::state::State;
 
-/// Two parts, and the last way apart that was found.
+/// Two parts, and their last valid separation.
 #[derive(Clone, Debug)]
 pub struct Pair {
     /// One part.
@@ -21,7 +21,7 @@ pub struct Pair {
     last: Option<Last>,
 }
 
-/// The last way apart that was found.
+/// Last valid separation.
 #[derive(Clone, Copy, Debug)]
 struct Last {
     /// From b to a, in the world.
@@ -31,29 +31,29 @@ struct Last {
     on_b: Point3<f64>,
 }
 
-/// The distance of two parts, and where it is.
+/// Distance of two parts, with the closest points.
 #[derive(Clone, Copy, Debug)]
 pub struct Apart {
-    /// Distance of the surfaces in m; negative where they overlap.
+    /// Distance of the surfaces in m; negative if they overlap.
     pub distance: f64,
-    /// The closest points in the world, in m.
+    /// Closest point of a in the world, in m.
     pub on_a: Vector3<f64>,
-    /// See `on_a`.
+    /// Closest point of b in the world, in m.
     pub on_b: Vector3<f64>,
     /// Unit vector from b to a.
     pub normal: Vector3<f64>,
 }
 
-/// Why there is no way apart.
+/// Reason why two parts have no direction of separation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoWay {
     /// A pose is not finite.
     NotFinite,
-    /// The cores of the parts meet, and they did from the beginning.
+    /// The cores of the parts intersect, and did so from the beginning.
     Overlap,
 }
 
-/// The distance of two parts whose cores meet, in m: less by the radius around each.
+/// Distance of two parts whose cores intersect, in m: minus the radius around each.
 pub(crate) fn overlap(a: &Shape, b: &Shape) -> f64 {
     let radius = |s: &Shape| match *s {
         Shape::Sphere { radius } | Shape::Capsule { radius, .. } => radius,
@@ -63,21 +63,21 @@ pub(crate) fn overlap(a: &Shape, b: &Shape) -> f64 {
 }
 
 impl Pair {
-    /// Two parts that were never looked at.
+    /// Two parts without a known separation.
     pub fn new(a: Geometry, b: Geometry) -> Self {
         Pair { a, b, last: None }
     }
 
-    /// Forgets the last way apart.
+    /// Forgets the last separation.
     pub fn forget(&mut self) {
         self.last = None;
     }
 
-    /// The closest points. Where the cores meet, the last direction and points that were valid stand in. Allocates
+    /// Computes the closest points. If the cores intersect, the last valid direction and points are used. Allocates
     /// nothing.
     ///
     /// # Errors
-    /// A pose is not finite, or the cores meet and never did not.
+    /// A pose is not finite, or the cores intersect and always did.
     pub fn find(&mut self, state: &State) -> Result<Apart, NoWay> {
         let (link_a, link_b) = (state.data.pose(self.a.link), state.data.pose(self.b.link));
         let (pose_a, pose_b) = (link_a * self.a.origin, link_b * self.b.origin);
@@ -92,7 +92,7 @@ impl Pair {
                 Ok(Apart { distance: c.distance, on_a: c.on_a, on_b: c.on_b, normal: c.normal })
             }
             Err(_) => {
-                // A rotation that is no number leaves no translation finite.
+                // A rotation that is NaN makes the translation NaN too.
                 if !pose_a.translation.vector.iter().chain(&pose_b.translation.vector).all(|x| x.is_finite()) {
                     return Err(NoWay::NotFinite);
                 }

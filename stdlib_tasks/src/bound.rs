@@ -1,7 +1,7 @@
-//! Parameters after binding: numbers have become places in a table of values, names have become indices.
+//! Parameters after binding: numbers are indices into a table of values, and names are indices.
 //!
 //! The compiler writes these, a program stores them, and a task type reads its `Params` from them. Numbers may move
-//! with time, so they are never stored here: a [`Slot`] says where this tick's value and its time derivative stand.
+//! with time, so they are never stored here: a [`Slot`] locates this tick's value and its time derivative.
 
 use std::collections::BTreeMap;
 
@@ -12,12 +12,12 @@ use crate::expression::Expression;
 pub use crate::geometry::Geometry;
 pub use crate::slot::Slot;
 
-/// The frames of an arm that task types speak of.
+/// Frames of an arm that task types use.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Arm {
     /// Its name in the spec.
     pub name: String,
-    /// Where the shoulder axes meet; needed by `swivel_angle`.
+    /// Link at the intersection of the shoulder axes; needed by `swivel_angle`.
     pub shoulder: Option<LinkId>,
     /// The elbow; needed by `swivel_angle`.
     pub elbow: Option<LinkId>,
@@ -60,7 +60,7 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// The places of all its numbers.
+    /// Slots of all its numbers.
     pub fn slots(&self) -> Vec<Slot> {
         match self {
             Bound::Value(s) => vec![*s],
@@ -73,5 +73,5 @@ impl Bound {
     }
 }
 
-/// The bound parameters of a task, by name. Optional ones that were left out are absent.
+/// Bound parameters of a task, by name. Optional ones that were left out are absent.
 pub type BoundParams = BTreeMap<String, Bound>;

@@ -1,4 +1,4 @@
-//! What a task is built for, and why it cannot be.
+//! Context in which a task is built, and the errors of building one.
 
 use robot::{LinkId, Model};
 
@@ -6,20 +6,20 @@ use crate::bound::{Arm, Bound, BoundParams};
 use crate::params::WrongForm;
 use crate::slot::Slot;
 
-/// What a task is built for.
+/// Context in which a task is built.
 pub struct Context<'a> {
     /// The robot.
     pub model: &'a Model,
-    /// Values at the moment of building: constants hold their value, moving numbers their value at `t = 0`.
+    /// Values at the time of building: constants, and moving numbers at `t = 0`.
     pub values: &'a [f64],
     /// Control period T, in s.
     pub period: f64,
-    /// For each degree of freedom the largest speed that hard levels down to that of the task let through, in rad/s or
-    /// m/s; infinite where none bounds it. What the robot itself can do does not count: the reference, which the
-    /// limits are kept for, moves as the levels say.
+    /// Largest speed of each degree of freedom that hard levels down to that of the task allow, in rad/s or m/s;
+    /// infinite if none bounds it. The speed limits of the robot itself are not included: the reference, for which
+    /// limits are kept, moves as the levels determine.
     pub speed: &'a [f64],
-    /// The same while joints that the stack locks still come to rest: `speed` has zero for them, this has the speed that they may be
-    /// entered with.
+    /// Like `speed`, while joints that the stack locks come to rest: `speed` is zero for these joints, `coasting` is
+    /// the speed that they may have when the stack is entered.
     pub coasting: &'a [f64],
 }
 
@@ -30,14 +30,14 @@ impl Context<'_> {
     }
 }
 
-/// Why a task cannot be built from well-formed parameters.
+/// Reason why a task cannot be built from well-formed parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BuildError {
-    /// The parameter at fault; empty for the task as a whole.
+    /// Name of the wrong parameter; empty for the task as a whole.
     pub param: String,
-    /// What is wrong.
+    /// Description of the error.
     pub message: String,
-    /// What to do.
+    /// Suggested correction.
     pub help: Option<String>,
 }
 
@@ -47,7 +47,7 @@ impl BuildError {
         BuildError { param: param.to_string(), message: message.into(), help: None }
     }
 
-    /// Says what to do.
+    /// Adds a suggested correction.
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.help = Some(text.into());
         self
@@ -61,10 +61,10 @@ impl From<WrongForm> for BuildError {
     }
 }
 
-/// Makes sure that every index in the parameters points somewhere, so that a built task never looks outside a table.
+/// Checks that every index in the parameters is valid, so that a built task never reads outside a table.
 ///
 /// # Errors
-/// A link, a joint or a place in the table of values does not exist, or a shape has no sound size and placement.
+/// A link, a joint or an entry of the table of values does not exist, or a shape has no sound size and placement.
 pub fn check(params: &BoundParams, ctx: &Context) -> Result<(), BuildError> {
     for (name, bound) in params {
         check_one(bound, ctx).map_err(|message| BuildError::new(name, message))?;
@@ -93,7 +93,7 @@ fn check_one(bound: &Bound, ctx: &Context) -> Result<(), &'static str> {
         Bound::Joints(list) => list.iter().try_for_each(dof),
         Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| one(s))),
         Bound::PerArm(list) => list.iter().try_for_each(|(a, s)| arm(a).and_then(|()| one(s))),
-        // The program knows which there are.
+        // Only the program can check these.
         Bound::Choice(_) | Bound::Task(_) | Bound::Field(_) => Ok(()),
         Bound::Expression(e) => e.check(ctx.model, ctx.slot_count()),
         Bound::Group(group) => group.values().try_for_each(|b| check_one(b, ctx)),

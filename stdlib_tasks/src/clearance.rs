@@ -1,33 +1,33 @@
-//! How much a distance can bend between two ticks: the sampled-time margin of curved barrier functions.
+//! Bound on the curvature of a distance between two ticks: the sampled-time margin of curved barrier functions.
 //!
-//! A row `h' >= -φ (h - δ)` held constant over a period T gives `h_next >= (1 - φT) h + φT δ - A T²/2`, where A bounds
-//! how fast the distance can curve downwards. With `δ = A T / (2 φ)` the right side stays at or above zero as long as
-//! `φ T <= 1` (mathematics, sampled time). For a point and a convex set carried by another link, A is at most the
-//! acceleration of the point relative to that link at constant joint speeds: a distance to a convex set is a convex
-//! function of the point.
+//! A row `h' >= -φ (h - δ)` held constant over a period T yields `h_next >= (1 - φT) h + φT δ - A T²/2`, where A bounds
+//! the downward acceleration of the distance. With `δ = A T / (2 φ)` the right side remains at or above zero if
+//! `φ T <= 1` (mathematics, sampled time). For a point and a convex set on another link, A is at most the acceleration
+//! of the point relative to that link at constant joint speeds: a distance to a convex set is a convex function of the
+//! point.
 //!
 //! ```text
 //! |p''| <= W² r_0 + U W + sum_i w_i (w_i + 2 W + 2 sum_{j<i} w_j) r_i + 2 sum_k u_k (W + sum_{j<k} w_j)
 //! ```
 //!
-//! with `w_i` the largest speeds of revolute joints along the way from the set's link to the point, `u_k` those of
-//! prismatic joints, and `r_i` the greatest distance that the point can have from joint i. The base takes part where the
+//! with `w_i` the largest speeds of revolute joints on the chain from the set's link to the point, `u_k` those of
+//! prismatic joints, and `r_i` the largest distance that the point can have from joint i. The base contributes if the
 //! set is fixed to the world: its velocity is constant in its own axes, `U` bounds the linear and `W` the angular part,
-//! and `r_0` is the greatest distance of the point from the root.
+//! and `r_0` is the largest distance of the point from the root.
 
 use robot::{DofUnit, Drive, Joint, JointId, JointKind, LinkId, Model};
 
-/// A joint on the way: how it moves, and the distance from it to the next one (to the point, for the last).
+/// Joint of the chain: its motion, and the distance from it to the next one (to the point, for the last).
 struct Step {
     turns: bool,
     speed: f64,
     reach: f64,
 }
 
-/// A bound of the acceleration of a point of link `to`, at `offset` m from that link's origin, as seen from link `from`
-/// (`None`: from the world), in m/s². `speed` bounds the velocity of each degree of freedom in rad/s or m/s, and joints
-/// stand inside their position limits. Infinite where a joint on the way that matters has no speed limit, or slides
-/// without end.
+/// Bound on the acceleration of a point of link `to`, at `offset` m from that link's origin, relative to link `from`
+/// (`None`: the world), in m/s². `speed` bounds the velocity of each degree of freedom in rad/s or m/s, and joints are
+/// inside their position limits. Infinite if a relevant joint of the chain has no speed limit, or slides without a
+/// limit.
 pub fn acceleration_bound(model: &Model, from: Option<LinkId>, to: LinkId, offset: f64, speed: &[f64]) -> f64 {
     let mut up = ancestors(model, to);
     let mut down = from.map(|link| ancestors(model, link)).unwrap_or_default();
@@ -61,7 +61,7 @@ pub fn acceleration_bound(model: &Model, from: Option<LinkId>, to: LinkId, offse
     }
     add(&mut steps, &mut root, offset);
 
-    // Zero times infinity is zero here: what stands still or turns on the spot does not accelerate.
+    // Zero times infinity is zero here: a point that stands still or turns on the spot does not accelerate.
     let times = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
     let reach = root + steps.iter().map(|s| s.reach).sum::<f64>();
     let mut bound = times(times(angular, angular), reach) + times(linear, angular);
@@ -78,7 +78,7 @@ pub fn acceleration_bound(model: &Model, from: Option<LinkId>, to: LinkId, offse
     bound
 }
 
-/// The joints from a link to the root.
+/// Joints from a link to the root.
 pub(crate) fn ancestors(model: &Model, mut link: LinkId) -> Vec<JointId> {
     let mut joints = Vec::new();
     while let Some(j) = model.link_ref(link).parent_joint {
@@ -98,7 +98,7 @@ fn step(joint: &Joint, speed: &[f64]) -> Step {
     Step { turns: joint.kind != JointKind::Prismatic, speed, reach: 0.0 }
 }
 
-/// How far a sliding joint can stand from its origin, in m.
+/// Largest distance of a sliding joint from its origin, in m.
 pub(crate) fn stroke(model: &Model, joint: &Joint) -> f64 {
     if joint.kind != JointKind::Prismatic {
         return 0.0;
@@ -116,8 +116,8 @@ pub(crate) fn stroke(model: &Model, joint: &Joint) -> f64 {
     low.abs().max(high.abs())
 }
 
-/// `A T / (2 φ)`: how far below zero a row may settle, in m. Without a gain nothing brings it back: infinite, unless the
-/// distance cannot bend at all.
+/// `A T / (2 φ)`: depth below zero at which a row may settle, in m. Without a gain nothing brings the row back:
+/// infinite, unless the distance has no curvature at all.
 pub fn loss(acceleration: f64, period: f64, gain: f64) -> f64 {
     if acceleration == 0.0 {
         0.0

@@ -1,7 +1,7 @@
-//! A body with mass, damping and stiffness that a wrench moves: what `admittance` and `hand_guiding` share.
+//! Body with mass, damping and stiffness that a wrench moves, shared by `admittance` and `hand_guiding`.
 //!
-//! For each axis, with mass m, damping d, stiffness k, the target's velocity v_d and acceleration a_d, the error e of the
-//! position and the external force h, thesis (4.36) with the sign of h corrected reads
+//! For each axis, with mass m, damping d, stiffness k, the target's velocity v_d and acceleration a_d, the error e of
+//! the position and the external force h, thesis (4.36) with the sign of h corrected is
 //!
 //! ```text
 //! m (a_d - a) + d (v_d - v) + k e = -h
@@ -13,31 +13,31 @@
 //! v = (m (v_prev + T a_d) + T (d v_d + k e + h)) / (m + T d)
 //! ```
 //!
-//! which is thesis (4.44) divided by `m/T + d`: each row is in m/s or rad/s, so that a level that cannot meet all of its rows
-//! weighs errors of velocities, as for every other target, and not forces.
+//! which is thesis (4.44) divided by `m/T + d`: each row is in m/s or rad/s, so that a level that cannot meet all of
+//! its rows weighs errors of velocities, as for every other target, and not forces.
 //!
-//! The body's velocity. `v_prev` is `J v_stack`, with the velocity that the stack's hierarchy returned at the last tick. It
-//! contains the cuts by limits and by more important levels, so that nothing winds up. It does not contain the offset by
-//! which a blend moves the reference: fed back, the offset of each tick would count as a velocity of the body, and add up.
-//! At the tick at which the stack is entered `v_stack` is the velocity that the reference moved with. If the stack is
-//! entered with a blend, the law acts from the second tick on: the first one asks for `v_prev`, so that the offset of the
-//! blend, which is measured then, contains no acceleration of the body.
+//! Velocity of the body. `v_prev` is `J v_stack`, with the velocity that the stack's hierarchy returned at the last
+//! tick. It includes the reductions by limits and by more important levels, so that there is no windup. It excludes the
+//! offset by which a blend moves the reference: fed back, the offset of each tick would count as a velocity of the
+//! body, and accumulate. At the tick at which the stack is entered, `v_stack` is the velocity of the reference. If the
+//! stack is entered with a blend, the law applies from the second tick on: the first one asks for `v_prev`, so that the
+//! offset of the blend, which is measured then, contains no acceleration of the body.
 //!
-//! Stability. At a target that stands still, with x the displacement, a tick is
+//! Stability. For a target at rest, with x the displacement, a tick is
 //!
 //! ```text
 //! v' = (m v - T k x) / (m + T d)        x' = x + T v'
 //! ```
 //!
-//! Its matrix has the determinant `m / (m + T d)` and the trace `1 + (m - k T^2) / (m + T d)`. Both eigenvalues lie inside the
-//! unit circle exactly where (Jury) `d > 0`, `k > 0` and `1 + trace + determinant > 0`, which is
+//! Its matrix has the determinant `m / (m + T d)` and the trace `1 + (m - k T^2) / (m + T d)`. Both eigenvalues lie
+//! inside the unit circle if and only if (Jury) `d > 0`, `k > 0` and `1 + trace + determinant > 0`, which is
 //!
 //! ```text
 //! k T^2  <  4 m + 2 d T
 //! ```
 //!
-//! Mass and damping by themselves are stable with any period: they are implicit in `v`. Only the spring, which pulls with the
-//! error of the last tick, sets a bound.
+//! Mass and damping alone are stable with any period: they are implicit in `v`. Only the spring, which acts on the
+//! error of the last tick, imposes a bound.
 
 use nalgebra::Vector3;
 use robot::LinkId;
@@ -53,7 +53,7 @@ use crate::written::fault;
 crate::params! {
     /// The virtual mass of a frame.
     pub struct Mass {
-        /// Of its position, for all axes of the world or one for each; it may move with time.
+        /// The mass of its position, for all axes of the world or one for each; it may move with time.
         linear: Input<3> = ParamType::PerAxis(Quantity::above(MASS, 0.0)), Presence::Required;
         /// The moment of inertia of its orientation, for all axes of the world or one for each; it may move with time.
         angular: Input<3> = ParamType::PerAxis(Quantity::above(INERTIA, 0.0)), Presence::Required;
@@ -63,9 +63,10 @@ crate::params! {
 crate::params! {
     /// The virtual damping of a frame.
     pub struct Damping {
-        /// Of its position, for all axes of the world or one for each; it may move with time.
+        /// The damping of its position, for all axes of the world or one for each; it may move with time.
         linear: Input<3> = ParamType::PerAxis(Quantity::above(DAMPING, 0.0)), Presence::Required;
-        /// Of its orientation, for all axes of the world or one for each, in N m s or N m s/rad; it may move with time.
+        /// The damping of its orientation, for all axes of the world or one for each, in N m s or N m s/rad; it may
+        /// move with time.
         angular: Input<3> = ParamType::PerAxis(Quantity::above(ANGULAR_DAMPING, 0.0)), Presence::Required;
     }
 }
@@ -73,20 +74,21 @@ crate::params! {
 crate::params! {
     /// The virtual stiffness of a frame.
     pub struct Stiffness {
-        /// Of its position, for all axes of the world or one for each; it may move with time.
+        /// The stiffness of its position, for all axes of the world or one for each; it may move with time.
         linear: Input<3> = ParamType::PerAxis(Quantity::at_least(STIFFNESS, 0.0)), Presence::Required;
-        /// Of its orientation, for all axes of the world or one for each, in N m or N m/rad; it may move with time.
+        /// The stiffness of its orientation, for all axes of the world or one for each, in N m or N m/rad; it may move
+        /// with time.
         angular: Input<3> = ParamType::PerAxis(Quantity::at_least(MOMENT, 0.0)), Presence::Required;
     }
 }
 
 crate::params! {
-    /// What acts on the robot at a frame, in the world's axes.
+    /// External wrench on the robot at a frame, in the world's axes.
     pub struct Wrench {
-        /// The force that a person or the surroundings exert on the robot, along the world's axes: a push towards +x has a
-        /// positive first number.
+        /// The force that a person or the environment exerts on the robot, along the world's axes: a push towards +x
+        /// has a positive first number.
         force: Operand = ParamType::Expression(Form::Vector(FORCE)), Presence::Required;
-        /// The moment that they exert on the robot about the frame's origin, along the world's axes.
+        /// The moment of this wrench on the robot about the frame's origin, along the world's axes.
         moment: Operand = ParamType::Expression(Form::Vector(MOMENT)), Presence::Default("[0, 0, 0] N m");
     }
 }
@@ -94,7 +96,7 @@ crate::params! {
 /// Names of the parts of a pose, and the dimension of their stiffness.
 const PARTS: [(&str, Dimension); 2] = [("linear", STIFFNESS), ("angular", MOMENT)];
 
-/// A group of the parameters of a task, read.
+/// Reads a group of the parameters of a task.
 ///
 /// # Errors
 /// A number in it is missing or has another form; the error names the group.
@@ -117,40 +119,40 @@ pub struct Axis {
     pub stiffness: f64,
 }
 
-/// What moves an axis at a tick.
+/// Inputs of an axis at a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
-    /// The velocity of the body at the last tick, m/s or rad/s.
+    /// Velocity of the body at the last tick, m/s or rad/s.
     pub before: f64,
-    /// The target's velocity.
+    /// Velocity of the target.
     pub velocity: f64,
-    /// By how much the target's velocity changed since the last tick, `T a_d`.
+    /// Change of the target's velocity since the last tick, `T a_d`.
     pub change: f64,
-    /// Target less value, m or rad.
+    /// Target minus value, m or rad.
     pub error: f64,
-    /// The external force or moment, N or N m.
+    /// External force or moment, N or N m.
     pub force: f64,
 }
 
 impl Axis {
-    /// The velocity of this tick, m/s or rad/s; `period` in s.
+    /// Velocity of this tick, m/s or rad/s; `period` in s.
     pub fn velocity(&self, period: f64, d: &Drive) -> f64 {
         let force = self.damping * d.velocity + self.stiffness * d.error + d.force;
         (self.mass * (d.before + d.change) + period * force) / (self.mass + period * self.damping)
     }
 
-    /// The smallest stiffness that does not come to rest with this period, N/m or N m.
+    /// Smallest stiffness with which the body does not come to rest at this period, N/m or N m.
     pub fn stiffness_bound(&self, period: f64) -> f64 {
         (4.0 * self.mass / period + 2.0 * self.damping) / period
     }
 
-    /// Whether it is a body that comes to rest. False where a number is NaN.
+    /// Returns true if the body comes to rest. False if a number is NaN.
     pub fn comes_to_rest(&self, period: f64) -> bool {
         self.mass > 0.0 && self.damping > 0.0 && self.stiffness >= 0.0 && self.stiffness < self.stiffness_bound(period)
     }
 }
 
-/// Where a target is and how it moves, position and orientation; all zero for none.
+/// Error and motion of a target, position and orientation; all zero for none.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {
     /// Errors, in m and in rad.
@@ -161,7 +163,7 @@ pub struct Motion {
     pub change: [Vector3<f64>; 2],
 }
 
-/// A frame that gives way to a wrench.
+/// Frame that yields to a wrench.
 pub struct Body {
     link: LinkId,
     period: f64,
@@ -169,15 +171,15 @@ pub struct Body {
     damping: [Input<3>; 2],
     stiffness: Option<[Input<3>; 2]>,
     wrench: [Term; 2],
-    /// The next update asks for the velocity that is taken over, without the acceleration of a period.
+    /// True if the next update asks for the velocity that is taken over, without the acceleration of a period.
     handing_over: bool,
 }
 
 impl Body {
-    /// From its parameters.
+    /// Creates the body from its parameters.
     ///
     /// # Errors
-    /// A stiffness is larger than the period allows; the wrench is no pair of vectors.
+    /// A stiffness is larger than the period allows, or the wrench is not a pair of vectors.
     pub fn new(
         link: LinkId,
         ctx: &Context,
@@ -200,7 +202,7 @@ impl Body {
         for (part, (name, dimension)) in PARTS.into_iter().enumerate() {
             for (axis, letter) in body.axes(part, ctx.values).iter().zip(["x", "y", "z"]) {
                 let bound = axis.stiffness_bound(period);
-                // Signs are held by the ranges of the parameters, and values that move by each tick.
+                // The ranges of the parameters ensure the signs, and each tick checks values that move.
                 if axis.mass > 0.0 && axis.damping > 0.0 && axis.stiffness >= bound {
                     let k = axis.stiffness;
                     let text = format!(
@@ -223,13 +225,13 @@ impl Body {
         self.link
     }
 
-    /// Forgets the past.
+    /// Resets the memory at the entry of the stack.
     pub fn enter(&mut self) {
         self.wrench.iter_mut().for_each(Term::forget);
         self.handing_over = false;
     }
 
-    /// Lets the next update ask for the velocity that the frame has.
+    /// Makes the next update ask for the velocity that the frame has.
     pub fn hand_over(&mut self) {
         self.handing_over = true;
     }
@@ -243,7 +245,7 @@ impl Body {
     /// Writes six rows, position and orientation. Never allocates.
     ///
     /// # Errors
-    /// A number is not finite; or mass, damping and stiffness are none of a body that comes to rest.
+    /// A number is not finite, or mass, damping and stiffness are not those of a body that comes to rest.
     pub fn update(&mut self, state: &State, rows: &mut Rows, target: &Motion) -> Result<(), TaskFault> {
         let p = state.data.pose(self.link).translation.vector;
         for part in 0..2 {

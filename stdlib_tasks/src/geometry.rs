@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 /// A shape fixed to a link: a point is a sphere of radius zero, a segment a capsule of radius zero.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Geometry {
-    /// The name under which the spec knows it.
+    /// Name in the spec.
     pub name: String,
-    /// The link that carries it.
+    /// Link that carries it.
     pub link: LinkId,
     /// Placement of the shape in the link's frame.
     pub origin: Isometry3<f64>,
@@ -24,10 +24,10 @@ impl Geometry {
         Geometry { name: name.into(), link, origin, shape: Shape::Sphere { radius: 0.0 } }
     }
 
-    /// Makes sure that the link exists, and that shape and placement are sound.
+    /// Checks that the link exists, and that shape and placement are sound.
     ///
     /// # Errors
-    /// What is wrong.
+    /// Description of the first error.
     pub fn check(&self, model: &Model) -> Result<(), &'static str> {
         let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
         ensure(self.link.index() < model.links.len(), "a frame does not exist")?;
@@ -37,7 +37,7 @@ impl Geometry {
         ensure(self.shape.is_sound(), "a shape has a negative or infinite size")
     }
 
-    /// The point's place in the link's frame, in m (the centre, for other shapes).
+    /// Position of the point in the link's frame, in m (the centre, for other shapes).
     pub fn center(&self) -> Point3<f64> {
         Point3::from(self.origin.translation.vector)
     }

@@ -1,7 +1,7 @@
-//! How a task type describes its parameters: name, type, unit, range, default and text, written once.
+//! Description of the parameters of a task type: name, type, unit, range, default and text, written once.
 //!
-//! The macro [`params!`](crate::params!) turns one listing into a documented struct, the static table from which schema, docs,
-//! completion and checks derive, and the reader that fills the struct from [`BoundParams`].
+//! The macro [`params!`](crate::params!) turns one listing into a documented struct, the static table from which
+//! schema, docs, completion and checks derive, and the reader that fills the struct from [`BoundParams`].
 
 use crate::bound::{Arm, Bound, BoundParams, Geometry, Slot};
 use crate::dimension::Dimension;
@@ -9,7 +9,7 @@ use crate::expression::Expression;
 pub use crate::expression::Operand;
 use robot::LinkId;
 
-/// What a parameter may hold.
+/// Type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParamType {
     /// A number; it may move with time unless `constant`.
@@ -28,7 +28,7 @@ pub enum ParamType {
     Gains(&'static [&'static str]),
     /// A link of the robot.
     Frame,
-    /// Links, or arms, which stand for their tips.
+    /// Links, or arms, which are represented by their tips.
     Frames,
     /// A declared arm.
     Arm,
@@ -46,7 +46,7 @@ pub enum ParamType {
     PerArm(Dimension),
     /// One of these words.
     Choice(&'static [&'static str]),
-    /// An expression in which the robot's present state may stand.
+    /// An expression that may read the robot's present state.
     Expression(Form),
     /// Parameters inside a parameter.
     Group(&'static [ParamInfo]),
@@ -54,25 +54,27 @@ pub enum ParamType {
     Task,
     /// A declared safety field.
     Field,
-    /// Positions and orientations of the task that the parameter `task` names, each with how it may leave its path.
+    /// Positions and orientations of the task that the parameter `task` names, each with parameters of its deviation.
     Deviations,
 }
 
-/// What an expression of the robot's present state may be.
+/// Form of an expression of the robot's present state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Form {
-    /// A number or a vector of any dimension, and an orientation or a pose where `orientation` says so. The state must stand in it.
+    /// A number or a vector of any dimension; if `orientation` is true, also an orientation or a pose. It must read the
+    /// state.
     Value {
-        /// Whether it may be an orientation or a pose.
+        /// True if it may be an orientation or a pose.
         orientation: bool,
     },
-    /// Of the kind and dimension that another parameter, bound before, has.
+    /// The kind and dimension of another parameter, which is bound before.
     Like(&'static str),
     /// A number.
     Number(Quantity),
     /// A vector of a dimension, along the world's axes.
     Vector(Dimension),
-    /// A constant number, zero or more, of the dimension that another parameter, bound before, has. No state stands in it.
+    /// A constant number, zero or more, of the dimension of another parameter, which is bound before. It must not read
+    /// the state.
     Size(&'static str),
 }
 
@@ -83,11 +85,11 @@ pub struct Quantity {
     pub dimension: Dimension,
     /// The smallest value allowed.
     pub min: f64,
-    /// Whether `min` itself is allowed.
+    /// True if `min` itself is allowed.
     pub min_included: bool,
     /// The largest value allowed.
     pub max: f64,
-    /// True where the value must not move with time.
+    /// True if the value must not move with time.
     pub constant: bool,
 }
 
@@ -112,17 +114,17 @@ impl Quantity {
         Quantity { min, max, ..Quantity::any(dimension) }
     }
 
-    /// The same, and it must not move with time.
+    /// The same quantity, which must not move with time.
     pub const fn constant(self) -> Self {
         Quantity { constant: true, ..self }
     }
 
-    /// True where the value lies in the range. False for NaN.
+    /// Returns true if the value is in the range. False for NaN.
     pub fn contains(&self, x: f64) -> bool {
         x.is_finite() && (x > self.min || (self.min_included && x == self.min)) && x <= self.max
     }
 
-    /// The range in words, empty where everything is allowed.
+    /// Describes the range in words; empty if everything is allowed.
     pub fn describe(&self) -> String {
         match (self.min.is_finite(), self.max.is_finite()) {
             (false, false) => String::new(),
@@ -134,14 +136,14 @@ impl Quantity {
     }
 }
 
-/// What happens where a parameter is left out.
+/// Treatment of a parameter that is left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Presence {
     /// It must be written.
     Required,
     /// It may be absent.
     Optional,
-    /// This text of the language stands in for it. For a group it is `{}`: what stands in it has defaults of its own.
+    /// This text of the language replaces it. For a group it is `{}`, whose parameters have defaults of their own.
     Default(&'static str),
 }
 
@@ -150,23 +152,23 @@ pub enum Presence {
 pub struct ParamInfo {
     /// Its name in a spec.
     pub name: &'static str,
-    /// What it is, in Markdown, one string per line.
+    /// Its description in Markdown, one string per line.
     pub doc: &'static [&'static str],
-    /// What it may hold.
+    /// Its type.
     pub ty: ParamType,
-    /// Whether it may be left out.
+    /// Treatment if it is left out.
     pub presence: Presence,
 }
 
 impl ParamInfo {
-    /// The text in one line.
+    /// The description in one line.
     pub fn text(&self) -> String {
         self.doc.iter().map(|l| l.trim()).collect::<Vec<_>>().join(" ")
     }
 }
 
-/// A bound parameter does not have the form that its task type declares. The compiler never produces one; a
-/// program that was edited by hand may hold one.
+/// A bound parameter does not have the form that its task type declares. The compiler never produces one; a program
+/// that was edited by hand may contain one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WrongForm {
     /// The parameter.
@@ -191,12 +193,12 @@ impl<T: FromBound> FromBound for Option<T> {
 /// `N` numbers that may move with time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Input<const N: usize> {
-    /// Where they stand.
+    /// Index of the first number.
     pub at: usize,
 }
 
 impl<const N: usize> Input<N> {
-    /// This tick's values (or rates, from the table of rates). NaN where the table is too short, which
+    /// This tick's values (or rates, from the table of rates). NaN if the table is too short, which
     /// [`crate::build::check`] excludes when a task is built.
     pub fn of(&self, table: &[f64]) -> [f64; N] {
         let mut out = [f64::NAN; N];
@@ -219,7 +221,7 @@ impl<const N: usize> FromBound for Input<N> {
 /// `auto`, or a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Auto {
-    /// Let the task work it out.
+    /// The task computes it.
     Auto,
     /// This number.
     Given(Input<1>),

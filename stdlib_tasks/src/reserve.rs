@@ -1,7 +1,7 @@
-//! What rows of curved distances keep in reserve against sampling in time.
+//! Reserve of rows of curved distances against sampling in time.
 //!
-//! `δ = A T / (2 φ)`, with the acceleration bound A of [`crate::clearance`], goes into a row as `φ δ = A T / 2`: a rate that
-//! does not depend on φ, so that a reserve worked out by `auto` follows a gain that moves.
+//! `δ = A T / (2 φ)`, with the acceleration bound A of [`crate::clearance`], enters a row as `φ δ = A T / 2`: a rate
+//! that does not depend on φ, so that a reserve computed by `auto` follows a gain that moves.
 
 use robot::Shape;
 
@@ -10,37 +10,37 @@ use crate::clearance;
 use crate::params::{Auto, Input};
 use crate::task::{BuildError, Context};
 
-/// The greatest distance of the points of a shape that can be nearest to something from the origin of its link, in m. A
-/// ball's distance is that of its centre less a constant, so that the centre counts.
+/// Largest distance from the origin of its link to the points of a shape that can be nearest to something, in m. The
+/// distance of a ball is that of its centre minus a constant, so the centre is used.
 pub fn extent(g: &Geometry) -> f64 {
     let around = if is_ball(&g.shape) { 0.0 } else { g.shape.bounding_radius() };
     g.origin.translation.vector.norm() + around
 }
 
-/// True for a point and a sphere.
+/// Returns true for a point and a sphere.
 pub fn is_ball(shape: &Shape) -> bool {
     matches!(shape, Shape::Sphere { .. }) || matches!(shape, Shape::Capsule { half_length, .. } if *half_length == 0.0)
 }
 
-/// What curved rows can lose to sampling in time, and what they hold in reserve against it.
+/// Loss of curved rows by sampling in time, and their reserve against it.
 pub struct Reserve {
     auto: bool,
-    /// A T / 2 of each row, in m/s; and while locked joints come to rest.
+    /// A T / 2 of each row, in m/s; and the same while locked joints come to rest.
     bend: Vec<f64>,
     coasting: Vec<f64>,
-    /// Whether they do.
+    /// True while locked joints come to rest.
     coasts: bool,
-    /// A T / (2 φ) of each row at the gain that a stack starts with, in m.
+    /// A T / (2 φ) of each row at the initial gain of a stack, in m.
     pub loss: Vec<f64>,
     /// δ of each row at that gain, in m.
     pub kept: Vec<f64>,
 }
 
 impl Reserve {
-    /// From the name of each row, and its acceleration bound at given speeds, in m/s².
+    /// Creates the reserve from the name of each row, and its acceleration bound at given speeds, in m/s².
     ///
     /// # Errors
-    /// `auto`, and nothing bounds how far a row can bend.
+    /// The reserve is `auto`, and nothing bounds the curvature of a row.
     pub fn new(
         auto: Auto,
         gain: Input<1>,
@@ -55,7 +55,7 @@ impl Reserve {
         let half = |bounds: &[f64]| bounds.iter().map(|&a| 0.5 * a * ctx.period).collect();
         let kept = match auto {
             Auto::Given(x) => vec![x.of(ctx.values)[0]; loss.len()],
-            // Coasting joints only add to what bends.
+            // Coasting joints only increase the bound.
             Auto::Auto => match coasting.iter().position(|a| !a.is_finite()) {
                 None => loss.clone(),
                 Some(i) => return Err(unbounded(names[i], &|speed| bend_of(i, speed), ctx)),
@@ -74,15 +74,15 @@ impl Reserve {
         }
     }
 
-    /// Tells whether locked joints come to rest.
+    /// Sets whether locked joints come to rest.
     pub fn coast(&mut self, coasts: bool) {
         self.coasts = coasts;
     }
 }
 
-/// Says which joints make a row bend without bound.
+/// Returns the error that names the joints for which the curvature of a row is unbounded.
 fn unbounded(name: &str, bend: &dyn Fn(&[f64]) -> f64, ctx: &Context) -> BuildError {
-    // A joint is at fault where the bound stays infinite although every other open speed is known.
+    // A joint is at fault if the bound remains infinite although every other open speed is known.
     let known: Vec<f64> = ctx.coasting.iter().map(|s| if s.is_finite() { *s } else { 1.0 }).collect();
     let at_fault = |dof: &usize| {
         let mut speed = known.clone();

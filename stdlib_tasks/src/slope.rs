@@ -1,10 +1,11 @@
-//! How steep a distance can be: bounds of its derivative by each degree of freedom, wherever the joints stand.
+//! Bounds on the slope of a distance: its derivative by each degree of freedom, for all joint positions.
 //!
-//! A joint that turns moves a point at most as fast as the point is far from its axis; one that slides moves it at its
-//! own speed. Where the point can be, as seen from a joint, is a ball: from a part outwards to the root, a joint that
-//! turns by any angle widens the ball about its axis, and one that slides widens it by half its stroke. A distance
-//! between two bodies changes as fast as their closest points do along the line between them; the joints that carry both
-//! bodies do not change it. The same balls say how far a point gets at all: [`reach`].
+//! A turning joint moves a point at most as fast as the point is far from its axis; a sliding joint moves it at its own
+//! speed. The possible positions of the point, as seen from a joint, are enclosed in a ball: from a part outwards to
+//! the root, a joint that turns by any angle widens the ball about its axis, and a sliding joint widens it by its
+//! largest distance from its origin. A distance between two bodies changes as fast as their closest points move along
+//! the line between them; the joints that carry both bodies do not change it. The same balls bound the position of a
+//! point: [`reach`].
 
 use nalgebra::{Point3, Vector3};
 use robot::{Base, DofUnit, Drive, Joint, JointId, JointKind, LinkId, Model};
@@ -23,13 +24,13 @@ pub fn between(model: &Model, a: &Geometry, b: &Geometry) -> Vec<f64> {
     slopes
 }
 
-/// Bounds of `|dh/dq|` for the height of a part over a plane, which is carried by link `on`, or stands in the world with
+/// Bounds of `|dh/dq|` for the height of a part over a plane, which is carried by link `on`, or fixed in the world with
 /// the normal `n`.
 pub fn over_plane(model: &Model, on: Option<LinkId>, n: &Vector3<f64>, part: &Geometry) -> Vec<f64> {
     let mut slopes = vec![0.0; model.nv()];
     let (up, down) = apart(model, on, part.link);
     let mut ball = outwards(model, &up, Ball::around(part), &mut slopes);
-    // Turning the plane is turning everything else about it.
+    // Turning the plane is equivalent to turning everything else about the same axis.
     for &j in down.iter().rev() {
         let joint = model.joint_ref(j);
         ball.centre = joint.origin.inverse_transform_point(&ball.centre);
@@ -52,8 +53,8 @@ pub fn over_plane(model: &Model, on: Option<LinkId>, n: &Vector3<f64>, part: &Ge
     slopes
 }
 
-/// Where a point of link `to` can be as seen from link `from`, or from the root: the centre and the radius in m of a ball
-/// that holds it, whatever angles joints take. Infinite where a joint slides without end.
+/// Ball that contains a point of link `to` as seen from link `from`, or from the root, for any angles of the joints:
+/// its centre, and its radius in m. The radius is infinite if a joint slides without a limit.
 pub fn reach(model: &Model, from: Option<LinkId>, to: LinkId, point: &Vector3<f64>) -> (Vector3<f64>, f64) {
     let (up, down) = apart(model, from, to);
     let mut ball = outwards(model, &up, Ball { centre: Point3::from(*point), radius: 0.0 }, &mut []);
@@ -65,27 +66,27 @@ pub fn reach(model: &Model, from: Option<LinkId>, to: LinkId, point: &Vector3<f6
     (ball.centre.coords, ball.radius)
 }
 
-/// Where a point can be.
+/// Ball that contains the possible positions of a point.
 struct Ball {
     centre: Point3<f64>,
     radius: f64,
 }
 
 impl Ball {
-    /// The points of a part that can be nearest to something, in its link's frame. A ball's distance is that of its
-    /// centre less a constant.
+    /// Encloses the points of a part that can be nearest to something, in its link's frame. The distance of a ball is
+    /// that of its centre minus a constant.
     fn around(g: &Geometry) -> Ball {
         let radius = if is_ball(&g.shape) { 0.0 } else { g.shape.bounding_radius() };
         Ball { centre: g.center(), radius }
     }
 
-    /// The greatest distance from an axis through the origin.
+    /// Largest distance from an axis through the origin.
     fn distance_from_axis(&self, axis: &Vector3<f64>) -> f64 {
         axis.cross(&self.centre.coords).norm() + self.radius
     }
 }
 
-/// The joints that move `to` and not `from`, and those that move `from` and not `to`, from the link towards the root.
+/// Joints that move `to` and not `from`, and those that move `from` and not `to`, from the link towards the root.
 fn apart(model: &Model, from: Option<LinkId>, to: LinkId) -> (Vec<JointId>, Vec<JointId>) {
     let mut up = ancestors(model, to);
     let mut down = from.map(|link| ancestors(model, link)).unwrap_or_default();
@@ -96,7 +97,7 @@ fn apart(model: &Model, from: Option<LinkId>, to: LinkId) -> (Vec<JointId>, Vec<
     (up, down)
 }
 
-/// Adds the slopes of joints from a link towards the root; returns where the point can be as seen from the last.
+/// Adds the slopes of joints from a link towards the root; returns the ball as seen from the last one.
 fn outwards(model: &Model, joints: &[JointId], mut ball: Ball, slopes: &mut [f64]) -> Ball {
     for &j in joints {
         let joint = model.joint_ref(j);
@@ -106,7 +107,7 @@ fn outwards(model: &Model, joints: &[JointId], mut ball: Ball, slopes: &mut [f64
     ball
 }
 
-/// Adds the slope of a joint, in whose frame the ball is given, and widens the ball by the joint's motion.
+/// Adds the slope of a joint, in whose frame the ball is expressed, and widens the ball by the joint's motion.
 fn pass(model: &Model, joint: &Joint, ball: &mut Ball, slopes: &mut [f64]) {
     let slides = joint.kind == JointKind::Prismatic;
     let slope = if slides { 1.0 } else { ball.distance_from_axis(&joint.axis) };

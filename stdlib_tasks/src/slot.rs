@@ -1,4 +1,4 @@
-//! Places in the table of values, where numbers may move with time.
+//! Slots of the table of values, whose numbers may move with time.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,6 +7,6 @@ use serde::{Deserialize, Serialize};
 pub struct Slot {
     /// Index of the first number.
     pub at: usize,
-    /// How many numbers: 1 for a scalar, 3 for a vector, 4 for a rotation as a unit quaternion `w x y z`.
+    /// Number of numbers: 1 for a scalar, 3 for a vector, 4 for a rotation as a unit quaternion `w x y z`.
     pub len: usize,
 }

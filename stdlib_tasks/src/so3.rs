@@ -1,7 +1,7 @@
 //! Rotations: logarithm, its Jacobians, and targets given as quaternions with their derivative.
 //!
 //! The orientation error of the library is the rotation vector of `R_d R^T`: it has the direction of the quaternion's
-//! vector part and the same shortest-way sign, and its length is the angle itself, so that a gain K gives the decay
+//! vector part and the same shortest-way sign, and its length is the angle itself, so that a gain K yields the decay
 //! `exp(-K t)` also for large errors.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
@@ -16,9 +16,9 @@ pub fn log(q: &UnitQuaternion<f64>) -> Vector3<f64> {
     v * (2.0 * s.atan2(w) / s)
 }
 
-/// A target orientation from the table of values: the rotation and its angular velocity in the frame that the
-/// rotation is expressed in, rad/s. The quaternion `w x y z` need not have unit length; a zero one gives NaN, which
-/// the controller refuses.
+/// A target orientation from the table of values: the rotation and its angular velocity in the frame that the rotation
+/// is expressed in, rad/s. The quaternion `w x y z` need not have unit length; a zero one yields NaN, which the
+/// controller rejects.
 pub fn target(q: [f64; 4], q_dot: [f64; 4]) -> (UnitQuaternion<f64>, Vector3<f64>) {
     let quat = |a: [f64; 4]| Quaternion::new(a[0], a[1], a[2], a[3]);
     let (q, q_dot) = (quat(q), quat(q_dot));
@@ -60,9 +60,9 @@ pub fn left_jacobian_inverse(phi: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// For `R_a = R_l exp(s phi)` with `phi = log(R_l^T R_r)`: the matrix `M` with
-/// `omega_a = omega_l + R_l M R_l^T (omega_r - omega_l)` while `s` stands still.
+/// `omega_a = omega_l + R_l M R_l^T (omega_r - omega_l)` while `s` is constant.
 ///
-/// It is `s J_l(s phi) J_l(phi)^-1`, and equals `s I` only along the axis of `phi`; thesis (3.32) uses `s I` throughout.
+/// It is `s J_l(s phi) J_l(phi)^-1`, which equals `s I` only along the axis of `phi`; thesis (3.32) uses `s I` always.
 pub fn interpolation_rate(phi: &Vector3<f64>, s: f64) -> Matrix3<f64> {
     left_jacobian(&(phi * s)) * left_jacobian_inverse(phi) * s
 }

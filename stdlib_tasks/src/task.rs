@@ -1,4 +1,4 @@
-//! What a task is: "given the kinematics at this tick, write my rows `lower <= J v <= upper`".
+//! Definition of a task: given the kinematics at a tick, it writes its rows `lower <= J v <= upper`.
 
 use robot::Model;
 
@@ -8,7 +8,7 @@ use crate::dimension::Dimension;
 use crate::params::ParamInfo;
 pub use crate::state::{Rows, State};
 
-/// Whether a task pulls towards a target or keeps out of a region.
+/// Goal of a task: reach a target, or keep out of a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Nature {
     /// Rows are equalities; the task has errors.
@@ -17,41 +17,41 @@ pub enum Nature {
     Limit,
 }
 
-/// A value of the task as it is, which `initial(NAME)` captures on entering a stack.
+/// Actual value of a task, which `initial(NAME)` captures on entering a stack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Actual {
-    /// The path under which the spec names it, that of the parameter whose target it is; `*` for any arm.
+    /// Path of the value in the spec, which is that of the parameter whose target it is; `*` for any arm.
     pub name: &'static str,
     /// Its type.
     pub ty: ActualType,
-    /// The axes along which it counts, and the parameter of its name too.
+    /// Axes in which the value, and the parameter of its name, are expressed.
     pub along: Along,
 }
 
-/// The axes along which a vector counts, or into which an orientation turns.
+/// Axes in which a vector is expressed, or into which an orientation turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Along {
-    /// The world's; a number has none, and this stands in their place.
+    /// The world's axes. Also used for a number, which has none.
     World,
-    /// Those of an arm's tip where all of these hold, elsewhere the world's.
+    /// The axes of an arm's tip if all conditions hold, otherwise the world's.
     Tip {
         /// The parameter that names the arm.
         arm: &'static str,
-        /// What must hold.
+        /// The conditions.
         when: &'static [Is],
-        /// The same in words, behind the name of the value.
+        /// Description of the axes in words, to follow the name of the value.
         text: &'static str,
     },
-    /// Those of the parameter that the value is the actual value of.
+    /// The axes of the parameter that the value is the actual value of.
     Own,
 }
 
-/// What a parameter that is bound before is.
+/// Condition on a parameter that is bound before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Is {
-    /// A constant number.
+    /// The parameter of this name is this constant number.
     Number(&'static str, f64),
-    /// A word.
+    /// The parameter of this name is this word.
     Word(&'static str, &'static str),
 }
 
@@ -66,12 +66,12 @@ pub enum ActualType {
     Rotation,
     /// A position in m and a unit quaternion: `x y z w x y z`.
     Pose,
-    /// That of the parameter of this name, which is an expression.
+    /// Type of the parameter of this name, which is an expression.
     Of(&'static str),
 }
 
 impl ActualType {
-    /// How many numbers it takes at most.
+    /// Largest number of numbers that it takes.
     pub fn len(self) -> usize {
         match self {
             ActualType::Scalar(_) => 1,
@@ -81,32 +81,32 @@ impl ActualType {
         }
     }
 
-    /// Never true; for clippy's peace of mind.
+    /// Always false; clippy requires it beside `len`.
     pub fn is_empty(self) -> bool {
         self.len() == 0
     }
 }
 
-/// A number that a running task tells at each tick, behind its own name and a point: `guard.scaling`. Conditions,
-/// expectations and logs read it.
+/// Output of a running task at each tick, named after the task: `guard.scaling`. Conditions, expectations and logs read
+/// it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Told {
     /// Its name, without that of the task.
     pub name: &'static str,
     /// Its dimension.
     pub dimension: Dimension,
-    /// What it is, in half a sentence.
+    /// Its description, in half a sentence.
     pub is: &'static str,
 }
 
-/// Builds a task from bound parameters, or says which of them makes that impossible.
+/// Builds a task from bound parameters, or returns the parameter that prevents this.
 pub type Build = fn(&BoundParams, &Context) -> Result<Box<dyn Task>, BuildError>;
 
 /// A task type: an entry of the catalogue.
 pub struct TaskKind {
     /// Its name in a spec.
     pub name: &'static str,
-    /// One line.
+    /// Description in one line.
     pub summary: &'static str,
     /// The page of the catalogue, in Markdown: equations, meaning, source, an example.
     pub docs: &'static str,
@@ -118,29 +118,29 @@ pub struct TaskKind {
     pub params: &'static [ParamInfo],
     /// Parameters that may be given in parentheses, in order.
     pub positional: &'static [&'static str],
-    /// What `initial(..)` can capture inside its parameters.
+    /// Values that `initial(..)` can capture inside its parameters.
     pub actuals: &'static [Actual],
-    /// What the task tells while it runs, in the order of [`Task::told`].
+    /// Outputs of the running task, in the order of [`Task::told`].
     pub tells: &'static [Told],
-    /// How it reckons with people who come; none where it keeps nobody safe.
+    /// Use of the velocity of people; `None` for a task that protects nobody.
     pub reckons: Option<&'static Reckons>,
     /// Builds a task.
     pub build: Build,
 }
 
-/// That a task reckons with how fast the points of people move: with the rates of its parameters in time.
+/// The task uses the velocity of tracked human points, through the time derivative of its parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Reckons {
-    /// Whether the rate of a parameter, by its name, counts where all parameters are these.
+    /// Returns true if the task uses the rate of a parameter, given by its name, with these parameters.
     pub rate: fn(&str, &BoundParams) -> bool,
-    /// What becomes of it where a rate is missing, in half a sentence.
+    /// Consequence of a missing rate, in half a sentence.
     pub lacking: &'static str,
-    /// What can be written into the task instead, if there is something.
+    /// Alternative that can be written into the task, if there is one.
     pub instead: Option<&'static str>,
 }
 
 impl Reckons {
-    /// As a row does that keeps a number above a bound: every rate counts.
+    /// For a row that keeps a number above a bound: every rate is used.
     pub const LIMIT: Reckons = Reckons {
         rate: |_, _| true,
         lacking: "a row that lacks it lets whoever comes get inside the limit, by their speed over `gain`",
@@ -154,19 +154,19 @@ impl std::fmt::Debug for TaskKind {
     }
 }
 
-/// What a row is called and measured in.
+/// Name and unit of a row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RowInfo {
-    /// The point, joint, pair or axis that it speaks of.
+    /// Point, joint, pair or axis of the row.
     pub name: String,
     /// Dimension of the row's value and margin.
     pub dimension: Dimension,
 }
 
-/// An error that a target task reports every tick.
+/// Error that a target task reports at every tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measure {
-    /// `position`, `left.orientation`; empty where the task has only one.
+    /// `position`, `left.orientation`; empty if the task has only one.
     pub name: String,
     /// Its dimension.
     pub dimension: Dimension,
@@ -180,7 +180,7 @@ pub enum TaskFault {
         /// The row.
         row: usize,
     },
-    /// Two shapes overlap so deeply that no direction leads apart.
+    /// Two shapes overlap so deeply that no separating direction is defined.
     Overlap {
         /// The row.
         row: usize,
@@ -197,7 +197,7 @@ pub enum TaskFault {
     },
 }
 
-/// A built task. Everything that it needs at a tick was allocated when it was built.
+/// A built task. All memory that it needs at a tick was allocated when it was built.
 pub trait Task: Send {
     /// Its rows, in order; the number never changes.
     fn rows(&self) -> Vec<RowInfo>;
@@ -207,23 +207,25 @@ pub trait Task: Send {
         Vec::new()
     }
 
-    /// Called once when a stack that holds the task becomes active.
+    /// Called once when a stack that contains the task becomes active.
     fn enter(&mut self, _state: &State) {}
 
-    /// Called after [`Task::enter`] where the velocity blends over from that of another stack. A task that integrates
-    /// accelerations asks at its next update for the velocity that it takes over: the offset of the blend is measured at
-    /// that tick, and must not contain the acceleration of a period.
+    /// Called after [`Task::enter`] if the velocity blends from that of another stack. A task that integrates
+    /// accelerations asks at its next update for the velocity that it takes over: the offset of the blend is measured
+    /// at that tick, and must not contain the acceleration of a period.
     fn hand_over(&mut self) {}
 
-    /// Tells before [`Task::update`] whether joints that the stack locks still come to rest, see [`Context::coasting`].
+    /// Called before [`Task::update`]: sets whether joints that the stack locks still come to rest, see
+    /// [`Context::coasting`].
     fn coast(&mut self, _coasts: bool) {}
 
-    /// Whether the task asks for something that it took from the robot when its stack was entered, beside its parameters.
+    /// Returns true if the task uses values other than its parameters that it captured when its stack was entered.
     fn remembers_entry(&self) -> bool {
         false
     }
 
-    /// Whether the rows depend on how the task's target moved at the tick before, beside its parameters and rates now.
+    /// Returns true if the rows depend on the motion of the task's target at the previous tick, beside its present
+    /// parameters and rates.
     fn remembers_target(&self) -> bool {
         false
     }
@@ -234,15 +236,15 @@ pub trait Task: Send {
     /// The rows are not defined here; the controller treats this as a fault.
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault>;
 
-    /// Errors or margins that exist only once the velocity is known. Never allocates.
+    /// Computes errors or margins that depend on the chosen velocity. Never allocates.
     fn observe(&self, _state: &State, _v: &[f64], _margins: &mut [f64], _measures: &mut [f64]) {}
 
-    /// Writes the numbers of [`TaskKind::tells`] in their units, for the velocity that was chosen; one that is not finite
-    /// is absent. Never allocates.
+    /// Writes the numbers of [`TaskKind::tells`] in their units, for the velocity that was chosen; a number that is not
+    /// finite is absent. Never allocates.
     fn told(&self, _state: &State, _v: &[f64], _out: &mut [f64]) {}
 
-    /// For a task whose rows are decided about elsewhere: what the next [`Task::update`] asks for, `nv` numbers. Never
-    /// allocates.
+    /// Sets the velocity that the next [`Task::update`] asks for, `nv` numbers, for a task whose rows are decided
+    /// elsewhere. Never allocates.
     fn decided(&mut self, _velocity: &[f64]) {}
 
     /// Writes the value that `initial(name)` captures; false for an unknown name.
@@ -250,38 +252,38 @@ pub trait Task: Send {
         false
     }
 
-    /// The gains of its rows in 1/s: the compiler checks them against the control period.
+    /// Gains of its rows in 1/s. The compiler checks them against the control period.
     fn gains(&self, values: &[f64]) -> Vec<f64>;
 
-    /// For limits whose `h` is curved: how far a row may fall below zero between two ticks, in the row's unit, if
-    /// nothing is added (mathematics, sampled time). Empty where it cannot happen.
+    /// For limits whose `h` is curved: largest depth below zero that a row may reach between two ticks, in the row's
+    /// unit, if nothing is added (mathematics, sampled time). Empty if this cannot happen.
     fn sampled_loss(&self) -> Vec<f64> {
         Vec::new()
     }
 
-    /// The share of [`Task::sampled_loss`] that the rows already keep in reserve.
+    /// Part of [`Task::sampled_loss`] that the rows already keep in reserve.
     fn reserve(&self) -> Vec<f64> {
         Vec::new()
     }
 
-    /// For a task whose row `i` is always the velocity of a single degree of freedom: which one. Whoever owns the rows
-    /// writes their coefficients once, all of them 1, and `update` leaves them alone.
+    /// For a task whose row `i` is always the velocity of a single degree of freedom: the degrees of freedom. The owner
+    /// of the rows writes their coefficients once, all of them 1, and `update` does not write them.
     fn degrees_of_freedom(&self) -> Option<Vec<usize>> {
         None
     }
 
-    /// For limits: how steep the `h` of each row can be at most, as one number for each degree of freedom, in the row's
-    /// unit per rad or m, wherever joints stand inside their limits. Empty where no bound is known.
+    /// For limits: largest slope of the `h` of each row, as one number for each degree of freedom, in the row's unit
+    /// per rad or m, for all joint positions inside their limits. Empty if no bound is known.
     fn slopes(&self, _model: &Model) -> Vec<Vec<f64>> {
         Vec::new()
     }
 
-    /// Speeds that the task allows at most, as `(degree of freedom, rad/s or m/s)`.
+    /// Largest speeds that the task allows, as `(degree of freedom, rad/s or m/s)`.
     fn speed_limits(&self, _values: &[f64]) -> Vec<(usize, f64)> {
         Vec::new()
     }
 
-    /// Accelerations that the task allows at most, as `(degree of freedom, rad/s² or m/s²)`.
+    /// Largest accelerations that the task allows, as `(degree of freedom, rad/s² or m/s²)`.
     fn acceleration_limits(&self) -> Vec<(usize, f64)> {
         Vec::new()
     }

@@ -1,5 +1,5 @@
 //! Rows that pull a frame's position or orientation to a target: the closed-loop inverse kinematics of thesis (2.5),
-//! `J v = rate_d + K e`, written for the position and the orientation apart.
+//! `J v = rate_d + K e`, written separately for the position and the orientation.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use robot::LinkId;
@@ -12,8 +12,8 @@ pub fn axes() -> [Vector3<f64>; 3] {
     [Vector3::x(), Vector3::y(), Vector3::z()]
 }
 
-/// Three rows from `first` on for the position of a frame's origin; returns the error's norm in m. `target` is the
-/// position in m and its rate in m/s, both in the world; `gain` is in 1/s.
+/// Writes three rows from `first` on for the position of a frame's origin; returns the error's norm in m. `target` is
+/// the position in m and its rate in m/s, both in the world; `gain` is in 1/s.
 pub fn position(
     state: &State,
     rows: &mut Rows,
@@ -31,8 +31,8 @@ pub fn position(
     error.norm()
 }
 
-/// Three rows from `first` on for the orientation of a frame; returns the error angle in rad. `target` is the orientation
-/// and its angular velocity in rad/s, both in the world; `gain` is in 1/s.
+/// Writes three rows from `first` on for the orientation of a frame; returns the error angle in rad. `target` is the
+/// orientation and its angular velocity in rad/s, both in the world; `gain` is in 1/s.
 pub fn orientation(
     state: &State,
     rows: &mut Rows,
@@ -49,12 +49,12 @@ pub fn orientation(
     error.norm()
 }
 
-/// A position target and its rate from the tables.
+/// Reads a position target and its rate from the tables.
 pub fn position_target(state: &State, at: crate::params::Input<3>) -> (Vector3<f64>, Vector3<f64>) {
     (Vector3::from(at.of(state.values)), Vector3::from(at.of(state.rates)))
 }
 
-/// An orientation target and its angular velocity from the tables.
+/// Reads an orientation target and its angular velocity from the tables.
 pub fn orientation_target(state: &State, at: crate::params::Input<4>) -> (UnitQuaternion<f64>, Vector3<f64>) {
     so3::target(at.of(state.values), at.of(state.rates))
 }

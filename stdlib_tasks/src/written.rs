@@ -1,4 +1,4 @@
-//! What the tasks that a spec writes as expressions share: gains that may depend on the state, names of rows, the value
+//! Shared by the tasks that a spec writes as expressions: gains that may depend on the state, names of rows, the value
 //! that `initial(value)` captures.
 
 use std::cell::RefCell;
@@ -12,15 +12,15 @@ use crate::task::{BuildError, Context, State, TaskFault};
 /// A gain in 1/s.
 pub struct Gain {
     term: Term,
-    /// The largest that does not overshoot within one period.
+    /// Largest gain that does not overshoot within one period.
     max: f64,
 }
 
 impl Gain {
-    /// From an operand of one number.
+    /// Creates a gain from an operand of one number.
     ///
     /// # Errors
-    /// It has several.
+    /// The operand has several numbers.
     pub fn new(operand: &Operand, ctx: &Context) -> Result<Self, BuildError> {
         if operand.len() != 1 {
             return Err(BuildError::new("gain", "`gain` is one number"));
@@ -28,7 +28,7 @@ impl Gain {
         Ok(Gain { term: Term::new(operand, ctx.model), max: (1.0 + 1e-12) / ctx.period })
     }
 
-    /// Its value where it depends on time alone; none otherwise.
+    /// Its value if it depends on time alone; empty otherwise.
     pub fn constant(&self, values: &[f64]) -> Vec<f64> {
         match self.term {
             Term::Slot(at, _) => values.get(at).copied().into_iter().collect(),
@@ -36,15 +36,15 @@ impl Gain {
         }
     }
 
-    /// Forgets the past.
+    /// Forgets the directions between parts that were last valid.
     pub fn forget(&mut self) {
         self.term.forget();
     }
 
-    /// Takes its value of this tick.
+    /// Computes its value of this tick.
     ///
     /// # Errors
-    /// It depends on the state and is no gain here. The controller watches one that depends on time alone.
+    /// It depends on the state and is not a valid gain here. The controller checks a gain that depends on time alone.
     pub fn forward(&mut self, state: &State) -> Result<(), TaskFault> {
         self.term.forward(state).map_err(fault)?;
         let good = !self.term.is_state() || (0.0..=self.max).contains(&self.of(state));
@@ -57,7 +57,7 @@ impl Gain {
     }
 }
 
-/// The fault of an expression that has no value.
+/// Fault of an expression that has no value.
 pub fn fault(no: NoWay) -> TaskFault {
     match no {
         NoWay::NotFinite => TaskFault::NotFinite { row: 0 },
@@ -74,7 +74,7 @@ pub fn row_names(len: usize) -> &'static [&'static str] {
     }
 }
 
-/// The dimension of a value that is an expression of the state; none for an orientation or a pose.
+/// Dimension of a value that is an expression of the state; `None` for an orientation or a pose.
 pub fn dimension(value: &Operand) -> Option<Dimension> {
     match value {
         Operand::Expression(e) if !matches!(e.outputs.len(), 4 | 7) => Some(e.dimension),
@@ -82,7 +82,7 @@ pub fn dimension(value: &Operand) -> Option<Dimension> {
     }
 }
 
-/// Writes the value of a term, as `initial(value)` captures it; false where it has none.
+/// Writes the value of a term, as `initial(value)` captures it; false if it has none.
 pub fn actual(term: &RefCell<Term>, state: &State, out: &mut [f64]) -> bool {
     let Ok(mut term) = term.try_borrow_mut() else { return false };
     if term.forward(state).is_err() {

@@ -1,5 +1,5 @@
-//! An allocator that counts, for tests that prove that something allocates nothing. A binary that has this module counts
-//! in all of its threads: it holds one test only.
+//! A counting allocator, for tests that check the absence of allocations. It counts in all threads of a binary, which
+//! therefore must contain a single test.
 
 #![allow(unsafe_code, reason = "a global allocator cannot be written without")]
 
@@ -30,13 +30,13 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// How many allocations there were since the start of the process.
+/// Returns the number of allocations since the start of the process.
 pub fn so_far() -> usize {
     ALLOCATIONS.load(Ordering::SeqCst)
 }
 
 /// # Panics
-/// An allocation is not counted.
+/// Allocations are not counted.
 pub fn are_counted() {
     let before = so_far();
     drop(std::hint::black_box(Vec::<u8>::with_capacity(10)));

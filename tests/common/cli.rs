@@ -1,9 +1,9 @@
-//! The program as a user runs it: from the root of the project, without colours, in a window of one hundred columns.
+//! The program as a user runs it: from the root of the project, without colours, in a terminal of one hundred columns.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// A call that is still to be made. No engine and no key of this machine has a say in it.
+/// Prepares a call. It is independent of engines and keys of this machine.
 pub fn command(args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hierarq"));
     command.args(args).env("NO_COLOR", "1").env("COLUMNS", "100").env("HIERARQ_HIGHS", "/nowhere");
@@ -19,7 +19,7 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// A folder of this test's own, empty at the start.
+/// Returns a new, empty folder for a test.
 pub fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&path);

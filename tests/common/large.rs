@@ -1,16 +1,16 @@
-//! Large texts: an honest spec of 5,000 lines, and a mebibyte of each of several kinds of nuisance.
+//! Large texts: a realistic spec of 5,000 lines, and a mebibyte of each of several kinds of adversarial texts.
 #![allow(dead_code)]
 
 use dsl::Spelling;
 
-/// About the size of each nuisance, in bytes.
+/// Approximate size of each adversarial text (bytes).
 pub const SIZE: usize = 1 << 20;
 
-/// The robot of all of them.
+/// Robot of all texts.
 const ROBOT: &str = "robot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { joint_4 1 rad } }\n";
 const YAML_ROBOT: &str = "robots: { arm: { urdf: robots/arm7.urdf, rate: 100 Hz, home: { joint_4: 1 rad } } }\n";
 
-/// A spec without a mistake of about `lines` lines: params, tasks and stacks that use all of them.
+/// Returns a valid spec of about `lines` lines: params, tasks and stacks that use all of them.
 pub fn honest(lines: usize) -> String {
     let mut text = format!("hierarq 1\n\n{ROBOT}");
     let tasks = lines.saturating_sub(20) / 4;
@@ -55,7 +55,7 @@ pub fn honest(lines: usize) -> String {
     text
 }
 
-/// `line(0)`, `line(1)` .. up to [`SIZE`] bytes.
+/// Concatenates `line(0)`, `line(1)` .. up to [`SIZE`] bytes.
 fn lines(line: impl Fn(usize) -> String) -> String {
     let mut text = String::with_capacity(SIZE + 100);
     let mut i = 0;
@@ -66,7 +66,7 @@ fn lines(line: impl Fn(usize) -> String) -> String {
     text
 }
 
-/// A name, a spelling and a text for each nuisance.
+/// Returns a name, a spelling and a text of each adversarial text.
 pub fn nuisances() -> Vec<(&'static str, Spelling, String)> {
     let repeated = |piece: &str| piece.repeat(SIZE / piece.len());
     let hq = |text: String| format!("hierarq 1\n{ROBOT}{text}");
@@ -189,7 +189,8 @@ pub fn nuisances() -> Vec<(&'static str, Spelling, String)> {
     .collect()
 }
 
-/// Texts in which each of many parts was once compared with all others, or made everything behind it be looked at.
+/// Texts that once caused quadratic work: each of many parts was compared with all others, or caused a rescan of the
+/// rest.
 fn repetitions() -> Vec<(&'static str, Spelling, String)> {
     let repeated = |piece: &str| piece.repeat(SIZE / piece.len());
     let hq = |text: String| (Spelling::Hq, format!("hierarq 1\n{ROBOT}{text}"));

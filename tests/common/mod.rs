@@ -1,4 +1,4 @@
-//! What several whole-program tests need: examples, compiled, and a recorder that keeps every tick.
+//! Common parts of whole-program tests: examples, compilation, and a recorder of every tick.
 
 #![allow(dead_code, reason = "each test binary uses a part of it")]
 
@@ -36,10 +36,10 @@ pub const EXAMPLES: &[&str] = &[
     "picker",
 ];
 
-/// Stems of the examples that declare missions and no robot; each exists in both spellings.
+/// Stems of the examples that declare missions without a robot; each exists in both spellings.
 pub const MISSIONS: &[&str] = &["vineyard", "vineyard_day", "vineyard_picker", "letters", "letters_day"];
 
-/// The velocity of a link in the world, in m/s, by central differences of where it stands a little before and after.
+/// Computes the velocity of a link in the world (m/s), by central differences of its position.
 pub fn velocity_by_differences(tick: &Tick, link: &str) -> nalgebra::Vector3<f64> {
     let model = tick.controller.evaluator().model();
     let (mut data, link) = (robot::Data::new(model), model.link(link).expect("a link"));
@@ -52,12 +52,12 @@ pub fn velocity_by_differences(tick: &Tick, link: &str) -> nalgebra::Vector3<f64
     (place(1e-5) - place(-1e-5)) / 2e-5
 }
 
-/// A file of the `examples` folder.
+/// Returns the path of a file in the `examples` folder.
 pub fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name)
 }
 
-/// A URDF as a file of its own.
+/// Writes a URDF to a new file.
 pub fn urdf_file(urdf: &str, name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("urdf");
     std::fs::create_dir_all(&folder).expect("writable");
@@ -66,18 +66,18 @@ pub fn urdf_file(urdf: &str, name: &str) -> PathBuf {
     path
 }
 
-/// The program of an example; panics with the diagnostics where it does not compile.
+/// Compiles an example; panics with the diagnostics on failure.
 pub fn program(name: &str) -> Program {
     let compiled = compile(&example(name), &Settings::default());
     compiled.program.unwrap_or_else(|| panic!("{}", compiled.report.render(compiler::Style::Plain, 100)))
 }
 
-/// A program from text, with `examples` as its folder; panics with the diagnostics.
+/// Compiles a text, with `examples` as its folder; panics with the diagnostics on failure.
 pub fn program_of(text: &str) -> Program {
     program_in(text, dsl::Spelling::Hq)
 }
 
-/// The same in either spelling.
+/// As [`program_of`] in either spelling.
 pub fn program_in(text: &str, spelling: dsl::Spelling) -> Program {
     let folder = example("");
     let compiled = compiler::compile(&compiler::Input {
@@ -103,7 +103,7 @@ pub struct Sample {
     pub fault: Option<Fault>,
 }
 
-/// Keeps everything.
+/// Records every tick.
 #[derive(Default)]
 pub struct Everything(pub Vec<Sample>);
 
@@ -130,7 +130,7 @@ pub fn run(program: &Program) -> Vec<Sample> {
     all.0
 }
 
-/// The evaluator of a program's run stack, for names and places of rows.
+/// Returns the evaluator of a program's run stack, for names and indices of rows.
 pub fn evaluator(program: &Program) -> Evaluator {
     Evaluator::new(program, program.first_stack().expect("it runs a stack"))
         .expect("a compiled program can be executed")

@@ -1,4 +1,4 @@
-//! Scenarios of missions in texts, and the logs of their runs.
+//! Scenarios of missions from texts, and the logs of their runs.
 
 use std::path::Path;
 
@@ -8,13 +8,13 @@ use hierarq::trial::{self, Found};
 use runtime::missions::Happened;
 use runtime::program::{MissionProgram, MissionScenarioProgram};
 
-/// A spec of missions alone.
+/// Compiles a spec with missions only.
 pub fn compiled(text: &str) -> Compiled {
     let folder = Path::new("");
     compiler::compile(&Input { name: "spec.hq", text, spelling: Spelling::Hq, folder, set: &[], package_paths: &[] })
 }
 
-/// The scenario `s` of a spec without any diagnostic, beside its mission.
+/// Returns the scenario `s` of a spec without diagnostics, and its mission.
 pub fn scenario(text: &str) -> (MissionProgram, MissionScenarioProgram) {
     let compiled = compiled(text);
     assert_eq!(compiled.report.diagnostics.len(), 0, "{}\n{text}", compiled.report.to_json());
@@ -24,25 +24,25 @@ pub fn scenario(text: &str) -> (MissionProgram, MissionScenarioProgram) {
     }
 }
 
-/// The header of a log, and its rows.
+/// Parses the header and the rows of a log.
 pub fn table(bytes: Vec<u8>) -> (Vec<String>, Vec<Vec<String>>) {
     let text = String::from_utf8(bytes).expect("a text");
     let mut lines = text.lines().map(|l| l.split(',').map(str::to_string).collect::<Vec<_>>());
     (lines.next().expect("a header"), lines.collect())
 }
 
-/// The cells of a column.
+/// Returns the cells of a column.
 pub fn cells<'r>(header: &[String], rows: &'r [Vec<String>], name: &str) -> Vec<&'r str> {
     let at = header.iter().position(|h| h == name).expect("a column");
     rows.iter().map(|r| r[at].as_str()).collect()
 }
 
-/// The numbers of a column.
+/// Returns the numbers of a column.
 pub fn numbers(header: &[String], rows: &[Vec<String>], name: &str) -> Vec<f64> {
     cells(header, rows, name).into_iter().map(|cell| cell.parse().expect("a number")).collect()
 }
 
-/// How many of these records are events of a scenario: `NAME is late by 5 s`, `NAME is lost`, ...
+/// Returns the number of records that are events of a scenario: `NAME is late by 5 s`, `NAME is lost`, ...
 pub fn events(happened: &[Happened], names: &[&str]) -> usize {
     let is_event = |what: &str| {
         let ends = |of: &str| names.iter().any(|name| what == format!("the {of} of {name} fails"));

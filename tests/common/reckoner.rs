@@ -1,8 +1,8 @@
-//! A stand-in for a language model that allocates and schedules: it reads what the model is told and nothing else, and
-//! reckons from these words. What it gives is taken by the checks if the words say enough.
+//! A stand-in for a language model that allocates and schedules: it reads only the prompt, and computes its plan from
+//! it. The checks accept its answer if the prompt is sufficient.
 //!
-//! The decomposition into layers is given to it, as it is known how an H is put together. Whom it picks and with what is a
-//! rough guess with noise, as that of a model; with `forgets` it leaves the way back out of its times.
+//! The decomposition into layers is given, since the composition of an H is known. The choice of agents and objects is
+//! a rough guess with noise, like that of a model; with `forgets` its times omit the return to the base.
 
 use std::collections::BTreeMap;
 
@@ -11,11 +11,11 @@ use serde_json::{Value, json};
 
 /// The stand-in.
 pub struct Reckoner {
-    /// The layers, in the form of the answer.
+    /// The layers, in the format of the answer.
     pub layers: Value,
-    /// A state of its noise.
+    /// State of its random numbers.
     pub noise: u64,
-    /// It forgets the way back.
+    /// True if it omits the return to the base.
     pub forgets: bool,
 }
 
@@ -34,7 +34,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().expect("a number")
 }
 
-/// An object as it is told.
+/// An object of the prompt.
 struct Thing {
     name: String,
     place: Place,
@@ -43,13 +43,13 @@ struct Thing {
 }
 
 impl Reckoner {
-    /// From 0 to 1 (Knuth's MMIX generator).
+    /// Returns a number from 0 to 1 (Knuth's MMIX generator).
     fn chance(&mut self) -> f64 {
         self.noise = self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.noise >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// How long a task takes an agent as the directives have it (s).
+    /// Computes the duration of a task for an agent by the directives of the prompt (s).
     fn takes(&self, who: &Value, action: &str, thing: Option<&Thing>, path: &[Place], least: f64) -> Option<f64> {
         let fixed = who["time_of_action"].get(action)?.as_f64()?;
         let base = place(&who["place"]);
@@ -111,7 +111,7 @@ impl Reckoner {
                         let Some(takes) = self.takes(who, &action, thing, &[to], least) else { continue };
                         let name = who["name"].as_str().expect("a name").to_string();
                         let start = free.get(&name).copied().unwrap_or(0.0).max(begins);
-                        // Heavy things are for robots, it thinks; and it does not think very hard.
+                        // A rough guess: heavy objects are better for robots.
                         let heavy =
                             if who["kind"] == "human" { 60.0 * thing.map_or(0.0, |thing| thing.mass) } else { 0.0 };
                         let price = start + takes + heavy + 12.0 * self.chance();

@@ -1,27 +1,28 @@
-//! A seeded fault: an example spoilt in one place, and what is to be said of it.
+//! A seeded fault: an example with one inserted mistake, and the expected diagnostic.
 
 use std::ops::Range;
 
-/// A spoilt example and the diagnostic that it must give.
+/// An example with a mistake, and the diagnostic that it must cause.
 pub struct Fault {
-    /// What kind of mistake it is; the table of the book has a row for each.
+    /// Kind of mistake; the table of the book has a row for each.
     pub class: String,
     /// File and line of the corpus that seeded it.
     pub origin: String,
-    /// The example, `hello.hq` for instance.
+    /// Name of the example, for instance `hello.hq`.
     pub file: String,
-    /// Its text, spoilt.
+    /// Its text with the mistake.
     pub text: String,
-    /// The bytes that the primary place must be, both ends.
+    /// Expected primary span (bytes).
     pub place: Range<usize>,
-    /// Codes of which one must be given.
+    /// Accepted codes.
     pub codes: Vec<String>,
-    /// A warning is what should come, and not an error.
+    /// True if a warning is expected, and not an error.
     pub warning: bool,
 }
 
 impl Fault {
-    /// A fault; `codes` are separated by `/`, and begin with `warn ` where the spec is to be accepted with a warning.
+    /// Creates a fault; `codes` are separated by `/`, and begin with `warn ` if the spec must be accepted with a
+    /// warning.
     pub fn new(class: &str, origin: &str, file: &str, text: &str, place: Range<usize>, codes: &str) -> Fault {
         let (warning, codes) = codes.strip_prefix("warn ").map_or((false, codes), |c| (true, c));
         Fault {
@@ -36,7 +37,7 @@ impl Fault {
     }
 }
 
-/// All examples, in a fixed order.
+/// Returns all examples, in a fixed order.
 pub fn files() -> Vec<String> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus/specs");
     let entries = std::fs::read_dir(folder).expect("the folder is there");
@@ -48,7 +49,7 @@ pub fn files() -> Vec<String> {
     names
 }
 
-/// Where the comment of a line begins; the length of the line where it has none.
+/// Returns the start of the comment of a line, or the length of a line without one.
 pub fn comment(line: &str, file: &str) -> usize {
     let sign = if file.ends_with(".hq") { "//" } else { "# " };
     line.find(sign).unwrap_or(line.len())

@@ -1,4 +1,4 @@
-//! Compiles spoilt examples and compares what is said with what should be.
+//! Compiles faulty examples, and compares the diagnostics with the expected ones.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -7,42 +7,42 @@ use dsl::{Diagnostic, Severity, Spelling};
 
 use super::fault::Fault;
 
-/// How a fault was met.
+/// Result of the comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The right code exactly at the place.
+    /// The right code at exactly the right place.
     Exact,
-    /// The right code, another place.
+    /// The right code at another place.
     Inexact,
-    /// Refused (or warned of) for another reason.
+    /// Rejected (or warned) with another code.
     OtherCode,
-    /// Accepted, or an error where a warning should come.
+    /// Accepted, or an error instead of a warning.
     Silent,
     /// The compiler panicked.
     Panicked,
 }
 
-/// What became of a fault.
+/// Result of a fault.
 pub struct Outcome {
-    /// Its class.
+    /// Class of the fault.
     pub class: String,
-    /// Its line in the corpus.
+    /// File and line of the fault in the corpus.
     pub origin: String,
-    /// The example that was spoilt.
+    /// The example with the fault.
     pub file: String,
-    /// How it was met.
+    /// Result of the comparison.
     pub verdict: Verdict,
     /// The faulty text.
     pub faulty: String,
-    /// The text that the first message of the right code points at.
+    /// Text under the first message with the right code.
     pub shown: String,
-    /// The number of diagnostics, warnings too.
+    /// Number of diagnostics, including warnings.
     pub diagnostics: usize,
-    /// For a person: what was seeded and what was said.
+    /// Description of the fault and the diagnostics, for developers.
     pub story: String,
 }
 
-/// The diagnostics of a text, as if it stood among the examples under the given name.
+/// Returns the diagnostics of a text, compiled in the folder of the examples under the given name.
 pub fn diagnostics(file: &str, text: &str) -> Vec<Diagnostic> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
     let spelling = Spelling::of_path(Path::new(file)).expect("an example is a spec");
@@ -52,7 +52,7 @@ pub fn diagnostics(file: &str, text: &str) -> Vec<Diagnostic> {
     compiled.report.diagnostics
 }
 
-/// Judges all faults, on all processors.
+/// Evaluates all faults, on all processors.
 pub fn all(faults: &[Fault]) -> Vec<Outcome> {
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
     let share = faults.len().div_ceil(workers).max(1);
@@ -108,7 +108,7 @@ fn verdict(fault: &Fault, found: &[Diagnostic]) -> Verdict {
     if right.peek().is_none() {
         return Verdict::OtherCode;
     }
-    // Spans of another file, a URDF for instance, are never the faulty text: source 0 is the spec.
+    // Spans in other files, for instance a URDF, never match the faulty text: source 0 is the spec.
     let exact = right.any(|d| d.primary.span.source.0 == 0 && d.primary.span.range() == fault.place);
     if exact { Verdict::Exact } else { Verdict::Inexact }
 }

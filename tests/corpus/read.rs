@@ -1,13 +1,13 @@
-//! Reads the faults that are written by hand.
+//! Reads the handwritten faults.
 //!
-//! A line is `FILE | FIND | REPLACEMENT | CODES`. `FIND` is a piece of the example, and stands in it once, or ends in
-//! `#2` for the second time that it does. `REPLACEMENT` takes its place; the part between `«` and `»` is the faulty
-//! text. Where that stands elsewhere, a fifth column says what it is, again with `#2` for the second. `\n` is a line
-//! break, `\t` a tab. A line `== NAME` begins a class, `//` a comment.
+//! A line is `FILE | FIND | REPLACEMENT | CODES`. `FIND` is a piece of the example that occurs once, or ends in `#2`
+//! for its second occurrence. `REPLACEMENT` replaces it; the part between `«` and `»` is the faulty text. If the faulty
+//! text is elsewhere, a fifth column contains it, again with `#2` for the second occurrence. `\n` is a line break, `\t`
+//! a tab. A line `== NAME` begins a class, `//` a comment.
 
 use super::fault::Fault;
 
-/// All faults of a file.
+/// Reads all faults of a file.
 pub fn faults(path: &str) -> Vec<Fault> {
     let (mut class, mut all) = (String::new(), Vec::new());
     let name = path.rsplit('/').next().unwrap_or(path);
@@ -44,7 +44,7 @@ fn fault(class: &str, origin: &str, line: &str) -> Fault {
     Fault::new(class, origin, file, &spoilt, start..start + faulty.len(), codes)
 }
 
-/// Where a piece stands: the only place, or the one whose number is said.
+/// Returns the place of a piece: the only one, or the one with the given number.
 fn place(text: &str, piece: &str, origin: &str) -> std::ops::Range<usize> {
     let numbered = piece.rsplit_once('#').and_then(|(p, n)| Some((p, n.parse::<usize>().ok()?)));
     let (piece, wanted) = numbered.map_or((piece, None), |(p, n)| (p, Some(n)));

@@ -1,20 +1,20 @@
-//! Makes faults mechanically: a word misspelt wherever the examples have it.
+//! Generates faults mechanically: a word is misspelt at each of its occurrences in the examples.
 //!
-//! The same slip in the same line of another example counts once. Comments are left alone.
+//! The same misspelling in an equal line of another example counts once. Comments are not changed.
 
 use std::collections::BTreeSet;
 
 use super::fault::{Fault, comment, files};
 
-/// One place of a pattern in an example.
+/// An occurrence of a pattern in an example.
 struct Place {
     file: String,
     text: String,
-    /// The part of the pattern that is marked, in bytes of the text.
+    /// The marked part of the pattern, in bytes of the text.
     at: std::ops::Range<usize>,
 }
 
-/// All places of a pattern `before«word»after` in the examples of a spelling; those in equal lines once.
+/// Returns all occurrences of a pattern `before«word»after` in the examples of a spelling; those in equal lines once.
 fn places(spelling: &str, pattern: &str, origin: &str) -> Vec<Place> {
     let marked = pattern.split_once('«').and_then(|(b, r)| Some((b, r.split_once('»')?)));
     let (before, (word, after)) = marked.unwrap_or_else(|| panic!("{origin}: `{pattern}` has no `«word»`"));
@@ -42,7 +42,7 @@ fn places(spelling: &str, pattern: &str, origin: &str) -> Vec<Place> {
     all
 }
 
-/// The rows of a table: class, origin, columns.
+/// Returns the rows of a table: class, origin, columns.
 fn rows(path: &str) -> Vec<(String, String, Vec<String>)> {
     let (mut class, mut all) = (String::new(), Vec::new());
     let name = path.rsplit('/').next().unwrap_or(path);
@@ -58,8 +58,8 @@ fn rows(path: &str) -> Vec<(String, String, Vec<String>)> {
     all
 }
 
-/// Words misspelt: `SPELLING | before«word»after | CODES`, with `·` for a blank at an end of the pattern. The faulty text is
-/// the misspelt word, or, where a fourth column says so, it together with what that column has before and after `*`.
+/// Misspelt words: `SPELLING | before«word»after | CODES`, with `·` for a blank at an end of the pattern. The faulty
+/// text is the misspelt word; with a fourth column, extended by the parts of that column before and after `*`.
 pub fn slips(path: &str) -> Vec<Fault> {
     let mut all = Vec::new();
     for (class, origin, columns) in rows(path) {
@@ -76,7 +76,7 @@ pub fn slips(path: &str) -> Vec<Fault> {
     all
 }
 
-/// A word with one slip of the finger in its second half: a letter left out, put in, or two swapped, by turns.
+/// Misspells a word in its second half: a letter omitted, inserted, or two swapped, in turn.
 fn misspelt(word: &str, turn: usize) -> String {
     let letters: Vec<char> = word.chars().collect();
     let at = letters.len() / 2;

@@ -1,8 +1,8 @@
-//! Files are read and written in one crate: whoever adds a reader or a writer meets its bounds and its care.
+//! Files are read and written in one crate, so that every reader and writer has its bounds and checks.
 
 use std::path::{Path, PathBuf};
 
-/// What opens, writes or moves a file without them.
+/// Calls that open, write or move a file without that crate.
 const CALLS: [&str; 12] = [
     "fs::write(",
     "fs::read(",
@@ -49,7 +49,7 @@ fn files_are_read_and_written_in_one_place() {
     assert!(all.len() > 300, "{} files", all.len());
     let mut found = Vec::new();
     for path in all {
-        // Tests of a crate may read and write as they like; the file is a module of tests, or they come last in it.
+        // Tests of a crate are exempt; they are in a file of tests, or at the end of a file.
         if path.components().any(|c| c.as_os_str() == "tests") || path.file_name().is_some_and(|n| n == "tests.rs") {
             continue;
         }

@@ -1,4 +1,4 @@
-//! What may never end is not read: devices, pipes, and files without a bound.
+//! Endless inputs are not read: devices, pipes, and files without a size limit.
 
 #![cfg(unix)]
 
@@ -69,10 +69,10 @@ fn pipes_and_devices_are_refused() {
         }
         assert!(!out.exists());
     }
-    // A pipe of problems ends with whoever writes it; a device may not.
+    // A pipe of problems ends when its writer closes it; a device may never end.
     let (code, _, err) = call(&["solve", utf8(&zero("zero.jsonl"))]);
     assert_eq!((code, err.contains("it is a device or a pipe")), (Some(1), true), "{err}");
-    // In a folder nothing waits for a pipe.
+    // Pipes in a folder are not opened.
     let (code, _, err) = call(&["test", utf8(&dir)]);
     assert!(code.is_some_and(|code| code > 0), "{err}");
 }
@@ -92,7 +92,7 @@ fn journals_and_results_are_no_pipes() {
     let (code, _, err) = call(&["run", utf8(&spec), "--out", utf8(&folder)]);
     assert_eq!((code, err.contains("it is a device or a pipe")), (Some(2), true), "{err}");
     assert!(folder.join("log.csv").is_symlink());
-    // A picture may go to a device: what is written there replaces nothing.
+    // A picture may be written to a device: nothing is replaced there.
     assert_eq!(call(&["graph", "editors/words.hq", "--out", "/dev/null"]).0, Some(0));
 }
 

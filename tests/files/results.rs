@@ -1,4 +1,4 @@
-//! The folder of a run: its own from begin to end, with results that are whole or not there.
+//! The folder of a run: locked from begin to end, with results that are complete or absent.
 
 use std::path::Path;
 use std::process::{Child, Stdio};
@@ -7,7 +7,7 @@ use super::{arm, call, contents, folder, names, until, utf8};
 
 const RESULTS: [&str; 3] = ["log.csv", "report.html", "summary.json"];
 
-/// A run under way; one that a test has given up is ended.
+/// A running process; killed if the test fails.
 struct Running(Child);
 
 impl Drop for Running {
@@ -17,7 +17,7 @@ impl Drop for Running {
     }
 }
 
-/// A run of an hour's work into a folder, once rows of its log are on the disk.
+/// Starts a run of an hour's work into a folder, and waits until rows of its log are on the disk.
 fn begun(spec: &Path, out: &Path) -> Running {
     let args = ["run", utf8(spec), "--duration", "90000", "--out", utf8(out)];
     let child = super::command(&args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the binary runs");
@@ -106,7 +106,7 @@ fn results_replace_results_and_nothing_else() {
     }
 }
 
-/// The log of one run may be the recording that another one plays.
+/// The log of one run may be the recording that another one replays.
 #[test]
 fn a_recording_that_a_run_plays_is_not_replaced_by_its_log() {
     let dir = folder("played");
@@ -123,7 +123,7 @@ fn a_recording_that_a_run_plays_is_not_replaced_by_its_log() {
     assert_eq!(contents(&dir.join("log.csv")), recorded);
 }
 
-/// A reader of RFC 4180 that knows nothing of how logs are written.
+/// A parser of RFC 4180 that is independent of the writer of logs.
 fn records(text: &str) -> Vec<Vec<String>> {
     let (mut records, mut record, mut cell, mut quoted) = (Vec::new(), Vec::new(), String::new(), false);
     let mut rest = text.chars().peekable();
@@ -153,7 +153,7 @@ fn a_log_has_as_many_names_as_columns_whatever_joints_are_called() {
         let log = records(&contents(&out.join("log.csv")));
         assert_eq!(log.len(), 6, "{name:?}");
         assert!(log.iter().all(|record| record.len() == log[0].len()), "{name:?}: {:?}", log[0]);
-        // A line end in an attribute of XML is a space, unless it is written as a character reference.
+        // A line end in an XML attribute is a space, unless it is written as a character reference.
         for kind in ["q", "v", "cmd"] {
             assert!(log[0].contains(&format!("{kind}.{name}")), "{name:?}: {:?}", log[0]);
         }

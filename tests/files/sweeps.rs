@@ -1,4 +1,4 @@
-//! Files of sweeps: nobody else's is replaced or removed, and damage is told.
+//! Files of sweeps: files of others are neither replaced nor removed, and damage is reported.
 
 use std::path::{Path, PathBuf};
 
@@ -26,7 +26,7 @@ fn files_of_others_stay() {
         let (code, _, err) = sweep(&spec, &out, &[]);
         assert_eq!(code, Some(if begun { 0 } else { 2 }), "{err}");
         if begun {
-            // The begin of a head is that of a sweep that was killed.
+            // A truncated head is that of a sweep that was killed.
             assert!(out.exists() && !journal.exists());
             std::fs::remove_file(&out).expect("removed");
         } else {
@@ -44,7 +44,7 @@ fn files_of_others_stay() {
         assert_eq!((code, err.contains("is not the file of a sweep")), (Some(2), true), "{err}");
     }
     std::fs::remove_file(&out).expect("removed");
-    // One of a sweep is replaced, by the same and by another.
+    // A file of a sweep is replaced, by the same sweep and by another one.
     for runs in ["4", "4", "3"] {
         assert_eq!(sweep(&spec, &out, &["--seed", runs]).0, Some(0));
     }
@@ -66,7 +66,7 @@ fn a_journal_that_is_a_link_is_not_followed() {
     assert_eq!(contents(&other), "");
 }
 
-/// Every byte counts: none that is changed is taken for a number, and none lets the library panic.
+/// Every byte is protected: no changed byte is accepted as data, and none lets the library panic.
 #[test]
 fn a_damaged_file_is_refused_by_its_name() {
     let dir = folder("sweep_damaged");

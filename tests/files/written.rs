@@ -1,4 +1,4 @@
-//! What commands write replaces its own kind and nothing else, whole or not at all.
+//! Outputs of commands only replace files of their own kind, completely or not at all.
 
 use super::{arm, call, contents, folder, names, utf8};
 
@@ -40,7 +40,7 @@ fn fmt_follows_the_link_that_it_was_given_and_no_other() {
     assert_eq!(names(&dir), ["a.hq", "a.hq.tmp", "link.hq", "other"]);
 }
 
-/// Calls that would write to a file, and the name of the kind of file that each writes.
+/// Calls that write a file, and the name of the kind of file.
 fn writers<'a>(spec: &'a str, mission: &'a str, ticks: &'a str) -> Vec<(Vec<&'a str>, &'static str)> {
     vec![
         (vec!["graph", "editors/words.hq", "--format", "svg", "--out"], "a picture"),
@@ -74,7 +74,7 @@ fn what_is_there_is_replaced_by_its_like_and_by_nothing_else() {
         }
         let target = dir.join(format!("target{n}"));
         let call = || call(&[&args[..], &[utf8(&target)]].concat());
-        // Nothing, what was written before, and nothing in a file are replaced.
+        // A missing file, an earlier output and an empty file are replaced.
         for _ in 0..2 {
             let (code, _, err) = call();
             assert_eq!(code, Some(0), "{args:?}: {err}");
@@ -133,7 +133,7 @@ fn what_is_read_is_not_overwritten_whatever_it_is_called() {
         std::fs::remove_file(&link).expect("removed");
         std::fs::remove_file(&hard).expect("removed");
     }
-    // Not the robot either, which the spec names.
+    // Also not the robot, which the spec names.
     let urdf = dir.join("two.urdf");
     let (code, _, err) = call(&["run", utf8(&spec), "--problems", utf8(&urdf)]);
     assert_eq!((code, err.contains("would overwrite what it is made from")), (Some(2), true), "{err}");
@@ -144,18 +144,18 @@ fn what_is_read_is_not_overwritten_whatever_it_is_called() {
 fn links_to_other_files_are_not_followed() {
     let dir = folder("links");
     let (other, link) = (dir.join("other.svg"), dir.join("link.svg"));
-    // It might be one of ours: what a link leads to is another's all the same.
+    // Even if the target is of our kind: the target of a link belongs to someone else.
     let picture = call(&["graph", "editors/words.hq", "--format", "svg"]).1;
     std::fs::write(&other, &picture).expect("writable");
     std::os::unix::fs::symlink(&other, &link).expect("a link");
     let (code, _, err) = call(&["graph", "editors/words.hq", "--out", utf8(&link)]);
     assert_eq!((code, err.contains("is a link to")), (Some(2), true), "{err}");
     assert_eq!(contents(&other), picture);
-    // A link to nothing makes nothing where it leads.
+    // A dangling link does not create its target.
     std::fs::remove_file(&other).expect("removed");
     assert_eq!(call(&["graph", "editors/words.hq", "--out", utf8(&link)]).0, Some(2));
     assert_eq!(names(&dir), ["link.svg"]);
-    // Hard links: the other name keeps what it has.
+    // Hard links: the other name keeps its content.
     std::fs::remove_file(&link).expect("removed");
     std::fs::write(&other, &picture).expect("writable");
     std::fs::hard_link(&other, &link).expect("a link");
@@ -203,7 +203,7 @@ fn a_full_disk_behind_standard_output_is_told() {
     }
 }
 
-/// Files may have a few kilobytes here, as on a disk that is nearly full.
+/// The size of files is limited to a few kilobytes, as on an almost full disk.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_that_fills_leaves_what_was_there() {

@@ -1,5 +1,5 @@
-//! A document that is open in an editor, and the tables that tests have of what is said about places in it. A place is a
-//! piece of the text that occurs once, with `|` where the cursor stands.
+//! A document in an editor, with table-driven checks of the server's responses about its places. A place is a piece of
+//! the text that occurs once, with `|` at the cursor.
 
 use serde_json::{Value as Json, json};
 
@@ -9,58 +9,58 @@ use super::editor::{Editor, edited, find, labels, position, under, uri};
 pub struct Document {
     pub editor: Editor,
     pub uri: String,
-    /// As it was opened: tables are about this text.
+    /// The text as opened, to which tables refer.
     pub text: String,
     version: i64,
 }
 
-/// A case of completion: what is replaced by what, what must be offered at the `|` in it, and what must not.
+/// A case of completion: replaced text, replacement with `|` at the cursor, required items, forbidden items.
 pub type Completion<'a> = (&'a str, &'a str, &'a [&'a str], &'a [&'a str]);
 
 impl Document {
-    /// Opens a document beside the examples. Its spelling follows from the ending of its name.
+    /// Opens a document in the folder of the examples. The extension of its name determines the spelling.
     pub fn open(name: &str, text: &str) -> Document {
         let (mut editor, uri) = (Editor::ready(), uri(name));
         editor.open(&uri, if name.ends_with(".yaml") { "yaml" } else { "hierarq" }, text);
         Document { editor, uri, text: text.to_string(), version: 1 }
     }
 
-    /// Opens the same spec in YAML, under a name.
+    /// Opens the same spec in YAML, under this name.
     pub fn open_in_yaml(name: &str, text: &str) -> Document {
         let (tree, diagnostics) = dsl::parse(dsl::SourceId(0), text, dsl::Spelling::Hq);
         assert!(diagnostics.is_empty(), "{diagnostics:?}");
         Document::open(name, &dsl::print(&tree, dsl::Spelling::Yaml))
     }
 
-    /// The diagnostics of the text as it is now.
+    /// Returns the diagnostics of the present text.
     pub fn diagnostics(&mut self) -> Vec<Json> {
         self.editor.diagnostics(&self.uri, Some(self.version))
     }
 
-    /// A request about the whole document.
+    /// Sends a request about the whole document.
     pub fn whole(&mut self, method: &str) -> Json {
         self.editor.result(method, json!({ "textDocument": { "uri": self.uri } }))
     }
 
-    /// A request about a place.
+    /// Sends a request about a place.
     pub fn at(&mut self, method: &str, place: &str) -> Json {
         self.editor.at(method, &self.uri, &find(&self.text, place))
     }
 
-    /// Replaces the whole text, for the server alone.
+    /// Replaces the whole text on the server only.
     pub fn change(&mut self, text: &str) {
         self.version += 1;
         self.editor.change(&self.uri, self.version, json!([{ "text": text }]));
     }
 
-    /// What hovering says at a place.
+    /// Checks the text of the hover at a place, and returns the hover.
     pub fn says(&mut self, place: &str, says: &str) -> Json {
         let hover = self.at("textDocument/hover", place);
         assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains(says)), "{place}: {hover}");
         hover
     }
 
-    /// Hovering at each place is about so much of the text, and says that.
+    /// Checks the range and the text of the hover at each place.
     pub fn hovers(&mut self, table: &[(&str, &str, &str)]) {
         for (place, range, says) in table {
             let hover = self.says(place, says);
@@ -68,7 +68,7 @@ impl Document {
         }
     }
 
-    /// Each place leads to another one of the document.
+    /// Checks that the definition of each place is another one in the document.
     pub fn definitions(&mut self, table: &[(&str, &str)]) {
         for (from, to) in table {
             let there = self.at("textDocument/definition", from);
@@ -77,7 +77,7 @@ impl Document {
         }
     }
 
-    /// The items that are offered once `old` is replaced by `new`. What is inserted replaces the word before the cursor.
+    /// Returns the items after `old` is replaced by `new`. An inserted item replaces the word before the cursor.
     pub fn offered(&mut self, old: &str, new: &str) -> Json {
         assert_eq!(self.text.matches(old).count(), 1, "{old}");
         let marked = self.text.replacen(old, new, 1);
@@ -92,7 +92,7 @@ impl Document {
         items
     }
 
-    /// What is offered, and what is not.
+    /// Checks the required and forbidden items.
     pub fn completions(&mut self, table: &[Completion]) {
         for (old, new, has, has_not) in table {
             let offered = labels(&self.offered(old, new));
@@ -105,7 +105,7 @@ impl Document {
         }
     }
 
-    /// How often the name at a place is used, with its declaration or without.
+    /// Returns the number of references of the name at a place, with or without its declaration.
     pub fn references(&mut self, place: &str, declaration: bool) -> usize {
         let params = json!({
             "textDocument": { "uri": self.uri }, "position": find(&self.text, place),
@@ -120,7 +120,7 @@ impl Document {
         self.editor.ask("textDocument/rename", params)
     }
 
-    /// The text after a rename, and how many edits made it. No word is `old` any more.
+    /// Returns the text after a rename, and the number of edits. No word is `old` any more.
     pub fn renamed(&mut self, place: &str, old: &str, new: &str) -> (String, usize) {
         let answer = self.rename(place, new);
         let edits = &answer["result"]["changes"][&self.uri];
@@ -130,7 +130,7 @@ impl Document {
         (renamed, edits.as_array().map_or(0, Vec::len))
     }
 
-    /// No place can be given that name.
+    /// Checks that renames of these places are rejected.
     pub fn refused(&mut self, table: &[(&str, &str)]) {
         for (place, new) in table {
             assert_eq!(self.rename(place, new)["error"]["code"], -32803, "{place} -> {new:?}");

@@ -1,4 +1,4 @@
-//! An editor for the tests, and what it needs to speak of places in texts.
+//! An editor for the tests, and helpers for places in texts.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -9,15 +9,15 @@ use serde_json::{Value as Json, json};
 
 use crate::common;
 
-/// An editor: frames messages by hand, so that both sides of the protocol are not the same library.
+/// An editor: it frames messages by itself, so that client and server do not share a library.
 pub struct Editor {
     pub process: Child,
     pub to: Option<ChildStdin>,
     from: Receiver<Json>,
     next: i64,
-    /// What the server wrote to its standard error: nothing, or something is wrong.
+    /// Standard error of the server; empty unless something is wrong.
     complaints: Receiver<String>,
-    /// Diagnostics that came, in order.
+    /// Received diagnostics, in order.
     published: Vec<Json>,
 }
 
@@ -63,7 +63,7 @@ impl Editor {
         Editor { process, to, from, next: 0, complaints, published: Vec::new() }
     }
 
-    /// Ready to open documents.
+    /// Creates an editor that is ready to open documents.
     pub fn ready() -> Editor {
         let mut e = Editor::new();
         e.result("initialize", json!({ "processId": null, "rootUri": null, "capabilities": {} }));
@@ -71,7 +71,7 @@ impl Editor {
         e
     }
 
-    /// The same, with a folder for its workspace.
+    /// As [`Editor::ready`], with a folder as its workspace.
     pub fn ready_in(folder: &std::path::Path) -> Editor {
         let mut e = Editor::new();
         let folders = json!([{ "uri": format!("file://{}", folder.display()), "name": "here" }]);
@@ -95,7 +95,7 @@ impl Editor {
         self.from.recv_timeout(Duration::from_secs(60)).expect("the server speaks")
     }
 
-    /// The whole answer to a request.
+    /// Sends a request, and returns the complete response.
     pub fn ask(&mut self, method: &str, params: Json) -> Json {
         self.next += 1;
         let id = self.next;
@@ -122,7 +122,7 @@ impl Editor {
         answer["error"]["code"].as_i64().unwrap_or_else(|| panic!("{method} should fail: {answer}"))
     }
 
-    /// The diagnostics of the given version of a document.
+    /// Returns the diagnostics of the given version of a document.
     pub fn diagnostics(&mut self, uri: &str, version: Option<i64>) -> Vec<Json> {
         loop {
             let found = self.published.iter().position(|p| p["uri"] == uri && p["version"].as_i64() == version);
@@ -146,12 +146,12 @@ impl Editor {
         self.notify("textDocument/didChange", json!({ "textDocument": document, "contentChanges": changes }));
     }
 
-    /// A request about a place.
+    /// Sends a request about a place.
     pub fn at(&mut self, method: &str, uri: &str, position: &Json) -> Json {
         self.result(method, json!({ "textDocument": { "uri": uri }, "position": position }))
     }
 
-    /// Says goodbye; the exit code. A panic that the server outlived would have been said on its standard error.
+    /// Shuts the server down; returns the exit code. A panic that the server survived would be in its standard error.
     pub fn goodbye(mut self) -> Option<i32> {
         assert_eq!(self.result("shutdown", Json::Null), Json::Null);
         self.notify("exit", Json::Null);
@@ -168,7 +168,7 @@ impl Drop for Editor {
     }
 }
 
-/// The address of a document beside the examples; there need be no such file.
+/// Returns the URI of a document in the folder of the examples; the file need not exist.
 pub fn uri(name: &str) -> String {
     format!("file://{}", common::example(name).display())
 }
@@ -183,7 +183,7 @@ pub fn position(text: &str, byte: usize) -> Json {
     json!({ "line": line, "character": text[start..byte].encode_utf16().count() })
 }
 
-/// The position of the character marked by `|` in `pattern`, which must occur once in the text.
+/// Returns the position of the character marked by `|` in `pattern`, which must occur once in the text.
 pub fn find(text: &str, pattern: &str) -> Json {
     let offset = pattern.find('|').expect("a mark");
     let plain = pattern.replacen('|', "", 1);
@@ -204,12 +204,12 @@ pub fn byte(text: &str, position: &Json) -> usize {
     at
 }
 
-/// The text under a range.
+/// Returns the text of a range.
 pub fn under<'t>(text: &'t str, range: &Json) -> &'t str {
     &text[byte(text, &range["start"])..byte(text, &range["end"])]
 }
 
-/// The text after edits.
+/// Returns the text after edits.
 pub fn edited(text: &str, edits: &Json) -> String {
     let mut edits = edits.as_array().expect("a list").clone();
     edits.sort_by_key(|e| byte(text, &e["range"]["start"]));
@@ -226,7 +226,7 @@ pub fn labels(items: &Json) -> Vec<String> {
     items.map(|i| i["label"].as_str().expect("a label").to_string()).collect()
 }
 
-/// A spec with wide characters before what is asked about; the URDF is that of the examples.
+/// A spec with wide characters before the tested places; the URDF is that of the examples.
 pub const SPEC: &str = r#"hierarq 1
 
 // How near it may come. 🤖 ü

@@ -1,4 +1,4 @@
-//! What the server says about safety fields.
+//! Language server: safety fields.
 
 use super::common;
 use super::document::Document;

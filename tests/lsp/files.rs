@@ -1,4 +1,4 @@
-//! The files in `editors/`: what they know of the language is what the language has.
+//! The files in `editors/` contain all words of the language.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ fn file(name: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// The words of a text.
+/// Returns the words of a text.
 fn words(text: &str) -> Vec<&str> {
     text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect()
 }

@@ -1,10 +1,10 @@
-//! Quick fixes and inlay hints, asked for over the protocol.
+//! Language server: quick fixes and inlay hints.
 
 use serde_json::{Value as Json, json};
 
 use super::editor::{Editor, edited, spec, text, under, uri};
 
-/// The titles of the fixes for the whole of a text, and the text after each.
+/// Returns the titles of the fixes for the whole text, and the text after each.
 fn fixes(e: &mut Editor, name: &str, text: &str) -> Vec<(String, String)> {
     let doc = uri(name);
     e.open(&doc, "hierarq", text);
@@ -22,7 +22,7 @@ fn fixes(e: &mut Editor, name: &str, text: &str) -> Vec<(String, String)> {
     actions.as_array().expect("a list").iter().map(one).collect()
 }
 
-/// Codes of what the compiler says about a text among the examples.
+/// Returns the codes of the diagnostics of a text in the folder of the examples.
 fn codes(name: &str, text: &str) -> Vec<&'static str> {
     let folder = crate::common::example("");
     let spelling = dsl::Spelling::of_path(name.as_ref()).expect("a spec");
@@ -30,7 +30,7 @@ fn codes(name: &str, text: &str) -> Vec<&'static str> {
     compiler::compile(&input).report.diagnostics.iter().map(|d| d.code).collect()
 }
 
-/// One slip in a good spec: the fix of that title gives the wanted text.
+/// Inserts one mistake into a valid spec: the fix of that title gives the expected text.
 fn mended(e: &mut Editor, name: &str, good: &str, (right, wrong): (&str, &str), title: &str, wanted: &str) {
     assert_eq!(good.matches(right).count(), 1, "`{right}` does not stand once in the text");
     let bad = good.replace(right, wrong);
@@ -107,7 +107,7 @@ fn fixes_in_yaml() {
         assert!(found.1.contains(wanted), "{}", found.1);
         assert!(codes("lsp_test.yaml", &found.1).is_empty(), "{:?}\n{}", codes("lsp_test.yaml", &found.1), found.1);
     }
-    // The parts of the robot below its name, each on a line.
+    // The robot in block style, with each entry on a line.
     let flow = good.lines().find(|l| l.contains("arm:")).expect("the robot");
     let block = "  arm:\n    urdf: robots/arm7.urdf\n    home: { joint_4: 1 rad }";
     let all = fixes(&mut e, "lsp_test.yaml", &good.replace(flow, block));
@@ -126,7 +126,7 @@ fn other_kinds_of_actions_are_none_of_ours() {
     let context = json!({ "diagnostics": [], "only": ["source.organizeImports"] });
     let params = json!({ "textDocument": { "uri": doc }, "range": range, "context": context });
     assert_eq!(e.result("textDocument/codeAction", params), json!([]));
-    // Somewhere else than at the mistake there is nothing to mend.
+    // There are no fixes at places other than the mistake.
     let top = json!({ "start": { "line": 0, "character": 0 }, "end": { "line": 0, "character": 3 } });
     let params = json!({ "textDocument": { "uri": doc }, "range": top, "context": { "diagnostics": [] } });
     assert_eq!(e.result("textDocument/codeAction", params), json!([]));

@@ -1,4 +1,4 @@
-//! What the server says about humans and their points.
+//! Language server: humans and their points.
 
 use super::common;
 use super::document::Document;

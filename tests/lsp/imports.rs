@@ -1,4 +1,4 @@
-//! What the server knows of imported files: completion, hints, diagnostics, texts that are not saved or half written.
+//! Language server: imported files, with completion, hints, diagnostics, and unsaved or incomplete texts.
 
 use serde_json::{Value as Json, json};
 
@@ -51,7 +51,8 @@ fn completion_knows_the_other_files() {
     }
 }
 
-/// What no word shows: names that a repetition makes, and those that a task takes by itself. The compiler is asked.
+/// Names that no word contains: those made by a repetition, and those that a task takes implicitly. The compiler checks
+/// them.
 #[test]
 fn a_rename_after_which_a_spec_would_not_compile_is_refused() {
     let folder = Folder::new("breaks");
@@ -72,7 +73,7 @@ fn a_rename_after_which_a_spec_would_not_compile_is_refused() {
     assert!(answer["result"]["changes"].is_object(), "{answer}");
 }
 
-/// Diagnostics too see what is open: a change in one file shows in those that import from it, before it is saved.
+/// Diagnostics use unsaved texts: a change in one file affects its importers before it is saved.
 #[test]
 fn diagnostics_see_unsaved_imports() {
     let folder = Folder::new("diagnostics");
@@ -81,7 +82,7 @@ fn diagnostics_see_unsaved_imports() {
     let codes =
         |list: &[Json]| list.iter().filter(|d| d["severity"] == 1).map(|d| d["code"].clone()).collect::<Vec<_>>();
     assert_eq!(codes(&e.diagnostics(&doc, Some(1))), Vec::<Json>::new());
-    // Something asks, so that the server knows what rests on what.
+    // A request, so that the server computes the dependencies of the files.
     e.result("textDocument/documentSymbol", json!({ "textDocument": { "uri": doc } }));
     let (library, lib) = folder.open(&mut e, "lib.hq");
     e.diagnostics(&lib, Some(1));
@@ -95,7 +96,7 @@ fn diagnostics_see_unsaved_imports() {
     assert_eq!(codes(&e.diagnostics(&doc, Some(1))), Vec::<Json>::new());
 }
 
-/// Values in SI stand behind quantities in other units, also where a unit comes through an import.
+/// Values in SI are shown after quantities in other units, also if a unit comes through an import.
 #[test]
 fn hints_beside_imports() {
     let folder = Folder::new("hints");
@@ -109,7 +110,7 @@ fn hints_beside_imports() {
     assert_eq!(hints, ["= [0, 0, 0.05] m"]);
 }
 
-/// What is open counts as it stands in the editor, saved or not.
+/// The text in the editor counts, saved or not.
 #[test]
 fn unsaved_texts_are_what_others_see() {
     let folder = Folder::new("unsaved");
@@ -121,7 +122,7 @@ fn unsaved_texts_are_what_others_see() {
     let (library, lib) = folder.open(&mut e, "lib.hq");
     e.change(&lib, 2, json!([{ "text": library.replacen("task deck", "\n\n\ntask deck", 1) }]));
     assert_eq!(line(&mut e), before + 3);
-    // The edits fit the text of the editor.
+    // The edits refer to the text in the editor.
     let answer = rename(&mut e, &doc, &deck, "plate");
     let start = &answer["result"]["changes"][&lib][0]["range"]["start"]["line"];
     assert_eq!(start, before + 3, "{answer}");
@@ -133,14 +134,14 @@ fn unsaved_texts_are_what_others_see() {
     e.notify("textDocument/didClose", json!({ "textDocument": { "uri": lib } }));
     let offered = labels(&e.at("textDocument/completion", &doc, &find(&import, "arm, |, touch")));
     assert!(offered.contains(&"deck".to_string()) && !offered.contains(&"desk".to_string()), "{offered:?}");
-    // And on the disk, when something is saved.
+    // Files on the disk are read again after a save.
     folder.write("lib.hq", &library.replacen("task deck", "task dock", 1));
     e.notify("textDocument/didSave", json!({ "textDocument": { "uri": doc } }));
     let offered = labels(&e.at("textDocument/completion", &doc, &find(&import, "arm, |, touch")));
     assert!(offered.contains(&"dock".to_string()), "{offered:?}");
 }
 
-/// A file that others import from is cut anywhere, or imports those that import it: there is an answer to everything.
+/// An imported file is truncated, or imports are cyclic: every request gets a response.
 #[test]
 fn half_written_files_and_circles() {
     let folder = Folder::new("half");

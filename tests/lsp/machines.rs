@@ -1,4 +1,4 @@
-//! What the server says about signals, machines and their states.
+//! Language server: signals, machines and their states.
 
 use serde_json::{Value as Json, json};
 

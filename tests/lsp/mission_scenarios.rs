@@ -1,4 +1,4 @@
-//! What the server says about scenarios of missions: the mission, who is named in them, and what is measured of whom.
+//! Language server: scenarios of missions, with the mission, the named members, and their quantities.
 
 use serde_json::Value as Json;
 

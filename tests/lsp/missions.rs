@@ -1,4 +1,4 @@
-//! What the server says about missions: their kinds, members, settings, and the names of members in them.
+//! Language server: missions, with their kinds, members, settings, and the names of members.
 
 use serde_json::{Value as Json, json};
 

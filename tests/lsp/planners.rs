@@ -1,4 +1,4 @@
-//! What the server says about safety planners: the task that one protects, its field, and what it tells.
+//! Language server: safety planners, with the protected task, the field, and the outputs.
 
 use super::common;
 use super::document::Document;

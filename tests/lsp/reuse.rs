@@ -1,11 +1,11 @@
-//! Imports, parameters and repetition in the editor.
+//! Language server: imports, parameters and repetition.
 
 use super::common;
 use super::document::Document;
 use super::editor::{Editor, edited, find, text, under, uri};
 use serde_json::{Value as Json, json};
 
-/// Where what is marked leads: the address, and the text there.
+/// Returns the definition of a marked place: its URI, and the text there.
 fn leads(doc: &mut Document, from: &str) -> (String, String) {
     let place = doc.at("textDocument/definition", from);
     let address = place["uri"].as_str().unwrap_or("nowhere").to_string();
@@ -106,7 +106,7 @@ fn what_is_declared_here_is_renamed_and_what_is_not_stays() {
         let word =
             |t: &str, w: &str| t.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).filter(|x| *x == w).count();
         let after = rename(from, new).expect("edits");
-        // The comment speaks of one of them.
+        // The comment mentions one of them.
         let left = word(&after, old);
         assert!(left <= 1 && word(&after, new) + left == word(&spec, old), "{after}");
     }

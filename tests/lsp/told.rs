@@ -1,4 +1,4 @@
-//! What the server says about what a scenario tells the controller, and about variables and sensors.
+//! Language server: values that a scenario sends to the controller, variables and sensors.
 
 use super::common;
 use super::document::Document;

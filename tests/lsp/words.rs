@@ -1,4 +1,4 @@
-//! What the server says about words: hover, completion, definitions, references, rename.
+//! Language server: words, with hover, completion, definitions, references and rename.
 
 use serde_json::{Value as Json, json};
 
@@ -32,7 +32,7 @@ fn hover_explains_every_kind_of_word() {
 #[test]
 fn completion_offers_what_can_stand_there() {
     let mut doc = Document::open("lsp_test.hq", SPEC);
-    // What is replaced, by what (`|` is the cursor), what must be offered, and what must not.
+    // Replaced text, replacement (`|` is the cursor), required items, forbidden items.
     doc.completions(&[
         ("{ points elbow", "{ | points elbow", &["gain", "on"], &["through", "points", "d_min", "urdf"]),
         ("= virtual_wall", "= vir|", &["virtual_wall", "hold"], &["gain"]),
@@ -57,7 +57,7 @@ fn completion_offers_what_can_stand_there() {
         ("param reach = 0.4 m", "par|", &["param", "task", "robot"], &["gain"]),
         ("🤖 ü", "🤖 ü |", &[], &["param", "task"]),
     ]);
-    // Parameters come with their documents, the required ones first.
+    // Parameters are offered with their documentation, the required ones first.
     let text = SPEC.replacen("{ points elbow", "{  points elbow", 1).replace("through", "thruogh");
     doc.change(&text);
     let items = doc.editor.at("textDocument/completion", &doc.uri, &find(&text, "virtual_wall { | points"));
@@ -67,7 +67,7 @@ fn completion_offers_what_can_stand_there() {
     assert!(item("gain")["documentation"]["value"].as_str().is_some_and(|d| d.contains("how fast")), "{items:?}");
 }
 
-/// Expressions of the robot's state: words in them have the meaning that they have elsewhere.
+/// Expressions of the robot's state: their words have the usual meaning.
 const OWN: &str = r#"hierarq 1
 
 param distance = 0.3 m
@@ -152,7 +152,7 @@ fn yaml_has_the_same() {
         ("tasks:\n", "|\n\ntasks:\n", &["params"], &[]),
         ("between: arms, and: head", "between: |, and: head", &["arms.left"], &[]),
     ]);
-    // YAML that is no spec is none of our business.
+    // YAML files that are no specs are ignored.
     let mut other = Document::open("compose.yaml", "services:\n  web: { image: x }\n");
     assert_eq!(other.diagnostics(), Vec::<Json>::new());
     let start = json!({ "line": 1, "character": 3 });
@@ -196,7 +196,7 @@ fn references_and_rename_reach_every_use() {
         ("{ limits d|eck", "deck", "table", 2),
         ("stack w|ork {", "work", "shift", 2),
     ] {
-        // Every whole word, but for the comment and what only sounds alike.
+        // Every whole word except for those in the comment, and no similar names.
         let (renamed, edits) = doc.renamed(place, old, new);
         assert_eq!(edits, uses, "{place}:\n{renamed}");
         let before = common::program_of(SPEC);
@@ -209,7 +209,7 @@ fn references_and_rename_reach_every_use() {
         ("param |reach", ""),
         ("param |reach", "pi"),
         ("task |deck", "go"),
-        // A link of this name would be meant where the arm was.
+        // This name would refer to a link instead of the arm.
         ("arms { |only", "tool"),
         ("= virtual|_wall", "wall"),
         ("tip |link_7", "tool"),

@@ -1,4 +1,4 @@
-//! What the server knows of specs that workers of missions run: their signals and states, which stand in other files.
+//! Language server: specs that workers of missions run, with their signals and states in other files.
 
 use serde_json::Value as Json;
 
@@ -32,7 +32,7 @@ fn opened() -> Document {
     Document::open("lsp_workers.hq", SPEC)
 }
 
-/// Each place leads to a piece of another file.
+/// Checks that the definition of a place is a piece of the other file.
 fn leads(doc: &mut Document, from: &str, to: &str) {
     let text = std::fs::read_to_string(example("picker.hq")).expect("readable");
     let there = doc.at("textDocument/definition", from);
@@ -93,7 +93,7 @@ fn mistakes_of_the_other_file_are_shown_where_it_is_named() {
     assert!(
         found.len() == 1 && found[0]["message"].as_str().is_some_and(|m| m.contains("did you mean `box_in_place`"))
     );
-    // What the editor has open counts, before it is saved.
+    // The text in the editor counts before it is saved.
     let folder = Folder::new("workers");
     folder.write("day.hq", &SPEC.replace("picker.hq", "own.hq"));
     folder.write("own.hq", &picker());
@@ -110,7 +110,7 @@ fn mistakes_of_the_other_file_are_shown_where_it_is_named() {
     assert!(message.contains("`carry`") && message.contains("own.hq:"), "{shown:?}");
 }
 
-/// The picker, with its robot where it lies.
+/// Returns the picker with a placeholder for its robot's path.
 fn picker() -> String {
     std::fs::read_to_string(example("picker.hq")).expect("readable").replace("robots/arm7.urdf", "ROBOT")
 }

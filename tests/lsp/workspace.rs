@@ -1,4 +1,4 @@
-//! Several specs that import from each other: references, rename and symbols across files.
+//! Language server: several specs that import from each other, with references, rename and symbols across files.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -77,7 +77,7 @@ stack s { level a { deck } }
 
 const ENTRIES: [&str; 4] = ["first.hq", "second.yaml", "third.hq", "apart.hq"];
 
-/// A folder with the specs, gone when it is dropped.
+/// A folder with the specs, removed when it is dropped.
 pub(super) struct Folder(pub(super) PathBuf);
 
 impl Folder {
@@ -118,7 +118,7 @@ impl Folder {
         (text, uri)
     }
 
-    /// Codes of what the compiler says of each entry, and the shape of its program.
+    /// Returns the codes of the diagnostics of each entry, and the structure of its program.
     fn compiled(&self) -> Vec<(Vec<&'static str>, Option<String>)> {
         let one = |name: &str| {
             let compiled = hierarq::project::compile(&self.0.join(name), &hierarq::project::Settings::default());
@@ -137,7 +137,7 @@ impl Folder {
         ENTRIES.iter().map(|name| one(name)).collect()
     }
 
-    /// The folder with edits applied, under another name.
+    /// Returns a copy of the folder with edits applied, under another name.
     fn with(&self, name: &str, changes: &Json) -> Folder {
         let other = Folder::new(name);
         for (uri, edits) in changes.as_object().expect("changes by address") {
@@ -159,7 +159,7 @@ pub(super) fn rename(e: &mut Editor, uri: &str, at: &Json, new: &str) -> Json {
     e.ask("textDocument/rename", json!({ "textDocument": { "uri": uri }, "position": at, "newName": new }))
 }
 
-/// How many edits each file gets.
+/// Returns the number of edits of each file.
 fn counts(folder: &Folder, answer: &Json) -> BTreeMap<String, usize> {
     let changes = answer["result"]["changes"].as_object().unwrap_or_else(|| panic!("{answer}"));
     let short = |uri: &String| uri.trim_start_matches(&folder.uri("")).to_string();
@@ -185,13 +185,13 @@ fn a_rename_reaches_every_file_that_imports_the_name() {
     let (first, doc) = folder.open(&mut e, "first.hq");
     let (third, other) = folder.open(&mut e, "third.hq");
     let (library, lib) = folder.open(&mut e, "lib.hq");
-    // From a use in a file that imports it, and from its declaration: the same.
+    // From a use in an importing file and from its declaration: the same.
     for (uri, at) in [(&doc, find(&first, "hard { de|ck }")), (&lib, find(&library, "task de|ck"))] {
         let answer = rename(&mut e, uri, &at, "plate");
         let all = [("first.hq", 2), ("lib.hq", 2), ("second.yaml", 2), ("sub/more.yaml", 1)];
         assert_eq!(counts(&folder, &answer), expected(&all));
     }
-    // A name that an import chose is renamed there, and where that is imported.
+    // An alias of an import is renamed there, and in the importers of that file.
     let answer = rename(&mut e, &other, &find(&third, "hard { ta|ble }"), "plate");
     assert_eq!(counts(&folder, &answer), expected(&[("sub/more.yaml", 1), ("third.hq", 2)]));
     // A parameter of a task, a level of a stack, an arm of a robot, a param.
@@ -215,7 +215,7 @@ fn a_rename_reaches_every_file_that_imports_the_name() {
     assert_eq!(e.goodbye(), Some(0));
 }
 
-/// Every word of every file is renamed; what the compiler makes of the files is the same as before.
+/// Every word of every file is renamed, and the compiled programs are the same as before.
 #[test]
 fn after_any_rename_the_programs_are_the_same() {
     let folder = Folder::new("any");
@@ -258,7 +258,7 @@ fn a_name_that_means_something_else_in_a_file_is_refused() {
         assert_eq!(answer["error"]["code"], -32803, "{at} -> {new}: {answer}");
         assert!(answer["error"]["message"].as_str().is_some_and(|m| m.contains(place)), "{at} -> {new}: {answer}");
     }
-    // What stands outside of the workspace is not touched.
+    // Files outside of the workspace are not changed.
     let mut e = Editor::ready_in(&folder.0.join("sub"));
     let (more, doc) = folder.open(&mut e, "sub/more.yaml");
     let answer = rename(&mut e, &doc, &find(&more, "de|ck as"), "plate");

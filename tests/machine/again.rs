@@ -1,4 +1,4 @@
-//! Transitions to where the machine already is: what enters a state anew, and what keeps the machine in it.
+//! Transitions to the present state: conditions for entering it again, and for staying in it.
 
 use serde_json::Value;
 
@@ -6,7 +6,7 @@ use crate::common::cli::{folder, hierarq, text};
 
 use super::host::{Host, Seen};
 
-/// How many times a state was entered.
+/// Returns the number of entries of a state.
 fn entries(host: &Host, state: &str) -> u64 {
     let index = host.controller.machine().states.iter().position(|s| s.name == state).expect("a state");
     host.controller.entries()[index]
@@ -43,12 +43,12 @@ fn a_condition_of_the_machine_enters_its_target_once() {
         assert_eq!(host.step(), Seen { state: "guided.led".into(), asked: vec![], fault: None });
     }
     assert_eq!(entries(&host, "guided"), 1);
-    // It stays true a state further in as well.
+    // The condition also stays true in a substate.
     host.set("push", &[5.0]);
     assert_eq!(host.steps(5), "guided.far");
     assert_eq!(host.steps(5), "guided.far");
     assert_eq!(["guided", "guided.led", "guided.far"].map(|s| entries(&host, s)), [1, 1, 1]);
-    // Where it ceases to hold and begins again, the machine has not left its target in between.
+    // If it becomes false and true again, the machine has not left its target in between.
     host.set("push", &[0.0]);
     host.step();
     host.set("push", &[3.0]);
@@ -67,7 +67,7 @@ fn an_event_enters_its_target_anew() {
     assert_eq!(entries(&host, "guided"), 2);
 }
 
-/// The order of the text is an order of importance: the machine does not swing between two targets.
+/// The order of the text is a priority: the machine does not oscillate between two targets.
 #[test]
 fn what_keeps_the_machine_comes_before_conditions_behind_it() {
     let mut host = Host::new(GUIDED);
@@ -152,7 +152,7 @@ fn a_state_whose_own_condition_leads_to_it_begins_anew_when_that_becomes_true() 
            state a { when push > 2 -> a  after 10 s -> end }
            final state end }",
     );
-    // It has held since the state was entered: nothing has become true.
+    // It has been true since the entry: there is no rising edge.
     host.set("push", &[3.0]);
     host.steps(10);
     assert_eq!(entries(&host, "a"), 1);
@@ -175,7 +175,7 @@ fn with_a_time_it_begins_anew_each_time_that_the_condition_has_held_so_long() {
     );
     host.set("push", &[3.0]);
     host.step();
-    // Seen one tick after the entry, it has held for 50 ms five ticks later.
+    // First evaluated one tick after the entry, it has held for 50 ms five ticks later.
     host.steps(12);
     assert_eq!(entries(&host, "a"), 3);
 }
@@ -210,13 +210,13 @@ fn a_target_that_stays_reached_does_not_begin_anew() {
     let mut host = Host::new(&text("[0.45, 0, 0.5] m"));
     host.steps(500);
     assert_eq!(entries(&host, "a"), 2, "once where it has arrived");
-    // Each entry moves the target on.
+    // Each entry moves the target further.
     let mut host = Host::new(&text("initial(position) + [0, 0.01, 0] m"));
     host.steps(100);
     assert!((3..10).contains(&entries(&host, "a")), "{}", entries(&host, "a"));
 }
 
-/// A hand is pulled, and the machine's own condition says that it is led: it gives way, and goes on giving way.
+/// A pulled hand satisfies the machine's own condition for guiding: the robot yields, and continues to yield.
 #[test]
 fn a_hand_that_is_pulled_is_led_in_both_spellings() {
     let folder = folder("machine_again");

@@ -1,4 +1,4 @@
-//! The way over between two stacks: hard levels hold at every tick of it, and the velocity does not jump.
+//! Blending between two stacks: hard levels hold at every tick of the blend, and the velocity is continuous.
 
 use proptest::prelude::*;
 use runtime::Controller;
@@ -6,7 +6,7 @@ use stdlib_tasks::clearance::acceleration_bound;
 
 use super::host::{Host, in_both_spellings};
 
-/// Parts that stacks are made of; all of them differ in what they ask for.
+/// Tasks of the stacks; all have different targets.
 const TASKS: &str = "
 task wave = joint_position { target { joint_1 0.6 rad * sin(2*pi*t/(2 s))  joint_4 1.6 rad + 0.4 rad * sin(2*pi*t/(3 s)) }  gain 5 /s }
 task reach = frame_position(tool) { position initial(position) + [0.1, 0.2, -0.1] m * sin(pi*t/(2 s))  gain 5 /s }
@@ -21,7 +21,7 @@ task floor = virtual_wall { points arms  through [[0, 0, 0], [1, 0, 0], [0, 1, 0
 task side = virtual_wall { points arms  through [[0, 0.25, 0], [1, 0.25, 0], [0, 0.25, 1]]  d_min 0.02 m  gain 5 /s }
 ";
 
-/// Of the walls, 1/s; and of the robot, s.
+/// Gain of the walls (1/s), and period of the robot (s).
 const GAIN: f64 = 5.0;
 const PERIOD: f64 = 0.01;
 
@@ -33,10 +33,10 @@ const ROBOT: &str = "robot wide from arm {
 
 const MOTIONS: [&str; 6] = ["wave", "reach", "up", "turn", "level_tool", "lead"];
 
-/// A stack of the parts.
+/// A stack composed of the tasks.
 #[derive(Clone, Debug)]
 struct Parts {
-    /// Joints that stand, by number.
+    /// Number of the locked joint.
     locked: Option<usize>,
     floor: bool,
     side: bool,
@@ -75,7 +75,7 @@ fn machine(a: &Parts, b: &Parts, blend: f64, ticks: usize) -> Host {
     limited("", a, b, blend, ticks)
 }
 
-/// With one more hard limit, the same in both stacks.
+/// As [`machine`] with one more hard limit, the same in both stacks.
 fn limited(limit: &str, a: &Parts, b: &Parts, blend: f64, ticks: usize) -> Host {
     let text = format!(
         "{ROBOT}{TASKS}{}{}
@@ -90,14 +90,14 @@ fn limited(limit: &str, a: &Parts, b: &Parts, blend: f64, ticks: usize) -> Host 
     Host::new(&text)
 }
 
-/// By how much the velocity of the tick breaks the worst row of the stack's hard levels.
+/// Returns the maximum violation of the stack's hard rows by the velocity of the tick.
 fn broken(controller: &Controller) -> f64 {
     let v = controller.velocity();
     let hard = controller.problem().levels.iter().filter(|l| l.hard);
     hard.flat_map(|l| (0..l.rows()).map(move |i| l.slack(i, v).abs())).fold(0.0, f64::max)
 }
 
-/// The margins of the walls of the running stack: wall, point, m.
+/// Returns the margins of the walls of the running stack: wall, point, m.
 fn walls(controller: &Controller) -> Vec<(String, usize, f64)> {
     let evaluator = controller.evaluator();
     let walls = evaluator.members().iter().filter(|m| ["floor", "side"].contains(&m.name.as_str()));
@@ -105,7 +105,7 @@ fn walls(controller: &Controller) -> Vec<(String, usize, f64)> {
     walls.flat_map(|m| margins(m).into_iter().enumerate().map(|(row, h)| (m.name.clone(), row, h))).collect()
 }
 
-/// A bound of the acceleration of a point of the walls while the joints go on with these velocities, in m/s^2.
+/// Bound on the acceleration of a point at the walls while the joints keep these velocities (m/s²).
 fn acceleration(controller: &Controller, point: usize, velocity: &[f64]) -> f64 {
     let model = controller.evaluator().model();
     let link = model.link(["tool", "link_4"][point]).expect("a link of the arm");
@@ -133,27 +133,27 @@ proptest! {
         for tick in 0..ticks + 70 {
             let seen = host.step();
             if seen.fault.is_some() {
-                // A wall that the first stack did not keep may stand behind the robot when the second one begins.
+                // A wall that the first stack does not have may be violated when the second one begins.
                 prop_assert!(switched.is_none_or(|s| s + 1 >= tick), "{seen:?}");
                 return Ok(());
             }
             if seen.state == "second" && switched.is_none() {
                 switched = Some(tick);
-                // What hard levels of the second stack demand may differ from what the first one did.
-                // What both begin with goes on as it would have.
+                // The hard levels of the second stack may require another velocity than those of the first. A common
+                // first motion is not blended.
                 let differ = a.locked != b.locked || a.floor != b.floor || a.side != b.side || a.motions[0] != b.motions[0];
-                // Rows of a joint that is locked and moves are not those of the problem.
+                // While a locked joint still moves, the applied rows differ from those of the problem.
                 let coasts = b.locked.is_some_and(|j| last.get(j - 1).is_some_and(|v: &f64| *v != 0.0));
                 if differ && !coasts && broken_by(&host, &last) < 1e-9 {
                     prop_assert!(jump(&last, host.controller.velocity()) < 1e-7, "the first tick of a blend goes on");
                 }
             }
             let coasts = b.locked.is_some_and(|j| seen.state == "second" && host.controller.velocity()[j - 1] != 0.0);
-            // The rows of the problem take a locked joint to stand, which it does once it has come to rest.
+            // The rows of the problem assume that a locked joint is at rest, which is true after it has stopped.
             prop_assert!(coasts || broken(&host.controller) < 1e-8, "tick {tick}: {}", broken(&host.controller));
             let now = walls(&host.controller);
             for (name, row, h) in &now {
-                // What is left of the margin, less what a point leaves its straight way by within a period.
+                // The remaining margin, minus the deviation of a point from a straight line within a period.
                 let from = before.iter().find(|(n, r, _)| (n, r) == (name, row)).map(|(_, _, h)| h);
                 let bend = 0.5 * acceleration(&host.controller, *row, &last) * PERIOD * PERIOD;
                 let least = from.map_or(f64::NEG_INFINITY, |h| (1.0 - GAIN * PERIOD) * h - bend);
@@ -166,7 +166,7 @@ proptest! {
                 prop_assert!(lowest > -1e-8, "tick {tick}: `{}` {lowest}", m.name);
             }
             if seen.state == "second" {
-                // A sum of periods is a little off: half a microsecond counts as nothing.
+                // A sum of periods has rounding errors: half a microsecond is ignored.
                 let ends = tick - switched.unwrap_or(tick) >= ((blend - 5e-7) / 0.01).ceil() as usize;
                 prop_assert_eq!(host.controller.is_blending(), !ends);
             }
@@ -178,15 +178,15 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
 
-    /// Both stacks keep the joints' accelerations on a hard level: so does every tick of the way over, joints that the
-    /// second stack locks among them, whatever the blend.
+    /// If both stacks have acceleration limits on a hard level, every tick of the blend satisfies them, also for joints
+    /// that the second stack locks, for any duration of the blend.
     #[test]
     fn accelerations_hold_through_every_blend(
         (a, b) in (parts(), parts()),
         blend in prop_oneof![1 => Just(0.0), 4 => 0.02..0.6_f64],
         ticks in 2..120_usize,
     ) {
-        // Walls have no room for a joint that brakes slowly: joints alone have.
+        // Without walls, which a slowly braking joint could not satisfy.
         let plain = |p: &Parts| Parts { floor: false, side: false, ..p.clone() };
         // The largest gain of a position limit, 10 /s, times the largest speed, 2.5 rad/s.
         let most = 25.0;
@@ -219,7 +219,7 @@ proptest! {
     }
 }
 
-/// A joint that the second stack locks comes to rest over the blend, and not at once.
+/// A joint that the second stack locks stops gradually over the blend.
 #[test]
 fn a_locked_joint_comes_to_rest_over_the_blend() {
     let turning = Parts { locked: None, floor: false, side: false, motions: vec![3] };
@@ -238,13 +238,13 @@ fn a_locked_joint_comes_to_rest_over_the_blend() {
     assert_eq!(host.controller.velocity()[0], 0.0);
 }
 
-/// By how much a velocity breaks the hard levels of the tick.
+/// Returns the maximum violation of the tick's hard rows by a velocity.
 fn broken_by(host: &Host, v: &[f64]) -> f64 {
     let hard = host.controller.problem().levels.iter().filter(|l| l.hard);
     hard.flat_map(|l| (0..l.rows()).map(move |i| l.slack(i, v).abs())).fold(0.0, f64::max)
 }
 
-/// Limits of accelerations, which allow more, do not shorten a blend.
+/// Less restrictive acceleration limits do not shorten a blend.
 #[test]
 fn a_blend_takes_the_jump_out_of_a_switch() {
     let all = |motion: usize| Parts { locked: None, floor: false, side: false, motions: vec![motion] };
@@ -255,7 +255,7 @@ fn a_blend_takes_the_jump_out_of_a_switch() {
         for tick in 0..150 {
             host.step();
             let v = host.controller.velocity().to_vec();
-            // It starts from rest, within the limits, and is at its speed long before the switch.
+            // It starts from rest within the limits, and reaches its speed long before the switch.
             if tick > 20 {
                 worst = worst.max(jump(&last, &v));
             }
@@ -264,7 +264,7 @@ fn a_blend_takes_the_jump_out_of_a_switch() {
         worst
     };
     assert!(largest("", 0.0) > 0.5, "without a blend joint 1 stops at once: {}", largest("", 0.0));
-    // The steepest slope of x²(3 - 2x) is 3/2: 0.8 rad/s go in 0.5 s by at most 0.024 rad/s a tick.
+    // The maximum slope of x²(3 - 2x) is 3/2: 0.8 rad/s vanish in 0.5 s by at most 0.024 rad/s per tick.
     for limit in ["", "joint_acceleration_limits", "joint_acceleration_limits { max 5 rad/s^2 }"] {
         assert!(largest(limit, 0.5) < 0.8 * 1.5 * 0.01 / 0.5 + 2e-3, "`{limit}`: {}", largest(limit, 0.5));
     }
@@ -294,23 +294,23 @@ fn levels_that_both_stacks_share_go_on_undisturbed() {
     assert!(moved > 0.05, "the elbow moves");
 }
 
-/// A damped level decides all of the velocity, of the stack that is entered and not of the way over to it: from tick to tick
-/// the velocity changes by what the stack's own does and by the slope of s, at most 3/2 over the blend's length, times the
-/// offset at its start.
+/// A damped level decides the velocity of the entered stack, not that of the blend to it: between ticks the velocity
+/// changes by the change of the stack's own velocity, plus the slope of s, at most 3/2 over the blend's duration, times
+/// the initial offset.
 #[test]
 fn a_damped_level_does_not_stop_the_way_over_to_its_stack() {
     let (blend, limits) = (0.4, "level limits hard { joint_position_limits  joint_velocity_limits }");
     let turn = "level turn { turn }";
     let stacks = [
-        // The level that is entered is damped.
+        // The entered level is damped.
         (turn, "level hand damping 0.01 { reach }"),
-        // So is that above one that both have, and one that both have.
+        // So is a level above a common one, and a common one.
         (turn, "level hand damping 0.01 { reach }  level turn { turn }"),
         (
             "level turn damping 0.02 { turn }  level hand { reach }",
             "level turn damping 0.02 { turn }  level rest { wave }",
         ),
-        // Both begin with a level that is not, and go on with ones that are.
+        // Both begin with an undamped level, and continue with damped ones.
         (
             "level turn { turn }  level tool damping 0.01 { level_tool }",
             "level turn { turn }  level hand damping 0.01 { reach }",
@@ -341,7 +341,7 @@ fn a_damped_level_does_not_stop_the_way_over_to_its_stack() {
                     jump(&own, &asked) + 1.5 * PERIOD / blend * offset
                 };
                 assert!(jump(&last, &v) <= most + 1e-6, "`{b}`, tick {tick}: {} of {most} rad/s", jump(&last, &v));
-                // At the end of the blend, and behind it, it is what the stack asks for.
+                // At the end of the blend and after it, it is the velocity of the stack.
                 assert!(tick < 40 || jump(&v, &asked) < 1e-12, "`{b}`, tick {tick}");
                 (last, own) = (v, asked);
             }

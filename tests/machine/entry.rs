@@ -1,11 +1,11 @@
-//! Limits of a state hold where it is entered: a height above a bin that holds only in the later state.
+//! Limits of a state hold from its entry on: a height above a bin that only the later state requires.
 
 use runtime::FaultKind;
 
 use super::host::{Host, in_both_spellings};
 
-/// A tool that rises by 0.15 m, and then works above a bin: at least 0.1 m above where it is at home. `rise` is how far it
-/// rises at first, `level` how the limit is kept, `ways` what else leads out of the states.
+/// A tool that rises by 0.15 m, and then works at least 0.1 m above its home height, above a bin. `rise` is the initial
+/// rise, `level` the setting of the limit's level, `ways` are further transitions.
 fn spec(home: f64, rise: f64, level: &str, ways: &str) -> String {
     format!(
         "task up = frame_position(tool) {{ position initial(position) + [0, 0, {rise}] m  gain 5 /s }}
@@ -55,7 +55,7 @@ fn a_height_above_a_bin_holds_from_the_entry_of_its_state_on() {
     }
 }
 
-/// The state is entered 0.3 m below its limit: the row asks for 2 m/s upwards, which the joints do not have.
+/// The state is entered 0.3 m below its limit: the row requires 2 m/s upwards, which the joints cannot reach.
 #[test]
 fn a_hard_limit_that_cannot_be_met_at_the_entry_is_a_fault_with_state_and_limit() {
     for mut host in in_both_spellings(&spec(home(), -0.3, "hard", "")) {
@@ -75,7 +75,7 @@ fn a_hard_limit_that_cannot_be_met_at_the_entry_is_a_fault_with_state_and_limit(
     }
 }
 
-/// A machine that asks for it learns of a limit that is passed at the entry, though the robot could move back.
+/// A violation at the entry is a fault if a transition monitors the limit, although the robot could move back.
 #[test]
 fn a_limit_that_is_passed_at_the_entry_is_a_fault_where_a_transition_asks_for_it() {
     for (ways, ends) in [("on fault(limit(above)) -> stopped", "stopped"), ("", "work")] {
@@ -94,7 +94,7 @@ fn a_limit_that_is_passed_at_the_entry_is_a_fault_where_a_transition_asks_for_it
     }
 }
 
-/// A soft limit gives way, and the robot moves back inside it.
+/// A soft limit yields, and the robot moves back inside it.
 #[test]
 fn a_soft_limit_that_is_passed_at_the_entry_is_no_fault() {
     for mut host in in_both_spellings(&spec(home(), -0.02, "", "")) {

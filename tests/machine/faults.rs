@@ -1,4 +1,5 @@
-//! Faults of every kind at random ticks: the command stays finite and within limits, and the machine ends where it says.
+//! Faults of every kind at random ticks: the command stays finite and within limits, and the machine takes the
+//! specified transition.
 
 use proptest::prelude::*;
 use runtime::FaultKind;
@@ -34,7 +35,7 @@ machine m {
 signal climb_now : event
 ";
 
-/// What goes wrong.
+/// A disturbance.
 #[derive(Clone, Copy, Debug)]
 enum Bad {
     Position(usize, f64),
@@ -101,7 +102,7 @@ proptest! {
                     Bad::Silence | Bad::Nothing => {}
                 }
             }
-            // A signal bears the time of the host's clock.
+            // A signal has the time of the host's clock.
             if offset != 0.0 {
                 let index = host.controller.signals().interface().signal("goal").expect("a signal");
                 host.controller.signals().set(index, &[0.4, 0.1, 0.5], time);
@@ -133,7 +134,7 @@ fn a_machine_that_answers_nothing_stands_for_good() {
 
 #[test]
 fn a_limit_that_is_passed_is_a_fault_where_a_transition_asks() {
-    // The wall comes closer than the robot can give way on a soft level.
+    // The wall approaches faster than the robot can retreat on a soft level.
     let text = |answer: &str| {
         format!(
             "task wall = keep(dot(frame(tool).position, [0, 0, 1])) {{ min 0.2 m + 1 m/s * max(t - 0.3 s, 0 s)  gain 10 /s }}

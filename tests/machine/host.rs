@@ -1,18 +1,18 @@
-//! A host that runs a machine on a perfect robot and notes what it sees.
+//! A host that runs a machine on an ideal robot and records the results.
 
 use runtime::{Controller, FaultKind, Observation, Program, SimulatedRobot};
 
-/// An arm, and a stack that lets it stand.
+/// An arm, and a stack that stops it.
 pub const ARM: &str = "hierarq 1
 robot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
 stack still { level limits hard { joint_position_limits  joint_velocity_limits } }
 ";
 
-/// What a tick showed.
+/// Results of a tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seen {
     pub state: String,
-    /// `+say hello`, `-capture camera`.
+    /// Requests, for instance `+say hello`, `-capture camera`.
     pub asked: Vec<String>,
     pub fault: Option<FaultKind>,
 }
@@ -26,12 +26,12 @@ pub struct Host {
 }
 
 impl Host {
-    /// Of a spec: what is written behind [`ARM`].
+    /// Creates the host of a spec: `text` is appended to [`ARM`].
     pub fn new(text: &str) -> Host {
         Host::of(&crate::common::program_of(&format!("{ARM}{text}")))
     }
 
-    /// Of a program.
+    /// Creates the host of a program.
     pub fn of(program: &Program) -> Host {
         Host {
             controller: Controller::new(program).expect("a compiled program can be executed"),
@@ -55,13 +55,13 @@ impl Host {
         assert!(self.controller.signals().set(index, value, time));
     }
 
-    /// One tick.
+    /// Executes one tick.
     pub fn step(&mut self) -> Seen {
         let q = self.robot.measure().to_vec();
         self.step_at(self.time(), &q)
     }
 
-    /// One tick that observes something of its own.
+    /// Executes one tick with the given observation.
     pub fn step_at(&mut self, time: f64, q: &[f64]) -> Seen {
         self.tick += 1;
         let command = self.controller.step(&Observation { time, q });
@@ -76,13 +76,13 @@ impl Host {
         Seen { asked: asked.collect(), state: self.controller.state().to_string(), fault }
     }
 
-    /// Some ticks; the state after the last one.
+    /// Executes some ticks; returns the state after the last one.
     pub fn steps(&mut self, ticks: usize) -> String {
         (0..ticks).map(|_| self.step()).last().map_or_else(String::new, |s| s.state)
     }
 }
 
-/// Two hosts of one spec: as it is written behind [`ARM`], and as the printer writes it in YAML.
+/// Returns two hosts of one spec: from the text appended to [`ARM`], and from its YAML spelling.
 pub fn in_both_spellings(text: &str) -> [Host; 2] {
     let (spec, _) = dsl::parse(dsl::SourceId(0), &format!("{ARM}{text}"), dsl::Spelling::Hq);
     let yaml = dsl::print(&spec, dsl::Spelling::Yaml);

@@ -1,4 +1,4 @@
-//! Random machines against an interpreter that works on names alone.
+//! Random machines against an independent interpreter that uses names only.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::host::Host;
 
-/// What a transition waits for: an event, ticks, or that the variable `n` is above a number.
+/// Trigger of a transition: an event, a number of ticks, or the variable `n` above a number.
 #[derive(Clone, Copy, Debug)]
 enum Trigger {
     Event(usize),
@@ -14,7 +14,7 @@ enum Trigger {
     Above(u8),
 }
 
-/// What a state does with the variables `n`, a number, and `w`, one that may be absent.
+/// Action of a state on the variables `n`, a number, and `w`, an optional one.
 #[derive(Clone, Copy, Debug)]
 enum Change {
     Nothing,
@@ -34,7 +34,7 @@ const CHANGES: [(Change, &str); 6] = [
     (Change::Clear, "clear(w)"),
 ];
 
-/// The variables as the interpreter has them.
+/// State of the variables in the interpreter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Held {
     n: f64,
@@ -59,7 +59,7 @@ struct State {
     /// `s0.s2`
     path: String,
     transitions: Vec<(Trigger, usize)>,
-    /// What is done on entering and on leaving, by place in [`CHANGES`].
+    /// Actions on entry and on exit, as indices into [`CHANGES`].
     changes: [usize; 2],
 }
 
@@ -73,7 +73,7 @@ struct Random {
 const EVENTS: usize = 3;
 
 fn shape() -> impl Strategy<Value = Vec<usize>> {
-    // For each state how many states of its level are left above it: a parent among the earlier ones, or none.
+    // For each state a choice of its parent among the earlier states, or none.
     prop::collection::vec(0..5_usize, 2..8)
 }
 
@@ -152,15 +152,15 @@ impl Random {
     }
 }
 
-/// The interpreter: a path, and the tick at which each part of it was entered.
+/// The interpreter: a path, and the tick of the entry of each of its parts.
 struct Naive<'r> {
     machine: &'r Random,
     /// `["s0", "s0.s2"]`
     path: Vec<String>,
     entered: Vec<usize>,
-    /// The states, with the place of a transition, in which a condition that leads back to its own state has been false.
+    /// States with the index of a transition to themselves whose condition has been false since the entry.
     been_false: BTreeSet<(String, usize)>,
-    /// The same of times that have been taken.
+    /// States with the index of a time-triggered transition that has been taken.
     taken: BTreeSet<(String, usize)>,
     log: Vec<String>,
     held: Held,
@@ -196,17 +196,17 @@ impl<'r> Naive<'r> {
         machine.states.iter().find(|s| s.path == state).map_or(&machine.root, |s| &s.transitions)
     }
 
-    /// Whether the machine is in a state.
+    /// Returns true if the machine is in this state.
     fn within(&self, state: &str) -> bool {
         self.path.iter().any(|p| p == state)
     }
 
-    /// Whether a target stands inside a state.
+    /// Returns true if a target is inside a state.
     fn leads_in(&self, state: &str, target: usize) -> bool {
         state.is_empty() || self.machine.states[target].path.starts_with(&format!("{state}."))
     }
 
-    /// When the state at a depth of the path was entered.
+    /// Returns the tick at which the state at a depth of the path was entered.
     fn since(&self, depth: usize) -> usize {
         depth.checked_sub(1).map_or(0, |i| self.entered[i])
     }
@@ -215,7 +215,7 @@ impl<'r> Naive<'r> {
         self.machine.children(path).next().map_or(path.to_string(), |first| self.first_leaf(&first.path))
     }
 
-    /// `depth` parts of the path hold the transition; 0 for the machine.
+    /// Executes a tick. The first `depth` parts of the path lead to the transition's state; 0 for the machine.
     fn step(&mut self, events: &[bool], tick: usize) {
         self.log.clear();
         for depth in 0..=self.path.len() {
@@ -224,7 +224,7 @@ impl<'r> Naive<'r> {
                 let here = self.within(&self.machine.states[*target].path);
                 let passed = match trigger {
                     Trigger::Above(x) if self.held.n <= f64::from(*x) => &mut self.been_false,
-                    // Where it leads to the machine is: there is nothing left of it.
+                    // The machine is in the target already: the transition is used up.
                     Trigger::After(n) if here && self.leads_in(&state, *target) && tick - self.since(depth) >= *n => {
                         &mut self.taken
                     }
@@ -247,7 +247,7 @@ impl<'r> Naive<'r> {
                     Trigger::After(n) => (tick - since >= *n, false),
                     Trigger::Above(x) => (self.held.n > f64::from(*x), false),
                 };
-                // A condition that begins its own state anew waits until it has been false.
+                // A condition that enters its own state again must have been false before.
                 let back = here && !inside && prefixes(&self.first_leaf(target)).contains(&state);
                 let waits = !self.been_false.contains(&(state.clone(), place));
                 if back && waits && matches!(way.0, Trigger::Above(_)) {
@@ -268,7 +268,8 @@ impl<'r> Naive<'r> {
                 self.taken.insert((state.clone(), place));
             }
             let target = self.machine.states[*target].path.clone();
-            // What stays: the parts of the path down to the transition's state that hold the target and are not it.
+            // Parts of the path that are not left: those down to the transition's state that are proper ancestors of
+            // the target.
             let above = prefixes(&target);
             let stays = (0..depth).take_while(|&i| i + 1 < above.len() && self.path[i] == above[i]).count();
             while self.path.len() > stays {

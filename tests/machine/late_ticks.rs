@@ -1,5 +1,5 @@
-//! Ticks without time for the hierarchy: the robot keeps its hard limits and slows down, the log and the summary say so, and the
-//! solver comes to its answer over several ticks.
+//! Ticks that exceed the time budget: the robot keeps its hard limits and slows down, the log and the summary report
+//! it, and the solver reaches its solution over several ticks.
 
 use runtime::record::All;
 use runtime::record::csv::CsvRecorder;
@@ -9,11 +9,11 @@ use solver::Status;
 
 use super::common::{program, program_of};
 
-/// What each tick came to.
+/// Results of each tick.
 struct Kept {
     late: Vec<bool>,
     v: Vec<Vec<f64>>,
-    /// The most by which a row of a hard level was passed.
+    /// Maximum violation of a row of a hard level.
     beyond: f64,
 }
 
@@ -39,14 +39,14 @@ fn run(program: &Program) -> Kept {
     kept
 }
 
-/// The time of each tick is up before it begins, so that no clock decides what is seen here.
+/// The budget of each tick is used up at its begin, so that the results are independent of the clock.
 fn hurried(program: &Program) -> Program {
     let mut program = program.clone();
     program.run.tick_budget = Some(1e-9);
     program
 }
 
-/// Where the hands arrive is for the scenario to tell.
+/// The scenario checks the final positions of the hands.
 #[test]
 fn a_robot_without_time_keeps_its_hard_limits() {
     let program = program("hard/short_of_time.hq");
@@ -59,8 +59,8 @@ fn a_robot_without_time_keeps_its_hard_limits() {
     assert!(run(&calm).late.iter().all(|late| !late));
 }
 
-/// Seven joints are to jump from 0.1 rad/s to speeds beyond their limits, all different: the line to the answer meets one limit after
-/// the other, and there is time for one of them a tick.
+/// Seven joints must jump from 0.1 rad/s to different speeds beyond their limits: the line to the solution meets one
+/// limit after the other, and the budget permits one of them per tick.
 #[test]
 fn a_late_tick_goes_as_far_as_the_next_limit() {
     const SPEC: &str = "hierarq 1
@@ -83,7 +83,7 @@ run { duration 0.3 s }
     let kept = run(&hurried(&program_of(SPEC)));
     assert!(kept.late[10], "{:?}", kept.late);
     for k in 10..17 {
-        // At tick 10 + i joint 7 - i meets its limit.
+        // At tick 10 + i joint 7 - i reaches its limit.
         let part = 0.4 / (17 - k) as f64;
         for (joint, v) in kept.v[k].iter().enumerate() {
             let expected = (0.1 + part * (joint + 1) as f64).min(0.5);
@@ -93,7 +93,7 @@ run { duration 0.3 s }
     assert!(kept.late[17..].iter().all(|late| !late), "{:?}", kept.late);
 }
 
-/// The first tick of a stack needs many changes and knows no last answer: the robot keeps what is left of its velocity.
+/// The first tick of a stack needs many changes and has no previous solution: the robot keeps a part of its velocity.
 #[test]
 fn a_first_tick_without_time_slows_the_robot_down() {
     const SPEC: &str = "hierarq 1
@@ -125,7 +125,7 @@ run { machine m  duration 0.5 s }
     assert!(kept.v[last + 1..].iter().flatten().all(|v| (v - 0.5).abs() < 1e-9));
 }
 
-/// Hard levels that contradict each other are a fault at the same tick, however little time there is: a late tick does not hide it.
+/// Contradicting hard levels are a fault at the same tick for any budget: a late tick does not hide it.
 #[test]
 fn no_time_hides_no_hard_level_that_cannot_be_met() {
     const SPEC: &str = "hierarq 1

@@ -1,5 +1,5 @@
-//! Compliance through a blend: a hand that is pushed and let go while its stack is entered moves as the law of its mass
-//! and damping says, and never against the push. The law is integrated here by itself, one axis at a time.
+//! Compliance during a blend: a hand that is pushed and released while its stack is entered moves by the law of its
+//! mass and damping, and never against the push. The test integrates the law independently, one axis at a time.
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -9,22 +9,22 @@ use super::host::Host;
 
 const PERIOD: f64 = 0.01;
 
-/// A push, and the stack that gives way to it.
+/// A push, and the compliant stack.
 #[derive(Clone, Debug)]
 struct Case {
-    /// `hand_guiding` or `admittance`.
+    /// Stiffness of `admittance`; `None` for `hand_guiding`.
     stiffness: Option<f64>,
     mass: f64,
     damping: f64,
-    /// N, along the world's axes.
+    /// Force (N), along the world's axes.
     force: Vector3<f64>,
-    /// Ticks: when the push begins and ends, and when the state is entered.
+    /// Ticks: begin and end of the push, and the entry of the state.
     push: std::ops::Range<usize>,
     entry: usize,
     blend: f64,
-    /// The stack before gives way too.
+    /// True if the previous stack is compliant too.
     moving: bool,
-    /// One more hard limit of the stack that is entered.
+    /// A further hard limit of the entered stack.
     limit: &'static str,
 }
 
@@ -62,7 +62,7 @@ impl Case {
         if self.push.contains(&tick) { self.force } else { Vector3::zeros() }
     }
 
-    /// Places of the hand before each tick, in m.
+    /// Returns the positions of the hand before each tick (m).
     fn run(&self, ticks: usize) -> Vec<Vector3<f64>> {
         let mut host = self.machine();
         (0..ticks)
@@ -77,7 +77,7 @@ impl Case {
             .collect()
     }
 
-    /// Places of a body that has the velocity `v` when the state is entered, less its place then: for each tick from the
+    /// Returns the displacements of a body that has the velocity `v` when the state is entered, for each tick from the
     /// entry on.
     fn law(&self, mut v: Vector3<f64>, ticks: usize) -> Vec<Vector3<f64>> {
         let (axis, mut x) = (self.axis(), Vector3::<f64>::zeros());
@@ -101,7 +101,7 @@ impl Case {
     }
 }
 
-/// Where the tool is at the tick.
+/// Returns the position of the tool at the tick.
 fn hand(host: &Host) -> Vector3<f64> {
     let evaluator = host.controller.evaluator();
     let link = evaluator.model().link("tool").expect("a link of the arm");
@@ -122,7 +122,7 @@ fn pushed(stiffness: Option<f64>) -> Case {
     }
 }
 
-/// Pushed from 1.0 s to 1.2 s, entered at 1.05 s with a blend of 0.5 s: the push is over long before the blend is.
+/// Pushed from 1.0 s to 1.2 s, entered at 1.05 s with a blend of 0.5 s: the push ends long before the blend.
 #[test]
 fn a_hand_that_is_let_go_during_a_blend_comes_to_rest_by_mass_and_damping() {
     for stiffness in [None, Some(800.0)] {
@@ -141,7 +141,7 @@ fn a_hand_that_is_let_go_during_a_blend_comes_to_rest_by_mass_and_damping() {
     }
 }
 
-/// At a fault the robot stands: so does the body, whatever it did before.
+/// A fault stops the robot, and also the simulated body, whatever its previous motion was.
 #[test]
 fn a_fault_during_the_blend_brings_the_body_to_rest() {
     let case = pushed(None);
@@ -176,7 +176,7 @@ fn cases() -> impl Strategy<Value = Case> {
         |((mass, delay, spring), (from, length, way), entry, blend, moving, limit)| {
             let damping = mass / delay;
             Case {
-                // As fast back as it goes without overshooting.
+                // Critical damping: the fastest return without overshooting.
                 stiffness: spring.map(|()| 0.25 * damping * damping / mass),
                 mass,
                 damping,
@@ -195,7 +195,7 @@ fn cases() -> impl Strategy<Value = Case> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
 
-    /// Without a force the body only slows down once the blend is over, and ends as far away as the law says.
+    /// Without a force the body only slows down after the blend, and stops at the distance given by the law.
     #[test]
     fn a_blend_adds_nothing_to_what_a_push_does(case in cases()) {
         let over = case.entry + (case.blend / PERIOD).ceil() as usize + 1;
@@ -213,8 +213,8 @@ proptest! {
         let moved: Vec<Vector3<f64>> = places[case.entry..].iter().map(|p| p - places[case.entry]).collect();
         let way: f64 = law.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
         let fastest = law.windows(2).map(|w| (w[1] - w[0]).norm() / PERIOD).fold(0.0, f64::max);
-        // The law goes on from joint velocities: at the bends of the arm these accelerate the hand by at most some 3 /m
-        // times the square of its speed, and the damper takes m/d to take that away.
+        // The law continues from joint velocities: where the arm's motion is curved, they accelerate the hand by up to
+        // about 3 /m times the square of its speed, and the damper needs m/d to remove that.
         let bend = 3.0 * case.mass / case.damping * fastest * way;
         for (k, (x, law)) in moved.iter().zip(&law).enumerate() {
             match case.limit {

@@ -1,4 +1,5 @@
-//! Conditions on the motion: they measure what expectations measure, one tick later, and count since their state was entered.
+//! Conditions on the motion: they measure the same as expectations, one tick later, and count from the entry of their
+//! state.
 
 use nalgebra::Vector3;
 use runtime::program::{Measure, Program};
@@ -9,7 +10,7 @@ use super::common::{example, program_of, velocity_by_differences};
 /// A square wave of 10 Hz: five ticks in each direction.
 const WAVE: &str = "if(sin(2*pi*t/(0.1 s) + 0.1) > 0, 0.5 rad/s, -0.5 rad/s)";
 
-/// An arm whose second joint swings, in the first state of a machine.
+/// An arm whose second joint oscillates in the first state of a machine.
 fn text(machine: &str) -> String {
     format!(
         "hierarq 1
@@ -21,12 +22,12 @@ run {{ machine m  duration 2 s }}\n"
     )
 }
 
-/// For each tick its state, the velocity, and a number of the table of signals.
+/// State, velocity, and an entry of the signal table at each tick.
 #[derive(Default)]
 struct Ticks {
     number: Option<usize>,
     all: Vec<(String, Vec<f64>, f64)>,
-    /// The velocity of the tool in the world, by differences of positions.
+    /// Velocity of the tool in the world, by differences of positions.
     tool: Vec<Vector3<f64>>,
 }
 
@@ -39,7 +40,7 @@ impl Recorder for Ticks {
     }
 }
 
-/// The run of a machine, with the number of a measure.
+/// Runs a machine, and records a measure.
 fn run(program: &Program, measure: &str) -> Ticks {
     let signal = program.interface.signal(measure).unwrap_or_else(|| panic!("{measure}: {:?}", program.interface));
     let mut ticks = Ticks { number: Some(program.interface.signals[signal].at + 1), ..Ticks::default() };
@@ -54,7 +55,7 @@ fn left(ticks: &Ticks, state: &str) -> Option<usize> {
 
 #[test]
 fn an_acceleration_is_seen_at_the_tick_after() {
-    // 50 rad/s^2 at the first tick, 100 at the sixth, at which the wave turns.
+    // 50 rad/s^2 at the first tick, 100 at the sixth, at which the wave reverses.
     let machine = |limit: u32| {
         text(&format!(
             "state go {{ stack swing  when acceleration(joint_2) > {limit} rad/s^2 -> stopped }}  final state stopped {{ stack calm }}"
@@ -88,7 +89,7 @@ fn frames_are_measured_in_the_world() {
 
 #[test]
 fn reversals_count_since_their_state_was_entered() {
-    // The wave turns for the second time at tick 10: the first reversal, and one more every five ticks.
+    // The wave reverses for the second time at tick 10: the first reversal, and one more every five ticks.
     let program = program_of(&text(
         "state go { stack swing  when reversals(all) >= 3 -> rest }
          state rest { stack calm  after 0.3 s -> go }",
@@ -105,11 +106,11 @@ fn reversals_count_since_their_state_was_entered() {
         }
         all
     };
-    // Three reversals, at ticks 10, 15 and 20 of a stay, seen at the next.
+    // Three reversals, at ticks 10, 15 and 20 of a stay, evaluated at the next tick.
     assert_eq!(stays[0], (0, 21));
     assert_eq!(stays[1].1, 30);
     assert!(stays[2].1 > 15 && stays[2].1 <= 21, "it counts anew: {stays:?}");
-    // A state around goes on counting while those inside it change.
+    // An outer state continues counting while its substates change.
     let program = program_of(&text(
         "state go { stack swing  initial a  when reversals(joint_2) >= 8 -> stopped
             state a { after 0.1 s -> b }  state b { after 0.1 s -> a } }
@@ -120,7 +121,7 @@ fn reversals_count_since_their_state_was_entered() {
     assert_eq!(stopped, Some(10 + 7 * 5 + 1));
 }
 
-/// What it is for: a level without damping chatters at a target out of reach, and the machine stops it.
+/// Application: a level without damping chatters at a target out of reach, and the machine stops it.
 #[test]
 fn a_machine_leaves_a_stack_that_chatters() {
     let spec = |damping: &str| {
@@ -188,7 +189,7 @@ fn both_spellings_say_the_same_and_a_file_is_checked() {
     assert_eq!(refused(&|m| m.since = Some(9)), place);
 }
 
-/// The diagnostics of a spec, as text.
+/// Returns the diagnostics of a spec as text.
 fn said(text: &str) -> String {
     let folder = example("");
     let input = compiler::Input {

@@ -1,4 +1,4 @@
-//! One rule a test.
+//! Semantics of machines, one rule per test.
 
 use runtime::FaultKind;
 
@@ -24,7 +24,7 @@ fn one_transition_a_tick_in_declared_order() {
     );
     assert_eq!(host.step().state, "a");
     host.raise("go");
-    // The event is seen once, and takes the machine one step.
+    // The event is processed once, and causes one transition.
     assert_eq!(host.step().state, "b");
     assert_eq!(host.step().state, "b");
     host.raise("stop");
@@ -75,7 +75,7 @@ fn leaving_goes_outwards_and_entering_inwards() {
     host.raise("go");
     let down = ["-capture camera", "+log c out", "+log b out", "+log a out", "+log d in", "+log e in"];
     assert_eq!(host.step(), seen("d.e", &down));
-    // A state that holds both ends is not left; the target is entered anew.
+    // A state that contains source and target is not left; the target is entered again.
     host.raise("go");
     assert_eq!(host.step(), seen("d.e", &["+log e out", "+log e in"]));
 }
@@ -139,7 +139,7 @@ fn reached_waits_for_a_target_that_stands() {
            state a { stack move  on reached(reach, 1 mm) -> end }
            final state end { stack still } }",
     );
-    // The tool is where its target is from the first tick on, but the target has not arrived before 1 s.
+    // The tool is at its target from the first tick on, but the target is at rest only from 1 s on.
     assert_eq!(host.steps(100), "a");
     assert_eq!(host.steps(3), "end");
 }
@@ -160,7 +160,7 @@ fn substates_without_a_stack_go_on_with_that_around_them() {
     let before = host.controller.velocity()[0];
     host.raise("go");
     assert_eq!(host.step().state, "a.c");
-    // A wave that began anew would start with its largest speed.
+    // A wave that started again would have its maximum speed.
     assert!((host.controller.velocity()[0] - before).abs() < 0.05, "{before}");
 }
 
@@ -199,7 +199,7 @@ fn a_value_that_is_too_old_is_absent() {
         host.set("goal", &[0.4, 0.1, 0.5]);
         assert_eq!(host.step(), seen("move", &[]));
     }
-    // The last value came 10 ms before this tick.
+    // The last value arrived 10 ms before this tick.
     assert_eq!(host.steps(4), "move");
     let late = host.step();
     assert_eq!((late.fault, late.state.as_str()), (Some(FaultKind::Stale), "move"));

@@ -1,4 +1,4 @@
-//! Sensors: the filter against its closed form, wrenches however the sensor is mounted, biases, tares.
+//! Sensors: the filter against its closed form, wrenches for any mounting of the sensor, biases, tares.
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -10,7 +10,7 @@ fn shown(host: &mut Host, signal: usize) -> Vec<f64> {
     host.controller.signals().value(signal).to_vec()
 }
 
-/// y(t) = 1 - exp(-2π f t) for a step at t = 0, whatever the instants at which it is looked at.
+/// y(t) = 1 - exp(-2π f t) for a step at t = 0, for any sampling instants.
 #[test]
 fn a_step_goes_through_the_filter_as_through_one_of_first_order() {
     let mut host = Host::new("signal x : length?  low_pass 3 Hz\nrun { stack still }");
@@ -28,7 +28,7 @@ fn a_step_goes_through_the_filter_as_through_one_of_first_order() {
     }
 }
 
-/// A sine of the cutoff frequency comes through with 1/√2 of its size, 45° late, where the rate is high against it.
+/// A sine of the cutoff frequency passes with 1/√2 of its amplitude and a lag of 45°, if the rate is much higher.
 #[test]
 fn the_cutoff_is_where_half_of_the_power_is_left() {
     let mut host = Host::new("signal x : number?  low_pass 0.2 Hz\nrun { stack still }");
@@ -77,7 +77,7 @@ fn guided(settings: &str) -> Host {
     ))
 }
 
-/// What a sensor in a link shows of a wrench in the world's axes.
+/// Returns the reading of a sensor in a link for a wrench in the world's axes.
 fn in_sensor(model: &Model, link: &str, q: &[f64], wrench: [f64; 6], bias: [f64; 6]) -> [f64; 6] {
     let mut data = Data::new(model);
     model.forward(q, &mut data);
@@ -90,7 +90,7 @@ fn in_sensor(model: &Model, link: &str, q: &[f64], wrench: [f64; 6], bias: [f64;
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
-    /// The same hand moves the robot in the same way wherever the sensor stands.
+    /// The same hand moves the robot equally for any mounting of the sensor.
     #[test]
     fn the_mounting_of_a_sensor_changes_nothing(
         size in prop::array::uniform6(-15.0..15.0_f64),
@@ -120,7 +120,7 @@ proptest! {
     }
 }
 
-/// A push of a scenario acts in the world, and the controller sees it so through every sensor.
+/// A push of a scenario acts in the world, and the controller receives it unchanged through every sensor.
 #[test]
 fn a_push_comes_back_as_it_acts() {
     let text = |settings: &str| {
@@ -154,7 +154,7 @@ fn a_push_comes_back_as_it_acts() {
     }
 }
 
-/// What a sensor shows becomes its bias, in its own axes: it shows zero from then on, however the robot moves.
+/// A tare makes the present reading the bias, in the sensor's axes: from then on the reading is zero, for any motion.
 #[test]
 fn a_tare_takes_away_what_is_shown() {
     let mut host = Host::new(
@@ -184,7 +184,7 @@ fn a_tare_takes_away_what_is_shown() {
     host.set("ft", &weight);
     host.raise("zero");
     assert_eq!(host.step().state, "b");
-    // While the hand turns the filter lags by what the wrench turns within its time constant, 0.5 rad/s / (2π 30 Hz).
+    // While the hand turns, the filter lags by the wrench's rotation within its time constant, 0.5 rad/s / (2π 30 Hz).
     assert!(shown(&mut host, 0).iter().all(|x| *x == 0.0));
     for _ in 0..100 {
         host.set("ft", &weight);

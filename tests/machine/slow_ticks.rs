@@ -1,11 +1,11 @@
-//! The slowest ticks of a run, with their state and the rows that came to a bound or left it.
+//! The slowest ticks of a run, with their state and the rows that reached or left a bound.
 
 use runtime::Simulation;
 use runtime::record::summary::SummaryRecorder;
 
 use super::common::program_of;
 
-/// One joint is asked for more than its limit from 0.5 s on in a state that is entered at 0.2 s.
+/// One joint must exceed its limit from 0.5 s on, in a state that is entered at 0.2 s.
 const SPEC: &str = "hierarq 1
 robot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { all [0, 0.4, 0, 1.6, 0, 1.14, 0] rad } }
 task caps = joint_velocity_limits { max 0.5 rad/s }
@@ -27,7 +27,7 @@ fn slow_ticks_tell_what_changed() {
     let program = program_of(SPEC);
     let mut simulation = Simulation::new(&program).expect("it can be executed");
     let mut recorder = SummaryRecorder::new(simulation.controller(), simulation.ticks());
-    // The clock is read before and after each tick, which takes 1 ms, and some ticks longer.
+    // The clock is read before and after each tick, which takes 1 ms, with some longer ticks.
     let (mut now, mut reads) = (0.0, 0);
     let mut clock = || {
         if reads % 2 == 1 {

@@ -1,11 +1,11 @@
-//! What tasks tell is of the tick at which they ran: at one at which they did not, nothing is told, and no condition goes on
-//! holding by what was so before.
+//! Outputs of tasks belong to the tick at which the tasks ran: without such a tick there is no output, and no condition
+//! stays true by an earlier one.
 
 use runtime::{FaultKind, Recorder, Simulation, Tick};
 
 use super::host::{ARM, Host};
 
-/// A robot that stands until a person has been far enough away for half a second.
+/// A robot that stops until a person has been far enough away for half a second.
 const STOP: &str = "
 human operator { points [chest] }
 task separation = speed_separation(link_6) {
@@ -23,7 +23,7 @@ machine monitor {
 const FAR: [f64; 3] = [3.0, 0.0, 0.6];
 const NEAR: [f64; 3] = [0.6, 0.0, 0.6];
 
-/// One tick with the person somewhere; whether the robot is seen.
+/// Executes one tick with the person at a position; `seen` is false if the robot's state is invalid.
 fn tick(host: &mut Host, chest: Option<[f64; 3]>, seen: bool) -> (String, Option<FaultKind>, bool) {
     if let Some(chest) = chest {
         host.set("operator.chest", &chest);
@@ -41,7 +41,7 @@ fn stopped(told: bool) -> (String, Option<FaultKind>, bool) {
     ("protective_stop".to_string(), None, told)
 }
 
-/// Counts the ticks until the stop is left with the person far away.
+/// Returns the number of ticks until the stop is left with the person far away.
 fn leaves_after(host: &mut Host) -> usize {
     (0..200).take_while(|_| tick(host, Some(FAR), true).0 == "protective_stop").count()
 }
@@ -49,7 +49,7 @@ fn leaves_after(host: &mut Host) -> usize {
 #[test]
 fn a_stop_is_left_when_there_has_been_room_for_long_enough() {
     let mut host = Host::new(STOP);
-    // Told at the first tick, seen at the second, and true for 50 ticks from then on.
+    // Output at the first tick, evaluated at the second, and true for 50 ticks from then on.
     assert_eq!(leaves_after(&mut host), 51);
 }
 
@@ -63,14 +63,14 @@ fn a_stop_is_not_left_by_what_was_told_before_the_robot_was_out_of_sight() {
         let blind = ("protective_stop".to_string(), Some(FaultKind::NotFinite), false);
         assert_eq!(tick(&mut host, Some(NEAR), false), blind);
     }
-    // There is nothing to go by at the first tick, and no room at those after it.
+    // There is no output before the first tick, and the distance is too small at the following ones.
     for _ in 0..100 {
         assert_eq!(tick(&mut host, Some(NEAR), true), stopped(true));
     }
     assert_eq!(leaves_after(&mut host), 51);
 }
 
-/// There was room all the time, as far as is known: the time counts anew all the same.
+/// The distance was sufficient all the time, but the duration counts from zero after the fault.
 #[test]
 fn the_time_of_a_condition_begins_anew_after_a_fault() {
     let mut host = Host::new(STOP);
@@ -97,7 +97,7 @@ fn a_stop_is_not_left_by_what_was_told_before_the_person_was_out_of_sight() {
     }
 }
 
-/// For each tick whether there was a fault, and what the table of signals says of the room.
+/// For each tick true if there was a fault, and the outputs in the signal table.
 struct Log {
     at: usize,
     ticks: Vec<(bool, f64, f64)>,

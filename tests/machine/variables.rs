@@ -1,10 +1,10 @@
-//! Variables of the machine: what each sees, when, and what becomes of what has no value.
+//! Variables of the machine: order and time of assignments, and absent values.
 
 use runtime::{Controller, FaultKind};
 
 use super::host::Host;
 
-/// The value of a signal or variable; none where it is absent.
+/// Returns the value of a signal or variable; `None` if it is absent.
 fn value(controller: &mut Controller, name: &str) -> Option<Vec<f64>> {
     let signals = controller.signals();
     let index = signals.interface().signal(name).expect("it is declared");
@@ -52,7 +52,7 @@ fn sets_are_done_in_the_order_written_and_see_each_other() {
     assert!((spent - 0.06).abs() < 1e-9, "the time in the state that is left: {spent}");
 }
 
-/// The stack that is entered at the tick of the action works with the new value.
+/// The stack that is entered at the tick of the action uses the new value.
 #[test]
 fn stacks_see_a_value_at_the_tick_at_which_it_is_set() {
     let mut host = Host::new(

@@ -1,4 +1,4 @@
-//! Links that open once, sessions that open one page.
+//! One-time links, and sessions that open one page.
 
 use std::path::PathBuf;
 
@@ -44,7 +44,7 @@ fn a_link_that_was_used_says_so() {
         assert!(answer.body.contains("ask the supervisor for a new link"), "{}", answer.body);
         assert!(answer.header("set-cookie").is_none());
     }
-    // Who has the page, and loads the link once more, gets there.
+    // The owner of the page is redirected to it by the used link.
     let again = anna.get(&link);
     assert_eq!((again.status, again.header("location")), (303, Some("/person/0/")));
 }
@@ -73,7 +73,7 @@ fn each_page_opens_to_its_own_session_alone() {
             }
         }
     }
-    // A worker has no page, nor has a number that nobody has.
+    // A worker has no page, and neither has an invalid index.
     for path in ["/person/2/", "/person/99/", "/person/-1/", "/person/x/", "/person/18446744073709551616/"] {
         assert_eq!(anna.get(path).status, 401, "{path}");
     }
@@ -117,8 +117,8 @@ fn kept(name: &str) -> Options {
     Options { journal: Some(journal), ..Options::default() }
 }
 
-/// A server that is started again finds every page where it was, at the same address; what has ended stays ended, and a
-/// link that nobody had opened still opens.
+/// After a restart of the server every page is still open, at the same address; ended sessions stay invalid, and an
+/// unopened link still opens.
 #[test]
 fn sessions_and_links_outlast_a_server() {
     let options = kept("outlast.journal");
@@ -139,7 +139,7 @@ fn sessions_and_links_outlast_a_server() {
     assert_eq!(again.link(Some("<b>ben</b>")), of_ben);
     again.ben();
     again.end();
-    // Somebody who begins anew lets nobody in whom the key before let in.
+    // A new key invalidates all sessions of the previous key.
     let key = options.journal.as_ref().expect("a journal").with_extension("journal.key");
     std::fs::remove_file(key).expect("there");
     let other = Running::with(&Options { port: address.port(), ..options });
@@ -147,7 +147,7 @@ fn sessions_and_links_outlast_a_server() {
     other.end();
 }
 
-/// A supervisor who has lost everything gets in again while the server runs, and whoever has the old page does not.
+/// A supervisor without a session gets a new link while the server runs, which invalidates the old page.
 #[test]
 fn links_are_made_beside_a_server_that_runs() {
     let options = kept("beside.journal");
@@ -166,7 +166,7 @@ fn links_are_made_beside_a_server_that_runs() {
     assert_eq!(on.stranger().get(&link).status, 410, "it opens once");
     assert_eq!(on.stranger().get(&unused).status, 404, "a newer one has taken its place");
     on.end();
-    // And again while there is no server.
+    // Again while no server is running.
     let link = made(None);
     let again = Running::with(&options);
     assert_eq!(supervisor.state()["running"], false);

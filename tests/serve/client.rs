@@ -1,4 +1,4 @@
-//! A client that says exactly what it is told to say.
+//! A client with full control over its requests.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -6,16 +6,16 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value as Json, json};
 
-/// Somebody at the other end of a connection.
+/// A client of a server.
 #[derive(Clone, Debug)]
 pub struct Client {
     pub address: SocketAddr,
     pub cookie: Option<String>,
-    /// The path of its page, with a slash at the end.
+    /// Path of its page, with a trailing slash.
     pub home: String,
 }
 
-/// What came back.
+/// A response.
 #[derive(Clone, Debug)]
 pub struct Answer {
     pub status: u16,
@@ -32,7 +32,7 @@ impl Answer {
         serde_json::from_str(&self.body).unwrap_or_else(|e| panic!("{e}: {}", self.body))
     }
 
-    /// What a page is told: that it was noted, or why not.
+    /// Returns the message of the response: a confirmation, or the reason for the rejection.
     pub fn said(&self) -> String {
         let json = self.json();
         let text = json["said"].as_str().or(json["refused"].as_str());
@@ -45,10 +45,10 @@ impl Client {
         Client { address, cookie: None, home: String::new() }
     }
 
-    /// Sends bytes as they are, and reads until the other end closes.
+    /// Sends raw bytes, and reads until the server closes the connection.
     pub fn raw(&self, bytes: &[u8]) -> Answer {
         let mut stream = self.connect();
-        // A server that refuses early closes before everything is sent.
+        // A server that rejects a request early closes the connection before everything is sent.
         let _ = stream.write_all(bytes);
         read(&mut stream)
     }
@@ -59,7 +59,7 @@ impl Client {
         stream
     }
 
-    /// A request with these headers, besides `Host` and the cookie, unless they replace them.
+    /// Sends a request with these headers, in addition to `Host` and the cookie, unless they replace them.
     pub fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &str) -> Answer {
         self.raw(self.request(method, path, headers, body).as_bytes())
     }
@@ -90,14 +90,14 @@ impl Client {
         format!("http://{}", self.address)
     }
 
-    /// What a page's script sends.
+    /// Sends a request in the same form as the page's script.
     pub fn post(&self, path: &str, body: &str) -> Answer {
         let headers = [("Origin", self.origin()), ("Content-Type", "application/json".into())];
         let headers: Vec<(&str, &str)> = headers.iter().map(|(name, value)| (*name, value.as_str())).collect();
         self.ask("POST", path, &headers, body)
     }
 
-    /// Opens a link as a person does: looks at it, and presses the button.
+    /// Opens a link like a person: loads it, and presses the button.
     pub fn open(&mut self, link: &str) {
         assert_eq!(self.get(link).status, 200);
         let answer = self.ask("POST", link, &[("Origin", &self.origin())], "");
@@ -107,12 +107,12 @@ impl Client {
         self.home = answer.header("location").expect("a page").to_string();
     }
 
-    /// Tells the server something.
+    /// Sends a report to the server.
     pub fn tell(&self, what: Json) -> Answer {
         self.post(&format!("{}tell", self.home), &what.to_string())
     }
 
-    /// Tells something, to a server that may die meanwhile; 0 where no answer came.
+    /// Sends a report to a server that may die meanwhile; returns status 0 without a response.
     pub fn attempt(&self, what: Json) -> u16 {
         let headers = [("Origin", self.origin()), ("Content-Type", "application/json".into())];
         let headers: Vec<(&str, &str)> = headers.iter().map(|(name, value)| (*name, value.as_str())).collect();
@@ -123,19 +123,19 @@ impl Client {
         read(&mut stream).status
     }
 
-    /// Tells that something about this operation happened.
+    /// Reports an event of this operation.
     pub fn press(&self, what: &str, operation: u64) -> Answer {
         self.tell(json!({ "what": what, "operation": operation }))
     }
 
-    /// The state of the page.
+    /// Returns the state of the page.
     pub fn state(&self) -> Json {
         let answer = self.get(&format!("{}state", self.home));
         assert_eq!(answer.status, 200, "{answer:?}");
         answer.json()
     }
 
-    /// Waits until the state is as wanted, and gives it.
+    /// Waits until the state satisfies a condition, and returns it.
     pub fn until(&self, wanted: impl Fn(&Json) -> bool) -> Json {
         let end = Instant::now() + Duration::from_secs(30);
         loop {
@@ -148,7 +148,7 @@ impl Client {
         }
     }
 
-    /// Listens to the stream of states.
+    /// Opens the stream of states.
     pub fn listen(&self) -> Stream {
         let mut stream = self.connect();
         let request = self.request("GET", &format!("{}events", self.home), &[("Accept", "text/event-stream")], "");
@@ -160,14 +160,14 @@ impl Client {
     }
 }
 
-/// A page that listens.
+/// A listening page.
 pub struct Stream {
     pub status: u16,
     lines: BufReader<TcpStream>,
 }
 
 impl Stream {
-    /// The next state; none once the stream has ended.
+    /// Returns the next state; `None` after the end of the stream.
     pub fn next(&mut self) -> Option<Json> {
         loop {
             let mut line = String::new();
@@ -180,7 +180,7 @@ impl Stream {
         }
     }
 
-    /// Reads on until a state is as wanted.
+    /// Reads until a state satisfies a condition.
     pub fn until(&mut self, wanted: impl Fn(&Json) -> bool) -> Json {
         loop {
             let state = self.next().expect("it goes on");
@@ -191,10 +191,10 @@ impl Stream {
     }
 }
 
-/// Reads an answer to its end. An answer that never came has status 0.
+/// Reads a response to its end. A missing response has status 0.
 pub fn read(stream: &mut TcpStream) -> Answer {
     let mut bytes = Vec::new();
-    // A connection that was reset has told what it had to tell.
+    // A connection reset may follow a complete response.
     let _ = stream.read_to_end(&mut bytes);
     let text = String::from_utf8_lossy(&bytes).into_owned();
     let (head, body) = text.split_once("\r\n\r\n").unwrap_or((&text, ""));

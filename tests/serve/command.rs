@@ -1,4 +1,4 @@
-//! The command itself: what it prints, and how it ends.
+//! The command `hierarq serve`: its output, and its end.
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
@@ -30,7 +30,7 @@ fn start(more: &[&str]) -> (Child, BufReader<ChildStdout>) {
     (child, out)
 }
 
-/// What it prints until it waits.
+/// Returns the output up to the waiting message.
 fn greeting(out: &mut BufReader<ChildStdout>) -> String {
     let mut all = String::new();
     while !all.contains("Ctrl-C") {

@@ -1,4 +1,4 @@
-//! Servers that die at any instant, and disks that are full: what was answered is there.
+//! Servers that are killed at any instant, and full disks: confirmed reports are never lost.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use serde_json::{Value as Json, json};
 
 use super::client::Client;
 
-/// She works for long, so that she may be told to be elsewhere all the time: each place is told once.
+/// A person with a long operation, who can be reported at another position at any time: each position is reported once.
 const SPEC: &str = "hierarq 1
 mission field : schedule {
   robot m1 { depot [0, 0] m  speed 0.5 m/s  proximity_speed 0.5 m/s  serve 5 s  deposit 1 s }
@@ -18,7 +18,7 @@ mission field : schedule {
 }
 ";
 
-/// A spec and a journal of its own.
+/// Creates a folder with a spec, and returns the paths of the spec and of a journal.
 fn files(name: &str) -> (PathBuf, PathBuf) {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("serve_{name}"));
     let _ = std::fs::remove_dir_all(&folder);
@@ -36,7 +36,7 @@ fn plain() -> Command {
     Command::new(env!("CARGO_BIN_EXE_hierarq"))
 }
 
-/// What it prints until it waits.
+/// Returns the output up to the waiting message.
 fn greeting(child: &mut Child) -> String {
     let mut out = BufReader::new(child.stdout.take().expect("piped"));
     let mut all = String::new();
@@ -46,7 +46,7 @@ fn greeting(child: &mut Child) -> String {
     all
 }
 
-/// Somebody who opens the link of this name.
+/// Returns a client that has opened the link of this name.
 fn open(greeting: &str, who: &str) -> Client {
     let lines = greeting.lines().filter_map(|line| line.trim().split_once("  "));
     let link = lines.filter(|(name, _)| *name == who).find_map(|(_, url)| url.trim().strip_prefix("http://"));
@@ -60,7 +60,7 @@ fn moved(number: u64) -> Json {
     json!({ "what": "moved", "agent": 0, "place": [number as f64 / 1000.0, 5.0] })
 }
 
-/// The numbers of the moves that a journal has, in its order. Every line of it is whole.
+/// Returns the numbers of the moves in a journal, in order. Every line must be complete.
 fn noted(journal: &Path) -> Vec<u64> {
     let text = std::fs::read_to_string(journal).expect("readable");
     let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
@@ -70,7 +70,7 @@ fn noted(journal: &Path) -> Vec<u64> {
         .collect()
 }
 
-/// All of these, in their order, are among those.
+/// Returns true if all numbers of `of` occur in `all`, in order.
 fn has_all(all: &[u64], of: &[u64]) -> bool {
     let mut all = all.iter();
     of.iter().all(|number| all.any(|other| other == number))
@@ -93,13 +93,13 @@ fn fifty_deaths_lose_nothing_that_was_answered() {
         let mut child = serve(plain(), &spec, &journal);
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let instant = random >> 40;
-        // Some die before they listen, while they go through the journal or write down where they are.
+        // Some are killed before they listen, while they replay the journal or write their address.
         if death % 5 == 4 {
             std::thread::sleep(Duration::from_micros(instant % 300_000));
             end(child);
             continue;
         }
-        // The session was opened once, before the first death.
+        // The session was opened once, before the first kill.
         let said = greeting(&mut child);
         let known = answered.lock().expect("whole").is_empty() || said.contains("goes on at");
         assert!(known && said.contains("still signed in") && !said.contains("differs"), "{said}");
@@ -133,13 +133,13 @@ fn fifty_deaths_lose_nothing_that_was_answered() {
     end(child);
 }
 
-/// Files that may not grow beyond some bytes, as on a disk that is full: the line that does not fit is written half-way.
+/// Files with a size limit, as on a full disk: the line that does not fit is written partially.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_loses_nothing_that_was_answered() {
     let (spec, journal) = files("full");
     let mut full = Command::new("sh");
-    // Without the trap the system would end whoever writes beyond the bound.
+    // Without the trap the system would kill a process that exceeds the limit.
     full.args(["-c", "trap '' XFSZ; ulimit -f 4; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_hierarq")]);
     let mut child = serve(full, &spec, &journal);
     let said = greeting(&mut child);
@@ -158,7 +158,7 @@ fn a_full_disk_loses_nothing_that_was_answered() {
     };
     assert!(refused.starts_with("Nothing was changed, because it could not be written down"), "{refused}");
     assert!(answered.len() > 5, "{answered:?}");
-    // A crash here finds whole lines alone, with all that was answered and nothing that was not.
+    // A crash at this point leaves complete lines only, with exactly the confirmed reports.
     let bytes = std::fs::read(&journal).expect("readable");
     assert_eq!((noted(&journal), bytes.last()), (answered.clone(), Some(&b'\n')));
     std::thread::sleep(Duration::from_secs(1));
@@ -169,7 +169,7 @@ fn a_full_disk_loses_nothing_that_was_answered() {
     assert_eq!(supervisor.attempt(moved(number + 1)), 409, "and so is the next");
     assert_eq!(std::fs::read(&journal).expect("readable"), bytes);
     end(child);
-    // With room again it goes on, and what was answered is there.
+    // With space again the mission continues, and all confirmed reports are there.
     for more in 2..4 {
         let mut child = serve(plain(), &spec, &journal);
         let said = greeting(&mut child);

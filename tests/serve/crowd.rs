@@ -1,4 +1,4 @@
-//! More connections than a server has places for, from devices without a link.
+//! More connections than the server's limit, from devices without a link.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -10,10 +10,10 @@ use serde_json::json;
 use super::Running;
 use super::client::Client;
 
-/// Hostile connections at once.
+/// Number of simultaneous hostile connections.
 const CROWD: usize = 500;
 
-/// A connection with a header that never ends.
+/// Opens a connection with an incomplete header.
 fn half_open(of: &Client) -> TcpStream {
     let mut stream = of.connect();
     let _ = stream.write_all(b"GET / HTTP/1.1\r\nHost: ");
@@ -28,8 +28,8 @@ fn has_ended(stream: &mut TcpStream) -> bool {
     }
 }
 
-/// Five hundred unfinished headers from the very address of the people, each begun again as soon as it is ended: every
-/// press of who has a session is answered, a page goes on listening, and who has a link still gets in.
+/// Five hundred incomplete headers from the same address as the people, each opened again as soon as it is closed:
+/// every report of a session is answered, a page continues to listen, and an invited person still gets in.
 #[test]
 fn a_crowd_shuts_nobody_out() {
     const { assert!(CROWD > STRANGERS && STRANGERS > OF_AN_ADDRESS) };
@@ -60,7 +60,7 @@ fn a_crowd_shuts_nobody_out() {
     assert!(opened.load(Ordering::Relaxed) > CROWD, "they kept coming");
 }
 
-/// What a stranger holds open gives way to those who come later, the oldest first, and is given back.
+/// A stranger's connections are replaced by later ones, the oldest first, and their places are released.
 #[test]
 fn connections_have_a_bound_and_are_given_back() {
     let on = Running::standing();

@@ -1,4 +1,4 @@
-//! Clients that mean no good, or know no better.
+//! Hostile and faulty clients.
 
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -73,7 +73,7 @@ fn a_foreign_host_name_is_refused() {
     for host in ["evil.example", &format!("evil.example:{port}"), "127.0.0.1", "127.0.0.1:1", "[::1]", "", "localhost"]
     {
         let answer = stranger.ask("GET", &link, &[("Host", host)], "");
-        // What is no host at all is refused before it is looked at.
+        // An invalid host is rejected before any processing.
         assert!(matches!(answer.status, 400 | 421), "{host}: {answer:?}");
         assert!(!answer.body.contains("anna"));
     }
@@ -109,14 +109,14 @@ fn another_site_changes_nothing() {
     for headers in attempts {
         assert_eq!(anna.ask("POST", "/person/0/tell", headers, &body).status, 403, "{headers:?}");
     }
-    // A form of another site can send no JSON; one of ours does not either.
+    // A form of another site cannot send JSON; our pages only send JSON.
     let form = [("Origin", ours.as_str()), ("Content-Type", "text/plain")];
     assert_eq!(anna.ask("POST", "/person/0/tell", &form, &body).status, 415);
-    // Nor is a session made for somebody who did not press.
+    // No session is created by a foreign page.
     let link = on.link(Some("<b>ben</b>"));
     assert_eq!(on.stranger().ask("POST", &link, &[("Origin", "http://evil.example")], "").status, 403);
     assert_eq!(on.stranger().get(&link).status, 200, "and the link is not used up");
-    // A picture is for our page alone.
+    // Pictures are only for our own page.
     let embedded = [("Sec-Fetch-Site", "cross-site"), ("Sec-Fetch-Mode", "no-cors"), ("Sec-Fetch-Dest", "image")];
     assert_eq!(supervisor.ask("GET", "/supervisor/map.svg", &embedded, "").status, 403);
     assert_eq!(anna.state()["person"]["may"]["done"], true, "she still works");
@@ -255,7 +255,7 @@ proptest! {
     }
 }
 
-/// One server for all cases, which lives as long as the tests.
+/// Returns the address of one server for all cases, which runs until the tests end.
 fn shared() -> std::net::SocketAddr {
     static ON: std::sync::OnceLock<std::net::SocketAddr> = std::sync::OnceLock::new();
     *ON.get_or_init(|| {
@@ -267,7 +267,7 @@ fn shared() -> std::net::SocketAddr {
 }
 
 impl Running {
-    /// The path of anna's link where links name this host.
+    /// Returns the path of anna's link if links contain this host.
     fn link_at(&self, host: &str) -> String {
         let links = self.server().links();
         let link = links.iter().find(|link| link.person.as_deref() == Some("anna")).expect("a link");

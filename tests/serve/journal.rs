@@ -1,4 +1,4 @@
-//! A server that ends, in whatever way, and one that goes on where it was.
+//! Restarts of a server from its journal, after any kind of end.
 
 use std::path::PathBuf;
 
@@ -21,7 +21,7 @@ fn options(journal: &std::path::Path, begin: bool) -> Options {
     Options { speed: 10.0, begin, journal: Some(journal.into()), ..Options::default() }
 }
 
-/// What must be the same after a crash: everything but when a page was opened.
+/// Returns the part of the state that must be the same after a crash: everything except the state of pages.
 fn lasting(state: &Json) -> Json {
     json!([state["events"], state["status"], state["numbers"], state["robots"]])
 }
@@ -44,7 +44,7 @@ fn a_mission_goes_on_where_its_journal_ends() {
     );
     supervisor.tell(json!({ "what": "stop" }));
     let before = supervisor.state();
-    // What is on the disk at this moment is what a crash leaves, with half a line at its end.
+    // The present file is the journal after a crash, here with an incomplete last line.
     let crashed = self::path("crashed.journal");
     let mut bytes = std::fs::read(&path).expect("readable");
     bytes.extend(b"{\"time\":99");
@@ -97,7 +97,7 @@ fn a_journal_of_another_mission_is_refused() {
     assert!(refused.to_string().contains("before the spec or an option changed"), "{refused}");
 }
 
-/// Somebody who is not there, steps that no button has, and what is of another kind of mission: the line is told.
+/// Unknown agents, invalid steps of feedback, and events of another kind of mission: the line is reported.
 #[test]
 fn what_could_never_have_been_told_is_refused_with_its_line() {
     let path = path("never.journal");
@@ -121,7 +121,7 @@ fn what_could_never_have_been_told_is_refused_with_its_line() {
     }
 }
 
-/// Nobody presses anything for an hour: what is gone through again takes no long, and how far it is is told.
+/// An hour without reports: replaying it is fast, and its progress is reported.
 #[test]
 fn an_idle_hour_is_gone_through_quickly() {
     let path = path("idle.journal");

@@ -1,4 +1,4 @@
-//! Pages show labels, in any script, and no name of the language.
+//! Pages show labels, in any script, instead of the names in the spec.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ fn labelled(pairs: &[(&str, &str)]) -> BTreeMap<String, String> {
     pairs.iter().map(|(name, text)| ((*name).to_string(), (*text).to_string())).collect()
 }
 
-/// Text of a state that people read, without what the program refers to.
+/// Returns the visible text of a state, without identifiers for the program.
 fn read(state: &Json) -> String {
     state.to_string()
 }

@@ -1,4 +1,4 @@
-//! A mission of layers with pages: a person who tells what she does, two arms that are simulated, a supervisor.
+//! A mission of layers with pages: a person who reports her tasks, two simulated arms, a supervisor.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -96,7 +96,7 @@ fn a_person_tells_what_she_does_and_the_others_follow() {
     assert_eq!(state["person"]["doing"], "Your turn: lid: open, to box.");
     assert!(state["person"]["next"].as_str().expect("text").starts_with("shut: close"));
     assert_eq!((&state["person"]["at"], &state["person"]["service"]), (&json!(0), &Json::Null));
-    // Nothing is done for her, however late she is.
+    // Her task never begins by itself, however late it is.
     std::thread::sleep(std::time::Duration::from_millis(700));
     assert_eq!(anna.state()["person"]["may"]["begin"], true);
     assert_eq!(supervisor.state()["robots"][0]["doing"], "waits for the layer before");
@@ -171,7 +171,7 @@ fn somebody_leaves_and_an_arm_breaks_down() {
     let chart = supervisor.get("/supervisor/gantt.svg").body;
     assert!(chart.starts_with("<svg") && chart.contains("right"), "{chart}");
     assert!(!chart.contains("<b>") && supervisor.state()["moves"] == false);
-    // Hands of robots are on the map where they are.
+    // The map shows the hands of robots at their positions.
     let map = supervisor.get("/supervisor/map.svg").body;
     assert!(map.starts_with("<svg") && map.contains("class=\"carries"), "{map}");
     let state = supervisor.state();
@@ -209,7 +209,7 @@ fn a_mission_goes_on_where_its_journal_ends() {
     assert_eq!(lasting(&again.supervisor().state()), before);
     assert!(before.to_string().contains("left is lost"));
     again.end();
-    // The other kind of mission does not take it for its own.
+    // A mission of the other kind rejects the journal.
     let Err(refused) = Server::start(super::mission(), &options(false)) else { panic!("it runs") };
     assert!(refused.to_string().contains("of another mission"), "{refused}");
 }

@@ -1,4 +1,4 @@
-//! Two people and a supervisor, each with a page, through a mission.
+//! Two people and a supervisor, each with a page, during a mission.
 
 use hierarq::serve::Options;
 use serde_json::{Value as Json, json};
@@ -77,7 +77,7 @@ fn a_page_that_comes_back_has_everything() {
     assert_eq!(stream.status, 200);
     stream.until(may("done"));
     drop(stream);
-    // While nobody listens, something happens.
+    // An event occurs while no page is listening.
     assert_eq!(anna.press("done", 0).status, 200);
     let mut again = anna.listen();
     let first = again.next().expect("a state");
@@ -85,7 +85,7 @@ fn a_page_that_comes_back_has_everything() {
     assert!(text.contains("Your operation 1 is finished."), "the first state is whole: {first:#}");
     let latest = anna.state();
     assert_eq!(first["person"]["name"], latest["person"]["name"]);
-    // Streams go on by themselves.
+    // Streams continue by themselves.
     again.until(|state| state["person"]["doing"].as_str().is_some_and(|text| text.ends_with("serves you.")));
 }
 
@@ -113,7 +113,7 @@ fn a_robot_breaks_down_and_the_other_takes_over() {
     assert_eq!(state["robots"][0]["doing"], "broken down");
     assert!(anna.state()["person"]["next"].as_str().expect("text").starts_with("m2 comes to you"));
     assert!(anna.state()["person"]["messages"].to_string().contains("m1 has broken down."));
-    // The second one too: no plan is left, and the pages say so.
+    // The second one too: there is no plan any more, and the pages report it.
     supervisor.tell(json!({ "what": "lost", "robot": 1 }));
     let state = supervisor.until(|state| !state["over"].is_null());
     assert_eq!(state["over"], "There is no plan any more: every robot is lost.");
@@ -124,15 +124,15 @@ fn a_robot_breaks_down_and_the_other_takes_over() {
     assert!(!page["person"]["steps"].to_string().contains("serves at"), "{page:#}");
     supervisor.tell(json!({ "what": "back", "robot": 1 }));
     supervisor.until(|state| state["over"].is_null());
-    // Who left reads what to do, and of nothing that still runs.
+    // The page of a person who has left has instructions, and no running activity.
     supervisor.tell(json!({ "what": "lost", "agent": 0 }));
     let page = anna.until(|state| state["person"]["doing"] == "You have left the mission.")["person"].clone();
     assert!(page["note"].as_str().expect("a note").ends_with("tell the supervisor."), "{page:#}");
     assert_eq!((&page["operation"], &page["measured"]), (&json!("Operation"), &json!([])));
 }
 
-/// A service that fails is done again, one that takes longer keeps its robot, and so does an operation; a press that comes
-/// twice counts once.
+/// A failed service is repeated, a longer one keeps its robot, and so does a longer operation; a duplicated press
+/// counts once.
 #[test]
 fn a_service_fails_and_another_takes_longer() {
     let on = Running::at_speed(10.0);
@@ -173,7 +173,7 @@ fn a_service_fails_and_another_takes_longer() {
     anna.until(|state| !state["person"]["ask"].is_null());
 }
 
-/// However often the plan is made anew, a page says so once, and what else was said stays.
+/// For any number of replans, a page reports it once, and keeps its other messages.
 #[test]
 fn the_same_news_are_told_once() {
     let on = Running::at_speed(5.0);

@@ -1,6 +1,6 @@
-//! What must not be read as a tick.
+//! Lines that must be rejected as ticks.
 
-/// Lines that are no ticks, of every kind.
+/// Invalid lines of every kind.
 pub const BAD: &[&str] = &[
     "hello",
     r#"{"id":"a""#,

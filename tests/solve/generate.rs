@@ -1,5 +1,6 @@
-//! Ticks for the example file: the closed loop of a small arm, once free and once held back by a wall, and a few random
-//! hierarchies with everything that the format knows. The answers are those of the reference cascade, by way of Clarabel.
+//! Generates the ticks of the example file: the closed loop of a small arm, once free and once restricted by a wall,
+//! and a few random hierarchies with all features of the format. The answers are those of the reference cascade, by
+//! Clarabel.
 
 use runtime::{Controller, Observation, SimulatedRobot};
 use serde_json::{Value, json};
@@ -10,7 +11,7 @@ use crate::common;
 /// `id`, `kind`, problem.
 pub type Named = (String, &'static str, Problem);
 
-/// Twenty ticks.
+/// Returns twenty ticks.
 pub fn ticks() -> Vec<Named> {
     let mut all = closed_loop("free", "reach", 8, 40);
     all.extend(closed_loop("held", "held-back", 8, 104));
@@ -18,7 +19,8 @@ pub fn ticks() -> Vec<Named> {
     all
 }
 
-/// `count` consecutive ticks of an arm from tick `from` on. It swings towards a wall, which it meets after a second.
+/// Returns `count` consecutive ticks of an arm from tick `from` on. It moves towards a wall, which it reaches after a
+/// second.
 fn closed_loop(name: &str, kind: &'static str, count: usize, from: usize) -> Vec<Named> {
     let program = common::program_of(
         "hierarq 1
@@ -58,18 +60,18 @@ impl Dice {
         z ^ (z >> 31)
     }
 
-    /// 0..n
+    /// Returns a random integer in 0..n.
     pub fn below(&mut self, n: usize) -> usize {
         (self.next() % n as u64) as usize
     }
 
-    /// Hundredths in [-1, 1].
+    /// Returns a random multiple of 0.01 in [-1, 1].
     fn number(&mut self) -> f64 {
         (self.below(201) as f64 - 100.0) / 100.0
     }
 }
 
-/// Six variables in a box, then rows that contradict each other, weighted; sometimes damped, sometimes with a reference.
+/// Six variables in a box, then weighted rows that contradict each other; randomly damped, or with a reference.
 fn random(dice: &mut Dice) -> Problem {
     let n = 6;
     let damping = if dice.below(2) == 0 { 0.0 } else { 0.01 };
@@ -96,7 +98,7 @@ fn random(dice: &mut Dice) -> Problem {
     problem
 }
 
-/// The optimum, by the reference's second way: Clarabel first, then the proof.
+/// Returns the optimum, by the second method of the reference: Clarabel first, then the proof.
 pub fn optimum(problem: &Problem) -> Vec<f64> {
     let mut solution = Solution::new(problem);
     ClarabelCascade::new(problem).with_search_first(false).solve(problem, &mut solution);
@@ -104,7 +106,7 @@ pub fn optimum(problem: &Problem) -> Vec<f64> {
     solution.x
 }
 
-/// Per level the norm of the distances of its rows from their intervals, written out.
+/// Computes for each level the norm of the distances of its rows from their intervals, independently.
 pub fn violations(problem: &Problem, x: &[f64]) -> Vec<f64> {
     let mut all = Vec::new();
     for level in &problem.levels {
@@ -119,7 +121,7 @@ pub fn violations(problem: &Problem, x: &[f64]) -> Vec<f64> {
     all
 }
 
-/// A tick as a line of a file.
+/// Returns a tick as a line of a file.
 pub fn line((id, kind, problem): &Named) -> String {
     let x = optimum(problem);
     let bound = |x: &f64| if x.is_finite() { json!(x) } else { Value::Null };

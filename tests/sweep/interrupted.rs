@@ -1,4 +1,4 @@
-//! Sweeps that end before their end, by Ctrl-C and by force, and go on.
+//! Sweeps that are interrupted by Ctrl-C or killed, and resumed.
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -18,7 +18,7 @@ fn lines(dir: &Path) -> Vec<String> {
     text.lines().map(str::to_string).collect()
 }
 
-/// A sweep under way that has finished some of its runs.
+/// Starts a sweep, and waits until some of its runs are finished.
 fn begun(dir: &Path, args: &[&str]) -> Child {
     let mut child = command(dir, args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the binary runs");
     let end = Instant::now() + Duration::from_secs(60);
@@ -42,7 +42,7 @@ fn what_was_killed_goes_on_where_it_was() {
         child.wait().expect("ended");
     }
     assert!(!dir.join("s.parquet").exists(), "nothing half done");
-    // The last line may have been cut.
+    // The last line may be truncated.
     let mut journal = bytes(&dir, "s.parquet.journal");
     journal.truncate(journal.len() - 7);
     let kept = journal.iter().filter(|b| **b == b'\n').count() - 1;
@@ -60,7 +60,7 @@ fn what_was_killed_goes_on_where_it_was() {
 
     hierarq(&dir, &long(&["--resume"]));
     assert!(bytes(&dir, "s.parquet") == whole && lines(&dir).is_empty());
-    // Once more there is nothing to do, and the same is said.
+    // A second resume has nothing to do, and prints the same.
     let (code, text, _) = hierarq(&dir, &long(&["--resume"]));
     assert!(code == Some(1) && text.contains("300 rows"), "{text}");
 }
@@ -72,7 +72,7 @@ fn an_interruption_keeps_what_is_finished_and_the_file_that_was_there() {
     let before = bytes(&dir, "s.parquet");
     let many = |more: &[&'static str]| [&LONG[..6], &["--runs", "5000", "--out", "s.parquet"], more].concat();
     let child = begun(&dir, &many(&["--json"]));
-    // Two at once do not write the same file.
+    // Two sweeps cannot write the same file at once.
     let (code, _, err) = hierarq(&dir, &many(&["--resume"]));
     assert_eq!((code, err.contains("another sweep is writing s.parquet")), (Some(2), true), "{err}");
     Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("`kill` runs");

@@ -1,4 +1,4 @@
-//! `hierarq init`: what it proposes passes `check` and runs, and nothing is lost.
+//! `hierarq init`: the proposed project passes `check` and runs, and no file is lost.
 
 use std::path::Path;
 
@@ -10,7 +10,8 @@ use runtime::Simulation;
 
 use super::{folder, hierarq, text, utf8};
 
-/// The project of `init` with these arguments passes `check --strict` and runs for a second without a fault.
+/// Checks that the project of `init` with these arguments passes `check --strict` and runs for a second without a
+/// fault.
 fn works(name: &str, spec: &str, args: &[&str]) -> String {
     let dir = folder(name);
     let project = dir.join("cell");
@@ -45,7 +46,7 @@ fn init_without_a_robot_brings_one() {
 #[test]
 fn init_finds_both_arms_of_the_vineyard_robot() {
     let spec = works("init_canopies", "canopies.hq", &["--urdf", "examples/robots/canopies.urdf"]);
-    // As the examples, which people wrote, say it.
+    // The same as in the handwritten examples.
     let written = std::fs::read_to_string("examples/common/canopies.hq").expect("readable");
     for side in ["left", "right"] {
         for (word, link) in [
@@ -75,7 +76,7 @@ fn init_overwrites_nothing() {
     assert!(!dir.join("robots").exists());
 }
 
-/// A URDF with chains of so many joints, each on a link; `link` may add to every link.
+/// Returns a URDF with chains of joints (name, base link, number); `link` is added to every link.
 fn urdf(chains: &[(&str, &str, usize)], link: &str) -> String {
     let mut out = String::from("<robot name=\"made-up 3\"><link name=\"root\"/>");
     for (name, on, joints) in chains {
@@ -135,7 +136,7 @@ fn init_takes_a_robot_without_arms_and_refuses_what_is_none() {
     assert!(!dir.join("b").exists(), "nothing was written");
 }
 
-/// The spec that is proposed for a URDF.
+/// Returns the proposed spec for a URDF.
 fn proposed(name: &str, urdf: &str) -> String {
     let dir = folder(name);
     let file = dir.join("robot.urdf");
@@ -170,7 +171,7 @@ fn wheels_are_locked_under_a_base_that_drives() {
     assert!(spec.contains("lock [left_wheel_joint, right_wheel_joint]"), "{spec}");
 }
 
-/// A joint of a made-up robot: the link it stands on, its type, its axis, its limits, its place.
+/// A joint of a generated robot: parent link, type, axis, limits, position.
 type Made = (prop::sample::Index, u8, [i8; 3], (f64, f64), [f64; 3]);
 
 fn made_up(joints: &[Made]) -> String {
@@ -178,7 +179,7 @@ fn made_up(joints: &[Made]) -> String {
     for (k, (on, kind, axis, (lower, span), at)) in joints.iter().enumerate() {
         let kind = ["revolute", "revolute", "revolute", "continuous", "prismatic", "fixed"][usize::from(*kind) % 6];
         let axis = if *axis == [0, 0, 0] { [0, 0, 1] } else { *axis };
-        // Mostly chains: a link is more often put on the one before it than anywhere.
+        // Mostly chains: the parent of a link is usually the previous one.
         let on = if on.index(4) > 0 { k } else { on.index(k + 1) };
         out += &format!(
             "<link name=\"l{n}\"/><joint name=\"j{n}\" type=\"{kind}\"><parent link=\"l{on}\"/><child link=\"l{n}\"/>\
@@ -200,7 +201,7 @@ fn made_up(joints: &[Made]) -> String {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Any tree with a joint that moves gets a spec that compiles, starts inside the limits of the URDF, and runs.
+    /// Any tree with a movable joint gets a spec that compiles, starts inside the limits of the URDF, and runs.
     #[test]
     fn any_robot_gets_a_spec_that_runs(
         joints in prop::collection::vec(

@@ -1,4 +1,4 @@
-//! The JSON Schema against the specs that the compiler takes and those that it refuses, by an outside validator.
+//! The JSON Schema against valid and invalid specs of the compiler, by an external validator.
 
 use std::path::Path;
 
@@ -32,7 +32,7 @@ fn validator() -> Validator {
     jsonschema::draft202012::new(&schema).expect("a schema")
 }
 
-/// What an outside reader of YAML makes of a text.
+/// Parses a text with an external YAML reader.
 fn data(yaml: &str) -> Value {
     serde_yaml::from_str(yaml).expect("YAML")
 }
@@ -92,7 +92,7 @@ fn what_the_printer_writes_is_valid() {
          run { duration 2 min  solver clarabel  simulator { lag 30 ms  noise 0.0005 rad  seed 7 } }\n"
             .to_string(),
     );
-    // What one spec takes from others.
+    // Declarations that a spec takes from others.
     texts.push(
         "hierarq 1\nimport \"a.hq\" { b, c as d }\nlet wave = sin(t/(1 s))\nparam x = 1 m { min 0 m  max 2 m }\n\
          robot e from d { rate 50 Hz }\ntask f(side: arm = left) = hold(side)\nstack g(side: arm) { level a { f(side) } }\n\
@@ -116,7 +116,7 @@ fn what_the_printer_writes_is_valid() {
     }
 }
 
-/// Paths of all keys of a value.
+/// Collects the paths of all keys of a value.
 fn keys(value: &Value, at: &str, out: &mut Vec<(String, String)>) {
     match value {
         Value::Object(map) => {
@@ -134,7 +134,7 @@ fn keys(value: &Value, at: &str, out: &mut Vec<(String, String)>) {
     }
 }
 
-/// What is wrong in a machine without looking at names.
+/// Mistakes in a machine that are detectable without resolving names.
 #[test]
 fn machines_that_are_not_valid() {
     let validator = validator();
@@ -204,8 +204,8 @@ fn missions_that_are_not_valid() {
     assert_eq!(mistakes(&validator, &json!({ "hierarq": 1, "for": [repeated] })), Vec::<String>::new());
 }
 
-/// Every key of every example is misspelt in turn. Where the compiler says that there is no such key or type, the
-/// schema says so too.
+/// Every key of every example is misspelt in turn. If the compiler reports an unknown key or type, the schema rejects
+/// it too.
 #[test]
 fn misspelt_keys_are_not_valid() {
     let validator = validator();
@@ -238,7 +238,7 @@ fn misspelt_keys_are_not_valid() {
     assert!(refused > 60, "only {refused} misspelt keys were refused by the compiler");
 }
 
-/// The keys that the compiler lists where it is given one that it does not know.
+/// Returns the keys that the compiler lists for an unknown one.
 fn listed(yaml: &str) -> Vec<String> {
     let compiled = compile(yaml);
     let d = compiled.report.diagnostics.iter().find(|d| d.message.contains("`qqqqqq`"));
@@ -248,7 +248,7 @@ fn listed(yaml: &str) -> Vec<String> {
     keys
 }
 
-/// Both know the same keys: the schema writes those of the sections once more, and here they are compared.
+/// Schema and compiler have the same keys: the schema repeats those of the sections, and this test compares them.
 #[test]
 fn the_sections_have_the_keys_of_the_compiler() {
     let schema = hierarq::schema::schema();
@@ -340,7 +340,8 @@ fn units_ranges_and_what_is_required_are_checked() {
     assert!(!validator.is_valid(&gain(json!("5 m/s"))));
 }
 
-/// Plain quantities with every unit, alone and over another: valid where the compiler finds the dimension right.
+/// Plain quantities with every unit, alone and divided by another: valid if and only if the compiler accepts the
+/// dimension.
 #[test]
 fn units_fit_where_the_compiler_says_so() {
     let validator = validator();

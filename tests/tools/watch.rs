@@ -1,4 +1,4 @@
-//! `hierarq watch` as a process of its own, with files that change under it.
+//! `hierarq watch` as a separate process, with changing files.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 
 use super::{command, folder, text, utf8};
 
-/// A machine with other work may be slow; a test that works never waits this long.
+/// Generous for a busy machine; a successful test never waits this long.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A process that is ended with the test, and the lines of both its outputs.
+/// A process that is killed at the end of the test, and the lines of both its outputs.
 struct Watching {
     child: Child,
     lines: Receiver<String>,
@@ -44,7 +44,7 @@ impl Watching {
         Watching { child, lines, seen: Vec::new() }
     }
 
-    /// Waits until each of these has stood in a new line. The two outputs come in any order.
+    /// Waits until each of these has occurred in a new line. The two outputs come in any order.
     fn expect(&mut self, wanted: &[&str]) {
         let mut wanted = wanted.to_vec();
         let end = Instant::now() + PATIENCE;
@@ -88,7 +88,7 @@ fn every_save_of_spec_or_urdf_is_checked() {
     write(&path, &spec("2 m"));
     watching.expect(&["HQ0301", "a.hq: 1 error; waiting"]);
 
-    // As many editors save: a new file takes the place of the old one.
+    // As many editors save: a new file replaces the old one.
     let beside = dir.join("a.hq.new");
     write(&beside, &spec("3 /s"));
     std::fs::rename(&beside, &path).expect("the same folder");
@@ -99,7 +99,7 @@ fn every_save_of_spec_or_urdf_is_checked() {
     write(&robot, &urdf());
     watching.expect(&["a.hq: good; waiting"]);
 
-    // The watch outlives the file, and sees it come back.
+    // The watch survives the deletion of the file, and detects its return.
     std::fs::remove_file(&path).expect("it was there");
     watching.expect(&["a.hq: 1 error; waiting"]);
     write(&path, &spec("4 /s"));
@@ -117,7 +117,7 @@ fn a_save_of_an_imported_file_is_checked() {
     write(&path, &spec.replace("level l {", "level first { limits }  level l {"));
     let mut watching = Watching::new(&["watch", utf8(&path)]);
     watching.expect(&["HQ0211", "a.hq: 1 error; waiting"]);
-    // The file comes, has a mistake, and is mended.
+    // The file is created, has a mistake, and is corrected.
     write(&library.join("b.yaml"), "hierarq: 1\ntasks: { limits: { joint_velocity_limits: { max: 1 m } } }\n");
     watching.expect(&["a.hq: 1 error; waiting"]);
     write(&library.join("b.yaml"), "hierarq: 1\ntasks: { limits: joint_velocity_limits }\n");
@@ -132,7 +132,7 @@ fn a_file_that_stays_as_it_was_is_not_checked_again() {
     write(&path, &spec("2 /s"));
     let mut watching = Watching::new(&["watch", utf8(&path)]);
     watching.expect(&["good; waiting"]);
-    // Replaced in one step: a file that is written in place is empty for a moment, and that would be a change.
+    // Replaced atomically: a file written in place is empty for a moment, which would be a change.
     let replace = |text: &str| {
         let beside = dir.join("beside");
         write(&beside, text);

@@ -1,8 +1,8 @@
-//! A constraint program over whole numbers and optional intervals, solved by `pumpkin` (lazy clause generation).
+//! A constraint program over integers and optional intervals, solved by `pumpkin` (lazy clause generation).
 //!
-//! The solver has neither optional intervals nor numbers beyond 32 bits, and panics on a coefficient of zero. This layer
-//! hides that: an interval that is absent is parked beyond the horizon, what does not fit is refused with
-//! [`EngineError::Overflow`], zeros are left out.
+//! The solver has neither optional intervals nor numbers beyond 32 bits, and panics on a coefficient of zero. This
+//! layer hides that: an absent interval is moved beyond the horizon, values out of range are rejected with
+//! [`EngineError::Overflow`], and zeros are omitted.
 
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -21,10 +21,10 @@ use crate::plan::Limit;
 
 use super::{Budget, EngineError};
 
-/// The largest magnitude of a number, a coefficient times its range, a sum of such.
+/// Maximum magnitude of a number, of a coefficient times its range, and of a sum of these.
 pub const MOST: i64 = 1 << 30;
 
-/// A whole number to be found.
+/// An integer variable.
 #[derive(Clone, Copy, Debug)]
 pub struct Number {
     id: DomainId,
@@ -32,49 +32,49 @@ pub struct Number {
     high: i64,
 }
 
-/// Yes or no, to be found.
+/// A Boolean variable.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice(Literal);
 
-/// Something that counts in a sum.
+/// A term of a sum.
 #[derive(Clone, Copy, Debug)]
 pub enum Term {
     /// The number.
     Number(Number),
-    /// 1 for yes, 0 for no.
+    /// The choice, as 1 for true and 0 for false.
     Choice(Choice),
 }
 
-/// An interval that begins at `anchor + offset`, there only if chosen.
+/// An interval that begins at `anchor + offset` and is present only if chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct Optional {
-    /// Whether it is there.
+    /// True if the interval is present.
     pub present: Choice,
-    /// The number by which it moves.
+    /// Variable part of the begin.
     pub anchor: Number,
-    /// How much later than the number it begins; may be negative.
+    /// Constant part of the begin; may be negative.
     pub offset: i64,
-    /// How long it is. Zero or more.
+    /// Length of the interval. Zero or more.
     pub length: i64,
 }
 
 /// Values of a solution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Values {
-    /// Of the numbers asked for, in their order.
+    /// Values of the requested numbers, in their order.
     pub numbers: Vec<i64>,
-    /// Of the choices asked for, in their order.
+    /// Values of the requested choices, in their order.
     pub choices: Vec<bool>,
 }
 
-/// What came out.
+/// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
-    /// The best values; with [`Limit`], the best when that ended the search.
+    /// The optimal values; with [`Limit`], the best values when that limit ended the search.
     Found(Values, Option<Limit>),
-    /// There are none.
+    /// The program is infeasible.
     Impossible,
-    /// A limit came before any.
+    /// A limit was reached before the first solution.
     Nothing(Limit),
 }
 
@@ -93,7 +93,7 @@ fn fit(what: &str, value: i64) -> Result<i32, EngineError> {
 }
 
 impl Program {
-    /// A whole number from `low` to `high`.
+    /// Adds an integer variable from `low` to `high`.
     ///
     /// # Errors
     ///
@@ -104,12 +104,12 @@ impl Program {
         Ok(Number { id, low, high: high.max(low) })
     }
 
-    /// A yes or no.
+    /// Adds a Boolean variable.
     pub fn choice(&mut self) -> Choice {
         Choice(self.solver.new_literal())
     }
 
-    /// Terms as the solver takes them, without zeros.
+    /// Converts terms for the solver, without zeros.
     fn views(terms: &[(Term, i64)]) -> Result<Vec<AffineView<DomainId>>, EngineError> {
         let mut views = Vec::new();
         let mut reach = 0_i64;
@@ -126,7 +126,7 @@ impl Program {
         Ok(views)
     }
 
-    /// `sum of terms <= bound`, always or only if chosen.
+    /// Adds `sum of terms <= bound`, unconditionally or only if `only` is true.
     ///
     /// # Errors
     ///
@@ -150,7 +150,7 @@ impl Program {
         Ok(())
     }
 
-    /// Exactly one of these.
+    /// Adds the constraint that exactly one of these choices is true.
     ///
     /// # Errors
     ///
@@ -161,7 +161,7 @@ impl Program {
         self.at_most(&ones(-1), -1, None)
     }
 
-    /// No two of these intervals overlap where both are there. All lie between 0 and `horizon`.
+    /// Adds the constraint that no two present intervals overlap. All lie between 0 and `horizon`.
     ///
     /// # Errors
     ///
@@ -196,8 +196,8 @@ impl Program {
         Ok(())
     }
 
-    /// The least value of `objective`, with the values of what is asked for. Every run takes the same way; `budget.nodes`
-    /// counts the steps of the search.
+    /// Minimises `objective`; returns the values of the requested variables and the number of search steps. The search
+    /// is deterministic; `budget.nodes` limits its steps.
     pub fn minimise(mut self, objective: Number, ask: (&[Number], &[Choice]), budget: &Budget) -> (Outcome, u64) {
         let mut brancher = self.solver.default_brancher();
         let mut resolver = ResolutionResolver::default();
@@ -228,7 +228,7 @@ impl Program {
     }
 }
 
-/// A budget as the solver asks for it.
+/// A budget as the solver's termination condition.
 struct Until {
     begun: Instant,
     budget: Budget,

@@ -1,8 +1,8 @@
-//! HiGHS, a strong engine from outside: its library is found at run time and spoken to by its C interface.
+//! HiGHS, a powerful external engine: its library is found at run time and called by its C interface.
 //!
-//! Looked for in this order: the file or folder named by the environment variable `HIERARQ_HIGHS`, the usual folders of
-//! libraries, the Python package `highspy` of `python3`, which brings the library with it. One thread and a fixed seed:
-//! the same program gives the same answer unless the wall time ends it.
+//! Search order: the file or folder in the environment variable `HIERARQ_HIGHS`, the usual library folders, the Python
+//! package `highspy` of `python3`, which contains the library. One thread and a fixed seed: the same program gives the
+//! same answer unless the time limit ends it.
 //!
 //! This is the only file of the project with `unsafe`: calls of C functions.
 #![expect(unsafe_code, reason = "the library is C; each call says why it is sound")]
@@ -51,19 +51,19 @@ type PassMip = unsafe extern "C" fn(
     *const c_int,
 ) -> c_int;
 
-/// Values of the C interface, `highs_c_api.h`.
+/// Constants of the C interface, `highs_c_api.h`.
 const ROW_WISE: c_int = 2;
 const MINIMISE: c_int = 1;
 const STATUS_ERROR: c_int = -1;
 const MODEL_OPTIMAL: c_int = 7;
 const MODEL_INFEASIBLE: c_int = 8;
-/// No cost of a planner is unbounded, so that this means infeasible.
+/// No cost of a planner is unbounded, so that this status means infeasible.
 const MODEL_UNBOUNDED_OR_INFEASIBLE: c_int = 9;
 const MODEL_TIME_LIMIT: c_int = 13;
 const MODEL_SOLUTION_LIMIT: c_int = 16;
 const PRIMAL_FEASIBLE: c_int = 2;
 
-/// The functions of a loaded library that are called here.
+/// The functions of a loaded library that this module calls.
 struct Functions {
     create: Create,
     destroy: Destroy,
@@ -117,11 +117,11 @@ impl Highs {
     ///
     /// [`EngineError::Missing`] if it is not HiGHS, version 1.7 or newer, with 32-bit indices.
     pub fn load(path: &Path) -> Result<Highs, EngineError> {
-        // SAFETY: a file named `libhighs`, or one that the user named, runs its initialisers on load. Those of HiGHS only
-        // set up static data.
+        // SAFETY: loading a file runs its initialisers; the file is named `libhighs` or was chosen by the user. The
+        // initialisers of HiGHS only set up static data.
         let library = unsafe { Library::new(path) }.map_err(|error| missing(error.to_string()))?;
         let functions = functions(library).map_err(|error| missing(error.to_string()))?;
-        // SAFETY: the function of this name takes nothing and gives the size of an index in bytes.
+        // SAFETY: the function of this name takes nothing and returns the size of an index in bytes.
         let size = unsafe { functions._library.get::<Number>(b"Highs_getSizeofHighsInt\0") };
         if let Ok(size) = size {
             // SAFETY: as above.
@@ -129,7 +129,7 @@ impl Highs {
                 return Err(missing(format!("{} has 64-bit indices", path.display())));
             }
         }
-        // SAFETY: the function of this name takes nothing and gives a static text that ends in 0.
+        // SAFETY: the function of this name takes nothing and returns a static text that ends in 0.
         let version = unsafe {
             let text = functions._library.get::<Text>(b"Highs_version\0").map(|version| version());
             text.map(|text| CStr::from_ptr(text).to_string_lossy().into_owned()).unwrap_or_default()
@@ -137,7 +137,7 @@ impl Highs {
         Ok(Highs { functions, name: format!("HiGHS {version}"), path: path.to_owned() })
     }
 
-    /// The file that was loaded.
+    /// Returns the path of the loaded file.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -147,7 +147,7 @@ fn missing(searched: String) -> EngineError {
     EngineError::Missing { engine: "HiGHS".into(), searched, install: INSTALL.into() }
 }
 
-/// The library files in a folder, in order of their names; or the file itself.
+/// Returns the library files in a folder, sorted by name; or the file itself.
 fn candidates(path: &Path) -> Vec<PathBuf> {
     if path.is_file() {
         return vec![path.to_owned()];
@@ -163,7 +163,8 @@ fn candidates(path: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The folders of the Python package `highspy` that `python3` would see, outside of the working folder. Nothing of it runs.
+/// Returns the folders of the Python package `highspy` that `python3` would import, except for the working folder. Runs
+/// no code of the package.
 fn highspy() -> Vec<PathBuf> {
     let ask = "import site; print(*site.getsitepackages(), site.getusersitepackages(), sep='\\n')";
     let output = Command::new("python3").args(["-I", "-c", ask]).stdin(Stdio::null()).stderr(Stdio::null()).output();
@@ -171,7 +172,7 @@ fn highspy() -> Vec<PathBuf> {
     text.lines().map(|folder| Path::new(folder).join("highspy")).filter(|path| path.is_dir()).collect()
 }
 
-/// Looks the functions up by name.
+/// Resolves the functions by name.
 fn functions(library: Library) -> Result<Functions, libloading::Error> {
     // SAFETY: each type is the one that `highs_c_api.h` declares for the name, unchanged since version 1.7; the library
     // is kept beside the pointers, so that they stay valid.
@@ -224,7 +225,7 @@ impl Solver<'_> {
             (f.set_int)(self.handle, text("threads").as_ptr(), 1);
             (f.set_int)(self.handle, text("random_seed").as_ptr(), 0);
             (f.set_int)(self.handle, text("mip_max_nodes").as_ptr(), nodes);
-            // Planners start it from good points: its own search for points is time lost.
+            // Planners start from good points, so that HiGHS's own primal heuristics would waste time.
             (f.set_double)(self.handle, text("mip_heuristic_effort").as_ptr(), 0.0);
             (f.set_double)(self.handle, text("mip_rel_gap").as_ptr(), budget.gap / 4.0);
             (f.set_double)(self.handle, text("time_limit").as_ptr(), budget.time.as_secs_f64());

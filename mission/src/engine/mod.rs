@@ -1,6 +1,6 @@
-//! Solvers behind traits: what a planner asks of a mixed-integer linear program, and who can answer.
+//! Solvers behind traits: the interface of mixed-integer linear programs, and its engines.
 //!
-//! [`Microlp`] is pure Rust and always there. [`Highs`] is far stronger and comes from outside, found at run time.
+//! [`Microlp`] is pure Rust and always available. [`Highs`] is far more powerful; it is external and found at run time.
 
 pub mod cp;
 pub mod highs;
@@ -15,11 +15,11 @@ use crate::plan::Limit;
 pub use self::highs::Highs;
 pub use self::microlp::Microlp;
 
-/// Which engine solves mixed-integer programs.
+/// Engine for mixed-integer programs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Engine {
-    /// The one that is always there.
+    /// The built-in engine, which is always available.
     #[default]
     BuiltIn,
     /// HiGHS, which must be installed.
@@ -27,10 +27,10 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// All of them.
+    /// All engines.
     pub const ALL: [Engine; 2] = [Engine::BuiltIn, Engine::Highs];
 
-    /// The name by which it is asked for.
+    /// Returns the name of the engine, as in options.
     pub fn name(self) -> &'static str {
         match self {
             Engine::BuiltIn => "built-in",
@@ -39,13 +39,13 @@ impl Engine {
     }
 }
 
-/// How much work a planner may do. `nodes` ends every run at the same place; `time` is the outer bound, and a plan says
-/// when it was that which ended the search.
+/// Limits on the work of a planner. `nodes` ends every run at the same point; `time` is an additional limit, and the
+/// status of a plan reports if it ended the search.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// Wall time of the whole planning.
     pub time: Duration,
-    /// Nodes of a branch and bound, or conflicts of a constraint program.
+    /// Nodes of branch and bound, or conflicts of a constraint program.
     pub nodes: u64,
     /// Relative gap between cost and bound at which a plan counts as proven. More than 0.
     pub gap: f64,
@@ -57,7 +57,7 @@ impl Default for Budget {
     }
 }
 
-/// The time of a budget while it passes.
+/// A running clock with a budget.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Watch {
     begun: Instant,
@@ -65,12 +65,12 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// From now on.
+    /// Starts the clock.
     pub fn new(budget: &Budget) -> Watch {
         Watch { begun: Instant::now(), budget: *budget }
     }
 
-    /// The time has passed.
+    /// Returns true if the time limit is reached.
     pub fn is_over(&self) -> bool {
         #[cfg(test)]
         if looks::count() {
@@ -79,20 +79,20 @@ impl Watch {
         self.begun.elapsed() >= self.budget.time
     }
 
-    /// The same clock, over when this share of what is left now has passed.
+    /// Returns the same clock with the limit at this share of the remaining time.
     pub fn share(&self, share: f64) -> Watch {
         let gone = self.begun.elapsed();
         let time = gone.saturating_add(self.budget.time.saturating_sub(gone).mul_f64(share));
         Watch { begun: self.begun, budget: Budget { time, ..self.budget } }
     }
 
-    /// The budget with the time that is left.
+    /// Returns the budget with the remaining time.
     pub fn left(&self) -> Budget {
         Budget { time: self.budget.time.saturating_sub(self.begun.elapsed()), ..self.budget }
     }
 }
 
-/// Looks at the clock, counted, so that tests can let the time end at any of them.
+/// Counts checks of the clock, so that tests can end the time at any of them.
 #[cfg(test)]
 pub(crate) mod looks {
     use std::cell::Cell;
@@ -102,13 +102,13 @@ pub(crate) mod looks {
         static LAST: Cell<u64> = const { Cell::new(u64::MAX) };
     }
 
-    /// Counts a look: whether the time has ended by it.
+    /// Counts a check; returns true if the time has ended by then.
     pub fn count() -> bool {
         COUNT.set(COUNT.get() + 1);
         COUNT.get() > LAST.get()
     }
 
-    /// Runs with a time that ends after so many looks at the clock: the number of looks, and the result.
+    /// Runs `run` with a time limit after this number of checks; returns the number of checks and the result.
     pub fn ended_after<T>(looks: u64, run: impl FnOnce() -> T) -> (u64, T) {
         COUNT.set(0);
         LAST.set(looks);
@@ -118,12 +118,12 @@ pub(crate) mod looks {
     }
 }
 
-/// Why a dynamic program did not come to its end.
+/// Reason why a dynamic program stopped early.
 #[derive(Debug)]
 pub(crate) enum Halt {
-    /// Its tables grow too large.
+    /// Its tables are too large.
     Size,
-    /// The time of the budget has passed.
+    /// The time limit is reached.
     Time,
     /// A solver failed.
     Engine(EngineError),
@@ -140,11 +140,11 @@ impl From<EngineError> for Halt {
 pub struct Column {
     /// Coefficient in the cost.
     pub cost: f64,
-    /// Least value, finite.
+    /// Lower bound, finite.
     pub low: f64,
-    /// Greatest value; may be infinite.
+    /// Upper bound; may be infinite.
     pub high: f64,
-    /// Only whole values.
+    /// True if only integers are valid.
     pub integer: bool,
 }
 
@@ -153,9 +153,9 @@ pub struct Column {
 pub struct Row {
     /// Columns and their coefficients, each column at most once.
     pub terms: Vec<(usize, f64)>,
-    /// Lower end.
+    /// Lower bound.
     pub low: f64,
-    /// Upper end.
+    /// Upper bound.
     pub high: f64,
 }
 
@@ -171,19 +171,19 @@ pub struct Model {
 }
 
 impl Model {
-    /// A new real variable from `low` to `high`: its column.
+    /// Adds a real variable from `low` to `high`; returns its column.
     pub fn real(&mut self, cost: f64, low: f64, high: f64) -> usize {
         self.columns.push(Column { cost, low, high, integer: false });
         self.columns.len() - 1
     }
 
-    /// A new variable that is 0 or 1: its column.
+    /// Adds a binary variable; returns its column.
     pub fn binary(&mut self, cost: f64) -> usize {
         self.columns.push(Column { cost, low: 0.0, high: 1.0, integer: true });
         self.columns.len() - 1
     }
 
-    /// `low <= terms <= high`. Terms of the same column are added up, zeros left out.
+    /// Adds `low <= terms <= high`. Terms of the same column are summed, zeros are omitted.
     pub fn row(&mut self, low: f64, terms: impl IntoIterator<Item = (usize, f64)>, high: f64) {
         let mut terms: Vec<(usize, f64)> = terms.into_iter().collect();
         terms.sort_by_key(|(column, _)| *column);
@@ -200,77 +200,77 @@ impl Model {
         }
     }
 
-    /// `terms >= low`.
+    /// Adds `terms >= low`.
     pub fn at_least(&mut self, low: f64, terms: impl IntoIterator<Item = (usize, f64)>) {
         self.row(low, terms, f64::INFINITY);
     }
 
-    /// `terms <= high`.
+    /// Adds `terms <= high`.
     pub fn at_most(&mut self, terms: impl IntoIterator<Item = (usize, f64)>, high: f64) {
         self.row(f64::NEG_INFINITY, terms, high);
     }
 }
 
-/// What an engine found.
+/// Result of an engine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
-    /// The best point, by column; none if a limit came first.
+    /// The best point, by column; `None` if a limit was reached before the first one.
     pub values: Option<Vec<f64>>,
     /// Lower bound on the cost of every point.
     pub bound: f64,
-    /// What ended the search; none: `values` is optimal to within the gap asked for.
+    /// Limit that ended the search; `None`: `values` is optimal to within the requested gap.
     pub stopped: Option<Limit>,
-    /// Nodes of the search.
+    /// Number of nodes of the search.
     pub nodes: u64,
 }
 
-/// Why an engine gave no answer.
+/// Reason why an engine failed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum EngineError {
-    /// It is not on this machine.
+    /// The engine is not installed.
     #[error("the engine {engine} is not there ({searched}); install it with `{install}`")]
     Missing {
-        /// Its name.
+        /// Name of the engine.
         engine: String,
-        /// Where it was looked for.
+        /// Places that were searched.
         searched: String,
-        /// The one command that installs it.
+        /// Command that installs it.
         install: String,
     },
-    /// Its numbers cannot hold the problem.
+    /// The numbers of the problem are out of the engine's range.
     #[error("the engine {engine} cannot hold the problem: {what}")]
     Overflow {
-        /// Its name.
+        /// Name of the engine.
         engine: String,
-        /// What is too large.
+        /// Description of the value that is too large.
         what: String,
     },
-    /// The program has no point.
+    /// The program is infeasible.
     #[error("the engine {engine} found that the program has no point")]
     Infeasible {
-        /// Its name.
+        /// Name of the engine.
         engine: String,
     },
-    /// It failed on a problem that has a solution.
+    /// The engine failed on a feasible problem.
     #[error("the engine {engine} failed: {message}")]
     Failed {
-        /// Its name.
+        /// Name of the engine.
         engine: String,
-        /// What it said.
+        /// Message of the engine.
         message: String,
     },
 }
 
 /// A solver of mixed-integer linear programs.
 pub trait Milp {
-    /// The name by which it is printed.
+    /// Returns the name of the engine for output.
     fn name(&self) -> &str;
 
-    /// Minimises. `start` gives values to some columns, from a point that is feasible.
+    /// Minimises the cost. `start` holds values of some columns, from a feasible point.
     ///
     /// # Errors
     ///
-    /// The program has no point, or the engine failed.
+    /// The program is infeasible, or the engine failed.
     fn solve(&self, model: &Model, start: &[(usize, f64)], budget: &Budget) -> Result<Answer, EngineError>;
 }

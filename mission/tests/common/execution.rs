@@ -1,4 +1,4 @@
-//! What tests of executed missions share.
+//! Common parts of the tests of executed missions.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -12,18 +12,18 @@ pub fn near(a: f64, b: f64, by: f64) {
     assert!((a - b).abs() <= by, "{a} is not {b}");
 }
 
-/// Planning of little work.
+/// Options of fast planning.
 pub fn quick() -> Options {
     let budget = Budget { time: Duration::from_secs(60), nodes: 20, ..Budget::default() };
     Options { formulation: Some(Formulation::Batches), batch: 2, budget, ..Options::default() }
 }
 
-/// Settings with it.
+/// Settings with fast planning.
 pub fn settings() -> Settings {
     Settings { planning: quick(), ..Settings::default() }
 }
 
-/// Lets a mission run to its end.
+/// Runs a mission to its end.
 pub fn run(execution: &mut Execution) {
     let mut steps = 0;
     while let Some(next) = execution.next() {
@@ -37,7 +37,7 @@ pub fn run(execution: &mut Execution) {
     }
 }
 
-/// When the beginnings and ends of a plan are recorded to have happened, by operation.
+/// Recorded starts and ends of the phases, by operation.
 pub type Times = BTreeMap<(usize, usize), BTreeMap<&'static str, f64>>;
 
 pub fn happened(records: &[Record]) -> Times {
@@ -57,7 +57,7 @@ pub fn happened(records: &[Record]) -> Times {
                 continue;
             }
             Happening::Told { event: Event::Lost { who: Actor::Agent(lost) } } => {
-                // What it has not been served for is not begun any more.
+                // An operation that was not served counts as not begun.
                 times.retain(|(agent, _), of| *agent != lost || of.contains_key("depositing"));
                 continue;
             }
@@ -72,7 +72,7 @@ pub fn part(plan: &Plan, (agent, operation): (usize, usize), phase: Phase) -> Op
     plan.activities.iter().find(|a| a.target == Target { agent, operation } && a.phase == phase)
 }
 
-/// Everything that has happened is in the plan as it happened.
+/// Checks that the plan holds all recorded times.
 pub fn keeps(plan: &Plan, records: &[Record]) -> Result<(), String> {
     for (key, times) in happened(records) {
         for (name, time) in times {

@@ -6,11 +6,11 @@ pub mod execution;
 use hierarq_mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot, Weights};
 use hierarq_mission::numbers::{Energy, Range};
 
-/// A small generator of numbers, so that the problems are the same everywhere.
+/// A small random number generator, so that the problems are the same on all platforms.
 pub struct Random(pub u64);
 
 impl Random {
-    /// Between 0 and 1.
+    /// Returns a number between 0 and 1.
     pub fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         ((self.0 >> 33) as f64) / ((1_u64 << 31) as f64)
@@ -20,7 +20,7 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// Less than `count`.
+    /// Returns an integer less than `count`.
     pub fn below(&mut self, count: usize) -> usize {
         ((self.unit() * count as f64) as usize).min(count - 1)
     }
@@ -50,7 +50,7 @@ pub fn agent(name: &str, kind: AgentKind, place: [f64; 2], operations: usize, me
         wait_distance: 1.0,
         approaches: Vec::new(),
         wait_weights: Vec::new(),
-        // The thesis has none.
+        // No limit, as in the thesis.
         wait_limit: 1e6,
         limit_weights: Vec::new(),
         approach_weights: Vec::new(),
@@ -72,7 +72,7 @@ pub fn problem(robots: Vec<Robot>, agents: Vec<Agent>) -> Problem {
     }
 }
 
-/// Two service robots, three people and a working robot, this many operations each: thesis 5.7.2.
+/// Two service robots, three people and a working robot, with this number of operations each: thesis 5.7.2.
 pub fn vineyard(operations: usize) -> Problem {
     let human = AgentKind::Human;
     let mut agents = vec![
@@ -104,7 +104,7 @@ pub fn random(seed: u64, agents: usize, robots: usize, operations: usize) -> Pro
     problem(robots, agents)
 }
 
-/// The same with fixed durations, whole seconds and one speed: the shape of thesis Table 5.5.
+/// As [`random`] with fixed durations, integer seconds and one speed: the shape of thesis Table 5.5.
 pub fn fixed(seed: u64, agents: usize, robots: usize, operations: usize) -> Problem {
     let mut problem = random(seed, agents, robots, operations);
     let mut random = Random(seed.wrapping_add(991));

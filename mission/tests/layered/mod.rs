@@ -1,7 +1,8 @@
-//! Layered problems for tests, benches and measurements: letters and sorting of thesis 6.4, and random ones from a seed.
+//! Layered problems for tests, benches and measurements: letters and sorting of thesis 6.4, and random ones from a
+//! seed.
 //!
-//! The thesis prints masses (Table 6.2), speeds, weights and the number of blocks; places of blocks and bases, constant
-//! times, power and the slowing of people are ours.
+//! The thesis prints masses (Table 6.2), speeds, weights and the number of blocks; positions of blocks and bases,
+//! constant times, power and the slowing of people are our own values.
 #![allow(dead_code, reason = "each binary uses a part")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,11 +10,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use hierarq_mission::kinds::layers::problem::{Agent, Body, Object, Problem, Skill, Task, Weights};
 use hierarq_mission::numbers::{Energy, Range};
 
-/// A small generator of numbers, so that the problems are the same everywhere.
+/// A small random number generator, so that the problems are the same on all platforms.
 pub struct Random(pub u64);
 
 impl Random {
-    /// Between 0 and 1.
+    /// Returns a number between 0 and 1.
     pub fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         ((self.0 >> 33) as f64) / ((1_u64 << 31) as f64)
@@ -23,7 +24,7 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// Less than `count`.
+    /// Returns an integer less than `count`.
     pub fn below(&mut self, count: usize) -> usize {
         ((self.unit() * count as f64) as usize).min(count - 1)
     }
@@ -99,7 +100,7 @@ pub fn bench(set: u64) -> Problem {
     }
 }
 
-/// The middle of a cell of the 5-by-5 grid; row 5 is next to the person.
+/// Centre of a cell of the 5-by-5 grid; row 5 is next to the person.
 pub fn cell(row: usize, column: usize) -> [f64; 3] {
     [0.1 * (column as f64 - 3.0), 0.1 * (row as f64 - 3.0), 0.0]
 }
@@ -165,8 +166,8 @@ pub fn sorting(set: u64) -> Problem {
     problem
 }
 
-/// A random problem: some agents with limits, objects of two colours, tasks in layers, some without an object. Not always
-/// one that can be planned.
+/// A random problem: some agents with limits, objects of two colours, tasks in layers, some without an object. Not all
+/// of these problems can be planned.
 pub fn random(seed: u64, tasks: usize, objects: usize, robots: usize, humans: usize) -> Problem {
     let mut random = Random(seed.wrapping_mul(6151).wrapping_add(29));
     random.unit();

@@ -1,4 +1,4 @@
-//! What the records of an executed mission of layers tell, and the rules that they keep.
+//! Evaluation of the records of an executed mission of layers, and the rules that they satisfy.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -9,13 +9,13 @@ use hierarq_mission::kinds::layers::execution::{Doing, Happening, LayeredExecuti
 use hierarq_mission::kinds::layers::problem::Problem;
 use hierarq_mission::kinds::layers::validate::validate;
 
-/// Settings with little planning.
+/// Settings with fast planning.
 pub fn settings() -> Settings {
     let budget = Budget { time: Duration::from_secs(60), nodes: 60, gap: 1e-4 };
     Settings { planning: Options { budget, ..Options::default() }, ..Settings::default() }
 }
 
-/// Lets a mission run to its end, or until nothing happens any more.
+/// Runs a mission to its end, or until there is no next event.
 pub fn run(execution: &mut LayeredExecution) {
     let mut steps = 0;
     while let Some(next) = execution.next().filter(|_| !execution.done()) {
@@ -25,7 +25,7 @@ pub fn run(execution: &mut LayeredExecution) {
     }
 }
 
-/// A task that was done, as the records tell.
+/// A performed task according to the records.
 #[derive(Clone, Copy, Debug)]
 pub struct Performed {
     pub agent: usize,
@@ -36,7 +36,7 @@ pub struct Performed {
     pub done: bool,
 }
 
-/// What the records tell, in the order in which it ended.
+/// Returns the performed tasks, in the order of their ends.
 pub fn performed(records: &[Record]) -> Vec<Performed> {
     let mut under_way: BTreeMap<usize, Performed> = BTreeMap::new();
     let mut all = Vec::new();
@@ -59,7 +59,8 @@ pub fn performed(records: &[Record]) -> Vec<Performed> {
     all
 }
 
-/// Tasks are done at most once each, in the order of layers, one at a time, with an object of their own, by who is able to.
+/// Checks that each task is done at most once, in the order of layers, one at a time, with its own object, by an agent
+/// with the abilities.
 pub fn keeps_the_rules(problem: &Problem, records: &[Record]) {
     assert!(records.windows(2).all(|pair| pair[0].time <= pair[1].time));
     let all = performed(records);
@@ -70,14 +71,14 @@ pub fn keeps_the_rules(problem: &Problem, records: &[Record]) {
         for other in &all[..index] {
             let both = one.end.min(other.end) - one.start.max(other.start);
             assert!(one.agent != other.agent || both <= 1e-9);
-            // What was dropped is free again.
+            // A dropped object or task is free again.
             let apart = one.start >= other.end - 1e-9 && !other.done;
             assert!(one.task != other.task || apart);
             assert!(one.object.is_none() || one.object != other.object || apart);
             let (early, late) = if layer(one) < layer(other) { (one, other) } else { (other, one) };
             assert!(layer(early) == layer(late) || late.start >= early.end - 1e-9 || !early.done);
         }
-        // All earlier layers are done when it begins.
+        // All earlier layers are completed at its start.
         let before = (0..problem.tasks.len()).filter(|task| problem.tasks[*task].layer < layer(one));
         for task in before {
             assert!(all.iter().any(|other| other.task == task && other.done && other.end <= one.start + 1e-9));

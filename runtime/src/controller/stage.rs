@@ -36,8 +36,8 @@
 //! continues from the point that it reached.
 //!
 //! Locked joints that move when the stack is entered come to rest during the blend. Their velocity is zero in v_B, so
-//! v* reduces it from v to zero with 1 - s. The problem of the point nearest to v* contains their true columns, with `0
-//! <= v_i / v_i(last tick) <= 1` above all levels. That problem has a solution whenever the stack's own problem has
+//! v* reduces it from v to zero with 1 - s. The problem of the point nearest to v* contains their true columns, with
+//! `0 <= v_i / v_i(last tick) <= 1` above all levels. That problem has a solution whenever the stack's own problem has
 //! one: v_B is one, except for limits of accelerations, which `v_i(last tick) - a T` meets. If these limits hold a
 //! joint back, the blend continues until the joint is at rest; without a blend, the joint stops as soon as they allow.
 //! A limit of acceleration that concerns more than one joint may have no solution at a switch, which is the fault

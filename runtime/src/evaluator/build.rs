@@ -1,4 +1,4 @@
-//! The tasks of a stack, built: each is told how fast those before it let the robot move.
+//! Construction of the tasks of a stack: each task receives the speed limits that the tasks before it impose.
 
 use std::collections::BTreeMap;
 
@@ -6,18 +6,19 @@ use stdlib_tasks::task::{BuildError, Context, Task};
 
 use crate::program::{Program, StackProgram, TaskProgram};
 
-/// A task of a stack, built.
+/// Built task of a stack.
 pub struct Built {
-    /// The task, or why there is none.
+    /// The task, or the reason why it cannot be built.
     pub task: Result<Box<dyn Task>, BuildError>,
-    /// The largest speed of each degree of freedom that it was told, in rad/s or m/s.
+    /// Largest speed of each degree of freedom that the task received, in rad/s or m/s.
     pub speed: Vec<f64>,
 }
 
-/// Builds the tasks of a stack, one for each member in the order of levels. A task is told the speed limits that hold
-/// whatever it does: those of tasks on hard levels down to its own. A soft level gives way, a lower one comes after, and
-/// the robot's own limits bound the command but not the reference that the levels move. Joints that the stack locks stand, and come
-/// to rest before with the speed that other stacks may leave them at.
+/// Builds the tasks of a stack, one for each member in the order of levels. A task receives the speed limits that hold
+/// whatever it does: those of tasks on hard levels down to its own. A soft level can be violated, a lower one is solved
+/// later, and the robot's own limits bound the command but not the reference that the levels move. Joints that the
+/// stack locks have the speed zero; while they come to rest, their limit is the speed at which other stacks may leave
+/// them.
 pub fn build_tasks(program: &Program, stack: &StackProgram) -> Vec<Built> {
     let values = &program.values.initial;
     let mut speed = vec![f64::INFINITY; program.robot.model.nv()];
@@ -57,12 +58,13 @@ fn one(program: &Program, task: &TaskProgram, speed: &[f64], coasting: &[f64]) -
     (kind.build)(&task.params, &Context { model, values, period, speed, coasting })
 }
 
-/// The speed that each joint that a stack locks may have when it is entered: the largest that hard levels of a stack that moves
-/// it allow; infinite where one of them has no limit. Zero where no stack of the run moves it.
+/// Largest speed that each locked joint of a stack may have when the stack is entered: the largest that the hard levels
+/// of a stack that moves the joint allow. It is infinite if one of these stacks has no limit, and zero if no stack of
+/// the run moves the joint.
 fn speeds_at_entry(program: &Program, stack: &StackProgram) -> Vec<(usize, f64)> {
     let mut entered: Vec<(usize, f64)> = stack.locked.iter().map(|dof| (*dof, 0.0)).collect();
     let open = vec![f64::INFINITY; program.robot.model.nv()];
-    // Stacks share most of their limits.
+    // Stacks share most of their limits, so these are cached by task.
     let mut limits: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
     let run = program.run_stacks().into_iter().filter_map(|s| program.stacks.get(s));
     for other in run.filter(|s| stack.locked.iter().any(|dof| !s.locked.contains(dof))) {

@@ -1,4 +1,4 @@
-//! Entering a stack: what `initial(..)` asks for is captured where the robot stands.
+//! Entry of a stack: the values of `initial(..)` are captured at the configuration of the robot.
 
 use std::ops::Range;
 
@@ -11,22 +11,22 @@ use crate::program::{Capture, CaptureSource};
 use crate::values::ValueTable;
 use crate::velocity;
 
-/// A capture that the stack needs, made ready.
+/// Prepared capture that the stack needs.
 pub(super) struct Captured {
-    /// The numbers that it fills.
+    /// Indices of the inputs that it fills.
     inputs: Range<usize>,
     source: Source,
 }
 
 enum Source {
-    /// A value of a task of the stack, by its place among the members.
+    /// Value of a task of the stack: index among the members, and name.
     Task(usize, String),
-    /// How fast one of so many numbers moves.
+    /// Rate of such a value, with its number of components.
     Velocity(usize, String, usize),
     State(Evaluation),
 }
 
-/// A capture made ready; none where it belongs to a task of another stack.
+/// Prepares a capture; `None` if it belongs to a task of another stack.
 pub(super) fn ready(capture: &Capture, model: &Model, members: &[Member]) -> Option<Captured> {
     let source = match &capture.source {
         CaptureSource::Task(index, name) => {
@@ -41,7 +41,7 @@ pub(super) fn ready(capture: &Capture, model: &Model, members: &[Member]) -> Opt
 }
 
 impl Evaluator {
-    /// Enters the stack at a configuration: captures what `initial(..)` asks for. Never allocates.
+    /// Enters the stack at a configuration: captures the values of `initial(..)`. Never allocates.
     pub fn enter(&mut self, q: &[f64], moment: Moment) {
         self.values.inputs.fill(0.0);
         self.values.restart();
@@ -65,12 +65,12 @@ impl Evaluator {
         }
     }
 
-    /// Tells the tasks that the velocity blends over from that of another stack.
+    /// Notifies the tasks that the velocity blends from that of another stack.
     pub fn hand_over(&mut self) {
         self.tasks.iter_mut().for_each(|task| task.hand_over());
     }
 
-    /// Captures all values at the configuration whose kinematics are known. What has no value becomes NaN.
+    /// Captures all values at the configuration whose kinematics are known. Undefined values become NaN.
     fn capture(&mut self, q: &[f64], moment: Moment) {
         let Evaluator { model, data, values, captures, tasks, .. } = self;
         let ValueTable { current, rates, inputs, .. } = values;
@@ -94,7 +94,7 @@ impl Evaluator {
         }
     }
 
-    /// Captures how fast values of tasks move: by central differences along the velocity.
+    /// Captures the rates of task values by central differences along the velocity.
     fn capture_velocities(&mut self, q: &[f64], moment: Moment) {
         let Evaluator { model, data, values, captures, tasks, beside, .. } = self;
         let ValueTable { current, rates, inputs, .. } = values;

@@ -1,10 +1,11 @@
-//! How much the rows of levels bend, for [`solver::Smooth`]: measured once, when a stack is made ready.
+//! Curvature of the rows of levels, for [`solver::Smooth`]: measured once, when a stack is prepared.
 //!
-//! For a row `s(q)` and two joints j and k of a chain, the second derivative `d^2 s / dq_j dq_k` is a cross product of the
-//! axis of the joint nearer to the root with what the other one does to `s`, and so is at most as large as what either of
-//! them can do to it, `min(m_j, m_k)` with `m_j = max |ds/dq_j|`. The largest coefficients are taken from the rows themselves
-//! at [`SAMPLES`] configurations within the position limits, so that this holds for every task type and expression alike:
-//! of a size, not a proof. A row with the same coefficients at all of them is linear and does not bend. Source: ours.
+//! For a row `s(q)` and two joints j and k of a chain, the second derivative `d^2 s / dq_j dq_k` is a cross product of
+//! the axis of the joint nearer to the root with the effect of the other joint on `s`. It is therefore at most as large
+//! as the effect of either joint, `min(m_j, m_k)` with `m_j = max |ds/dq_j|`. The largest coefficients are taken from
+//! the rows themselves at [`SAMPLES`] configurations within the position limits, so that this works for every task type
+//! and expression alike: it estimates the magnitude and is not a proof. A row with the same coefficients at all samples
+//! is linear and has no curvature. Source: ours.
 
 use robot::{Data, LinkId, Model};
 use solver::Problem;
@@ -15,28 +16,28 @@ use crate::program::{Interface, Times};
 use crate::sampling::{SAMPLES, SEED, Spread};
 use crate::values::ValueTable;
 
-/// The share of them whose coefficients count, from the smallest: near a singular configuration of the row itself they may
-/// be as large as one likes.
+/// Fraction of the samples whose coefficients count, from the smallest: near a singular configuration of the row itself
+/// the coefficients can be arbitrarily large.
 const COUNTED: f64 = 0.9;
 
-/// A coefficient that varies by less between configurations is constant.
+/// Largest variation between configurations of a coefficient that counts as constant.
 const CONSTANT: f64 = 1e-9;
 
-/// The shortest time tau over which a damped level counts second derivatives, in s; two periods where these are longer. A
-/// longer one is smoother, and slower to come to rest at the nearest point.
+/// Shortest time tau over which a damped level counts second derivatives, in s; two periods if these are longer. A
+/// longer time is smoother, and comes to rest at the nearest point more slowly.
 const HORIZON: f64 = 0.065;
 
-/// The time tau of a program with this period, in s.
+/// Time tau of a program with this period, in s.
 pub(super) fn horizon(period: f64) -> f64 {
     HORIZON.max(2.0 * period)
 }
 
-/// What a stack's tasks are looked at with.
+/// Parts of a stack that the measurement uses.
 pub(super) struct Stack<'a> {
     pub model: &'a Model,
     pub members: &'a [Member],
     pub tasks: &'a mut [Box<dyn Task>],
-    /// Parameter values, as they are before the first tick.
+    /// Parameter values before the first tick.
     pub values: &'a mut ValueTable,
     pub interface: &'a Interface,
     pub locked: &'a [usize],
@@ -49,7 +50,8 @@ struct Coefficients {
 }
 
 impl Coefficients {
-    /// The largest that counts, and whether it varies. One that was never seen is taken to be one, and to vary.
+    /// Returns the largest coefficient that counts, and true if the coefficient varies. A coefficient without samples
+    /// is taken to be 1 and to vary.
     fn of(&mut self, at: usize) -> (f64, bool) {
         let seen = &mut self.seen[at];
         let Some(&first) = seen.first() else { return (1.0, true) };
@@ -60,11 +62,11 @@ impl Coefficients {
     }
 }
 
-/// How far from the robot's links points of people and of hosts are put, along each axis, in m.
+/// Largest distance from a link of the robot, along each axis, at which points of people and of hosts are placed, in m.
 const AROUND: f64 = 1.0;
 
 impl Stack<'_> {
-    /// Tells the problem's levels how much their rows bend.
+    /// Stores the curvature of the rows in the problem's levels.
     pub(super) fn measure(&mut self, problem: &mut Problem) {
         let before = (self.values.current.clone(), self.values.rates.clone());
         self.measure_each(problem, &before.0);
@@ -72,8 +74,8 @@ impl Stack<'_> {
         self.values.restart();
     }
 
-    /// Puts points that come from outside somewhere about the robot: rows that depend on them may bend there, and be straight
-    /// where they are before anybody was seen.
+    /// Places external points at random around the robot. Rows that depend on these points may have curvature there and
+    /// none at the values from before anybody was seen.
     fn put_points(&mut self, data: &Data, spread: &mut Spread, initial: &[f64]) {
         let mut signals = self.interface.absent();
         let links = self.model.links.len();
@@ -125,7 +127,7 @@ impl Stack<'_> {
         }
     }
 
-    /// The rows of a task at the configurations. Those at which it has none are passed over.
+    /// Samples the rows of a task. Configurations at which the rows are undefined are skipped.
     fn coefficients(&mut self, task: usize, initial: &[f64]) -> Coefficients {
         let (n, m) = (self.model.nv(), &self.members[task]);
         let rows = m.rows.len();

@@ -1,7 +1,8 @@
-//! A stack made ready to run: kinematics, parameter values and tasks, which together fill the hierarchical problem.
+//! A stack prepared for execution: kinematics, parameter values and tasks, which together fill the hierarchical
+//! problem.
 //!
-//! The controller has one for its reference configuration; where the simulated robot is not perfect, the monitors have
-//! another for the true one.
+//! The controller has one for its reference configuration. If the simulated robot is not perfect, the monitors have
+//! another one for the true configuration.
 
 mod build;
 mod capture;
@@ -28,7 +29,7 @@ use crate::program::Interface;
 use crate::safety::{Field, SafetyPlanner};
 use crate::values::ValueTable;
 
-/// A stack made ready to run.
+/// Stack prepared for execution.
 pub struct Evaluator {
     model: Model,
     data: Data,
@@ -44,34 +45,34 @@ pub struct Evaluator {
     /// Safety planners of the stack.
     planners: Vec<Planning>,
     led: Led,
-    /// What tasks tell of themselves.
+    /// Outputs of the tasks.
     telling: Vec<Telling>,
     /// Signals that must be present.
     needs: Vec<usize>,
-    /// Room for a configuration beside the one that is looked at.
+    /// Storage for a configuration beside the present one.
     beside: Vec<f64>,
-    /// Where joints must stand for idle rows to be idle: index in the configuration, lowest, highest position.
+    /// Joint limits within which idle rows are idle: index in the configuration, lowest and highest position.
     limits: Vec<(usize, f64, f64)>,
-    /// All joints stand inside them, where proofs about idle rows hold.
+    /// True if all joints are inside these limits, so that the proofs about idle rows hold.
     inside: bool,
 }
 
-/// What an evaluator takes over from that of the controller, where it looks at another configuration: what the controller's
-/// planners decided.
+/// Decisions of the controller's planners, which an evaluator at another configuration takes over from the controller's
+/// evaluator.
 #[derive(Default)]
 struct Led {
-    /// Places of the table of values that planners work out, with their value and rate.
+    /// Indices of the table of values that planners compute, with value and rate.
     values: Vec<(usize, f64, f64)>,
-    /// It takes them over.
+    /// True if these values are used.
     on: bool,
 }
 
-/// How far beyond its limit a joint may stand and still count as inside, in rad or m: the reference ends a tick on the
-/// limit only up to rounding. Proofs of idle rows reach as far.
+/// Distance beyond its limit at which a joint still counts as inside, in rad or m: the reference ends a tick on the
+/// limit only up to rounding. Proofs of idle rows cover this distance.
 pub const LIMIT_TOLERANCE: f64 = 1e-6;
 
 impl Evaluator {
-    /// The robot.
+    /// Model of the robot.
     pub fn model(&self) -> &Model {
         &self.model
     }
@@ -86,42 +87,42 @@ impl Evaluator {
         &self.members
     }
 
-    /// Degrees of freedom that the stack keeps still.
+    /// Degrees of freedom that the stack locks.
     pub fn locked(&self) -> &[usize] {
         &self.locked
     }
 
-    /// `h` of every row of every limit.
+    /// Margin `h` of every row of every limit.
     pub fn margins(&self) -> &[f64] {
         &self.margins
     }
 
-    /// Every error of every target; NaN where it is undefined.
+    /// Every error of every target; NaN if it is undefined.
     pub fn measures(&self) -> &[f64] {
         &self.measures
     }
 
-    /// For each task, whether a row was undefined at the last tick and left free.
+    /// True for each task that had an undefined row at the last tick, which was left free.
     pub fn undefined(&self) -> &[bool] {
         &self.undefined
     }
 
-    /// Whether a task took something from the robot when the stack was entered, beside its parameters.
+    /// Returns true if a task captured values other than its parameters when the stack was entered.
     pub fn remembers_entry(&self, member: usize) -> bool {
         self.tasks.get(member).is_some_and(|t| t.remembers_entry())
     }
 
-    /// What each row of a task keeps in reserve against sampling in time; empty where its limit cannot bend.
+    /// Reserve that each row of a task keeps against sampling in time; empty if its limit has no curvature.
     pub fn reserve(&self, member: usize) -> Vec<f64> {
         self.tasks.get(member).map(|t| t.reserve()).unwrap_or_default()
     }
 
-    /// What each row of a task can lose to sampling in time; empty where its limit cannot bend.
+    /// Margin that each row of a task can lose to sampling in time; empty if its limit has no curvature.
     pub fn sampled_loss(&self, member: usize) -> Vec<f64> {
         self.tasks.get(member).map(|t| t.sampled_loss()).unwrap_or_default()
     }
 
-    /// The least limit of each degree of freedom's acceleration, in rad/s² or m/s²; infinite if no task has one.
+    /// Smallest limit of each degree of freedom's acceleration, in rad/s² or m/s²; infinite if no task has one.
     pub fn acceleration_limits(&self) -> Vec<f64> {
         let mut limits = vec![f64::INFINITY; self.model.nv()];
         for (dof, limit) in self.tasks.iter().flat_map(|t| t.acceleration_limits()) {
@@ -130,26 +131,26 @@ impl Evaluator {
         limits
     }
 
-    /// The rows of the tasks that limit accelerations: their level, and their places in it.
+    /// Rows of the tasks that limit accelerations: their level, and their range in it.
     pub(crate) fn acceleration_rows(&self) -> Vec<(usize, std::ops::Range<usize>)> {
         let limits = self.tasks.iter().zip(&self.members).filter(|(task, _)| !task.acceleration_limits().is_empty());
         limits.map(|(_, m)| (m.level, m.rows.clone())).collect()
     }
 
-    /// The value of a parameter at the last tick.
+    /// Value of a parameter at the last tick.
     pub fn value(&self, at: usize) -> Option<f64> {
         self.values.current.get(at).copied()
     }
 
-    /// Whether the value of a parameter has come to where it is going: it does not move, and a trajectory that it follows
-    /// from stands at its goal.
+    /// Returns true if the value of a parameter has settled: it does not move, and a trajectory that it follows from is
+    /// at its goal.
     pub fn is_settled(&self, at: usize) -> bool {
         self.rate(at).is_none_or(|r| r == 0.0)
             && self.values.is_settled(at)
             && self.planners.iter().all(|p| p.values.is_settled(at))
     }
 
-    /// How fast the value of a parameter changed at the last tick, per second.
+    /// Rate of a parameter at the last tick, per second.
     pub fn rate(&self, at: usize) -> Option<f64> {
         self.values.rates.get(at).copied()
     }
@@ -159,8 +160,8 @@ impl Evaluator {
         &self.needs
     }
 
-    /// Tells the soft levels of the stack's problem how much their rows bend; see [`curvature`]. `exact` says which levels are
-    /// never damped. Called before the stack is entered.
+    /// Stores the curvature of the rows in the levels of the stack's problem; see [`curvature`]. `exact` marks the
+    /// levels that are never damped. Called before the stack is entered.
     pub(crate) fn measure_curvature(
         &mut self,
         period: f64,
@@ -177,8 +178,8 @@ impl Evaluator {
         }
     }
 
-    /// Takes over what the planners of another evaluator of the same robot decided at this tick, that of the controller:
-    /// for the next update, and for good. Never allocates.
+    /// Takes over the decisions that the planners of the controller's evaluator made at this tick. They are used for
+    /// the next update and for all later ones, instead of own decisions. Never allocates.
     pub fn follow(&mut self, leader: &Evaluator) {
         self.led.on = true;
         for (at, value, rate) in &mut self.led.values {
@@ -194,29 +195,29 @@ impl Evaluator {
         }
     }
 
-    /// Moves clocks and deviations of planners on by a period, as they were decided. Never allocates.
+    /// Advances the clocks and deviations of the planners by a period, as decided. Never allocates.
     pub(crate) fn advance(&mut self) {
         self.planners.iter_mut().for_each(Planning::advance);
     }
 
-    /// The safety planners of the stack, each with its field, as of the last tick.
+    /// Safety planners of the stack, each with its field, as of the last tick.
     pub fn safety(&self) -> impl Iterator<Item = (&SafetyPlanner, &Field)> {
         self.planners.iter().map(|p| (p.planner(), p.field()))
     }
 
-    /// The field of the safety planner that a task of the program is, at the last tick.
+    /// Field of a safety planner, given by the index of its task in the program, at the last tick.
     pub fn field_of(&self, task: usize) -> Option<&Field> {
         self.planners.iter().find(|p| p.program_index == task).map(|p| p.field())
     }
 
-    /// Locked joints come to rest at the next update, or stand.
+    /// Sets whether locked joints are coming to rest at the next update, or are at rest.
     pub(crate) fn coast(&mut self, coasts: bool) {
         if std::mem::replace(&mut self.coasting.on, coasts) != coasts {
             self.tasks.iter_mut().for_each(|task| task.coast(coasts));
         }
     }
 
-    /// What was kept back from the rows of locked joints at the last update.
+    /// Coefficients of locked joints that were stored at the last update.
     pub(crate) fn coasting(&self) -> &Coasting {
         &self.coasting
     }

@@ -1,4 +1,4 @@
-//! Making a stack ready: tasks and where their numbers stand, the problem that they fill, planners and captures.
+//! Preparation of a stack: tasks and the ranges of their numbers, the problem that they fill, planners and captures.
 
 use std::collections::BTreeSet;
 
@@ -12,14 +12,13 @@ use crate::planning::{self, Planning};
 use crate::program::{Capture, Program, ProgramError, StackProgram, TaskProgram, overshoots};
 use crate::values::ValueTable;
 
-/// The places of the table of values that some tasks read: those of other stacks are not worked out, and are nobody's
-/// fault.
+/// Indices of the table of values that some tasks read. Values of other stacks are not computed and cause no faults.
 fn places<'p>(tasks: impl Iterator<Item = &'p TaskProgram>) -> BTreeSet<usize> {
     let slots = tasks.flat_map(|t| t.params.values()).flat_map(|b| b.slots());
     slots.flat_map(|s| s.at..s.at + s.len).collect()
 }
 
-/// The position limits of joints, with the tolerance for standing on one.
+/// Position limits of joints, widened by [`LIMIT_TOLERANCE`].
 fn limits(model: &Model) -> Vec<(usize, f64, f64)> {
     let limited = model.dofs.iter().filter(|d| d.lower.is_finite() || d.upper.is_finite());
     limited.filter_map(|d| Some((d.q_index?, d.lower - LIMIT_TOLERANCE, d.upper + LIMIT_TOLERANCE))).collect()
@@ -37,17 +36,17 @@ fn write_constant(task: &dyn Task, member: &Member, locked: &[usize], problem: &
     level.fix(member.rows.clone());
 }
 
-/// The tasks of a stack and where their numbers stand, before there is a problem.
+/// Tasks of a stack and the ranges of their numbers, before there is a problem.
 struct Layout {
     tasks: Vec<Box<dyn Task>>,
     members: Vec<Member>,
     shapes: Vec<LevelShape>,
-    /// For each task of the stack, the largest speed of each degree of freedom that it was told.
+    /// For each task of the stack, the largest speed of each degree of freedom that it received.
     speeds: Vec<Vec<f64>>,
 }
 
 impl Layout {
-    /// Of a stack, or of one of its tasks only.
+    /// Layout of a stack, or of one of its tasks only.
     fn new(program: &Program, stack: &StackProgram, only: Option<usize>) -> Result<Layout, ProgramError> {
         let built = build_tasks(program, stack);
         let speeds: Vec<Vec<f64>> = built.iter().map(|b| b.speed.clone()).collect();
@@ -107,7 +106,7 @@ impl Layout {
         Ok(Layout { tasks, members, shapes, speeds })
     }
 
-    /// The problem that the tasks fill, with weights and with the coefficients that never change.
+    /// Creates the problem that the tasks fill, with weights and with the coefficients that never change.
     fn problem(&self, nv: usize, stack: &StackProgram, only: Option<usize>) -> Problem {
         let mut problem = Problem::new(nv, &self.shapes);
         let weights =
@@ -123,7 +122,7 @@ impl Layout {
 }
 
 impl Evaluator {
-    /// Makes a stack of a checked program ready, together with the problem that it fills.
+    /// Prepares a stack of a checked program and creates the problem that it fills.
     ///
     /// # Errors
     /// A task cannot be built, which a compiled program excludes.
@@ -131,7 +130,7 @@ impl Evaluator {
         Evaluator::of(program, &program.stacks[stack], None)
     }
 
-    /// One task of a stack by itself, built as the stack has it. Its problem has the stack's levels, but for the rows of
+    /// Prepares one task of a stack, built as in the stack. Its problem has the stack's levels without the rows of
     /// other tasks.
     ///
     /// # Errors
@@ -171,7 +170,7 @@ impl Evaluator {
             wanted.extend(Planning::reads(program, *guard));
             planners.push(planner);
         }
-        // In the order in which they decide.
+        // Planners decide in the order of levels.
         planners.sort_by_key(|p: &Planning| members[p.task].level);
         let values = ValueTable::new(&program.values, &wanted, &program.interface);
         let tables = || std::iter::once(&values).chain(planners.iter().map(|p| &p.values));

@@ -1,4 +1,4 @@
-//! What tasks of a stack tell at a tick, as values of the machine: `separation.room`, `guard.scaling`.
+//! Outputs of the tasks of a stack at a tick, as values of the machine: `separation.room`, `guard.scaling`.
 
 use stdlib_tasks::task::{State, Task};
 
@@ -6,24 +6,24 @@ use super::{Evaluator, Member};
 use crate::planning::Planning;
 use crate::program::Program;
 
-/// What one task tells.
+/// Outputs of one task.
 pub(super) struct Telling {
-    /// Its place among the tasks of the stack.
+    /// Index of the task in the stack.
     member: usize,
-    /// The signals that hold the numbers, where they are declared.
+    /// Signals that store the outputs, if they are declared.
     signals: Vec<Option<usize>>,
     numbers: Vec<f64>,
 }
 
 impl Telling {
-    /// What a member of a stack tells by itself; none where it tells nothing.
+    /// Prepares the outputs of a member of a stack; `None` if it has none.
     pub fn new(program: &Program, member: usize, m: &Member) -> Option<Telling> {
         let kind = stdlib_tasks::find(m.kind).filter(|k| !k.tells.is_empty())?;
         let signals = kind.tells.iter().map(|t| program.interface.signal(&format!("{}.{}", m.name, t.name)));
         Some(Telling { member, signals: signals.collect(), numbers: vec![f64::NAN; kind.tells.len()] })
     }
 
-    /// Asks the task. Never allocates.
+    /// Reads the outputs of the task. Never allocates.
     pub fn listen(&mut self, tasks: &[Box<dyn Task>], state: &State, v: &[f64]) {
         self.numbers.fill(f64::NAN);
         if let Some(task) = tasks.get(self.member) {
@@ -33,13 +33,13 @@ impl Telling {
 }
 
 impl Evaluator {
-    /// The signals that hold what tasks of the stack tell.
+    /// Signals that store the outputs of tasks of the stack.
     pub(crate) fn telling(&self) -> impl Iterator<Item = usize> {
         self.telling.iter().flat_map(|t| t.signals.iter().flatten().copied())
     }
 
-    /// What tasks tell of this tick, in which the robot moves with `v`, `nv` numbers: each signal with its value, which is
-    /// not finite where there is nothing to tell. What planners decided comes last. Never allocates.
+    /// Outputs of the tasks at this tick, in which the robot moves with `v`, `nv` numbers: each signal with its value,
+    /// which is not finite if there is none. Decisions of planners come last. Never allocates.
     pub(crate) fn told(&self, v: &[f64]) -> impl Iterator<Item = (usize, f64)> {
         let own = self.telling.iter().flat_map(|t| t.signals.iter().zip(&t.numbers));
         let own = own.filter_map(|(signal, number)| Some(((*signal)?, *number)));

@@ -1,4 +1,4 @@
-//! What an evaluator does at a tick: kinematics, values, planners, and the rows of every task.
+//! Update of an evaluator at a tick: kinematics, values, planners, and the rows of every task.
 
 use solver::Problem;
 use stdlib_tasks::task::{Rows, State, TaskFault};
@@ -8,7 +8,8 @@ use crate::fault::Fault;
 use crate::planning::Now;
 use crate::values::ValueTable;
 
-/// Numbers this close to zero are zero: products of them would be denormal, which processors handle far more slowly.
+/// Numbers below this magnitude are set to zero: products of them would be denormal, which processors handle far more
+/// slowly.
 const TINY: f64 = 1e-150;
 
 fn flush(numbers: &mut [f64]) {
@@ -30,7 +31,8 @@ impl Evaluator {
         }
     }
 
-    /// Lets the planners of tasks on a level decide, unless those of another evaluator do. The levels above are written.
+    /// Lets the planners of tasks on a level decide, unless another evaluator's decisions are used. The levels above
+    /// are written.
     fn plan(&mut self, level: usize, q: &[f64], moment: Moment, problem: &Problem) -> Result<(), Fault> {
         if self.led.on {
             return Ok(());
@@ -48,9 +50,9 @@ impl Evaluator {
         Ok(())
     }
 
-    /// Lets planner `k`, in the order in which they decided, see the velocity `x` that the hierarchy made of the plans. Where
-    /// it decides once more, the rows that follow from it are written anew, and the answer is that the problem is to be
-    /// solved once more, before the next planner looks.
+    /// Passes the velocity `x`, which the hierarchy computed from the plans, to planner `k` in the order of decisions.
+    /// If the planner revises its decision, its rows are written again and the result is true: the problem must be
+    /// solved again before the next planner is asked.
     ///
     /// # Errors
     /// A task could not write its rows.
@@ -96,7 +98,7 @@ impl Evaluator {
         Ok(())
     }
 
-    /// The rows of one task.
+    /// Writes the rows of one task.
     fn write(&mut self, i: usize, q: &[f64], moment: Moment, problem: &mut Problem) -> Result<(), Fault> {
         let Evaluator { model, data, values, tasks, coasting, margins, measures, undefined, .. } = self;
         let ValueTable { current, rates, .. } = values;
@@ -116,7 +118,7 @@ impl Evaluator {
         lower.fill(f64::NEG_INFINITY);
         upper.fill(f64::INFINITY);
         undefined[i] = false;
-        // The proofs know of locked joints that stand.
+        // The proofs assume that locked joints are at rest.
         let idle = if self.inside && !coasting.on { &m.idle[..] } else { &[] };
         let mut rows = Rows {
             jacobian,
@@ -146,7 +148,7 @@ impl Evaluator {
         flush(rows.upper);
         coasting.keep(m, rows.jacobian, stride);
         if !self.locked.is_empty() {
-            // A robot without a degree of freedom has rows without a coefficient.
+            // The rows of a robot without degrees of freedom have no coefficients.
             for row in rows.jacobian.chunks_exact_mut(stride.max(1)) {
                 for &dof in &self.locked {
                     row[dof] = 0.0;
@@ -160,7 +162,7 @@ impl Evaluator {
         Ok(())
     }
 
-    /// Lets the tasks see the velocity that was chosen. Never allocates.
+    /// Passes the chosen velocity to the tasks and reads their outputs. Never allocates.
     pub fn observe(&mut self, q: &[f64], v: &[f64]) {
         let Evaluator { model, data, values, tasks, members, margins, measures, telling, .. } = self;
         let ValueTable { current, rates, .. } = values;

@@ -1,9 +1,9 @@
-//! Expectations: what a run must do, in signal temporal logic with a margin.
+//! Expectations: requirements on a run, in signal temporal logic with a margin.
 //!
-//! A [`Formula`] is plain data over signals that are one number a tick, true where the number is zero or more.
-//! [`offline::evaluate`] judges a whole log, straight from the definitions; a [`Monitor`] takes one tick at a time in
-//! storage that was allocated before, and comes to the same [`Outcome`]. The two share the definition of a [`Value`] and
-//! nothing else. The definitions stand in the book, "Expectations".
+//! A [`Formula`] is plain data over signals with one number per tick. A signal is true if its number is zero or more.
+//! [`offline::evaluate`] judges a whole log, straight from the definitions. A [`Monitor`] takes one tick at a time in
+//! storage that was allocated before, and reaches the same [`Outcome`]. The two share the definition of a [`Value`] and
+//! nothing else. The definitions are in the book, "Expectations".
 
 mod network;
 pub mod offline;

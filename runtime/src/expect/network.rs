@@ -1,8 +1,8 @@
-//! A formula as a network of operations, one tick at a time.
+//! Formula as a network of operations that processes one tick at a time.
 //!
-//! Every operation takes the values of its operands in the order of ticks and hands on its own, as soon as they are
-//! certain, in a [`Ring`]. What no temporal operator stands over is wanted at the first tick alone; it needs no ring, and
-//! is known at any time as far as it goes, so that a violation shows at once.
+//! Every operation takes the values of its operands in the order of ticks and passes on its own values, as soon as they
+//! are certain, in a [`Ring`]. An operation without a temporal operator above it is needed at the first tick only. It
+//! has no ring, and its value is known at any time as far as it is decided, so that a violation is reported at once.
 
 use super::operator::{FirstTime, Running, Sliding, first_times, open_end};
 use super::queue::{Queue, Stretch};
@@ -12,23 +12,23 @@ use crate::program::Window;
 use crate::program::{Formula, Node};
 use crate::program::{ProgramError, error};
 
-/// The most values that one network keeps, and those of all expectations of a scenario together.
+/// Largest number of values that one network keeps, and that all expectations of a scenario keep together.
 pub const MAX_KEPT: usize = 1 << 23;
 
-/// What happens to a network: a tick, or the end.
+/// Step of a network: a tick, or the end.
 pub(super) struct Step<'a> {
-    /// Numbers of the tick; none at the end.
+    /// Numbers of the tick; `None` at the end.
     pub values: Option<&'a [f64]>,
-    /// How many ticks there were, this one included.
+    /// Number of ticks so far, this one included.
     pub ticks: u32,
 }
 
-/// The values of an operation at the last so many ticks.
+/// Values of an operation at the most recent ticks.
 #[derive(Clone, Debug, Default)]
 struct Ring {
-    /// As many as a power of two, or none.
+    /// Storage of the values. Its length is a power of two, or zero.
     values: Vec<Interval>,
-    /// How many were put in.
+    /// Number of values that were put in.
     len: u32,
 }
 
@@ -48,7 +48,7 @@ impl Ring {
     }
 }
 
-/// What an operation does, and what it must remember. `negate`: the goal is negated, and so is the result.
+/// Kind of an operation, and its memory. `negate`: the goal is negated, and so is the result.
 #[derive(Clone, Debug)]
 enum Action {
     Predicate { signal: usize, sense: Sense },
@@ -69,36 +69,36 @@ enum Action {
 struct Operation {
     action: Action,
     operands: Vec<usize>,
-    /// How many ticks of its operands it has taken.
+    /// Number of ticks of its operands that it has taken.
     taken: u32,
-    /// Its value at the first tick, as far as it is known; only where that alone is wanted.
+    /// Its value at the first tick, as far as it is known; used only if no other tick is needed.
     now: Interval,
-    /// Its values; empty where that at the first tick alone is wanted.
+    /// Its values; empty if only the value at the first tick is needed.
     ring: Ring,
 }
 
-/// The operations of a formula, operands before users.
+/// Operations of a formula, operands before users.
 #[derive(Clone, Debug)]
 pub(super) struct Network {
     operations: Vec<Operation>,
-    /// How many values it keeps.
+    /// Number of values that it keeps.
     pub kept: usize,
 }
 
 impl Network {
-    /// For a formula that has passed [`Formula::check`] and a run of at most so many ticks.
+    /// Creates the network of a formula that has passed [`Formula::check`], for a run of at most `ticks`.
     pub fn new(formula: &Formula, sense: Sense, ticks: u32) -> Result<Network, ProgramError> {
         let nodes = &formula.nodes;
         let once = wanted_once(nodes);
         let mut kept = Kept { ticks, count: 0 };
         let mut operations: Vec<Operation> = Vec::with_capacity(nodes.len());
-        // By how many ticks an operation trails behind its signals; none for until the end.
+        // Lag of each operation behind its signals, in ticks; `None` if its values are known only at the end.
         let mut lags: Vec<Option<u32>> = Vec::with_capacity(nodes.len());
         for (i, node) in nodes.iter().enumerate() {
             let action = action(node, once[i], sense, formula.period, &mut kept)?;
             let operands = node.operands().to_vec();
             let trail = operands.iter().try_fold(0_u32, |most, &a| lags[a].map(|lag| lag.max(most)));
-            // An operand may be ahead by as much as the slowest of its brothers trails.
+            // An operand can be ahead of its user by the lag of the slowest operand.
             let ahead = match &action {
                 Action::OpenEnd { .. } | Action::FirstTimes { .. } => None,
                 _ => trail,
@@ -116,7 +116,7 @@ impl Network {
         Ok(Network { operations, kept: kept.count })
     }
 
-    /// Takes a tick, or the end, through all operations.
+    /// Passes a tick, or the end, through all operations.
     pub fn advance(&mut self, step: &Step) {
         for i in 0..self.operations.len() {
             let (before, rest) = self.operations.split_at_mut(i);
@@ -126,7 +126,7 @@ impl Network {
         }
     }
 
-    /// The formula at the first tick, as far as it is known; `ended` says that no tick follows.
+    /// Value of the formula at the first tick, as far as it is known; `ended` is true if no tick follows.
     pub fn value(&mut self, ended: bool) -> Interval {
         for i in 0..self.operations.len() {
             let (before, rest) = self.operations.split_at_mut(i);
@@ -138,7 +138,7 @@ impl Network {
     }
 }
 
-/// Which operations are wanted at the first tick alone: those with no temporal operator over them.
+/// Marks the operations that are needed at the first tick only: those without a temporal operator above them.
 fn wanted_once(nodes: &[Node]) -> Vec<bool> {
     let mut once = vec![false; nodes.len()];
     if let Some(root) = once.last_mut() {
@@ -153,7 +153,7 @@ fn wanted_once(nodes: &[Node]) -> Vec<bool> {
     once
 }
 
-/// Counts what a network is going to keep.
+/// Counts the values that a network will keep.
 struct Kept {
     ticks: u32,
     count: usize,
@@ -171,16 +171,16 @@ impl Kept {
         ))
     }
 
-    /// Values of a ring whose operation may be so far ahead; none for the whole run.
+    /// Number of values of a ring whose operation may be `ahead` by so many ticks; `None` means the whole run.
     fn ring(&mut self, ahead: Option<u32>) -> Result<usize, ProgramError> {
         let most = ahead.map_or(self.ticks, |ahead| ahead.saturating_add(1).min(self.ticks));
         let size = (most as usize).max(1).next_power_of_two();
         self.add(size).map(|()| size)
     }
 
-    /// Room of a queue, in ticks.
+    /// Adds the values of a queue with this room, in ticks.
     fn queue(&mut self, room: usize) -> Result<(), ProgramError> {
-        // Three stretches of two values.
+        // A tick of a queue takes three stretches of two values.
         self.add(room.saturating_mul(6))
     }
 }
@@ -292,7 +292,7 @@ impl Operation {
         }
     }
 
-    /// Sets its value at the first tick, where that alone is wanted.
+    /// Sets the value at the first tick, if only that one is needed.
     fn settle(&mut self, before: &[Operation], ended: bool) {
         if !self.ring.values.is_empty() {
             return;
@@ -307,14 +307,14 @@ impl Operation {
 }
 
 impl Action {
-    /// The value at tick `t` of an operation that looks at one tick, from those of its operands.
+    /// Computes the value at tick `t` of an operation that depends on one tick only, from the values of its operands.
     fn at_a_tick(&self, t: u32, mut operands: impl Iterator<Item = Interval>) -> Interval {
         let mut next = || operands.next().unwrap_or(Interval::TRUE);
         match self {
             Action::Not => next().negated(),
             Action::Or => operands.fold(Interval::FALSE, Interval::or),
             Action::Implies => next().negated().or(next()),
-            // That it held before denies a rise one tick too early.
+            // A value that held before would date the denial of the rise one tick too early.
             Action::Rise { before } => next().truth().and(before.negated()).known_from(t),
             _ => operands.fold(Interval::TRUE, Interval::and),
         }

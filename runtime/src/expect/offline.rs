@@ -1,7 +1,7 @@
-//! A whole log judged at once: for every operation of a formula the series of its values, from the definitions.
+//! Evaluation of a whole log: for every operation of a formula the series of its values, from the definitions.
 //!
-//! Bounded windows that the end of the log cuts off go on over ticks of which nothing is known. Every operation takes a
-//! time that grows with the ticks alone: windows by [`super::wedge`], `until` by its rewriting to a window and a
+//! Bounded windows that the end of the log cuts off continue over ticks with unknown values. Every operation takes
+//! linear time in the number of ticks: windows by [`super::wedge`], `until` by its rewriting to a window and a
 //! recursion (Donzé, Ferrère, Maler, *Efficient robust monitoring for STL*, 2013).
 
 use super::value::{Interval, Value};
@@ -11,10 +11,11 @@ use crate::program::Window;
 use crate::program::{Formula, Node, Unit};
 use crate::program::{ProgramError, error};
 
-/// One interval a tick.
+/// One interval per tick.
 type Series = Vec<Interval>;
 
-/// Judges a log. `log` has a series of numbers for each signal, all of the same length; `units` says what they are.
+/// Evaluates a formula on a log. `log` has a series of numbers for each signal, all of the same length; `units` are the
+/// units of the signals.
 ///
 /// # Errors
 /// The formula does not pass [`Formula::check`], or the series differ in number or length.
@@ -41,7 +42,7 @@ fn at_the_start(formula: &Formula, log: &[Vec<f64>], ticks: u32, sense: Sense) -
     all.last().and_then(|root| root.first()).copied().unwrap_or(Interval::unknown(ticks))
 }
 
-/// The series of an operation. `all` are those of the operations before it.
+/// Computes the series of an operation. `all` are the series of the operations before it.
 fn series(node: &Node, all: &[Series], log: &[Vec<f64>], ticks: u32, sense: Sense, period: f64) -> Series {
     match node {
         Node::Predicate(k) => {
@@ -56,7 +57,7 @@ fn series(node: &Node, all: &[Series], log: &[Vec<f64>], ticks: u32, sense: Sens
         Node::Rise(a) => at_each_tick(ticks, |t| {
             let now = all[*a][t].truth();
             let rise = if t == 0 { now } else { now.and(all[*a][t - 1].truth().negated()) };
-            // That it held before denies a rise one tick too early.
+            // A value that held before would date the denial of the rise one tick too early.
             rise.known_from(t as u32)
         }),
         Node::Always(w, a) => negated(&eventually(*w, &negated(&all[*a]), ticks)),
@@ -77,7 +78,7 @@ fn negated(series: &[Interval]) -> Series {
     series.iter().map(|x| x.negated()).collect()
 }
 
-/// The best of the window of every tick.
+/// Largest value in the window of every tick.
 fn eventually(window: Window, series: &[Interval], ticks: u32) -> Series {
     let reach = window.last.map_or(ticks, |last| last - window.first) as usize;
     let end = |end: fn(&Interval) -> Value| largest_ahead(&series.iter().map(end).collect::<Vec<_>>(), reach);
@@ -94,11 +95,11 @@ fn eventually(window: Window, series: &[Interval], ticks: u32) -> Series {
         .collect()
 }
 
-/// `hold` until `goal` in the window: `goal` is there in the window, `hold` keeps until the window begins, and from
-/// there `hold` until `goal` without a bound.
+/// Series of `hold` until `goal` in a window, rewritten as a conjunction: `goal` holds somewhere in the window, `hold`
+/// holds until the window begins, and from there the unbounded `hold` until `goal` holds.
 fn until(window: Window, hold: &[Interval], goal: &[Interval], ticks: u32) -> Series {
     let mut open: Series = Vec::with_capacity(goal.len());
-    // Backwards. With a bound, what comes after the end is not known; without, there is nothing.
+    // Backwards in time. After the end, a bounded window has unknown values, and an unbounded one has none.
     let mut next = if window.last.is_some() { Interval::unknown(ticks) } else { Interval::FALSE };
     for (h, g) in hold.iter().zip(goal).rev() {
         next = g.or(h.and(next));
@@ -120,8 +121,8 @@ fn until(window: Window, hold: &[Interval], goal: &[Interval], ticks: u32) -> Se
         .collect()
 }
 
-/// The deadline less the first tick at which the operand holds, in s: for the upper end the first at which it may hold,
-/// for the lower end the first at which it surely does.
+/// Deadline minus the first tick at which the operand holds, in s: for the upper end the first tick at which it may
+/// hold, for the lower end the first at which it surely does.
 fn within(last: u32, series: &[Interval], ticks: u32, period: f64) -> Series {
     let mut out: Series = Vec::with_capacity(series.len());
     let (mut surely, mut perhaps) = (None, ticks);
@@ -138,8 +139,8 @@ fn within(last: u32, series: &[Interval], ticks: u32, period: f64) -> Series {
     out
 }
 
-/// What is left of the time to a deadline, in s. `surely` is the first tick at which it is met for sure, `perhaps` the
-/// first at which it may be, `ticks` where only the ticks after the end can meet it.
+/// Time that is left to a deadline, in s. `surely` is the first tick at which it is met for sure, `perhaps` the first
+/// at which it may be, or `ticks` if only the ticks after the end can meet it.
 fn slack(deadline: u64, surely: Option<u32>, perhaps: u32, ticks: u32, period: f64) -> Interval {
     let at = |met: u32| {
         let robustness = (deadline as f64 - f64::from(met)) * period;

@@ -1,14 +1,15 @@
-//! A monitor: a formula judged one tick at a time, in storage that is allocated before the first.
+//! Monitor: evaluates a formula one tick at a time, in storage that is allocated before the first tick.
 //!
-//! The formula is evaluated twice, by one network of operations over the signals as they are, and by one over their truth
-//! values: the first knows the robustness and its instant, the second the tick at which the verdict became certain.
+//! The formula is evaluated twice, by one network of operations over the signals themselves, and by one over their
+//! truth values. The first yields the robustness and its instant, the second the tick at which the verdict became
+//! certain.
 
 use super::network::{Network, Step};
 use super::verdict::{Outcome, Sense, Verdict};
 use crate::program::ProgramError;
 use crate::program::{Formula, Unit};
 
-/// Why a tick was not taken.
+/// Reason why a tick was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PushError {
     /// The run has more ticks than the monitor was made for.
@@ -28,13 +29,13 @@ impl std::fmt::Display for PushError {
 
 impl std::error::Error for PushError {}
 
-/// Judges a formula while the run goes on.
+/// Evaluates a formula during a run.
 #[derive(Clone, Debug)]
 pub struct Monitor {
     number: Network,
     truth: Network,
     signals: Vec<usize>,
-    /// How many numbers a tick has.
+    /// Number of numbers in a tick.
     width: usize,
     unit: Unit,
     undefined: Option<u32>,
@@ -43,7 +44,7 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// For a run of at most `ticks`, whose ticks have one number for each of `units`.
+    /// Creates a monitor for a run of at most `ticks`, whose ticks have one number for each of `units`.
     ///
     /// # Errors
     /// The formula does not pass [`Formula::check`], or would need too much memory.
@@ -61,15 +62,15 @@ impl Monitor {
         })
     }
 
-    /// How many values it keeps from tick to tick; a scenario may keep [`super::MAX_KEPT`] of them.
+    /// Number of values that it keeps from tick to tick; a scenario may keep [`super::MAX_KEPT`] of them.
     pub fn kept(&self) -> usize {
         self.number.kept.max(self.truth.kept)
     }
 
-    /// The next tick. Allocates nothing, and takes constant time on average.
+    /// Takes the next tick. Allocates nothing, and takes constant time on average.
     ///
     /// # Errors
-    /// The tick does not belong to the run that the monitor was made for; it is left out.
+    /// The tick does not belong to the run that the monitor was made for; it is ignored.
     pub fn push(&mut self, values: &[f64]) -> Result<(), PushError> {
         if values.len() != self.width {
             return Err(PushError::Signals);
@@ -87,13 +88,13 @@ impl Monitor {
         Ok(())
     }
 
-    /// The verdict as far as the ticks until now decide it. It never changes once it is not undecided.
+    /// Verdict as far as the ticks until now decide it. It never changes once it is decided.
     pub fn verdict(&mut self) -> Verdict {
         Verdict::of(self.number.value(false))
     }
 
-    /// The outcome, when the run has ended. Allocates nothing; takes a time that grows with the ticks where an unbounded
-    /// operator stands below another temporal one.
+    /// Outcome at the end of the run. Allocates nothing. Takes linear time in the number of ticks if an unbounded
+    /// operator is nested in another temporal one.
     pub fn finish(mut self) -> Outcome {
         let step = Step { values: None, ticks: self.ticks };
         self.number.advance(&step);

@@ -1,9 +1,10 @@
-//! Temporal operators, one tick at a time. `always` and `eventually` are an `until`: something holds always if its
-//! negation does not come, and eventually if it comes after whatever.
+//! Temporal operators, one tick at a time. `always` and `eventually` are forms of `until`: something holds always if
+//! its negation never occurs, and eventually if it occurs after any values.
 //!
-//! Three ways of storing, by what is asked for. Of an operator that no other temporal one stands over, the value at the
-//! first tick alone is wanted: a running minimum and maximum ([`Running`]). Below another one, a bounded window slides
-//! ([`Sliding`]), and an unbounded one waits for the end, its operands kept, and is computed backwards ([`open_end`]).
+//! Storage depends on the values that are needed. An operator without another temporal one above it is needed at the
+//! first tick only: a running minimum and maximum ([`Running`]). Below another temporal operator, a bounded window
+//! slides ([`Sliding`]). An unbounded window keeps its operands until the end and is then computed backwards
+//! ([`open_end`]).
 
 use super::queue::{Queue, Stretch};
 use super::value::{Interval, Value};
@@ -22,12 +23,12 @@ impl Running {
         Running { window, seen: Stretch::NONE, ticks: 0 }
     }
 
-    /// True while further ticks have a say.
+    /// True while further ticks can change the value.
     pub fn is_open(&self) -> bool {
         self.window.last.is_none_or(|last| self.ticks <= last)
     }
 
-    /// The next tick.
+    /// Takes the next tick.
     pub fn take(&mut self, tick: Stretch) {
         if self.ticks >= self.window.first {
             self.seen.goal = self.seen.goal.or(self.seen.hold.and(tick.goal));
@@ -36,7 +37,7 @@ impl Running {
         self.ticks += 1;
     }
 
-    /// What is known of it now; `ended` says that no tick follows.
+    /// Value as far as it is known now; `ended` is true if no tick follows.
     pub fn value(&self, ended: bool) -> Interval {
         let cut = match self.window.last {
             Some(_) => self.is_open(),
@@ -52,30 +53,30 @@ impl Running {
 pub(super) struct Sliding {
     first: u32,
     last: u32,
-    /// The ticks from the one that is next to come out to before its window.
+    /// Ticks from the one whose value is returned next up to the beginning of its window.
     before: Queue,
-    /// The ticks of its window, as far as they were seen.
+    /// Ticks of its window that were seen.
     inside: Queue,
 }
 
 impl Sliding {
-    /// For a run of at most `ticks`.
+    /// Creates the operator for a run of at most `ticks`.
     pub fn new(first: u32, last: u32, ticks: u32) -> Sliding {
         let [before, inside] = Self::room(first, last, ticks).map(Queue::with_capacity);
         Sliding { first, last, before, inside }
     }
 
-    /// How many ticks its queues must hold.
+    /// Number of ticks that each queue must hold.
     pub fn room(first: u32, last: u32, ticks: u32) -> [usize; 2] {
         [first.min(ticks) as usize + 1, (last - first).min(ticks) as usize + 1]
     }
 
-    /// By how many ticks it trails behind its operands.
+    /// Lag behind its operands, in ticks.
     pub fn reach(&self) -> u32 {
         self.last
     }
 
-    /// Tick number `tick`. Gives the next value, once its window is full.
+    /// Takes tick number `tick`. Returns the next value once its window is full.
     pub fn take(&mut self, tick: u32, stretch: Stretch) -> Option<Interval> {
         if tick < self.first {
             self.before.push(stretch);
@@ -89,7 +90,7 @@ impl Sliding {
         })
     }
 
-    /// The next value after the last tick, its window cut off.
+    /// Next value after the last tick, with a window that is cut off.
     pub fn rest(&mut self, ticks: u32) -> Interval {
         let inside = self.inside.product();
         let value = self.before.product().hold.and(inside.goal.or(inside.hold.and(Interval::unknown(ticks))));
@@ -106,8 +107,9 @@ impl Sliding {
     }
 }
 
-/// `until` at every tick with an unbounded window, when the run of `ticks` has ended. `at` gives the operands; the values
-/// are set in `out`, which has room for all ticks. `before` has room for the ticks before a window.
+/// Computes `until` at every tick with an unbounded window, after the end of a run of `ticks`. `at` returns the
+/// operands. The values are written to `out`, which has room for all ticks. `before` has room for the ticks before a
+/// window.
 pub(super) fn open_end(first: u32, ticks: u32, at: impl Fn(u32) -> Stretch, before: &mut Queue, out: &mut [Interval]) {
     let mut next = Interval::FALSE;
     for (t, out) in (0..ticks).zip(out.iter_mut()).rev() {
@@ -129,7 +131,7 @@ pub(super) fn open_end(first: u32, ticks: u32, at: impl Fn(u32) -> Stretch, befo
     }
 }
 
-/// The slack to a deadline, for the first tick alone.
+/// Slack to a deadline, at the first tick only.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FirstTime {
     surely: Option<u32>,
@@ -148,7 +150,7 @@ impl FirstTime {
         self.ticks += 1;
     }
 
-    /// What is known of it now; before the first tick, nothing.
+    /// Slack as far as it is known now; unknown before the first tick.
     pub fn value(&self, last: u32, period: f64) -> Interval {
         if self.ticks == 0 {
             return Interval::unknown(0);
@@ -157,7 +159,7 @@ impl FirstTime {
     }
 }
 
-/// The slack to a deadline `last` ticks ahead, at every tick, when the run of `ticks` has ended.
+/// Computes the slack to a deadline `last` ticks ahead, at every tick, after the end of a run of `ticks`.
 pub(super) fn first_times(last: u32, period: f64, ticks: u32, of: impl Fn(u32) -> Interval, out: &mut [Interval]) {
     let (mut surely, mut perhaps) = (None, None);
     for (t, out) in (0..ticks).zip(out.iter_mut()).rev() {
@@ -168,8 +170,8 @@ pub(super) fn first_times(last: u32, period: f64, ticks: u32, of: impl Fn(u32) -
     }
 }
 
-/// The deadline less the tick at which it was met, in s: for the lower end the first at which it surely was, for the upper
-/// end the first at which it may have been.
+/// Deadline minus the tick at which it was met, in s: for the lower end the first tick at which it surely was, for the
+/// upper end the first at which it may have been.
 fn slack(deadline: u64, surely: Option<u32>, perhaps: Option<u32>, ticks: u32, period: f64) -> Interval {
     let end = ticks.saturating_sub(1);
     let seconds = |met: u32| (deadline as f64 - f64::from(met)) * period;

@@ -1,43 +1,43 @@
-//! A queue that knows the product of all that is in it, in constant time on average and without allocation: two stacks,
-//! of which one carries the products (Tangwongsan, Hirzel, Schneider, *In-order sliding-window aggregation in worst-case
-//! constant time*, 2021, section 2).
+//! Queue that maintains the product of all its elements, in constant time on average and without allocation: two
+//! stacks, one of which stores the products (Tangwongsan, Hirzel, Schneider, *In-order sliding-window aggregation in
+//! worst-case constant time*, 2021, section 2).
 //!
-//! What is multiplied are stretches of ticks, which is all that a sliding `until` needs.
+//! The elements are stretches of ticks. Their product is all that a sliding `until` needs.
 
 use super::value::Interval;
 
-/// Consecutive ticks, as `until` sees them.
+/// Consecutive ticks, summarized for `until`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stretch {
-    /// The goal at one of the ticks, and the hold at those before it.
+    /// The goal holds at one of the ticks, and the hold at all ticks before it.
     pub goal: Interval,
-    /// The hold at all ticks.
+    /// The hold is true at all ticks.
     pub hold: Interval,
 }
 
 impl Stretch {
-    /// No tick.
+    /// Empty stretch.
     pub const NONE: Stretch = Stretch { goal: Interval::FALSE, hold: Interval::TRUE };
 
-    /// This stretch, and the next one behind it.
+    /// Concatenation of this stretch and the next one.
     pub fn then(self, next: Stretch) -> Stretch {
         Stretch { goal: self.goal.or(self.hold.and(next.goal)), hold: self.hold.and(next.hold) }
     }
 }
 
-/// The queue.
+/// Queue of stretches.
 #[derive(Clone, Debug)]
 pub(super) struct Queue {
-    /// The older ones, the oldest on top: each with the product of it and all below it.
+    /// Older elements, the oldest on top, each with the product of it and all below it.
     old: Vec<(Stretch, Stretch)>,
-    /// The newer ones, the newest on top.
+    /// Newer elements, the newest on top.
     new: Vec<Stretch>,
-    /// The product of the newer ones.
+    /// Product of the newer elements.
     product_of_new: Stretch,
 }
 
 impl Queue {
-    /// With room for so many; it must never hold more.
+    /// Creates a queue with room for `capacity` elements; it must never hold more.
     pub fn with_capacity(capacity: usize) -> Queue {
         let (old, new) = (Vec::with_capacity(capacity), Vec::with_capacity(capacity));
         Queue { old, new, product_of_new: Stretch::NONE }
@@ -52,7 +52,7 @@ impl Queue {
         self.new.push(tick);
     }
 
-    /// Takes the oldest out.
+    /// Removes the oldest element.
     pub fn pop(&mut self) -> Option<Stretch> {
         if self.old.is_empty() {
             let mut product = Stretch::NONE;
@@ -65,7 +65,7 @@ impl Queue {
         self.old.pop().map(|(tick, _)| tick)
     }
 
-    /// All of them, in their order.
+    /// Product of all elements in their order.
     pub fn product(&self) -> Stretch {
         self.old.last().map_or(Stretch::NONE, |(_, product)| *product).then(self.product_of_new)
     }

@@ -1,64 +1,64 @@
-//! What a formula is worth at a tick: a robustness and the instant that it comes from, or an interval of these.
+//! Value of a formula at a tick: a robustness and the instant that determines it, or an interval of these.
 //!
 //! Values are totally ordered, `and` is the smaller of two, `or` the larger. The order is that of the numbers, with -0
-//! below +0, so that the sign alone says whether something is true, zero included, and `not` exchanges the two exactly.
-//! Among equal numbers the earlier instant is the stronger: the larger of two that are true, the smaller of two that are
-//! false. `not` thus reverses the order, ties included, and every law of a distributive lattice with such a `not`
-//! (De Morgan's) holds for numbers *and* instants: whichever way a formula is computed, the instant is the same.
+//! below +0. The sign alone therefore decides whether a value is true, zero included, and `not` exchanges the two
+//! exactly. Among equal numbers the earlier instant is the stronger: the larger of two that are true, the smaller of
+//! two that are false. `not` thus reverses the order, ties included, and every law of a distributive lattice with such
+//! a `not` (De Morgan's) holds for numbers *and* instants: the instant does not depend on how a formula is computed.
 //!
-//! Intervals: what ticks that are not there could still make of a formula. Deshmukh et al., *Robust online monitoring of
-//! signal temporal logic*, 2017.
+//! An interval contains the values that a formula can still take, depending on ticks that are missing. Deshmukh et al.,
+//! *Robust online monitoring of signal temporal logic*, 2017.
 
-/// A robustness and the instant that it comes from.
+/// A robustness and the instant that determines it.
 ///
-/// One integer that orders as values do: above the lowest 32 bits the number's bits in the order of [`f64::total_cmp`], in
-/// these the tick, counted down where the number is positive. Turning all bits over is then `not`, and no comparison
-/// needs a branch.
+/// Stored as one integer that has the order of values. The bits above the lowest 32 are those of the number in the
+/// order of [`f64::total_cmp`]. The lowest 32 are the tick, complemented if the number is positive. Inverting all bits
+/// is then `not`, and no comparison needs a branch.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Value(i128);
 
 impl Value {
-    /// The largest: neutral for `and`.
+    /// Largest value: neutral for `and`.
     pub const TOP: Value = Value::new(f64::INFINITY, 0);
-    /// The smallest: neutral for `or`.
+    /// Smallest value: neutral for `or`.
     pub const BOTTOM: Value = Value::new(f64::NEG_INFINITY, 0);
 
-    /// A robustness, which is not NaN, and its instant.
+    /// Creates a value from a robustness, which is not NaN, and its instant.
     pub const fn new(robustness: f64, tick: u32) -> Value {
         let bits = robustness.to_bits() as i64;
         let (number, time) = if bits >= 0 { (bits, !tick) } else { (bits ^ i64::MAX, tick) };
         Value((number as i128) << 32 | time as i128)
     }
 
-    /// The value of a signal at a tick. Zero is true whatever its sign; NaN is false, by minus infinity.
+    /// Value of a signal at a tick. Zero is true whatever its sign; NaN is false, as minus infinity.
     pub fn of_signal(x: f64, tick: u32) -> Value {
         // -0 + 0 is +0.
         Value::new(if x.is_nan() { f64::NEG_INFINITY } else { x + 0.0 }, tick)
     }
 
-    /// How far it is from the other truth value: true where the sign is positive.
+    /// Distance from the other truth value; its sign is positive if the value is true.
     pub fn robustness(self) -> f64 {
         let number = (self.0 >> 32) as i64;
         f64::from_bits(if number >= 0 { number } else { number ^ i64::MAX } as u64)
     }
 
-    /// The tick that decides it.
+    /// Tick that determines the value.
     pub fn tick(self) -> u32 {
         let time = self.0 as u32;
         if self.is_true() { !time } else { time }
     }
 
-    /// True where the sign is positive.
+    /// Returns true if the sign is positive.
     pub fn is_true(self) -> bool {
         self.0 >= 0
     }
 
-    /// The negation, of the same instant.
+    /// Negation, with the same instant.
     pub fn negated(self) -> Value {
         Value(!self.0)
     }
 
-    /// The truth value alone: plus or minus infinity.
+    /// Truth value alone: plus or minus infinity.
     pub fn truth(self) -> Value {
         Value::new(if self.is_true() { f64::INFINITY } else { f64::NEG_INFINITY }, self.tick())
     }
@@ -70,12 +70,12 @@ impl std::fmt::Debug for Value {
     }
 }
 
-/// All that the value may be, whatever follows: it is exact where both ends are equal.
+/// Range of the values that are still possible; it is exact if both ends are equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interval {
-    /// The worst that may become of it.
+    /// Smallest value that is possible.
     pub lower: Value,
-    /// The best that may become of it.
+    /// Largest value that is possible.
     pub upper: Value,
 }
 
@@ -85,38 +85,38 @@ impl Interval {
     /// False: neutral for `or`.
     pub const FALSE: Interval = Interval::exact(Value::BOTTOM);
 
-    /// One value.
+    /// Interval of a single value.
     pub const fn exact(value: Value) -> Interval {
         Interval { lower: value, upper: value }
     }
 
-    /// Nothing is known; `tick` is the first that was not seen.
+    /// Unknown value; `tick` is the first tick that was not seen.
     pub const fn unknown(tick: u32) -> Interval {
         Interval { lower: Value::new(f64::NEG_INFINITY, tick), upper: Value::new(f64::INFINITY, tick) }
     }
 
-    /// Both: the smaller ends.
+    /// Conjunction: the smaller ends.
     pub fn and(self, other: Interval) -> Interval {
         Interval { lower: self.lower.min(other.lower), upper: self.upper.min(other.upper) }
     }
 
-    /// Either: the larger ends.
+    /// Disjunction: the larger ends.
     pub fn or(self, other: Interval) -> Interval {
         Interval { lower: self.lower.max(other.lower), upper: self.upper.max(other.upper) }
     }
 
-    /// The negation.
+    /// Negation.
     pub fn negated(self) -> Interval {
         Interval { lower: self.upper.negated(), upper: self.lower.negated() }
     }
 
-    /// The same, known at `tick` at the earliest.
+    /// Same robustness, dated at `tick` or later.
     pub fn known_from(self, tick: u32) -> Interval {
         let later = |v: Value| Value::new(v.robustness(), v.tick().max(tick));
         Interval { lower: later(self.lower), upper: later(self.upper) }
     }
 
-    /// The truth values alone.
+    /// Truth values of both ends.
     pub fn truth(self) -> Interval {
         Interval { lower: self.lower.truth(), upper: self.upper.truth() }
     }
@@ -139,7 +139,7 @@ mod tests {
         #[test]
         fn the_order_is_reversed_by_not(a in value(), b in value()) {
             prop_assert_eq!(a.cmp(&b), b.negated().cmp(&a.negated()));
-            // Numbers first; of equals the earlier is the stronger.
+            // Numbers first; of equal numbers the earlier instant is stronger.
             let ticks = if a.is_true() { b.tick().cmp(&a.tick()) } else { a.tick().cmp(&b.tick()) };
             prop_assert_eq!(a.cmp(&b), a.robustness().total_cmp(&b.robustness()).then(ticks));
         }

@@ -1,11 +1,11 @@
-//! What is said of an expectation at the end of a run.
+//! Result of an expectation at the end of a run.
 
 use serde::{Deserialize, Serialize};
 
 use super::value::Interval;
 use crate::program::Unit;
 
-/// Whether it held.
+/// Verdict on an expectation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -18,7 +18,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The verdict that an interval allows.
+    /// Verdict that follows from an interval.
     pub fn of(value: Interval) -> Verdict {
         match (value.lower.is_true(), value.upper.is_true()) {
             (true, _) => Verdict::Holds,
@@ -31,24 +31,24 @@ impl Verdict {
 /// The result of an expectation. Ticks count from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Whether it held.
+    /// Verdict on it.
     pub verdict: Verdict,
-    /// The smallest robustness that the ticks after the end could have made of it.
+    /// Smallest robustness that is possible with any ticks after the end.
     pub lower: f64,
-    /// The largest; equal to `lower` unless the end cut off a window.
+    /// Largest robustness that is possible; equal to `lower` unless the end cut off a window.
     pub upper: f64,
-    /// What the robustness is, in SI units.
+    /// Unit of the robustness, in SI units.
     pub unit: Unit,
-    /// The tick that decides the robustness: of something that held or failed, its worst instant.
+    /// Tick that determines the robustness: the worst instant of an expectation that held or failed.
     pub worst: Option<u32>,
-    /// The tick at which the verdict became certain: of something that failed, where it was first violated.
+    /// Tick at which the verdict became certain: for an expectation that failed, its first violation.
     pub decided: Option<u32>,
-    /// The first tick at which a signal was no number, and therefore false.
+    /// First tick at which a signal was NaN, and therefore false.
     pub undefined: Option<u32>,
 }
 
 impl Outcome {
-    /// From what the formula is worth at the first tick, in numbers and in truth values alone.
+    /// Combines the values of the formula at the first tick, in numbers and in truth values alone.
     pub(super) fn new(number: Interval, truth: Interval, unit: Unit, undefined: Option<u32>) -> Outcome {
         let verdict = Verdict::of(number);
         let (worst, decided) = match verdict {
@@ -60,8 +60,8 @@ impl Outcome {
         Outcome { verdict, lower, upper, unit, worst, decided, undefined }
     }
 
-    /// The margin, as far as it is proven: at least this where it holds, at most this (zero or less) where it fails. None
-    /// where it is undecided, where no number had a say, and where quantities of several dimensions were compared.
+    /// Margin, as far as it is proven: at least this if the expectation holds, at most this (zero or less) if it fails.
+    /// `None` if it is undecided, if no number determines it, or if quantities of several dimensions were compared.
     pub fn margin(&self) -> Option<f64> {
         let margin = match self.verdict {
             Verdict::Holds => self.lower,
@@ -72,12 +72,12 @@ impl Outcome {
     }
 }
 
-/// Both ways in which a formula is evaluated: the same algebra over other numbers.
+/// Both evaluations of a formula: the same algebra over different numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sense {
-    /// Signals as they are: the robustness and its instant.
+    /// Signals as they are: yields the robustness and its instant.
     Number,
-    /// Signals as plus and minus infinity. As the earlier of equals is the stronger, the instant is the one at which the
-    /// truth became certain.
+    /// Signals as plus and minus infinity. Since the earlier of equal values is the stronger, the instant is the one at
+    /// which the truth value became certain.
     Truth,
 }

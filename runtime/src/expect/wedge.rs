@@ -1,11 +1,11 @@
-//! The largest of every window of a series, in one pass: the ascending minima of Lemire, *Streaming maximum-minimum filter
+//! Maximum of every window of a series, in one pass: the ascending minima of Lemire, *Streaming maximum-minimum filter
 //! using no more than three comparisons per element*, 2006.
 
 use std::collections::VecDeque;
 
-/// For each place the largest of `series[place ..= place + reach]`, as far as the series goes.
+/// Returns the maximum of `series[place ..= place + reach]` for each place, as far as the series goes.
 pub(super) fn largest_ahead<T: Ord + Copy>(series: &[T], reach: usize) -> Vec<T> {
-    // Places whose value is larger than all that come after them in the window; the largest stands at the front.
+    // Places whose value is larger than all that come after them in the window; the maximum is at the front.
     let mut wedge: VecDeque<usize> = VecDeque::new();
     let mut largest = Vec::with_capacity(series.len());
     let mut end = 0;

@@ -1,11 +1,12 @@
-//! How much a safety field bends, of a size as [`crate::evaluator`] measures it for the rows of tasks.
+//! Curvature of a safety field, estimated as in [`crate::evaluator`] for the rows of tasks.
 
 use robot::{Data, Model};
 use stdlib_tasks::field::Field;
 
 use crate::sampling::{SAMPLES, SEED, Spread};
 
-/// How much a safety field bends with each degree of freedom over a time `horizon`, of a size as the rows of tasks.
+/// Estimates the curvature of a safety field with each degree of freedom over a time `horizon`, as for the rows of
+/// tasks.
 pub(crate) fn curvature_of_field(field: &mut Field, model: &Model, locked: &[usize], horizon: f64) -> Vec<f64> {
     let (mut data, mut spread) = (Data::new(model), Spread(SEED));
     let mut most = vec![0.0_f64; model.nv()];

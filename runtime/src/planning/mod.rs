@@ -1,9 +1,11 @@
-//! A safety planner in a stack: the protected task asked for its rows, the planner's decision, and what becomes of both.
+//! Safety planner in a stack: the rows of the protected task, the planner's decision, and its application to both
+//! tasks.
 //!
-//! The parameters of a protected task stand in a table of their own, which is worked out at the planner's clock `c` in place
-//! of the time; rates there are d/dc. At a tick the task writes its rows three times: with rates at zero, which gives
-//! `K e` towards the safe target, and its Jacobian; with the rates of the clock, which gives `eta` as the difference; and
-//! last for the hierarchy. Rows are affine in the rates, whatever the type of the task, and so nothing here knows one.
+//! The parameters of a protected task have a table of their own, which is evaluated at the planner's clock `c` instead
+//! of the time; rates in this table are d/dc. At a tick the task writes its rows three times: with zero rates, which
+//! yields `K e` towards the safe target, and its Jacobian; with the rates of the clock, which yields `eta` as the
+//! difference; and last for the hierarchy. Rows are affine in the rates for every type of task, so nothing here depends
+//! on the type.
 
 mod curvature;
 mod settings;
@@ -25,36 +27,36 @@ use crate::values::ValueTable;
 pub use settings::deviates;
 pub(crate) use settings::{planner_of, planners, protected_by};
 
-/// Where a direction comes from.
+/// Source of a direction.
 enum Along {
     Gradient,
     Slot(usize),
     State(Box<Evaluation>),
 }
 
-/// A deviation of a parameter.
+/// Deviation of a parameter.
 struct Deviated {
     slot: Slot,
     along: Along,
 }
 
-/// A safety planner of a stack, made ready.
+/// Safety planner of a stack, prepared for execution.
 pub(crate) struct Planning {
     /// Index of the planner's task in the program.
     pub program_index: usize,
-    /// Places of the planner's task and of the protected one among the stack's tasks.
+    /// Indices of the planner's task and of the protected one among the stack's tasks.
     pub guard: usize,
     pub task: usize,
     field: Field,
     points: Vec<[usize; 3]>,
     people: Vec<HumanPoint>,
-    /// The protected task's parameters.
+    /// Parameters of the protected task.
     pub values: ValueTable,
-    /// Their places.
+    /// Their indices in the table of values.
     pub places: Vec<usize>,
     /// Their rates along the clock.
     along_clock: Vec<f64>,
-    /// When the stack was entered.
+    /// Time at which the stack was entered.
     entered: Times,
     planner: SafetyPlanner,
     evasive: bool,
@@ -63,15 +65,15 @@ pub(crate) struct Planning {
     frames: Vec<Frame>,
     probe: Probe,
     locked: Vec<usize>,
-    /// What the rows of the protected task ask for.
+    /// Values that the rows of the protected task are set to.
     pub wanted: Vec<f64>,
-    /// The velocity of the null space, `nv` numbers.
+    /// Velocity of the null space, `nv` numbers.
     pub internal: Vec<f64>,
-    /// The signals that tell of it.
+    /// Signals that store its outputs.
     signals: [Option<usize>; 5],
 }
 
-/// Room for the rows of a task that is asked.
+/// Storage for the rows of a task in a trial evaluation.
 struct Probe {
     rows: usize,
     nv: usize,
@@ -103,7 +105,7 @@ impl Probe {
         }
     }
 
-    /// Asks the task; `lower` then holds what its equalities ask for.
+    /// Evaluates the task; `lower` then contains the right-hand sides of its equalities.
     fn ask(&mut self, task: &mut dyn Task, state: &State) -> Result<(), TaskFault> {
         self.jacobian.fill(0.0);
         self.lower.fill(f64::NEG_INFINITY);
@@ -123,7 +125,7 @@ impl Probe {
         task.update(state, &mut rows)
     }
 
-    /// The Jacobian of rows that are always a single degree of freedom.
+    /// Writes the Jacobian of rows that always concern a single degree of freedom.
     fn constant(&mut self, task: &dyn Task) {
         for (row, dof) in task.degrees_of_freedom().into_iter().flatten().enumerate() {
             if let Some(x) = self.jacobian.get_mut(row * self.nv + dof) {
@@ -133,7 +135,7 @@ impl Probe {
     }
 }
 
-/// What the planner needs to know of a tick.
+/// State of the robot at a tick, for the planner.
 pub(crate) struct Now<'a> {
     pub model: &'a Model,
     pub data: &'a Data,
@@ -154,23 +156,24 @@ fn write(q: Quaternion<f64>, out: &mut [f64]) {
 }
 
 impl Planning {
-    /// Says how much rows bend: those of the levels above the protected task, its own, which begin at a row of its level, and
-    /// those of the field, by what the ends of its segments do at random configurations. `exact` says which levels down to the
-    /// task's are never damped, `horizon` over which time in s second derivatives count in the levels.
+    /// Passes curvatures to the planner: of the rows of the levels above the protected task, of its own rows, which
+    /// begin at a row of its level, and of the field, estimated from the ends of its segments at random configurations.
+    /// `exact` marks the levels down to the task's that are never damped. `horizon` is the time in s over which second
+    /// derivatives count in the levels.
     pub fn bend(&mut self, model: &Model, above: &[Level], task: (&Level, usize), exact: &[bool], horizon: f64) {
-        // The least time: room for people comes before smoothness.
+        // The shortest time, since distance from people has priority over smoothness.
         let least = 0.5 * self.planner.period();
         let field = curvature::curvature_of_field(&mut self.field, model, &self.locked, least);
         self.planner.bend(&Bending { above, task, field: &field, exact, part: least / horizon });
     }
 
-    /// The places that the planner itself reads of the stack's table of values.
+    /// Indices of the stack's table of values that the planner itself reads.
     pub fn reads(program: &Program, planner: usize) -> BTreeSet<usize> {
         let field = settings::field_of(program, planner).and_then(|f| program.fields.get(f));
         field.iter().flat_map(|f| f.points.iter().flatten().copied()).collect()
     }
 
-    /// Begins anew.
+    /// Restarts at the entry of the stack.
     pub fn enter(&mut self, times: Times, inputs: &[f64]) {
         self.entered = times;
         self.planner.restart(0.0);
@@ -184,7 +187,7 @@ impl Planning {
         }
     }
 
-    /// Works out the protected task's parameters at the planner's clock, and puts them into the stack's table.
+    /// Evaluates the protected task's parameters at the planner's clock and writes them to the stack's table.
     pub fn evaluate(&mut self, signals: &[f64], current: &mut [f64], rates: &mut [f64]) {
         let c = self.planner.clock();
         self.values.evaluate(Times { t: self.entered.t + c, time: self.entered.time + c }, signals);
@@ -194,7 +197,7 @@ impl Planning {
         }
     }
 
-    /// Looks at the people and at the protected task. The task's values become those of the safe target.
+    /// Reads the people's points and evaluates the protected task. The task's values become those of the safe target.
     pub fn see(
         &mut self,
         task: &mut dyn Task,
@@ -239,12 +242,13 @@ impl Planning {
         Ok(())
     }
 
-    /// Decides about this tick, of which it has seen everything, and about which the levels above are written.
+    /// Decides about this tick after [`Planning::see`]. The rows of the levels above must have been written.
     pub fn decide(&mut self, above: &[Level], current: &[f64], rates: &mut [f64]) -> Result<(), Fault> {
         self.ask(above, current, rates, |planner, tick| planner.decide(tick).map(|()| true)).map(drop)
     }
 
-    /// Sees the velocity `x` that the hierarchy made of it; whether it decided once more.
+    /// Passes the velocity `x`, which the hierarchy computed from the decision, to the planner. Returns true if the
+    /// planner decided again.
     pub fn reconsider(
         &mut self,
         above: &[Level],
@@ -255,7 +259,7 @@ impl Planning {
         self.ask(above, current, rates, |planner, tick| planner.reconsider(tick, x))
     }
 
-    /// Asks the planner, and carries out what it decides, if it does.
+    /// Calls the planner and applies its decision, if there is one.
     fn ask(
         &mut self,
         above: &[Level],
@@ -294,7 +298,7 @@ impl Planning {
         Ok(true)
     }
 
-    /// Writes the safe target in place of the nominal one, and finds directions. `None` where a direction has no value.
+    /// Replaces the nominal target by the safe one and computes directions. Returns `None` if a direction is undefined.
     fn deviate(&mut self, now: &Now, current: &mut [f64], rates: &mut [f64]) -> Option<()> {
         for (d, frame) in self.deviated.iter_mut().zip(&mut self.frames) {
             frame.direction = match &mut d.along {
@@ -332,17 +336,17 @@ impl Planning {
         Some(())
     }
 
-    /// Whether row `i` of the protected task is decided about.
+    /// Returns true if the planner decides about row `i` of the protected task.
     pub fn decides(&self, i: usize) -> bool {
         !self.probe.free.get(i).copied().unwrap_or(true)
     }
 
-    /// Moves the clock and the deviations on by a period.
+    /// Advances the clock and the deviations by a period.
     pub fn advance(&mut self) {
         self.planner.advance();
     }
 
-    /// What it tells of this tick, in which the robot moves with `v`, `nv` numbers.
+    /// Outputs at this tick, in which the robot moves with `v`, `nv` numbers.
     pub fn told(&self, v: &[f64]) -> impl Iterator<Item = (usize, f64)> {
         let plan = self.planner.plan();
         let sizes = self.deviated.iter().enumerate().map(|(i, d)| match d.slot.len {
@@ -359,7 +363,7 @@ impl Planning {
         &self.planner
     }
 
-    /// The field at the last tick.
+    /// Field as of the last tick.
     pub fn field(&self) -> &Field {
         &self.field
     }

@@ -1,4 +1,4 @@
-//! From the bound parameters of a safety planner to the planner itself.
+//! Construction of a safety planner from its bound parameters.
 
 use std::collections::BTreeSet;
 
@@ -18,10 +18,10 @@ use crate::safety::{
 };
 use crate::values::ValueTable;
 
-/// The task type.
+/// Name of the task type.
 const KIND: &str = "safety_planner";
 
-/// The task that a planner protects; none for a task of another type.
+/// Task that a planner protects; `None` for a task of another type.
 pub(crate) fn protected_by(task: &TaskProgram) -> Option<usize> {
     match task.params.get("task") {
         Some(Bound::Task(protected)) if task.kind == KIND => Some(*protected),
@@ -29,7 +29,7 @@ pub(crate) fn protected_by(task: &TaskProgram) -> Option<usize> {
     }
 }
 
-/// The field of a planner.
+/// Field of a planner.
 pub(super) fn field_of(program: &Program, planner: usize) -> Option<usize> {
     match program.tasks.get(planner)?.params.get("field") {
         Some(Bound::Field(field)) => Some(*field),
@@ -37,19 +37,19 @@ pub(super) fn field_of(program: &Program, planner: usize) -> Option<usize> {
     }
 }
 
-/// The planners of a stack with the tasks that they protect, by their indices in the program.
+/// Planners of a stack with the tasks that they protect, by their indices in the program.
 pub(crate) fn planners(program: &Program, stack: &StackProgram) -> Vec<(usize, usize)> {
     let members = || stack.levels.iter().flat_map(|l| &l.members).map(|m| m.task);
     let one = |task| Some((task, protected_by(program.tasks.get(task)?)?));
     members().filter_map(one).filter(|(_, protected)| members().any(|m| m == *protected)).collect()
 }
 
-/// The planner that protects a task in any stack.
+/// Planner that protects a task in any stack.
 pub(crate) fn planner_of(program: &Program, task: usize) -> Option<usize> {
     program.tasks.iter().position(|t| protected_by(t) == Some(task))
 }
 
-/// The deviations of a planner: the path of each parameter, with how it may deviate.
+/// Collects the deviations of a planner: the path of each parameter, with the parameters of its deviation.
 fn deviations(bound: &BoundParams, path: &str, out: &mut Vec<(String, BoundParams)>) {
     for (name, b) in bound {
         let Bound::Group(group) = b else { continue };
@@ -62,7 +62,7 @@ fn deviations(bound: &BoundParams, path: &str, out: &mut Vec<(String, BoundParam
     }
 }
 
-/// A bound parameter by its path.
+/// Finds a bound parameter by its path.
 fn at_path<'b>(params: &'b BoundParams, path: &str) -> Option<&'b Bound> {
     let (first, rest) = path.split_once('.').map_or((path, None), |(a, b)| (a, Some(b)));
     match (params.get(first)?, rest) {
@@ -72,9 +72,9 @@ fn at_path<'b>(params: &'b BoundParams, path: &str) -> Option<&'b Bound> {
     }
 }
 
-/// The first of the three rows that follow the rate of a parameter one to one; none where there are no such rows.
+/// First of the three rows that follow the rate of a parameter one to one; `None` if there are no such rows.
 pub fn deviates(model: &Model, home: &[f64], values: &[f64], task: &mut dyn Task, slot: Slot) -> Option<usize> {
-    // What it remembers is how the path moved, and not how the path that it leaves it for does.
+    // Such a task remembers the motion of the nominal path, not that of the path with deviations.
     if task.remembers_target() {
         return None;
     }
@@ -92,7 +92,7 @@ pub fn deviates(model: &Model, home: &[f64], values: &[f64], task: &mut dyn Task
     let mut ask = |k: Option<usize>| {
         let mut rates = vec![0.0; values.len()];
         match k {
-            // q' = (0, w) q / 2, and q is one.
+            // q' = (0, w) q / 2, and q is the identity.
             Some(k) if slot.len == 4 => rates[slot.at + 1 + k] = 0.5,
             Some(k) => rates[slot.at + k] = 1.0,
             None => {}
@@ -105,7 +105,7 @@ pub fn deviates(model: &Model, home: &[f64], values: &[f64], task: &mut dyn Task
     let mut first = None;
     for k in 0..3 {
         let moved = ask(Some(k))?;
-        // Other rows may be without a number here; those that follow have one.
+        // Other rows may be NaN here; rows that follow the rate are finite.
         let change = |i: usize| moved[i] - still[i];
         let changed: Vec<usize> = (0..moved.len()).filter(|&i| change(i).abs() > 1e-9).collect();
         let [row] = changed[..] else { return None };
@@ -117,12 +117,12 @@ pub fn deviates(model: &Model, home: &[f64], values: &[f64], task: &mut dyn Task
 }
 
 impl Planning {
-    /// Makes a planner of a stack ready. `(guard, task)` are the places of both tasks among those of the stack, with their
-    /// indices in the program; `speed` the speeds that hold above the planner, `above` the shapes of the levels above the protected
-    /// task.
+    /// Prepares a planner of a stack. `(guard, task)` are the indices of both tasks among those of the stack, with
+    /// their indices in the program. `speed` contains the speed limits above the planner, `above` the shapes of the
+    /// levels above the protected task.
     ///
     /// # Errors
-    /// Its settings mean nothing, which a compiled program excludes.
+    /// Its settings are invalid, which a compiled program excludes.
     pub fn new(
         program: &Program,
         stack: &StackProgram,

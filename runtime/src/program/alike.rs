@@ -1,4 +1,4 @@
-//! Whether two tasks say the same, though each has places of its own in the table of values.
+//! Equivalence of two tasks whose parameters have different places in the table of values.
 
 use std::collections::BTreeSet;
 
@@ -8,8 +8,8 @@ use super::{Op, Program};
 use crate::planning;
 
 impl Program {
-    /// True for tasks of one type whose parameters are equal: the same things, the same constants, and moving numbers that
-    /// come from the same places of the tape.
+    /// Returns true if two tasks have the same type and equal parameters: the same references, the same constants, and
+    /// moving numbers that the same operations of the tape compute.
     pub fn alike(&self, a: usize, b: usize) -> bool {
         let (Some(x), Some(y)) = (self.tasks.get(a), self.tasks.get(b)) else { return false };
         let both = || x.params.iter().zip(&y.params);
@@ -19,9 +19,9 @@ impl Program {
                 && both().all(|((m, p), (n, q))| m == n && self.same(p, q)))
     }
 
-    /// Whether what a task asks for depends on when its stack was entered, or on where.
+    /// Returns true if the goal of a task depends on the time or the configuration at which its stack was entered.
     pub fn depends_on_entry(&self, task: usize) -> bool {
-        // A clock of its own begins with the stack.
+        // The clock of the planner starts with the stack.
         if planning::planner_of(self, task).is_some() {
             return true;
         }
@@ -62,7 +62,7 @@ impl Program {
         a.len == b.len && (0..a.len).all(|i| self.number(a.at + i) == self.number(b.at + i))
     }
 
-    /// A number of the table: its value where it is constant, else the operation that gives it.
+    /// Number of the table: its value if it is constant, otherwise the operation that computes it.
     fn number(&self, at: usize) -> (Option<usize>, u64) {
         let moving = self.values.tape.outputs.iter().find(|o| o.at == at);
         let value = self.values.initial.get(at).copied().unwrap_or(f64::NAN);

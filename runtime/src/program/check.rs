@@ -1,7 +1,7 @@
-//! Makes sure that a program can be executed: every index points somewhere, every number is usable.
+//! Checks that a program can be executed: every index is valid, every number is usable.
 //!
-//! The compiler's programs always pass. A program that was read from a file may have been edited; after this check the
-//! controller never looks outside a table.
+//! Programs from the compiler always pass. A program that was read from a file may have been edited; after this check
+//! the controller never reads outside a table.
 
 use stdlib_tasks::bound::{Bound, Geometry, Slot};
 
@@ -9,12 +9,12 @@ use crate::velocity;
 
 use super::{CaptureSource, FORMAT, Op, Program, RunProgram, Subject, overshoots};
 
-/// Why a program cannot be executed.
+/// Reason why a program cannot be executed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ProgramError {
-    /// The part of the program, as a path such as `stacks[0].levels[2]`.
+    /// Part of the program, as a path such as `stacks[0].levels[2]`.
     pub place: String,
-    /// What is wrong there.
+    /// Description of the error.
     pub message: String,
 }
 
@@ -134,7 +134,7 @@ impl Program {
             }
             ensure(!matches!(op, Op::State(_)), &place, "reads the robot's state, and only tasks do")?;
         }
-        // Every captured value is somebody's: the number cannot ask for more memory than the file describes.
+        // Every captured value belongs to a capture, so that a file cannot request more memory than it describes.
         let captured = v.captures.iter().fold(0_usize, |n, c| n.saturating_add(c.len));
         ensure(v.tape.inputs <= captured, "values.tape.inputs", "more captured values than captures")?;
         v.tape.check_trajectories()?;

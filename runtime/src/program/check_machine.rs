@@ -1,4 +1,4 @@
-//! Makes sure that signals and the machine of a program can be executed.
+//! Checks that the signals and the machine of a program can be executed.
 
 use super::check::{ProgramError, ensure, error};
 use super::{
@@ -6,7 +6,7 @@ use super::{
     StateProgram, Trigger, Velocity,
 };
 
-/// The most states that one may stand inside another.
+/// Largest number of states that may be nested.
 const MAX_DEPTH: usize = 64;
 
 impl Program {
@@ -116,7 +116,7 @@ impl Program {
     }
 
     fn check_state(&self, m: &MachineProgram, i: usize, s: &StateProgram, place: &str) -> Result<(), ProgramError> {
-        // Parents come before children: walking up ends.
+        // Parents come before children, so that a walk up to the root ends.
         ensure(i == 0 || s.parent.is_some_and(|p| p < i), place, "its parent does not come before it")?;
         ensure(m.path(i).take(MAX_DEPTH + 1).count() <= MAX_DEPTH, place, "stands inside too many others")?;
         let inside = |c: usize| c > i && m.states.get(c).is_some_and(|c| c.parent == Some(i));

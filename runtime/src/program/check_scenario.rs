@@ -1,9 +1,9 @@
-//! Makes sure that the scenarios of a program can be run.
+//! Checks that the scenarios of a program can be run.
 
 use super::check::{ProgramError, ensure, error};
 use super::{Force, HumanScript, Measure, Program, ScenarioProgram, Sending, SignalScript, Track};
 
-/// A time that is not negative.
+/// Returns true if a time is finite and not negative.
 fn is_time(x: f64) -> bool {
     x.is_finite() && x >= 0.0
 }

@@ -1,4 +1,4 @@
-//! Formulas as plain data: a list of nodes, operands before users, the last one being the formula.
+//! Formulas as plain data: a list of nodes, operands before users; the last node is the formula.
 
 use serde::{Deserialize, Serialize};
 use stdlib_tasks::dimension::{Dimension, TIME};
@@ -6,10 +6,10 @@ use stdlib_tasks::dimension::{Dimension, TIME};
 use super::window::Window;
 use super::{ProgramError, error};
 
-/// The most nodes of a formula.
+/// Largest number of nodes of a formula.
 pub const MAX_NODES: usize = 1000;
 
-/// What the number of a signal, or the robustness of a formula, is.
+/// Unit of the number of a signal, or of the robustness of a formula.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Unit {
@@ -17,12 +17,12 @@ pub enum Unit {
     Truth,
     /// A quantity in the SI unit of this dimension.
     Quantity(Dimension),
-    /// Quantities of several dimensions were compared: the sign means something, the number does not.
+    /// Quantities of several dimensions were compared: only the sign is meaningful.
     Mixed,
 }
 
 impl Unit {
-    /// The unit of what is chosen from both: truth values, being infinite, take no part.
+    /// Unit of a value that is chosen from both. Truth values are infinite and do not affect it.
     pub fn join(self, other: Unit) -> Unit {
         match (self, other) {
             (Unit::Truth, u) | (u, Unit::Truth) => u,
@@ -36,7 +36,7 @@ impl Unit {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Node {
-    /// A signal, by its place in a tick's numbers: true where it is zero or more, by as much as it says.
+    /// A signal, by its index in a tick's numbers: true if it is zero or more, with the number as its robustness.
     Predicate(usize),
     /// The negation.
     Not(usize),
@@ -44,19 +44,19 @@ pub enum Node {
     And(Vec<usize>),
     /// At least one of them.
     Or(Vec<usize>),
-    /// The second, where the first holds.
+    /// The second holds if the first does.
     Implies([usize; 2]),
-    /// It holds now, and did not a tick ago; at the first tick, it holds. Only its truth counts, so that a trigger lends a
-    /// formula no number.
+    /// It holds now and did not at the previous tick; at the first tick, it holds. Only its truth value counts, so that
+    /// a trigger contributes no number to a formula.
     Rise(usize),
     /// At every tick of the window.
     Always(Window, usize),
     /// At some tick of the window.
     Eventually(Window, usize),
-    /// The second at some tick of the window, and the first at all ticks from now to before that one.
+    /// The second holds at some tick of the window, and the first at all ticks from now to before that one.
     Until(Window, [usize; 2]),
-    /// At some tick from now to so many later, as `Eventually`, but with a robustness in s: the deadline less the instant
-    /// at which it first holds, negative where that is late. Only the truth of the operand counts.
+    /// At some tick from now to this many later, as `Eventually`, but with a robustness in s: the deadline minus the
+    /// instant at which the operand first holds, negative if that is late. Only the truth value of the operand counts.
     Within(u32, usize),
 }
 
@@ -79,17 +79,17 @@ impl Node {
 pub struct Formula {
     /// Operations, operands before users; the last one is the formula, each other one is used once.
     pub nodes: Vec<Node>,
-    /// The time from a tick to the next, in s.
+    /// Time from a tick to the next, in s.
     pub period: f64,
 }
 
 impl Formula {
-    /// An empty list of operations, to which a formula is added.
+    /// Creates an empty list of operations, to which a formula is added.
     pub fn new(period: f64) -> Formula {
         Formula { nodes: Vec::new(), period }
     }
 
-    /// Adds an operation; gives its index.
+    /// Adds an operation and returns its index.
     pub fn add(&mut self, node: Node) -> usize {
         self.nodes.push(node);
         self.nodes.len() - 1
@@ -103,8 +103,8 @@ impl Formula {
         self.add(Node::Always(Window::ALWAYS, implied))
     }
 
-    /// Adds `within ticks : of`: a margin in s where the operand has nothing but truth values, and in the unit of the
-    /// operand where it is one of quantities. `signals` are the units of a tick's numbers.
+    /// Adds `within ticks : of`. The robustness is in s if the operand has only truth values, otherwise in the unit of
+    /// the operand. `signals` are the units of a tick's numbers.
     pub fn within(&mut self, ticks: u32, of: usize, signals: &[Unit]) -> usize {
         match self.units(signals).get(of) {
             Some(Unit::Truth) => self.add(Node::Within(ticks, of)),
@@ -112,7 +112,7 @@ impl Formula {
         }
     }
 
-    /// The unit of its robustness. `signals` are the units of a tick's numbers.
+    /// Unit of its robustness. `signals` are the units of a tick's numbers.
     pub fn unit(&self, signals: &[Unit]) -> Unit {
         self.units(signals).last().copied().unwrap_or(Unit::Truth)
     }
@@ -131,7 +131,7 @@ impl Formula {
         units
     }
 
-    /// The signals that it reads, in order, each once.
+    /// Signals that it reads, sorted and without duplicates.
     pub fn signals(&self) -> Vec<usize> {
         let read = self.nodes.iter().filter_map(|n| if let Node::Predicate(k) = n { Some(*k) } else { None });
         let mut list: Vec<usize> = read.collect();
@@ -140,8 +140,8 @@ impl Formula {
         list
     }
 
-    /// Checks all indices and windows; nothing that evaluates a formula looks outside it afterwards. `signals` is how
-    /// many numbers a tick has.
+    /// Checks all indices and windows, so that an evaluation never reads outside the formula. `signals` is the number
+    /// of numbers in a tick.
     ///
     /// # Errors
     /// The first operation that cannot be evaluated.

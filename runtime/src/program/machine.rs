@@ -1,5 +1,5 @@
-//! A state machine as data: states form a tree whose root is the machine itself, so that what is said of the machine
-//! holds in all states.
+//! State machine as data. States form a tree whose root is the machine itself, so that transitions of the machine apply
+//! in all states.
 
 use serde::{Deserialize, Serialize};
 use stdlib_tasks::expression::Expression;
@@ -12,21 +12,21 @@ use crate::fault::FaultKind;
 pub struct MachineProgram {
     /// States, parents before children; the first is the machine itself.
     pub states: Vec<StateProgram>,
-    /// What states ask the outside world to do.
+    /// Actions that the states request.
     pub actions: Vec<ActionProgram>,
-    /// What conditions measure of the motion.
+    /// Measures of the motion that conditions read.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub measured: Vec<MeasuredProgram>,
 }
 
-/// A measure of the motion that conditions read: a variable that the controller sets at the end of each tick, and nobody else.
+/// Measure of the motion that conditions read: a variable that only the controller sets, at the end of each tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredProgram {
-    /// The signal that is the variable, of one number.
+    /// Index of the variable among the signals; it has one number.
     pub signal: usize,
     /// A speed, an acceleration or reversals, of the velocity that the hierarchy chose.
     pub measure: Measure,
-    /// For what is counted the state since whose last entry it is; none for the others.
+    /// State since whose last entry a count runs; `None` for measures that are not counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub since: Option<usize>,
 }
@@ -34,74 +34,74 @@ pub struct MeasuredProgram {
 /// A state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StateProgram {
-    /// Its name, behind those of the states that it stands in: `outer.inner`. That of the root is the machine's.
+    /// Its name, after those of the states around it: `outer.inner`. The name of the root is that of the machine.
     pub name: String,
-    /// The state that it stands in; none for the root.
+    /// State around it; `None` for the root.
     pub parent: Option<usize>,
-    /// The state inside it that is entered with it.
+    /// State inside it that is entered with it.
     pub initial: Option<usize>,
-    /// The stack that is entered with it; where none is given, that of the state around it goes on.
+    /// Stack that is entered with it. If it is `None`, the stack of the state around it continues.
     pub stack: Option<usize>,
-    /// The machine has come to its end here.
+    /// True if the machine ends in this state.
     #[serde(rename = "final")]
     pub is_final: bool,
     /// Actions on entering, in order.
     pub enter: Vec<usize>,
-    /// Actions that are begun on entering and called off on leaving.
+    /// Actions that begin on entering and are cancelled on leaving.
     pub activities: Vec<usize>,
     /// Actions on leaving.
     pub exit: Vec<usize>,
-    /// Ways out, in the order in which they are looked at.
+    /// Outgoing transitions, in the order in which they are tested.
     pub transitions: Vec<TransitionProgram>,
 }
 
-/// A way from one state to another.
+/// Transition from one state to another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TransitionProgram {
-    /// When it is taken.
+    /// Its trigger.
     pub trigger: Trigger,
-    /// The same in the words of the spec: `when norm(right_ft.force) < 3 N for 3 s`.
+    /// The trigger in the words of the spec: `when norm(right_ft.force) < 3 N for 3 s`.
     pub text: String,
-    /// The state that it leads to.
+    /// Index of the target state.
     pub target: usize,
-    /// How long the command takes to go over to that of another stack, in s.
+    /// Duration of the blend to the command of another stack, in s.
     pub blend: f64,
 }
 
-/// When a transition is taken.
+/// Trigger of a transition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Trigger {
-    /// An event came since the last tick.
+    /// An event occurred since the last tick.
     Event(usize),
     /// A condition holds, and has held for some time without a break.
     When {
-        /// A truth value: 1 for true, -1 for false. One that is not a number is false.
+        /// A truth value: 1 for true, -1 for false. NaN is false.
         condition: Expression,
-        /// How long, in s.
+        /// Time for which it must have held, in s.
         hold: f64,
     },
-    /// The state was entered so long ago, in s.
+    /// This time has passed since the state was entered, in s.
     After(f64),
-    /// A target is reached: it stands still, and each of the errors is at most its tolerance. A target that signals move
-    /// counts as one that stands.
+    /// A target is reached: it does not move, and each of the errors is at most its tolerance. A target that signals
+    /// move counts as one that does not move.
     Reached {
         /// The task.
         task: usize,
-        /// For each of the task's errors, in the order of [`stdlib_tasks::task::Task::measures`].
+        /// Tolerance of each of the task's errors, in the order of [`stdlib_tasks::task::Task::measures`].
         tolerances: Vec<f64>,
     },
-    /// A fault came.
+    /// A fault occurred.
     Fault(FaultPattern),
 }
 
-/// The faults that a transition answers.
+/// Faults that trigger a transition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultPattern {
     /// Every fault.
     Any,
-    /// Those of a kind.
+    /// Faults of a kind.
     Kind(FaultKind),
     /// A signal is stale.
     Stale(usize),
@@ -109,80 +109,80 @@ pub enum FaultPattern {
     StaleAmong(Vec<usize>),
     /// A hard level of this name cannot be met.
     Infeasible(String),
-    /// A limit is passed.
+    /// The limit of this task is violated.
     Limit(usize),
 }
 
-/// Something that the outside world is asked to do.
+/// Action that the outside world is requested to perform.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ActionProgram {
-    /// `say`, `capture`, `gripper`.
+    /// Verb of the action: `say`, `capture`, `gripper`.
     pub verb: String,
-    /// What it is said with, as text.
+    /// Its arguments, as text.
     pub arguments: Vec<String>,
-    /// The event that the controller itself raises, for `emit`.
+    /// Event that the controller itself raises, for `emit`.
     pub event: Option<usize>,
-    /// Events that tell how it came out, with the word for the outcome.
+    /// Events that report the outcome, each with the word for it.
     pub outcomes: Vec<(String, usize)>,
-    /// What the controller itself does with its signals; the host is not asked for it.
+    /// Action of the controller on its own signals; it is not requested from the host.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub own: Option<OwnAction>,
 }
 
-/// What the controller does itself, at the tick of the action.
+/// Action that the controller performs itself, at the tick of the action.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OwnAction {
-    /// Gives a variable a value.
+    /// Sets a variable to a value.
     Set {
-        /// The signal that is the variable.
+        /// Index of the variable among the signals.
         variable: usize,
         /// Its value.
         value: Expression,
     },
     /// Makes a variable absent.
     Clear(usize),
-    /// Lets what a wrench shows now become its bias.
+    /// Tares a wrench: its present value is added to the bias.
     Tare(usize),
 }
 
 impl MachineProgram {
-    /// From a state up to the root.
+    /// States from this one up to the root.
     pub fn path(&self, state: usize) -> impl Iterator<Item = usize> + '_ {
         std::iter::successors(Some(state), |&s| self.states.get(s).and_then(|s| s.parent))
     }
 
-    /// The innermost state that is entered when a state is.
+    /// Innermost state that is entered together with a state.
     pub fn leaf(&self, state: usize) -> usize {
         std::iter::successors(Some(state), |&s| self.states.get(s).and_then(|s| s.initial)).last().unwrap_or(state)
     }
 
-    /// Whether a state stands inside another, at whatever depth.
+    /// Returns true if `inner` is inside `outer`, at any depth.
     pub fn is_around(&self, outer: usize, inner: usize) -> bool {
         outer != inner && self.path(inner).any(|s| s == outer)
     }
 
-    /// Whether a transition of a state keeps the machine in its target while it holds: the target stands inside the state,
-    /// and is not entered anew for what may go on holding.
+    /// Returns true if a transition of a state keeps the machine in its target while the trigger holds: the target is
+    /// inside the state, and a trigger that may continue to hold does not enter it again.
     pub fn keeps(&self, state: usize, transition: &TransitionProgram) -> bool {
         let happens = matches!(transition.trigger, Trigger::Event(_) | Trigger::Fault(_));
         !happens && self.is_around(state, transition.target)
     }
 
-    /// Whether a transition of a state enters that state anew for something that may go on holding: for a condition, or for
-    /// a target that is reached. A time begins anew with the state.
+    /// Returns true if a transition re-enters the state that defines it for a trigger that may continue to hold: a
+    /// condition, or a target that is reached. A time restarts with the state.
     pub fn restarts(&self, state: usize, transition: &TransitionProgram) -> bool {
         let lasts = matches!(transition.trigger, Trigger::When { .. } | Trigger::Reached { .. });
         let left = self.path(state).any(|s| s == transition.target);
         lasts && left && self.path(self.leaf(transition.target)).any(|s| s == state)
     }
 
-    /// The state whose stack runs in a state.
+    /// State whose stack runs in a state.
     pub fn owner(&self, state: usize) -> Option<usize> {
         self.path(state).find(|&s| self.states[s].stack.is_some())
     }
 
-    /// The stack that runs in a state.
+    /// Stack that runs in a state.
     pub fn stack(&self, state: usize) -> Option<usize> {
         self.owner(state).and_then(|s| self.states[s].stack)
     }

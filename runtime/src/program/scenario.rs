@@ -1,4 +1,5 @@
-//! Scenarios: what the world does while a program runs, and what is expected of the run. No part of the controller.
+//! Scenarios: the behaviour of the world while a program runs, and the expectations on the run. Not used by the
+//! controller.
 
 use robot::LinkId;
 use serde::{Deserialize, Serialize};
@@ -8,45 +9,46 @@ use super::{Formula, Unit};
 use super::{Program, RunProgram};
 use crate::fault::FaultKind;
 
-/// A run with a world of its own.
+/// Run with a world of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScenarioProgram {
     /// Its name.
     pub name: String,
-    /// What runs, for how long, on which simulated robot. The seed of the simulator is that of the whole scenario.
+    /// Subject and duration of the run, and its simulated robot. The seed of the simulator is that of the whole
+    /// scenario.
     pub run: RunProgram,
-    /// Where the robot stands at the beginning, `nq` numbers.
+    /// Configuration of the robot at the start, `nq` numbers.
     pub start: Vec<f64>,
-    /// What the world does.
+    /// Behaviour of the world.
     #[serde(default)]
     pub world: WorldProgram,
-    /// What expectations are told of: numbers that are worked out at each tick.
+    /// Numbers that are computed at each tick and that predicates read.
     pub measures: Vec<Measure>,
-    /// What formulas are made of.
+    /// Predicates that formulas are made of.
     pub predicates: Vec<Predicate>,
-    /// What must hold, in the order written.
+    /// Expectations, in the order written.
     pub expectations: Vec<ExpectationProgram>,
 }
 
-/// What the world does.
+/// Behaviour of the world.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WorldProgram {
-    /// Values that signals are sent.
+    /// Values that are sent to signals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub signals: Vec<SignalScript>,
-    /// What people do.
+    /// Motion of people.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub humans: Vec<HumanScript>,
-    /// Events that the host raises: index, and when, in s.
+    /// Events that the host raises: index, and times in s.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<(usize, Vec<f64>)>,
-    /// What becomes of actions.
+    /// Outcomes of actions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub outcomes: Vec<OutcomeScript>,
     /// Forces of people.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pushes: Vec<PushScript>,
-    /// Ticks that come late: at which time, in s, and by how much, in s.
+    /// Late ticks: time and delay, both in s.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub late: Vec<(f64, f64)>,
     /// Readings of positions that are lost.
@@ -55,23 +57,23 @@ pub struct WorldProgram {
 }
 
 impl WorldProgram {
-    /// True where the controller is shown something else than what is.
+    /// Returns true if the observations of the controller can differ from the true state.
     pub fn disturbs(&self) -> bool {
         !self.late.is_empty() || !self.lost.is_empty() || !self.humans.is_empty()
     }
 }
 
-/// Values that a signal is sent for some time.
+/// Values that are sent to a signal for some time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SignalScript {
     /// Index of the signal.
     pub signal: usize,
-    /// When the first value is sent, in s.
+    /// Time at which the first value is sent, in s.
     pub from: f64,
-    /// From when on none is sent, in s; none for the end of the run.
+    /// Time from which none is sent, in s; `None` for the end of the run.
     pub to: Option<f64>,
-    /// Instants in s from the beginning of the run, rising, and the value at each. Between two the value is on the straight
-    /// line from one to the other, before the first and behind the last it stands.
+    /// Instants in s from the beginning of the run, rising, and the value at each. Values are interpolated linearly,
+    /// and constant before the first and after the last instant.
     pub path: Vec<(f64, Vec<f64>)>,
     /// Standard deviation of the noise on each number, in its unit; 0 for none.
     #[serde(default)]
@@ -79,32 +81,32 @@ pub struct SignalScript {
     /// Time from the measurement of a value to its arrival, in s. It counts as received when it arrives.
     #[serde(default)]
     pub delay: f64,
-    /// The share of values that are lost on the way.
+    /// Fraction of the values that are lost in transmission.
     #[serde(default)]
     pub drop: f64,
     /// Time from a value to the next, in s; 0 for one at every tick.
     #[serde(default)]
     pub period: f64,
-    /// Instants, in s, at which the value that is sent is not a number.
+    /// Instants, in s, at which the value that is sent is NaN.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub nan: Vec<f64>,
 }
 
 impl SignalScript {
-    /// How its values are sent.
+    /// Transmission of its values.
     pub fn sending(&self) -> Sending {
         let SignalScript { from, to, noise, delay, drop, period, .. } = *self;
         Sending { from, to, noise, delay, drop, period, nan: self.nan.clone(), gaps: Vec::new() }
     }
 }
 
-/// How values are sent on their way to the controller.
+/// Transmission of values to the controller.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sending {
-    /// When the first value is sent, in s.
+    /// Time at which the first value is sent, in s.
     #[serde(default)]
     pub from: f64,
-    /// From when on none is sent, in s; none for the end of the run.
+    /// Time from which none is sent, in s; `None` for the end of the run.
     #[serde(default)]
     pub to: Option<f64>,
     /// Standard deviation of the noise on each number, in its unit; 0 for none.
@@ -113,39 +115,39 @@ pub struct Sending {
     /// Time from the measurement of a value to its arrival, in s. It counts as received when it arrives.
     #[serde(default)]
     pub delay: f64,
-    /// The share of values that are lost on the way.
+    /// Fraction of the values that are lost in transmission.
     #[serde(default)]
     pub drop: f64,
     /// Time from a value to the next, in s; 0 for one at every tick.
     #[serde(default)]
     pub period: f64,
-    /// Instants, in s, at which the value that is sent is not a number.
+    /// Instants, in s, at which the value that is sent is NaN.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub nan: Vec<f64>,
-    /// Spans of time, in s, in which nothing is sent: from when, until when.
+    /// Intervals in which nothing is sent: start and end, in s.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gaps: Vec<(f64, f64)>,
 }
 
-/// What a person does in the whole run, and how the tracker tells of it.
+/// Motion of a person in the whole run, and transmission of the tracker's readings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HumanScript {
     /// Index of the person.
     pub human: usize,
-    /// How readings are sent: all points of the person together, so that one is lost or late as a whole. Noise is on
-    /// positions alone.
+    /// Transmission of the readings: all points of the person together, so that a reading is lost or late as a whole.
+    /// Noise is added to positions only.
     pub sending: Sending,
-    /// Where each point of the person truly is, in the order of its points.
+    /// True path of each point of the person, in the order of its points.
     pub tracks: Vec<Track>,
 }
 
-/// The true way of a tracked point: instants in s from the beginning of the run, rising, and where it is at each, in m.
-/// Between two it goes on a straight line, before the first and behind the last it stands.
+/// True path of a tracked point: instants in s from the beginning of the run, rising, and the position at each, in m.
+/// The position is interpolated linearly, and constant before the first and after the last instant.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Track(pub Vec<(f64, [f64; 3])>);
 
 impl Track {
-    /// Where the point is at a time, and how fast it goes from there on, in m and m/s.
+    /// Position of the point at a time, and its velocity from then on, in m and m/s.
     pub fn at(&self, time: f64) -> ([f64; 3], [f64; 3]) {
         let behind = self.0.partition_point(|p| p.0 <= time);
         match (behind.checked_sub(1).and_then(|i| self.0.get(i)), self.0.get(behind)) {
@@ -161,7 +163,7 @@ impl Track {
     }
 }
 
-/// What becomes of an action: of each request for it in order; the last entry repeats.
+/// Outcomes of an action, for its requests in order; the last entry repeats.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OutcomeScript {
     /// The action's first argument, or its verb.
@@ -170,14 +172,14 @@ pub struct OutcomeScript {
     pub requests: Vec<OutcomeProgram>,
 }
 
-/// How an action comes out.
+/// Outcome of one request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OutcomeProgram {
-    /// The word for the outcome; none for an action that never ends.
+    /// Word for the outcome; `None` for an action that never ends.
     pub outcome: Option<String>,
-    /// How long it takes, in s.
+    /// Duration of the action, in s.
     pub after: f64,
-    /// Signals that have these values from then on.
+    /// Values that signals have from then on.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sets: Vec<(usize, Vec<f64>)>,
 }
@@ -185,24 +187,24 @@ pub struct OutcomeProgram {
 /// A force on a sensor, for some time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PushScript {
-    /// The signal that reports it, a wrench: force in N, then moment in Nm.
+    /// Index of the signal that reports it, a wrench: force in N, then moment in Nm.
     pub signal: usize,
-    /// From when, in s.
+    /// Start, in s.
     pub from: f64,
-    /// Until when, in s; none for the end of the run.
+    /// End, in s; `None` for the end of the run.
     pub to: Option<f64>,
-    /// What is done.
+    /// The force.
     pub force: Force,
 }
 
-/// What a person does to a sensor.
+/// Force of a person on a sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Force {
-    /// The same wrench all the time: force in N and moment in Nm, in the axes of the world.
+    /// Constant wrench: force in N and moment in Nm, in the axes of the world.
     Constant([f64; 6]),
-    /// A hand that pulls a link towards a point of the world, as a spring with a damper, force in the axes of the world:
-    /// `f = k (p - x) - d x'`, no larger than `most`.
+    /// A hand that pulls a link towards a point of the world, like a spring with a damper:
+    /// `f = k (p - x) - d x'`, no larger than `most`, in the axes of the world.
     Towards {
         /// The link whose origin is pulled.
         link: robot::LinkId,
@@ -217,53 +219,53 @@ pub enum Force {
     },
 }
 
-/// A joint whose position is not measured for some time: the reading is not a number.
+/// Joint whose position is not measured for some time: the reading is NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LostReading {
-    /// The degree of freedom.
+    /// Index of the degree of freedom.
     pub dof: usize,
-    /// From when, in s.
+    /// Start, in s.
     pub from: f64,
-    /// Until when, in s.
+    /// End, in s.
     pub to: f64,
 }
 
-/// Something that is measured at each tick at the true configuration, one number. It is NaN where it has no value.
+/// Number that is measured at each tick at the true configuration. It is NaN if it is undefined.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// The smallest `h` of a limit, in the unit of its rows; zero where rounding is all that it is away from zero. The
-    /// index is that of the task.
+    /// Smallest `h` of a limit, in the unit of its rows; zero if it differs from zero by rounding only. The index is
+    /// that of the task.
     Margin(usize),
-    /// The size of an error of a target: of one part, or the norm of all.
+    /// Magnitude of an error of a target: of one part, or the norm of all.
     Error {
         /// Index of the task.
         task: usize,
         /// Index of the part among [`stdlib_tasks::task::Task::measures`].
         part: Option<usize>,
     },
-    /// 1 in a state or inside it, else -1.
+    /// 1 in a state or inside it, otherwise -1.
     In(usize),
-    /// 1 while there is a fault of this kind, or any where none is said; else -1.
+    /// 1 while there is a fault of this kind, or of any kind for `None`; otherwise -1.
     Fault(Option<FaultKind>),
-    /// How fast a degree of freedom moved since the tick before, in rad/s or m/s; never negative.
+    /// Speed of a degree of freedom since the previous tick, in rad/s or m/s; never negative.
     Speed(usize),
-    /// How fast the origin of a link moved in the world since the tick before, in m/s; never negative.
+    /// Speed of the origin of a link in the world since the previous tick, in m/s; never negative.
     PointSpeed(LinkId),
-    /// By how much the velocity that the hierarchy chose for a degree of freedom differs from that of the tick before, over
-    /// the period, in rad/s² or m/s²; never negative.
+    /// Magnitude of the change of the velocity that the hierarchy chose for a degree of freedom since the previous
+    /// tick, divided by the period, in rad/s² or m/s²; never negative.
     Acceleration(usize),
-    /// The same of the velocity that these velocities give the origin of a link in the world, in m/s²; never negative.
+    /// Acceleration of the origin of a link in the world, computed from the same velocities, in m/s²; never negative.
     PointAcceleration(LinkId),
-    /// How often these degrees of freedom have reversed so far, all together.
+    /// Number of reversals of these degrees of freedom so far, in total.
     Reversals(Vec<usize>),
-    /// The number that this was at the start of the run. Its inputs are places of [`ScenarioProgram::table`], without those
-    /// of other numbers of the start.
+    /// Value of an expression at the start of the run. Its inputs are indices into [`ScenarioProgram::table`], other
+    /// than those of measures of this kind.
     Initial(Expression),
 }
 
 impl Measure {
-    /// The task that is looked at.
+    /// Index of the task that is measured.
     pub fn task(&self) -> Option<usize> {
         match self {
             Measure::Margin(task) | Measure::Error { task, .. } => Some(*task),
@@ -279,24 +281,24 @@ impl Measure {
     }
 }
 
-/// The least part of a formula: a number that says by how much something is true, negative where it is not.
+/// Atomic part of a formula: a number whose magnitude is the robustness, negative if the predicate is false.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Predicate {
-    /// The number, of the robot's true state. Its inputs are places of [`ScenarioProgram::table`].
+    /// Expression of the number, of the robot's true state. Its inputs are indices into [`ScenarioProgram::table`].
     pub value: Expression,
-    /// What the number is; of a truth value only the sign counts.
+    /// Unit of the number; only the sign of a truth value counts.
     pub unit: Unit,
 }
 
-/// Something that must hold.
+/// Expectation on a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExpectationProgram {
-    /// What a report calls it.
+    /// Its name in a report.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
-    /// As it is written.
+    /// Its text in the spec.
     pub text: String,
-    /// What it says of the predicates.
+    /// Its formula over the predicates.
     pub formula: Formula,
 }
 
@@ -307,10 +309,10 @@ impl ExpectationProgram {
     }
 }
 
-/// Where the numbers that predicates read stand: the clocks, signals, measures.
+/// Layout of the numbers that predicates read: the clocks, signals, measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PredicateTable {
-    /// Numbers of the table of signals.
+    /// Length of the table of signals.
     pub signals: usize,
     /// Number of measures.
     pub measures: usize,
@@ -322,34 +324,34 @@ impl PredicateTable {
     /// Time since the start of the run.
     pub const TIME: usize = 1;
 
-    /// The place of a number of the table of signals.
+    /// Index of a number of the table of signals.
     pub fn signal(self, k: usize) -> usize {
         2 + k
     }
 
-    /// The place of a measure.
+    /// Index of a measure.
     pub fn measure(self, k: usize) -> usize {
         2 + self.signals + k
     }
 
-    /// How many numbers there are.
+    /// Number of numbers.
     pub fn width(self) -> usize {
         2 + self.signals + self.measures
     }
 }
 
 impl ScenarioProgram {
-    /// The layout of the numbers that its predicates read.
+    /// Layout of the numbers that its predicates read.
     pub fn table(&self, program: &Program) -> PredicateTable {
         PredicateTable { signals: program.interface.width(), measures: self.measures.len() }
     }
 
-    /// What the numbers of its predicates are.
+    /// Units of its predicates.
     pub fn units(&self) -> Vec<Unit> {
         self.predicates.iter().map(|p| p.unit).collect()
     }
 
-    /// The program that runs in it: the same with another run and another start.
+    /// Program that runs in it: a copy with the scenario's run and start.
     pub fn program(&self, of: &Program) -> Program {
         let mut program = of.clone();
         program.title.clone_from(&self.name);

@@ -2,151 +2,153 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A value that comes from outside.
+/// Value that comes from outside.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SignalProgram {
     /// Its name.
     pub name: String,
-    /// What it is, in the words of the language: `point`, `length`, `wrench`.
+    /// Its type, in the words of the language: `point`, `length`, `wrench`.
     pub kind: String,
-    /// Its first number in the table of signals: whether it is present, 1 or -1. Its value follows.
+    /// Index of its first number in the table of signals, which is 1 if the signal is present and -1 otherwise. Its
+    /// value follows.
     pub at: usize,
-    /// How many numbers its value has.
+    /// Number of numbers in its value.
     pub len: usize,
-    /// May be absent.
+    /// True if it may be absent.
     pub optional: bool,
-    /// How long a value counts after it was received, in s; none for ever.
+    /// Time for which a value is valid after it was received, in s; `None` for ever.
     pub timeout: Option<f64>,
-    /// Of a tracked point of a person: how it moves between readings, and what becomes of it without them. Its velocity,
-    /// whether it counts, its uncertainty and the rate of that follow its value in the table.
+    /// Motion of a tracked point of a person, between readings and without them; `None` for other signals. In the
+    /// table, the value is followed by the velocity, by a number that is 1 while the point counts, and by the
+    /// uncertainty and its rate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<Tracking>,
-    /// What is done to a value before it stands in the table.
+    /// Processing of a value before it is stored in the table.
     #[serde(default, skip_serializing_if = "Conditioning::is_none")]
     pub conditioning: Conditioning,
-    /// For a variable, which the machine sets and not the host, what it holds at the start.
+    /// Initial value of a variable, which the machine sets instead of the host.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub variable: Option<Initial>,
 }
 
-/// How a tracked point of a person moves.
+/// Motion of a tracked point of a person.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tracking {
-    /// Where its velocity comes from.
+    /// Source of its velocity.
     pub velocity: Velocity,
-    /// The largest speed that is believed, in m/s; none for any.
+    /// Largest speed that is plausible, in m/s; `None` for any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_speed: Option<f64>,
-    /// What becomes of it when its readings stop.
+    /// Treatment of the point after its readings stop.
     pub lost: Lost,
 }
 
-/// Where the velocity of a tracked point comes from.
+/// Source of the velocity of a tracked point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Velocity {
-    /// Differences of positions behind a first-order low-pass with this cutoff, in Hz.
+    /// Differences of positions, filtered by a first-order low-pass with this cutoff, in Hz.
     Estimated(f64),
-    /// The host sends it behind the position, in m/s.
+    /// The host sends it after the position, in m/s.
     Measured,
-    /// It is taken to stand between readings.
+    /// The point is assumed to be at rest between readings.
     None,
 }
 
-/// What becomes of a tracked point when its readings stop.
+/// Treatment of a tracked point after its readings stop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Lost {
-    /// It is absent, which is the fault `stale` where it is needed.
+    /// It is absent, which is the fault `stale` if it is needed.
     Fault,
-    /// Its last position counts on, at rest, ever less certain: by so many m/s.
+    /// Its last position remains valid, at rest, with an uncertainty that grows at this rate, in m/s.
     Hold(f64),
 }
 
 impl SignalProgram {
-    /// How many numbers it has in the table.
+    /// Number of its numbers in the table.
     pub fn width(&self) -> usize {
         1 + self.len + if self.motion.is_some() { 6 } else { 0 }
     }
 
-    /// How many numbers the host sends.
+    /// Number of numbers that the host sends.
     pub fn sent(&self) -> usize {
         self.len + if self.motion.is_some_and(|m| m.velocity == Velocity::Measured) { 3 } else { 0 }
     }
 
-    /// The first of the three numbers of its velocity, of a tracked point.
+    /// Index of the first of the three numbers of a tracked point's velocity.
     pub fn velocity_at(&self) -> usize {
         self.at + 1 + self.len
     }
 
-    /// The number that says whether its value may be used, 1 or -1: whether it is present, or is held.
+    /// Index of the number that is 1 if its value may be used, because it is present or held, and -1 otherwise.
     pub fn known_at(&self) -> usize {
         if self.motion.is_some() { self.velocity_at() + 3 } else { self.at }
     }
 
-    /// The number of its uncertainty in m, of a tracked point; its rate in m/s follows.
+    /// Index of the uncertainty of a tracked point in m; its rate in m/s follows.
     pub fn uncertainty_at(&self) -> usize {
         self.velocity_at() + 4
     }
 }
 
-/// A person: points that are tracked.
+/// A person, as a set of tracked points.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HumanProgram {
-    /// The name.
+    /// Name of the person.
     pub name: String,
-    /// The signals of the points, which are called `HUMAN.POINT`.
+    /// Signals of the points, which are named `HUMAN.POINT`.
     pub points: Vec<usize>,
-    /// Segments between two points, by their places in `points`.
+    /// Segments between two points, by their indices in `points`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub links: Vec<(usize, usize)>,
 }
 
-/// What a variable holds at the start: its numbers, or nothing for one that is absent.
+/// Initial value of a variable.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Initial {
-    /// The numbers.
+    /// The numbers; `None` for a variable that is absent.
     pub value: Option<Vec<f64>>,
 }
 
-/// What is done to the value of a signal at a tick, in this order: the bias is taken away, then the wrench is turned into
-/// the axes of the world, then it is filtered.
+/// Processing of the value of a signal at a tick, in this order: the bias is subtracted, the wrench is rotated into the
+/// axes of the world, and the result is filtered.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Conditioning {
-    /// The link in whose axes the host gives a wrench; none for those of the world.
+    /// Link in whose axes the host sends a wrench; `None` for the axes of the world.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame: Option<robot::LinkId>,
-    /// What a sensor shows that nothing touches: force in N, then moment in Nm, in the axes of `frame`.
+    /// Reading of the sensor without contact: force in N, then moment in Nm, in the axes of `frame`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias: Option<[f64; 6]>,
-    /// Cutoff frequency of a filter of first order, in Hz.
+    /// Cutoff frequency of a first-order low-pass filter, in Hz.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub low_pass: Option<f64>,
 }
 
 impl Conditioning {
-    /// True where a value is taken as it comes.
+    /// Returns true if a value is used as it is received.
     pub fn is_none(&self) -> bool {
         *self == Conditioning::default()
     }
 }
 
 impl SignalProgram {
-    /// True for a variable of the machine.
+    /// Returns true for a variable of the machine.
     pub fn is_variable(&self) -> bool {
         self.variable.is_some()
     }
 }
 
-/// The most numbers that the value of a signal has.
+/// Largest number of numbers in the value of a signal.
 pub const MAX_SIGNAL: usize = 7;
 
-/// What comes from outside.
+/// Signals, people and events of a program.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Interface {
-    /// Values, in the order declared.
+    /// Signals, in the order declared.
     pub signals: Vec<SignalProgram>,
-    /// People, whose points stand among the signals.
+    /// People, whose points are among the signals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub humans: Vec<HumanProgram>,
     /// Names of events: those that the host raises, outcomes of actions, and those that the machine raises itself.
@@ -154,13 +156,13 @@ pub struct Interface {
 }
 
 impl Interface {
-    /// How many numbers the table of signals has.
+    /// Length of the table of signals.
     pub fn width(&self) -> usize {
         self.signals.last().map_or(0, |s| s.at + s.width())
     }
 
-    /// Declares a number that only the controller sets, absent at the start, and returns its index in `signals`; `kind` is
-    /// its type in the words of the language.
+    /// Declares a number that only the controller sets and that is absent at the start. Returns its index in `signals`.
+    /// `kind` is its type in the words of the language.
     pub fn tell(&mut self, name: String, kind: &str) -> usize {
         let at = self.width();
         self.signals.push(SignalProgram {
@@ -177,12 +179,12 @@ impl Interface {
         self.signals.len() - 1
     }
 
-    /// The signal that a number of the table belongs to.
+    /// Signal that a number of the table belongs to.
     pub fn signal_of(&self, number: usize) -> Option<usize> {
         self.signals.partition_point(|s| s.at <= number).checked_sub(1)
     }
 
-    /// A table in which every signal is absent.
+    /// Table in which every signal is absent, except variables with an initial value.
     pub fn absent(&self) -> Vec<f64> {
         let mut table = vec![f64::NAN; self.width()];
         for s in &self.signals {
@@ -196,12 +198,12 @@ impl Interface {
         table
     }
 
-    /// The index of a signal.
+    /// Index of a signal, by its name.
     pub fn signal(&self, name: &str) -> Option<usize> {
         self.signals.iter().position(|s| s.name == name)
     }
 
-    /// The index of an event.
+    /// Index of an event, by its name.
     pub fn event(&self, name: &str) -> Option<usize> {
         self.events.iter().position(|e| e == name)
     }

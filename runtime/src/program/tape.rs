@@ -1,7 +1,7 @@
-//! Expressions as a flat list of operations on numbers, each reading earlier results.
+//! Expressions as a flat list of operations on numbers, each of which reads earlier results.
 //!
 //! The compiler writes the operations of a value and those of its exact time derivative into one tape, with common
-//! parts shared. Evaluating is one pass over the list; nothing is allocated.
+//! parts shared. An evaluation is one pass over the list and allocates nothing.
 
 use std::collections::BTreeSet;
 
@@ -10,18 +10,18 @@ pub use stdlib_tasks::expression::Op;
 
 use super::TrajectoryProgram;
 
-/// Where a result goes.
+/// Destination of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Output {
-    /// Place in the table of values.
+    /// Index in the table of values.
     pub at: usize,
-    /// Operation that holds the value.
+    /// Operation that computes the value.
     pub value: usize,
-    /// Operation that holds its time derivative.
+    /// Operation that computes its time derivative.
     pub rate: usize,
 }
 
-/// A list of operations and where their results go.
+/// List of operations and the destinations of their results.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tape {
     /// Operations, operands before users.
@@ -38,21 +38,21 @@ pub struct Tape {
 /// The two clocks of an expression, in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Times {
-    /// Since the state, and with it the stack, was entered.
+    /// Time since the state, and with it the stack, was entered.
     pub t: f64,
-    /// Since the start of the run.
+    /// Time since the start of the run.
     pub time: f64,
 }
 
 impl Tape {
-    /// The part of the tape that some places of the table of values need.
+    /// Part of the tape that computes the given entries of the table of values.
     pub fn only(&self, wanted: &BTreeSet<usize>) -> Tape {
         let outputs: Vec<Output> = self.outputs.iter().filter(|o| wanted.contains(&o.at)).copied().collect();
         let mut needed = vec![false; self.ops.len()];
         for o in &outputs {
             (needed[o.value], needed[o.rate]) = (true, true);
         }
-        // Operands come before users.
+        // Operands come before users, so that one backward pass marks them all.
         let mut moved = vec![false; self.trajectories.len()];
         for i in (0..self.ops.len()).rev() {
             if !needed[i] {
@@ -78,10 +78,10 @@ impl Tape {
         Tape { outputs: outputs.collect(), ops, inputs: self.inputs, trajectories }
     }
 
-    /// For each captured value, the first place in the table of values that follows from it. The tape has passed
+    /// For each captured value, the first entry of the table of values that depends on it. The tape has passed
     /// [`super::Program::check`].
     pub fn readers(&self) -> Vec<Option<usize>> {
-        // For each operation the first place that needs it, handed down from users to operands.
+        // First entry that needs each operation, propagated from users to operands.
         let mut first: Vec<Option<usize>> = vec![None; self.ops.len()];
         let earlier = |a: Option<usize>, b: Option<usize>| a.into_iter().chain(b).min();
         for o in &self.outputs {
@@ -106,7 +106,7 @@ impl Tape {
         readers
     }
 
-    /// The numbers of signals that it reads, in ascending order.
+    /// Indices of the numbers of signals that it reads, in ascending order.
     pub fn signals(&self) -> BTreeSet<usize> {
         let read = |op: &Op| match *op {
             Op::Signal(k) => Some(k),
@@ -116,7 +116,7 @@ impl Tape {
     }
 
     /// Evaluates all operations into `registers` (as many as operations) and writes the outputs into the tables of
-    /// values and rates. Trajectories stand where they start. The tape has passed [`super::Program::check`].
+    /// values and rates. Trajectories keep their start values. The tape has passed [`super::Program::check`].
     pub fn evaluate(
         &self,
         times: Times,
@@ -133,7 +133,8 @@ impl Tape {
         self.evaluate_with(times, (inputs, signals), registers, (values, rates), start);
     }
 
-    /// The same; `trajectory` gives the numbers of trajectories, from the operations before the one that reads it.
+    /// Like [`Tape::evaluate`], with numbers of trajectories that `trajectory` computes from the operations before the
+    /// reader.
     pub(crate) fn evaluate_with(
         &self,
         times: Times,

@@ -1,14 +1,15 @@
-//! Trajectories of a tape: values that move to a goal within limits, from where they are when the stack is entered.
+//! Trajectories of a tape: values that move to a goal within limits, starting from their values at the entry of the
+//! stack.
 //!
-//! A trajectory reads operations of the tape that come before all that reads it, and gives numbers, which the tape reads as
-//! [`Op::Trajectory`]: first those of its value, then their time derivatives.
+//! A trajectory reads operations of the tape that come before all its users. It produces numbers, which the tape reads
+//! as [`Op::Trajectory`]: first those of its value, then their time derivatives.
 
 use serde::{Deserialize, Serialize};
 
 use super::check::ensure;
 use super::{Op, ProgramError, Tape};
 
-/// What moves.
+/// Kind of value that moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shape {
@@ -23,7 +24,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// How many numbers its value has.
+    /// Number of numbers in its value.
     pub fn width(self) -> usize {
         match self {
             Shape::Number => 1,
@@ -33,7 +34,7 @@ impl Shape {
         }
     }
 
-    /// How many numbers its velocity has.
+    /// Number of numbers in its velocity.
     pub fn velocity_width(self) -> usize {
         match self {
             Shape::Number => 1,
@@ -43,7 +44,7 @@ impl Shape {
     }
 }
 
-/// How it moves.
+/// Profile of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Motion {
@@ -55,36 +56,36 @@ pub enum Motion {
     Waypoints,
 }
 
-/// Most points of one trajectory.
+/// Largest number of points of one trajectory.
 pub const MAX_POINTS: usize = 64;
 
 /// A trajectory; operations are indices into [`Tape::ops`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrajectoryProgram {
-    /// How it moves.
+    /// Profile of the motion.
     pub motion: Motion,
-    /// What moves.
+    /// Kind of value that moves.
     pub shape: Shape,
-    /// Its first number in the table of trajectories.
+    /// Index of its first number in the table of trajectories.
     pub at: usize,
-    /// Operations that give the goal, or one point after the other.
+    /// Operations that compute the goal, or one point after the other.
     pub goals: Vec<usize>,
-    /// Operations that give speed and acceleration; for S-curves then jerk; for waypoints then corner and hold. Of a pose
-    /// those of the position, then those of the orientation.
+    /// Operations that compute speed and acceleration; for S-curves then jerk; for waypoints then corner and hold. For
+    /// a pose, those of the position are followed by those of the orientation.
     pub limits: Vec<usize>,
-    /// Operations that give the value at the start.
+    /// Operations that compute the value at the start.
     pub start: Vec<usize>,
-    /// Operations that give the velocity at the start, the angular one of orientations; none for rest.
+    /// Operations that compute the velocity at the start, the angular one of orientations; empty for rest.
     pub velocity: Vec<usize>,
 }
 
 impl TrajectoryProgram {
-    /// The operations that it reads.
+    /// Operations that it reads.
     pub fn inputs(&self) -> impl Iterator<Item = usize> {
         self.goals.iter().chain(&self.limits).chain(&self.start).chain(&self.velocity).copied()
     }
 
-    /// The same with the operations renumbered.
+    /// Copy with renumbered operations.
     pub fn renumber(&self, f: impl Fn(usize) -> usize) -> TrajectoryProgram {
         let all = |list: &[usize]| list.iter().map(|&i| f(i)).collect();
         TrajectoryProgram {
@@ -96,12 +97,12 @@ impl TrajectoryProgram {
         }
     }
 
-    /// The numbers that it gives.
+    /// Range of the numbers that it produces.
     pub fn numbers(&self) -> std::ops::Range<usize> {
         self.at..self.at.saturating_add(2 * self.shape.width())
     }
 
-    /// How many limits it has.
+    /// Number of its limits.
     pub fn limit_count(&self) -> usize {
         let one = match self.motion {
             Motion::Trapezoid => 2,
@@ -113,17 +114,17 @@ impl TrajectoryProgram {
 }
 
 impl Tape {
-    /// The trajectory that gives a number of the table of trajectories.
+    /// Trajectory that produces a number of the table of trajectories.
     pub fn trajectory_of(&self, number: usize) -> Option<usize> {
         self.trajectories.iter().position(|t| t.numbers().contains(&number))
     }
 
-    /// How many numbers trajectories give, with those that are left out between.
+    /// Length of the table of trajectories, including numbers of trajectories that were left out.
     pub fn trajectory_numbers(&self) -> usize {
         self.trajectories.iter().map(|t| t.numbers().end).max().unwrap_or(0)
     }
 
-    /// Makes sure that trajectories read what exists, in time.
+    /// Checks that trajectories read existing operations, and that these come before the users of the trajectory.
     pub(super) fn check_trajectories(&self) -> Result<(), ProgramError> {
         let mut end = 0_usize;
         for (i, t) in self.trajectories.iter().enumerate() {

@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 pub struct Window {
     /// The first tick; 0 is the present one.
     pub first: u32,
-    /// The last tick; none for the end of the run.
+    /// The last tick; `None` for the end of the run.
     pub last: Option<u32>,
 }
 
-/// Why two instants make no window.
+/// Reason why two instants do not form a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WindowError {
     /// An end is negative or not finite, or the period is not a positive number.
@@ -37,17 +37,18 @@ impl std::fmt::Display for WindowError {
 
 impl std::error::Error for WindowError {}
 
-/// A time this close to a tick, in ticks, is on it: what rounding leaves of `0.3 s / 0.1 s`.
+/// Distance from a tick, in ticks, at which a time counts as on it: the rounding error of `0.3 s / 0.1 s`.
 const ON_A_TICK: f64 = 1e-6;
 
 impl Window {
     /// From the present tick to the end of the run.
     pub const ALWAYS: Window = Window { first: 0, last: None };
 
-    /// The ticks whose time since the present one is in `[from, to]`, all in s; `to` is none for the end of the run.
+    /// Window of the ticks whose time since the present one is in `[from, to]`, all in s; `to` is `None` for the end of
+    /// the run.
     ///
     /// # Errors
-    /// No tick is in it, or an end is no time.
+    /// No tick is in it, or an end is not a valid time.
     pub fn seconds(from: f64, to: Option<f64>, period: f64) -> Result<Window, WindowError> {
         let good = |x: f64| x.is_finite() && x >= 0.0;
         if !good(from) || !to.is_none_or(good) || !good(period) || period == 0.0 {
@@ -65,8 +66,8 @@ impl Window {
         Ok(Window { first, last })
     }
 
-    /// True where the window of a tick reaches past the end of a run of `ticks` in a way that leaves it open: a bounded
-    /// one that is cut off, an unbounded one that has not begun.
+    /// Returns true if the window of a tick reaches past the end of a run of `ticks` and is undecided for that reason:
+    /// a bounded window that is cut off, or an unbounded one that has not begun.
     pub fn is_cut(self, tick: u32, ticks: u32) -> bool {
         tick.saturating_add(self.last.unwrap_or(self.first)) >= ticks
     }

@@ -1,21 +1,21 @@
-//! `log.csv`: one row a tick.
+//! `log.csv`: one row per tick.
 //!
-//! | column | is | unit |
+//! | column | content | unit |
 //! |---|---|---|
 //! | `time` | start of the tick | s |
-//! | `state` | state of the machine, where one runs | |
+//! | `state` | state of the machine, if one runs | |
 //! | `q.JOINT` | true position; the base as `base_x`, `base_y`, `base_yaw` | rad or m |
 //! | `v.JOINT` | velocity that the hierarchy chose | rad/s or m/s |
 //! | `cmd.JOINT` | velocity that was commanded, after the low-level layer | rad/s or m/s |
 //! | `margin.TASK` | smallest `h` over the rows of a limit | that of the rows |
 //! | `error.TASK` | norm of a target's whole error | that of the rows; rad and m mixed for a pose |
 //! | `error.TASK.PART` | norm of a part of it, such as `left.position` | m or rad |
-//! | `signal.NAME.PART` | what the controller takes a signal or a variable for, such as `signal.stem.x` | SI |
-//! | `late` | 1 where the tick's budget was spent before its hierarchy was solved, where there is a budget | |
-//! | `fault` | what was found at this tick, or keeps the robot still | |
+//! | `signal.NAME.PART` | value that the controller uses for a signal or a variable, such as `signal.stem.x` | SI |
+//! | `late` | 1 if the tick's budget was spent before its hierarchy was solved; present if there is a budget | |
+//! | `fault` | fault that was found at this tick, or that keeps the robot halted | |
 //!
-//! Names are quoted where they have to be (RFC 4180). Numbers are written so that reading them gives the same double; an undefined one is an empty cell, as are those of tasks
-//! that do not run and of signals that are absent.
+//! Names are quoted if necessary (RFC 4180). Numbers are written so that reading them yields the same double. Undefined
+//! numbers, and those of tasks that do not run and of signals that are absent, are empty cells.
 
 use std::io::Write;
 
@@ -34,7 +34,7 @@ pub struct CsvRecorder<W: Write> {
     roster: Roster,
     machine: bool,
     budget: bool,
-    /// Places of the numbers of signals in their table.
+    /// Indices of the numbers of signals in their table.
     signals: Vec<usize>,
 }
 
@@ -57,7 +57,7 @@ impl<W: Write> CsvRecorder<W> {
         })
     }
 
-    /// Writes what is buffered.
+    /// Writes the buffered rows.
     ///
     /// # Errors
     /// The stream failed.
@@ -66,7 +66,7 @@ impl<W: Write> CsvRecorder<W> {
     }
 }
 
-/// The names of the columns, unquoted.
+/// Names of the columns, unquoted.
 pub fn header(program: &Program, members: &[Member]) -> Vec<String> {
     let mut names = vec!["time".to_string()];
     if program.run.subject == Subject::Machine {
@@ -97,12 +97,12 @@ pub fn header(program: &Program, members: &[Member]) -> Vec<String> {
     names
 }
 
-/// The smallest margin of a limit at the last tick.
+/// Smallest margin of a limit at the last tick.
 pub fn margin(e: &Evaluator, m: &Member) -> f64 {
     e.margins()[m.margins.clone()].iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// The norm of a target's whole error at the last tick.
+/// Norm of a target's whole error at the last tick.
 pub fn error(e: &Evaluator, m: &Member) -> f64 {
     e.measures()[m.measures.clone()].iter().map(|x| x * x).sum::<f64>().sqrt()
 }

@@ -1,4 +1,4 @@
-//! What became of expectations, in the words and units of a summary.
+//! Results of expectations, in the words and units of a summary.
 
 use serde::Serialize;
 
@@ -6,27 +6,27 @@ use crate::expect::{Outcome, Verdict};
 use crate::program::Unit;
 use crate::program::{ExpectationProgram, Measure, ScenarioProgram};
 
-/// What became of an expectation.
+/// Result of an expectation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExpectationRecord {
-    /// What the spec calls it.
+    /// Its label in the spec.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
-    /// As it is written.
+    /// Its text in the spec.
     pub text: String,
-    /// Whether it held.
+    /// Verdict on it.
     pub verdict: Verdict,
-    /// By how much at least it held, or at least failed: then it is zero or less. None where truth values alone have a
-    /// say, where quantities of several units were compared, and where nothing was decided.
+    /// Proven margin: at least this if it held, at most this (zero or less) if it failed. `None` if only truth values
+    /// determine it, if quantities of several units were compared, or if nothing was decided.
     pub margin: Option<f64>,
     /// The SI unit of the margin.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// When it came nearest to failing, or failed by most, in s.
+    /// Time at which it came nearest to failing, or failed by most, in s.
     pub worst_s: Option<f64>,
-    /// When it was certain that it held or failed, in s.
+    /// Time at which the verdict became certain, in s.
     pub decided_s: Option<f64>,
-    /// When something that it speaks of first had no value, and was false, in s.
+    /// Time at which one of its numbers first had no value, and counted as false, in s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub undefined_s: Option<f64>,
 }
@@ -38,12 +38,12 @@ impl ExpectationRecord {
     }
 }
 
-/// The records of a scenario. `outcomes` are those of [`crate::Judge::finish`].
+/// Records of a scenario. `outcomes` are those of [`crate::Judge::finish`].
 pub fn records(scenario: &ScenarioProgram, outcomes: &[Outcome], period: f64) -> Vec<ExpectationRecord> {
     records_of(&scenario.expectations, outcomes, period)
 }
 
-/// The records of expectations, each with what became of it; `period` is the time from a tick to the next, in s.
+/// Records of expectations, each with its outcome; `period` is the time from a tick to the next, in s.
 pub fn records_of(expectations: &[ExpectationProgram], outcomes: &[Outcome], period: f64) -> Vec<ExpectationRecord> {
     let at = |tick: Option<u32>| tick.map(|t| f64::from(t) * period);
     let one = |(e, o): (&ExpectationProgram, &Outcome)| ExpectationRecord {
@@ -62,9 +62,9 @@ pub fn records_of(expectations: &[ExpectationProgram], outcomes: &[Outcome], per
     expectations.iter().zip(outcomes).map(one).collect()
 }
 
-/// Whether a run of the scenario went as expected: every expectation held, and every fault was answered. Where the
-/// expectations themselves speak of faults, they alone decide on those; where there are none, no margin may have been
-/// passed either.
+/// Returns true if a run of the scenario went as expected: every expectation held, and no fault halted the robot. If
+/// the expectations themselves refer to faults, they alone decide about those. If there are no expectations, no margin
+/// may have been violated either.
 pub fn is_good(scenario: &ScenarioProgram, records: &[ExpectationRecord], summary: &super::summary::Summary) -> bool {
     if scenario.expectations.is_empty() {
         return summary.ok;

@@ -1,5 +1,4 @@
-//! Which limit held which level back, for how long and how hard: from the multipliers of the
-//! solver.
+//! Levels that limits held back, for how long and how hard: from the multipliers of the solver.
 
 use std::collections::BTreeMap;
 
@@ -9,20 +8,20 @@ use crate::controller::{Controller, Stage};
 use crate::evaluator::Member;
 use crate::tick::{Recorder, Tick};
 
-/// A level that could not do all it asked for, because of a row above it.
+/// Level that could not reach its goal because of a row above it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldBack {
-    /// The level that gave way.
+    /// Name of the level that was held back.
     pub level: String,
-    /// The task it gave way to.
+    /// Name of the task that held it back.
     pub by_task: String,
-    /// The row of that task.
+    /// Name of that task's row.
     pub by_row: String,
-    /// Share of ticks.
+    /// Fraction of the ticks.
     pub share: f64,
-    /// The largest multiplier: by how much half the cost of the level would fall per unit of the bound.
+    /// Largest multiplier: decrease of half the cost of the level per unit of the bound.
     pub max_multiplier: f64,
-    /// When it was seen, in s.
+    /// Time of the largest multiplier, in s.
     pub at_s: f64,
 }
 
@@ -33,22 +32,22 @@ struct Count {
     at: f64,
 }
 
-/// Counts them during a run.
+/// Counts the levels that are held back during a run.
 pub struct HeldBackRecorder {
-    /// The tasks of each stage, and the names of its levels.
+    /// Tasks of each stage, and names of its levels.
     stages: Vec<(Vec<Member>, Vec<String>)>,
     counts: BTreeMap<(usize, usize, usize, usize), Count>,
     ticks: usize,
 }
 
 impl HeldBackRecorder {
-    /// For a run of this controller.
+    /// Prepares for a run of this controller.
     pub fn new(controller: &Controller) -> Self {
         let stage = |s: &Stage| (s.evaluator().members().to_vec(), s.level_names().to_vec());
         HeldBackRecorder { stages: controller.stages().iter().map(stage).collect(), counts: BTreeMap::new(), ticks: 0 }
     }
 
-    /// What was seen so far: by level, then the longest first.
+    /// Counts so far, sorted by level, then by decreasing duration.
     pub fn result(&self) -> Vec<HeldBack> {
         let mut all: Vec<((usize, usize), usize, HeldBack)> = Vec::new();
         for (&(stage, level, by_level, by_row), c) in &self.counts {

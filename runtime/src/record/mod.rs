@@ -1,4 +1,4 @@
-//! What is kept of a run: every tick as CSV, a summary, and thinned series for plots.
+//! Records of a run: every tick as CSV, a summary, and thinned series for plots.
 
 pub mod csv;
 pub mod expectations;

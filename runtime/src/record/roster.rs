@@ -1,4 +1,4 @@
-//! Everybody who may appear in a run: the tasks and levels of all stacks that it can enter, each task once.
+//! Tasks and levels that may run: those of all stacks that a run can enter, each task once.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ pub struct RosterLevel {
     pub stack: usize,
     /// Its name.
     pub name: String,
-    /// Takes no slack.
+    /// True if it takes no slack.
     pub hard: bool,
     /// Number of rows.
     pub rows: usize,
@@ -24,20 +24,20 @@ pub struct RosterLevel {
 /// The tasks and levels of a run.
 #[derive(Clone, Debug)]
 pub struct Roster {
-    /// The tasks; `margins` and `measures` number those of all of them through.
+    /// Tasks; their `margins` and `measures` are numbered through all tasks.
     pub members: Vec<Member>,
-    /// The levels, stack by stack.
+    /// Levels, stack by stack.
     pub levels: Vec<RosterLevel>,
-    /// For each stage, for each of its members, the place among `members`.
+    /// For each stage, the index in `members` of each of its members.
     places: Vec<Vec<usize>>,
-    /// For each stage the places of its levels.
+    /// For each stage, the range of its levels.
     stages: Vec<Range<usize>>,
     margins: usize,
     measures: usize,
 }
 
 impl Roster {
-    /// Of a controller.
+    /// Collects the tasks and levels of a controller.
     pub fn new(controller: &Controller) -> Roster {
         let mut roster = Roster {
             members: Vec::new(),
@@ -75,17 +75,17 @@ impl Roster {
         roster
     }
 
-    /// The members that run at a tick, each with its place among [`Roster::members`].
+    /// Members that run at a tick, each with its index in [`Roster::members`].
     pub fn running<'t>(&'t self, tick: &Tick<'t>) -> impl Iterator<Item = (usize, &'t Member)> {
         self.places[tick.stage].iter().copied().zip(tick.evaluator.members())
     }
 
-    /// The places of the levels that run at a tick.
+    /// Range of the levels that run at a tick.
     pub fn running_levels(&self, tick: &Tick) -> Range<usize> {
         self.stages[tick.stage].clone()
     }
 
-    /// The margins of all tasks at a tick; NaN for those of tasks that do not run.
+    /// Margins of all tasks at a tick; NaN for those of tasks that do not run.
     pub fn margins(&self, tick: &Tick) -> Vec<f64> {
         let mut all = vec![f64::NAN; self.margins];
         for (i, m) in self.running(tick) {
@@ -94,7 +94,7 @@ impl Roster {
         all
     }
 
-    /// The errors of all tasks at a tick; NaN for those of tasks that do not run.
+    /// Errors of all tasks at a tick; NaN for those of tasks that do not run.
     pub fn measures(&self, tick: &Tick) -> Vec<f64> {
         let mut all = vec![f64::NAN; self.measures];
         for (i, m) in self.running(tick) {
@@ -103,7 +103,7 @@ impl Roster {
         all
     }
 
-    /// A number for each level at a tick; NaN for those that do not run.
+    /// Number for each level at a tick; NaN for those that do not run.
     pub fn levels(&self, tick: &Tick, number: impl Fn(&solver::LevelSolution) -> f64) -> Vec<f64> {
         let mut all = vec![f64::NAN; self.levels.len()];
         for (x, l) in all[self.running_levels(tick)].iter_mut().zip(&tick.solution.levels) {

@@ -1,4 +1,4 @@
-//! Series thin enough to plot: at most [`MAX_SAMPLES`] samples of everything, with the worst of each stretch kept.
+//! Series thin enough to plot: at most [`MAX_SAMPLES`] samples each, with the worst value of each stretch of ticks.
 
 use robot::LinkId;
 use stdlib_tasks::task::Nature;
@@ -8,11 +8,11 @@ use crate::controller::Controller;
 use crate::evaluator::Member;
 use crate::tick::{Recorder, Tick};
 
-/// The most samples that are kept.
+/// Largest number of samples.
 pub const MAX_SAMPLES: usize = 1000;
 
-/// Series of a run. Every `Vec<Vec<f64>>` holds one inner vector a sample; numbers of tasks and levels that do not run are
-/// NaN.
+/// Series of a run. Every `Vec<Vec<f64>>` has one inner vector per sample; numbers of tasks and levels that do not run
+/// are NaN.
 pub struct SeriesRecorder {
     stride: usize,
     /// Times, in s.
@@ -21,7 +21,7 @@ pub struct SeriesRecorder {
     pub q: Vec<Vec<f64>>,
     /// Commanded velocities.
     pub command: Vec<Vec<f64>>,
-    /// Accelerations of the velocity that the hierarchy chose, without their sign: the largest of the stretch.
+    /// Magnitudes of the accelerations of the velocity that the hierarchy chose: the largest of the stretch.
     pub acceleration: Vec<Vec<f64>>,
     /// Margins: the smallest of the stretch.
     pub margins: Vec<Vec<f64>>,
@@ -31,7 +31,7 @@ pub struct SeriesRecorder {
     pub violations: Vec<Vec<f64>>,
     /// Number of rows at a bound, for each level: the largest of the stretch.
     pub active: Vec<Vec<f64>>,
-    /// The tables of signals, as the controller had them.
+    /// Tables of signals that the controller used.
     pub signals: Vec<Vec<f64>>,
     /// Poses of the links that are drawn, seven numbers each: position, then `w x y z`.
     pub poses: Vec<Vec<f64>>,
@@ -40,12 +40,12 @@ pub struct SeriesRecorder {
     /// The tasks and levels.
     pub roster: Roster,
     period: f64,
-    /// The velocity of the tick before.
+    /// Velocity at the previous tick.
     before: Vec<f64>,
 }
 
 impl SeriesRecorder {
-    /// For a run of so many ticks, drawing these links.
+    /// Prepares for a run of so many ticks, with the links that are drawn.
     pub fn new(controller: &Controller, ticks: usize, links: Vec<LinkId>) -> Self {
         SeriesRecorder {
             stride: ticks.div_ceil(MAX_SAMPLES).max(1),

@@ -1,4 +1,4 @@
-//! The numbers of signals and variables as recorders name them: `stem.x`, `right_ft.force.z`.
+//! Numbers of signals and variables, with the names that recorders use: `stem.x`, `right_ft.force.z`.
 
 use crate::program::{Interface, SignalProgram};
 
@@ -7,15 +7,15 @@ use crate::program::{Interface, SignalProgram};
 pub struct SignalNumber {
     /// Index of the signal in [`Interface::signals`].
     pub signal: usize,
-    /// What it is called behind the signal's name: `.x`, `.force.z`; empty where the signal is a single number.
+    /// Suffix to the signal's name: `.x`, `.force.z`; empty if the signal is a single number.
     pub part: String,
-    /// Its place in the table of signals.
+    /// Its index in the table of signals.
     pub at: usize,
     /// Its unit in SI; empty for none.
     pub unit: &'static str,
 }
 
-/// The parts of a signal with so many numbers.
+/// Suffixes for the numbers of a signal.
 fn parts(s: &SignalProgram) -> Vec<String> {
     let of = |prefix: &str, axes: &[&str]| axes.iter().map(|a| format!("{prefix}.{a}")).collect::<Vec<_>>();
     const XYZ: [&str; 3] = ["x", "y", "z"];

@@ -1,5 +1,5 @@
-//! The slowest ticks of a run, and what changed at them: the rows that came to their bounds or left them. A tick takes long
-//! where many do, or where a stack runs for the first time.
+//! Slowest ticks of a run, with the rows that came to their bounds or left them. A tick takes long if many rows do, or
+//! if a stack runs for the first time.
 
 use serde::Serialize;
 use solver::Active;
@@ -7,55 +7,55 @@ use solver::Active;
 use crate::controller::Controller;
 use crate::tick::{Recorder, Tick};
 
-/// So many are kept.
+/// Number of ticks that are kept.
 const KEPT: usize = 3;
 
-/// So many rows of each are named.
+/// Number of rows that are named for each of them.
 const NAMED: usize = 12;
 
 /// A slow tick.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SlowTick {
-    /// Time of the controller, in microseconds.
+    /// Computing time of the controller, in microseconds.
     pub us: f64,
-    /// When, in s.
+    /// Time of the tick, in s.
     pub at_s: f64,
-    /// The state of the machine, by its path; none where no machine runs.
+    /// Path of the machine's state; `None` if no machine runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub state: Option<String>,
-    /// The first tick of its stack since another one ran: nothing is known of the tick before.
+    /// True for the first tick of its stack after another one ran: there is no previous tick to compare with.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub first: bool,
-    /// Number of rows that changed between free, a bound and violated since the tick before.
+    /// Number of rows that changed between free, a bound and violated since the previous tick.
     pub changed: usize,
-    /// Some of them, as `TASK ROW`.
+    /// Some of these rows, as `TASK ROW`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rows: Vec<String>,
 }
 
 /// Keeps the slowest ticks.
 pub struct SlowTicksRecorder {
-    /// The slowest first.
+    /// Slowest ticks, the slowest first.
     slowest: Vec<SlowTick>,
-    /// The stack of the last tick, and for each level how its rows stood.
+    /// Stage of the last tick, and the states of its rows by level.
     stage: Option<usize>,
     before: Vec<Vec<Active>>,
     machine: bool,
 }
 
 impl SlowTicksRecorder {
-    /// For a run of this controller.
+    /// Prepares for a run of this controller.
     pub fn new(controller: &Controller) -> Self {
         let machine = controller.machine().states.iter().any(|s| !s.name.is_empty());
         SlowTicksRecorder { slowest: Vec::with_capacity(KEPT + 1), stage: None, before: Vec::new(), machine }
     }
 
-    /// The slowest ticks, the slowest first.
+    /// Slowest ticks, the slowest first.
     pub fn result(&self) -> Vec<SlowTick> {
         self.slowest.clone()
     }
 
-    /// Number of rows that stand otherwise than at the tick before, and the names of some.
+    /// Number of rows whose state differs from the previous tick, and the names of some of them.
     fn changed(&self, tick: &Tick) -> (usize, Vec<String>) {
         let members = tick.controller.stages()[tick.stage].evaluator().members();
         let (mut changed, mut rows) = (0, Vec::new());
@@ -76,7 +76,7 @@ impl SlowTicksRecorder {
 impl Recorder for SlowTicksRecorder {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
         if tick.fault.is_some() {
-            // Nothing was solved.
+            // Nothing was solved, so the next tick has nothing to compare with.
             self.stage = None;
             return Ok(());
         }

@@ -1,4 +1,4 @@
-//! Gathers the summary of a run while it goes on.
+//! Gathers the summary of a run during the run.
 
 use std::collections::BTreeMap;
 
@@ -40,7 +40,7 @@ struct TaskStatistics {
     undefined: usize,
 }
 
-/// The unit of a task's figures; several where rows of several units stand in it.
+/// Unit of a task's figures; several if its rows have several units.
 fn unit(m: &Member) -> String {
     let infos = m.row_info.iter().map(|r| r.dimension);
     let mut units: Vec<String> = Vec::new();
@@ -53,13 +53,13 @@ fn unit(m: &Member) -> String {
     units.join(" or ")
 }
 
-/// How many times each state of the machine was entered; nothing where none ran.
+/// Number of entries into each state of the machine; empty if no machine ran.
 fn entries(controller: &Controller) -> BTreeMap<String, u64> {
     let all = controller.machine().states.iter().zip(controller.entries()).skip(1);
     all.filter(|(_, n)| **n > 0).map(|(s, n)| (s.name.clone(), *n)).collect()
 }
 
-/// What to do about a limit that was passed without a reserve, by no more than a tick can lose.
+/// Hint for a limit that was violated without a reserve, by no more than a tick can lose.
 fn sampling_hint(controller: &Controller, m: &Member, s: &TaskStatistics) -> Option<String> {
     let (evaluator, member) = controller.stages().iter().find_map(|stage| {
         let members = stage.evaluator().members();
@@ -89,30 +89,30 @@ struct LevelStatistics {
     freedom: usize,
 }
 
-/// Gathers a summary while a run goes on.
+/// Gathers a summary during a run.
 pub struct SummaryRecorder {
     roster: Roster,
     tasks: Vec<TaskStatistics>,
     levels: Vec<LevelStatistics>,
     ticks: usize,
     faults: Vec<FaultRecord>,
-    /// The kind of fault of the last tick.
+    /// Kind of fault at the last tick.
     fault: Option<FaultKind>,
     halted: bool,
     states: Vec<StateRecord>,
-    /// How many times the state of the last record had been entered before that.
+    /// Number of entries into the state of the last record before that record.
     entered_before: u64,
     elapsed_us: Vec<f32>,
     held_back: HeldBackRecorder,
     joints: JointMotionRecorder,
     slow: SlowTicksRecorder,
     late: LateTicks,
-    /// Late ticks up to the last one, one after the other.
+    /// Number of consecutive late ticks up to the last one.
     late_now: usize,
 }
 
 impl SummaryRecorder {
-    /// For a run of so many ticks.
+    /// Prepares for a run of so many ticks.
     pub fn new(controller: &Controller, ticks: usize) -> Self {
         let roster = Roster::new(controller);
         let tasks = (roster.members.iter())
@@ -150,7 +150,7 @@ impl SummaryRecorder {
         }
     }
 
-    /// The summary so far.
+    /// Summary so far.
     pub fn summary(&mut self, program: &Program, controller: &Controller, outputs: Vec<String>) -> Summary {
         let machine = program.run.subject == Subject::Machine;
         let share = |n: usize, of: usize| if of == 0 { 0.0 } else { n as f64 / of as f64 };
@@ -282,7 +282,7 @@ impl SummaryRecorder {
         }
         self.fault = kind;
         self.halted = tick.controller.is_halted();
-        // A fault that was found while a tick was worked out is answered, or not, at the next one.
+        // A fault that was found during a tick is answered, or not, at the next one.
         if let Some(last) = self.faults.last_mut().filter(|_| self.halted) {
             last.answered = false;
         }
@@ -319,7 +319,7 @@ impl SummaryRecorder {
     }
 }
 
-/// Takes note of a task at a tick; `place` is its place in the stack.
+/// Records a task at a tick; `place` is its index in the stack.
 fn task(s: &mut TaskStatistics, place: usize, m: &Member, tick: &Tick, frozen: bool) {
     let e = tick.evaluator;
     s.ticks += 1;

@@ -1,4 +1,4 @@
-//! `summary.json`: what a run came to, task by task and level by level, as data. [`SummaryRecorder`] gathers it.
+//! `summary.json`: the results of a run as data, task by task and level by level. [`SummaryRecorder`] gathers them.
 
 pub use crate::tick::MARGIN_TOLERANCE;
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use crate::record::verify::Verification;
 
 pub use super::summarise::SummaryRecorder;
 
-/// A run in numbers. SI units throughout.
+/// Results of a run. SI units throughout.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// Name of the program.
@@ -22,100 +22,101 @@ pub struct Summary {
     pub ticks: usize,
     /// Simulated time, in s.
     pub duration_s: f64,
-    /// The run was stopped before its end, by whoever started it.
+    /// True if the run was stopped before its end, by its caller.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub interrupted: bool,
-    /// True where every fault was answered and no margin fell below zero (by more than [`MARGIN_TOLERANCE`]).
+    /// True if every fault was answered and no margin fell below zero (by more than [`MARGIN_TOLERANCE`]).
     pub ok: bool,
-    /// True where a fault that no transition answers keeps the robot still.
+    /// True if a fault that no transition answers keeps the robot halted.
     #[serde(skip)]
     pub halted: bool,
-    /// What became of the expectations of a scenario.
+    /// Results of the expectations of a scenario.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub expectations: Vec<ExpectationRecord>,
-    /// Faults, in order. One that no transition answers keeps the robot still until the end.
+    /// Faults, in order. A fault that no transition answers keeps the robot halted until the end.
     pub faults: Vec<FaultRecord>,
-    /// States that the machine was in, in order; empty where none ran.
+    /// States that the machine was in, in order; empty if no machine ran.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<StateRecord>,
-    /// How many times each state was entered, those around others among them; without those that never were.
+    /// Number of entries into each state, including states around others, without states that were never entered.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub entries: BTreeMap<String, u64>,
     /// Tasks, by name.
     pub tasks: BTreeMap<String, TaskSummary>,
     /// Levels, the most important first.
     pub levels: Vec<LevelSummary>,
-    /// Levels that gave way to limits above them, where the solver tells.
+    /// Levels that limits above them held back, as far as the solver reports this.
     pub held_back: Vec<HeldBack>,
-    /// How smoothly each joint moved, by name.
+    /// Smoothness of the motion of each joint, by name.
     pub joints: BTreeMap<String, JointMotion>,
-    /// The second solver's opinion, if it was asked.
+    /// Comparison with the second solver, if it was requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<Verification>,
-    /// Ticks whose budget was spent; none where there is no budget.
+    /// Ticks whose budget was spent; `None` if there is no budget.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub late: Option<LateTicks>,
-    /// Time of the controller per tick; without the ticks after a fault, which compute nothing.
+    /// Computing time of the controller per tick, without the ticks after a fault, which compute nothing.
     pub tick_us: TickTimes,
-    /// What to do about limits that were passed by no more than sampling in time can lose.
+    /// Hints for limits that were violated by no more than sampling in time can lose.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub hints: Vec<String>,
     /// Files that were written.
     pub outputs: Vec<String>,
 }
 
-/// Ticks whose budget was spent before the hierarchy was solved: the robot made do with what was known of the answer, within its hard levels.
+/// Ticks whose budget was spent before the hierarchy was solved. Their velocities used the part of the answer that was
+/// known, within the hard levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct LateTicks {
-    /// The budget, in microseconds.
+    /// Budget, in microseconds.
     pub budget_us: f64,
     /// Number of late ticks.
     pub ticks: usize,
-    /// The most one after the other.
+    /// Largest number of consecutive late ticks.
     pub in_a_row: usize,
-    /// When the first was, in s; 0 if none was.
+    /// Time of the first late tick, in s; 0 if there was none.
     pub first_s: f64,
 }
 
-/// A fault and when it came.
+/// A fault and its time.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FaultRecord {
     /// Time, in s.
     pub time: f64,
     /// The word of its [`FaultKind`].
     pub kind: String,
-    /// In words.
+    /// Description of the fault.
     pub text: String,
-    /// A transition answered it; otherwise the robot was kept still from then on.
+    /// True if a transition answered it; otherwise the robot was halted from then on.
     pub answered: bool,
 }
 
 /// A stay in a state.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StateRecord {
-    /// The state's path.
+    /// Path of the state.
     pub state: String,
-    /// From when, in s.
+    /// Start, in s.
     pub from_s: f64,
-    /// Until when, in s.
+    /// End, in s.
     pub to_s: f64,
-    /// How many times it was entered; more than once where it was left and entered anew at the same tick.
+    /// Number of entries; more than one if the state was left and entered again at the same tick.
     pub entries: u64,
 }
 
-/// How a task fared.
+/// Results of a task.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TaskSummary {
     /// Its type.
     pub kind: String,
     /// Its level.
     pub level: String,
-    /// SI unit of the figures; `rad or m` where rows of several units stand in one task.
+    /// SI unit of the figures; `rad or m` if one task has rows of several units.
     pub unit: String,
     /// Limits: the smallest `h`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_margin: Option<f64>,
-    /// Limits: the row that had it.
+    /// Limits: the row with the smallest `h`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_margin_row: Option<String>,
     /// Limits: the SI unit of that row.
@@ -133,7 +134,7 @@ pub struct TaskSummary {
     /// Targets with several parts: each part's largest and last error.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub errors: BTreeMap<String, PartError>,
-    /// When the smallest margin or the largest error was seen, in s.
+    /// Time of the smallest margin or the largest error, in s.
     pub at_s: f64,
     /// Limits: share of ticks at which some row was at its bound.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -145,29 +146,29 @@ pub struct TaskSummary {
     pub undefined_ticks: usize,
 }
 
-/// The error of a part.
+/// Error of a part.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PartError {
     /// SI unit.
     pub unit: String,
-    /// The largest.
+    /// Largest error.
     pub max: f64,
-    /// At the last tick.
+    /// Error at the last tick.
     #[serde(rename = "final")]
     pub last: f64,
-    /// When the largest was seen, in s.
+    /// Time of the largest error, in s.
     pub at_s: f64,
 }
 
-/// How a level fared.
+/// Results of a level.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LevelSummary {
-    /// Its stack, where a machine ran.
+    /// Its stack, if a machine ran.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stack: Option<String>,
     /// Its name.
     pub name: String,
-    /// Takes no slack.
+    /// True if it takes no slack.
     pub hard: bool,
     /// Number of rows.
     pub rows: usize,
@@ -175,35 +176,35 @@ pub struct LevelSummary {
     pub relaxed_share: f64,
     /// Share of ticks at which one of its inequality rows was at its bound.
     pub saturated_share: f64,
-    /// The largest weighted norm of its slack.
+    /// Largest weighted norm of its slack.
     pub max_violation: f64,
-    /// The fewest degrees of freedom that it left.
+    /// Smallest number of degrees of freedom that it left.
     pub min_freedom: usize,
 }
 
 /// Times of the ticks, in microseconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct TickTimes {
-    /// Of all ticks.
+    /// Percentiles of all ticks.
     #[serde(flatten)]
     pub all: Percentiles,
-    /// The slowest ticks, the slowest first, and what changed at them.
+    /// Slowest ticks, the slowest first, with the rows that changed at them.
     pub slowest: Vec<SlowTick>,
 }
 
 /// Percentiles of a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Percentiles {
-    /// Half of the ticks took longer.
+    /// Median: half of the ticks took longer.
     pub median: f64,
-    /// One in a hundred took longer.
+    /// Time that one tick in a hundred exceeded.
     pub p99: f64,
-    /// The longest.
+    /// Longest time.
     pub max: f64,
 }
 
 impl Percentiles {
-    /// Of a sample, which is sorted in place; zeros for an empty one.
+    /// Percentiles of a sample, which is sorted in place; zeros for an empty one.
     pub fn of(sample: &mut [f32]) -> Percentiles {
         if sample.is_empty() {
             return Percentiles::default();

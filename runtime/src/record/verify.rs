@@ -1,5 +1,5 @@
-//! A second opinion: every tick's problem is solved again by the other backend, and its answer is
-//! put to the certificate: that of the problem in which damped levels ask for what they reached.
+//! Verification: the problem of every tick, in which damped levels ask for the values that they reached, is solved
+//! again by the other backend. The optimality certificate is evaluated at the answers of the run itself.
 
 use serde::Serialize;
 use solver::{Backend, HierarchicalSolver, Problem, Solution, Status, certificate};
@@ -8,29 +8,29 @@ use crate::controller::{Controller, Stage};
 use crate::program::Program;
 use crate::tick::{Recorder, Tick};
 
-/// Two answers that differ by more are two answers, in rad/s or m/s. It happens close to singular configurations, where a
-/// direction moves a task by about 1e-9 of its size: one solver may count it, the other not.
+/// Difference above which two answers count as different, in rad/s or m/s. It occurs close to singular configurations,
+/// where a direction moves a task by about 1e-9 of its size: one solver may count it, the other not.
 pub const DIFFERENT: f64 = 1e-6;
 
-/// A residual of the certificate above this is no proof of optimality.
+/// Residual of the certificate above which optimality counts as unproven.
 pub const UNPROVEN: f64 = 1e-6;
 
-/// What a second solver said of a run.
+/// Comparison of a run with a second solver.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verification {
-    /// The backend that solved everything again.
+    /// Name of the backend that solved everything again.
     pub backend: &'static str,
     /// Ticks that were compared.
     pub ticks: usize,
-    /// Ticks at which the second backend found no answer; they count in nothing else.
+    /// Ticks at which the second backend found no answer; they are excluded from the other figures.
     pub failed: usize,
     /// Ticks at which a joint velocity differs by more than [`DIFFERENT`].
     pub different: usize,
-    /// The largest difference of a joint velocity, in rad/s or m/s.
+    /// Largest difference of a joint velocity, in rad/s or m/s.
     pub max_difference: f64,
-    /// When it was seen, in s.
+    /// Time of the largest difference, in s.
     pub at_s: f64,
-    /// The largest residual of the optimality certificate at the run's own answers.
+    /// Largest residual of the optimality certificate at the run's own answers.
     pub max_certificate: f64,
 }
 
@@ -45,7 +45,7 @@ impl Second {
         Second { solver: backend.solver(problem), solution: Solution::new(problem) }
     }
 
-    /// The largest difference of its answer from another one; none where it finds no answer.
+    /// Largest difference of its answer from another one; `None` if it finds no answer.
     fn compare(&mut self, problem: &Problem, x: &[f64]) -> Option<f64> {
         self.solver.solve(problem, &mut self.solution);
         let both = x.iter().zip(&self.solution.x);
@@ -53,16 +53,16 @@ impl Second {
     }
 }
 
-/// Solves every tick a second time: the problem of the tick and, where levels were damped, those of the damped levels.
+/// Solves every tick a second time: the problem of the tick and, if levels were damped, those of the damped levels.
 pub struct Verifier {
     other: Backend,
-    /// For each stage the solver of its problem, and for each level that of the damped level once it is needed.
+    /// For each stage, the solver of its problem, and for each level the solver of the damped level once it is needed.
     stages: Vec<(Second, Vec<Option<Second>>)>,
     so_far: Verification,
 }
 
 impl Verifier {
-    /// For a run of this program.
+    /// Prepares for a run of this program.
     pub fn new(program: &Program, controller: &Controller) -> Self {
         let other = program.run.solver.other();
         let stage = |s: &Stage| {
@@ -84,7 +84,7 @@ impl Verifier {
         }
     }
 
-    /// The comparison so far.
+    /// Comparison so far.
     pub fn result(&self) -> &Verification {
         &self.so_far
     }

@@ -1,6 +1,6 @@
-//! What each input contributes to the rate of the safety field: thesis (4.15)-(4.21).
+//! Contribution of each input to the rate of the safety field: thesis (4.15)-(4.21).
 //!
-//! The robot is taken to follow the law of the protected task,
+//! The robot is assumed to follow the law of the protected task,
 //!
 //! ```text
 //! v = J^+ (eta u_c + Psi u_a + b) + N u_n      b = K e - T de,  J^+ = J^T (J J^T + l^2 I)^-1,  N = I - J^+ J
@@ -13,24 +13,25 @@
 //! mu_1 = y . eta    mu_2 = Psi^T y    mu_3 = g - J^T y    mu_4 = y . b + (rate by the people)
 //! ```
 //!
-//! (mu_3 has one entry for each degree of freedom, correction 9.) One Cholesky factorisation gives all of it, and since
-//! `y` is the same everywhere the sum is dF/dt of the law exactly, damped or not.
+//! (mu_3 has one entry for each degree of freedom, correction 9.) One Cholesky factorisation yields all of these. Since
+//! `y` is the same everywhere, the sum is exactly the dF/dt of the law, damped or not.
 //!
 //! Damping: `l` is zero while every pivot of `J J^T`, the squared distance of a row from those before it, is at least
-//! `s^2`; below, `l^2 = l_max^2 (1 - pivot / s^2)^2` (Nakamura and Hanafusa 1986, with the least pivot in place of the
-//! manipulability), continuous in the configuration. `N` is then no projector but `I - J^T (J J^T + l^2 I)^-1 J`, whose
-//! eigenvalues lie between 0 and 1: what the task can no longer do goes over to internal motion.
+//! `s^2`; below, `l^2 = l_max^2 (1 - pivot / s^2)^2` (Nakamura and Hanafusa 1986, with the smallest pivot in place of
+//! the manipulability), continuous in the configuration. `N` is then not a projector but
+//! `I - J^T (J J^T + l^2 I)^-1 J`, whose eigenvalues lie between 0 and 1: motion that the task can no longer perform
+//! becomes internal motion.
 
 use nalgebra::Vector3;
 
 use stdlib_tasks::field::{SafetyError, finite, setting};
 
-/// When and how much `J J^T` is damped.
+/// Threshold and strength of the damping of `J J^T`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Damping {
-    /// s: distance of a row from the others below which it begins, in the unit of a row (m or rad, per rad or m).
+    /// s: distance of a row from the others below which damping begins, in the unit of a row (m or rad, per rad or m).
     pub below: f64,
-    /// l_max: the damping where a row depends on others altogether, in the same unit.
+    /// l_max: damping for a row that depends on others completely, in the same unit.
     pub strongest: f64,
 }
 
@@ -43,13 +44,13 @@ impl Default for Damping {
 /// The protected task at a tick. All slices belong to the caller.
 #[derive(Clone, Copy, Debug)]
 pub struct TaskRows<'a> {
-    /// J, row-major, `stride` numbers a row of which the first n count.
+    /// J, row-major, with `stride` numbers per row, of which the first n are used.
     pub jacobian: &'a [f64],
-    /// Numbers from one row to the next.
+    /// Number of numbers from one row to the next.
     pub stride: usize,
     /// eta: the rates of the nominal target along its clock, m numbers; thesis (4.6).
     pub eta: &'a [f64],
-    /// K e: what the task adds for its error from the target at this tick, m numbers.
+    /// K e: feedback of the task for its error from the target at this tick, m numbers.
     pub feedback: &'a [f64],
 }
 
@@ -65,7 +66,7 @@ impl<'a> TaskRows<'a> {
 pub struct Push {
     /// The first of the three rows.
     pub row: usize,
-    /// psi: how fast they deviate for an input of one.
+    /// psi: rates of these rows for an input of one.
     pub along: Vector3<f64>,
 }
 
@@ -77,20 +78,20 @@ pub struct Decomposition {
     /// Lower triangle of the factor, row-major.
     factor: Vec<f64>,
     y: Vec<f64>,
-    /// Of the clock.
+    /// Contribution of the clock.
     pub mu_1: f64,
-    /// Of each deviation input.
+    /// Contribution of each deviation input.
     pub mu_2: Vec<f64>,
-    /// Of each internal velocity.
+    /// Contribution of each internal velocity.
     pub mu_3: Vec<f64>,
-    /// Of what nobody can choose: the task's feedback, the springs, the people.
+    /// Contribution that cannot be chosen: the task's feedback, the springs, the people.
     pub mu_4: f64,
     /// l^2 of this tick; zero away from singularities.
     pub damped: f64,
 }
 
 impl Decomposition {
-    /// Storage.
+    /// Allocates the storage.
     ///
     /// # Errors
     /// [`SafetyError::Setting`] for a damping that is not positive.
@@ -111,10 +112,10 @@ impl Decomposition {
         })
     }
 
-    /// Factorises `J J^T` and finds `y` and `mu_3` for the gradient `g` (n numbers). Never allocates.
+    /// Factorises `J J^T` and computes `y` and `mu_3` for the gradient `g` (n numbers). Never allocates.
     ///
     /// # Errors
-    /// [`SafetyError::Shape`] where slices do not fit, [`SafetyError::NotFinite`].
+    /// [`SafetyError::Shape`] if slices do not fit, [`SafetyError::NotFinite`].
     pub fn factorise(&mut self, task: &TaskRows, g: &[f64]) -> Result<(), SafetyError> {
         let (m, n) = (self.rows, self.mu_3.len());
         if task.eta.len() != m || task.feedback.len() != m {
@@ -146,8 +147,8 @@ impl Decomposition {
         finite("decomposition", &self.mu_3)
     }
 
-    /// The factor of `J J^T + damping I`; returns the least pivot. A pivot that is not positive (only where nothing
-    /// damps) gives a row of the factor that is never used.
+    /// Computes the factor of `J J^T + damping I` and returns the smallest pivot. A pivot that is not positive, which
+    /// occurs only without damping, ends the factorisation; that factor is not used.
     fn cholesky(&mut self, task: &TaskRows, n: usize, damping: f64) -> Result<f64, SafetyError> {
         let m = self.rows;
         let mut least = f64::INFINITY;
@@ -176,15 +177,16 @@ impl Decomposition {
         Ok(least)
     }
 
-    /// The gradient of the field in the task's own rows, `(J^+)^T g`; m numbers.
+    /// Gradient of the field in the task's own rows, `(J^+)^T g`; m numbers.
     pub fn task_gradient(&self) -> &[f64] {
         &self.y
     }
 
-    /// The mu, after [`Decomposition::factorise`]. `springs` is `T de`, m numbers; `human_rate` the people's part.
+    /// Computes the other mu after [`Decomposition::factorise`]. `springs` is `T de`, m numbers; `human_rate` is the
+    /// contribution of the people.
     ///
     /// # Errors
-    /// [`SafetyError::Shape`] where a push leaves the rows, [`SafetyError::NotFinite`].
+    /// [`SafetyError::Shape`] if a push exceeds the rows, [`SafetyError::NotFinite`].
     pub fn split(
         &mut self,
         task: &TaskRows,
@@ -207,8 +209,8 @@ impl Decomposition {
         finite("decomposition", &self.mu_2)
     }
 
-    /// The velocity of the law: writes `J^+ r + N u` into `v` (n numbers, which hold `u` on entry); `r` has m numbers and
-    /// is overwritten. Uses the last factorisation.
+    /// Velocity of the law: writes `J^+ r + N u` into `v` (n numbers, which contain `u` on entry); `r` has m numbers
+    /// and is overwritten. Uses the last factorisation.
     pub fn law(&self, task: &TaskRows, r: &mut [f64], v: &mut [f64]) {
         let n = self.mu_3.len();
         for (i, r) in r.iter_mut().enumerate() {
@@ -270,8 +272,8 @@ mod tests {
     }
 
     proptest! {
-        /// The sum of the parts is dF/dt for the velocity that the law gives, and that velocity is the textbook's, at
-        /// full rank, at no rank, and between.
+        /// The sum of the parts is dF/dt for the velocity of the law, and that velocity is the textbook's, at full
+        /// rank, at rank zero, and between.
         #[test]
         fn the_parts_add_up(
             m in 3usize..13, n in 1usize..18, weak in -10.0..0.0f64,
@@ -309,7 +311,7 @@ mod tests {
             for i in 0..n {
                 prop_assert!((v[i] - expected[i]).abs() < 1e-6 * (1.0 + expected.norm()), "{} {}", v[i], expected[i]);
             }
-            // Internal motion never grows, and is none of the task's where nothing is damped.
+            // Internal motion never grows, and does not move the task if nothing is damped.
             let inner = &un - c.j.transpose() * &inverse * &c.j * &un;
             prop_assert!(inner.norm() <= un.norm() * (1.0 + 1e-6));
             if parts.damped == 0.0 {
@@ -317,7 +319,7 @@ mod tests {
             }
         }
 
-        /// Continuous through the place where damping begins and down to a row that depends on another.
+        /// The decomposition is continuous where damping begins, and down to a row that depends on another.
         #[test]
         fn damping_has_no_jumps(x in prop::collection::vec(-1.0..1.0f64, 400)) {
             let (m, n) = (3, 6);

@@ -5,27 +5,27 @@
 //! orientation  R_s = R_d D                    e = R_d log(D)          omega  = -T e + psi u
 //! ```
 //!
-//! Each orientation has its own deviation (in (4.8) the absolute one is printed with the relative one's), and `D` turns
-//! the right way without an inverse: with `omega` in the axes in which the target is expressed, `omega_s = omega_d +
-//! omega`, as the rates of (4.8) add. `e` is the rotation vector, as everywhere in this library, not the quaternion's
-//! vector part. Over a period P the steps are
+//! Each orientation has its own deviation (in (4.8) the absolute one is printed with that of the relative one), and `D`
+//! rotates in the correct direction without an inverse: with `omega` in the axes in which the target is expressed,
+//! `omega_s = omega_d + omega`, as the rates of (4.8) add. `e` is the rotation vector, as everywhere in this library,
+//! not the quaternion's vector part. Over a period P the steps are
 //!
 //! ```text
 //! d <- (1 - T P) d + P psi u          D <- exp(P R_d^T psi u) exp((1 - T P) log D)
 //! ```
 //!
-//! Directions have unit length or are zero. A bound on the deviation is a bound on `u` alone, and exact for the step: with
-//! `a = (1 - T P) e` and `r = |e| + k P (reach - |e|)`, all `u` with `|a + P psi u| <= r`, an interval between the roots
-//! of a quadratic. It is the barrier row of gain k for `reach - |e|`, without the loss of a sampled one and however the
-//! direction turns. For rotations the composed angle is at most `|a + P psi u|` (a hinge in a space of non-negative
-//! curvature closes at most as far as in the plane: Toponogov), so the same interval serves.
+//! Directions have unit length or are zero. A bound on the deviation is a bound on `u` alone, and exact for the step:
+//! with `a = (1 - T P) e` and `r = |e| + k P (reach - |e|)`, it allows all `u` with `|a + P psi u| <= r`, an interval
+//! between the roots of a quadratic. It is the barrier row of gain k for `reach - |e|`, without the loss of a sampled
+//! barrier and for any change of the direction. For rotations the composed angle is at most `|a + P psi u|` (a hinge in
+//! a space of non-negative curvature closes at most as far as in the plane: Toponogov), so the same interval applies.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use stdlib_tasks::so3;
 
 use stdlib_tasks::field::{SafetyError, gain, setting};
 
-/// What deviates.
+/// Kind of a deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeviationKind {
     /// A position: \[m\], additive.
@@ -34,43 +34,43 @@ pub enum DeviationKind {
     Orientation,
 }
 
-/// Where a deviation leads: psi in thesis (4.11).
+/// Direction of a deviation: psi in thesis (4.11).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Direction {
-    /// Always the same, in the axes of the task's rows.
+    /// Constant, in the axes of the task's rows.
     Fixed(Vector3<f64>),
-    /// That of [`Frame::direction`] at each tick, for example [`towards`] a person.
+    /// [`Frame::direction`] at each tick, for example [`towards`] a person.
     Given,
-    /// That in which the field grows fastest for the law of the task; a positive input then always helps.
+    /// The direction in which the field grows fastest for the law of the task; a positive input then always helps.
     Gradient,
 }
 
-/// A deviation of the protected task's target and how it may be used.
+/// Deviation of the protected task's target, and its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
     /// Position or orientation.
     pub kind: DeviationKind,
     /// The first of its three rows in the task.
     pub row: usize,
-    /// T in 1/s: the spring back to the nominal path; times the period at most 1.
+    /// T in 1/s: stiffness of the spring back to the nominal path; times the period at most 1.
     pub stiffness: f64,
-    /// Least and greatest input, m/s or rad/s, with zero between; thesis (4.29). [`towards`] points at the person, so
-    /// getting away needs a negative one.
+    /// Smallest and largest input, m/s or rad/s, with zero between; thesis (4.29). [`towards`] points at the person, so
+    /// moving away requires a negative input.
     pub speed: [f64; 2],
-    /// The greatest deviation, m or rad; none is bounded by the greatest speed over the stiffness all the same.
+    /// Largest deviation, m or rad. Without it, the deviation is still bounded by the largest speed over the stiffness.
     pub reach: Option<f64>,
-    /// Where it leads.
+    /// Its direction.
     pub direction: Direction,
     /// Its weight in the planner's cost, positive.
     pub weight: f64,
 }
 
-/// What a deviation needs to know at a tick.
+/// Inputs of a deviation at a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// The nominal target R_d at the clock c, for orientations; else not read.
+    /// Nominal target R_d at the clock c, for orientations; otherwise unused.
     pub rotation: UnitQuaternion<f64>,
-    /// For [`Direction::Given`]; any length, zero for none.
+    /// Direction for [`Direction::Given`], of any length; zero for none.
     pub direction: Vector3<f64>,
 }
 
@@ -80,18 +80,18 @@ impl Default for Frame {
     }
 }
 
-/// The unit vector from `from` to `to`, thesis (4.48), (4.49); zero where they coincide.
+/// Unit vector from `from` to `to`, thesis (4.48), (4.49); zero if they coincide.
 pub fn towards(from: &Vector3<f64>, to: &Vector3<f64>) -> Vector3<f64> {
     unit(&(to - from))
 }
 
-/// The vector at unit length; zero if it has (almost) none.
+/// Vector scaled to unit length; zero if it has (almost) none.
 fn unit(v: &Vector3<f64>) -> Vector3<f64> {
     let n = v.norm();
     if n > 1e-12 && n.is_finite() { v / n } else { Vector3::zeros() }
 }
 
-/// A deviation as it stands.
+/// Present state of a deviation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Course {
     pub(super) of: Deviation,
@@ -140,7 +140,7 @@ impl Course {
         self.error = Vector3::zeros();
     }
 
-    /// Takes the tick's frame, and the field's gradient in all rows of the task.
+    /// Updates the state with the tick's frame and the field's gradient in all rows of the task.
     pub(super) fn see(&mut self, frame: &Frame, gradient: &[f64]) -> Result<(), SafetyError> {
         let nan = SafetyError::NotFinite { name: "deviation frame" };
         if !frame.direction.iter().all(|x| x.is_finite()) || !frame.rotation.coords.iter().all(|x| x.is_finite()) {
@@ -162,7 +162,8 @@ impl Course {
         Ok(())
     }
 
-    /// The inputs that are allowed now: the speeds, cut by what the reach leaves with the barrier gain `k`.
+    /// Range of the inputs that are allowed now: the speeds, restricted by the remaining reach with the barrier gain
+    /// `k`.
     pub(super) fn bounds(&self, k: f64, period: f64) -> [f64; 2] {
         let [least, most] = self.of.speed;
         let Some(reach) = self.of.reach else { return [least, most] };
@@ -175,11 +176,12 @@ impl Course {
         let r = far + k * period * (reach - far);
         let b = a.dot(&self.along) / along2;
         let root = (b * b + (r * r - a.norm_squared()) / along2).max(0.0).sqrt();
-        // Outside its reach, where no input brings it in at once, the root is zero: the nearest one does.
+        // Outside the reach, the root is zero if no input returns within one period: the bounds are then the nearest
+        // input.
         [((-b - root) / period).clamp(least, most), ((-b + root) / period).clamp(least, most)]
     }
 
-    /// Moves on by one period with the input `u`.
+    /// Advances by one period with the input `u`.
     pub(super) fn advance(&mut self, u: f64, period: f64) {
         let keep = 1.0 - self.of.stiffness * period;
         let push = self.along * (u * period);
@@ -217,7 +219,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the directions and however greedy the inputs: never beyond the reach, and inputs stay in their box.
+        /// For any directions and inputs, the deviation stays within the reach, and inputs stay in their box.
         #[test]
         fn the_reach_is_kept(
             turning in any::<bool>(), gain in 0.5..100.0f64, stiffness in 0.1..100.0f64,
@@ -239,7 +241,7 @@ mod tests {
             }
         }
 
-        /// Without input, the deviation decays by (1 - T P) at each tick; with one, the speed is -T e + psi u.
+        /// Without input, the deviation decays by (1 - T P) at each tick; with an input, its speed is -T e + psi u.
         #[test]
         fn the_spring_and_the_rate(turning in any::<bool>(), turn in vector(3.0), direction in vector(1.0), u in -0.4..0.4f64) {
             prop_assume!(direction.norm() > 0.1);

@@ -1,8 +1,8 @@
-//! The planner's program below levels that hold limits.
+//! The planner's program below levels with limits.
 //!
-//! The one-row program ([`OneRowProgram`]) is that of a robot whose task comes first. Where limits stand above the task it may
-//! ask for a motion that the hierarchy then withholds, and with it the rate of the field. So the limits
-//! `lower <= A v <= upper` belong into the program. With the velocity `v` among the unknowns it is a hierarchy again:
+//! The one-row program ([`OneRowProgram`]) assumes that nothing is above the task. With limits above, it may ask for a
+//! motion that the hierarchy then withholds, and with it the rate of the field. Therefore the limits
+//! `lower <= A v <= upper` belong to the program. With the velocity `v` among the unknowns it is a hierarchy again:
 //!
 //! ```text
 //! 1..   the levels above the task, as they are, and the box of u_c, u_a
@@ -12,27 +12,28 @@
 //! last  min q_c (u_c - 1)^2 + sum q_a u_a^2 + q_n |N (v - k_n g)|^2
 //! ```
 //!
-//! `N v` is the internal motion `N u_n` of the one-row program, and `need` what the weights of that one let it come to, so where
-//! neither limits nor speeds act and nothing is damped the two have the same optimum. The hierarchy of the
-//! controller, which is asked for the task's rows at these inputs and for `v` below them, has no other answer than this `v`:
-//! it meets the levels above, nothing meets the task better at these inputs, and what is left is met exactly. Levels
-//! between the task and the planner are not looked at; what they take is told as withheld.
+//! `N v` is the internal motion `N u_n` of the one-row program, and `need` is the rate that the weights of that program
+//! let it reach. If neither limits nor speeds are active and nothing is damped, the two have the same optimum. The
+//! hierarchy of the controller, which contains the task's rows at these inputs and `v` below them, has no other
+//! solution than this `v`: it meets the levels above, nothing meets the task better at these inputs, and the rest is
+//! met exactly. Levels between the task and the planner are not taken into account; the rate that they withhold is
+//! reported as withheld.
 //!
-//! The task stands above the field here, as it does in the hierarchy, so that its inputs give way before its rows do: the
-//! clock slows where limits hold the task back. That is asked for while the field is short of what it needs, and only then.
+//! The task is above the field here, as in the hierarchy, so that its inputs give way before its rows do: the clock
+//! slows if limits hold the task back. This is requested only while the field falls short of its demand.
 
 use solver::{Backend, HierarchicalSolver, Level, LevelShape, Problem, Smooth, Solution, Status};
 
 use crate::safety::decomposition::{Decomposition, Push, TaskRows, axpy, dot};
 use crate::safety::one_row::OneRowProgram;
 
-/// A row counts as broken beyond this, in its own unit a second.
+/// Violation above which a row counts as broken, in its own unit per second.
 const BROKEN: f64 = 1e-9;
 
-/// What is left of a column of N behind others, below which it depends on them.
+/// Remaining length of a column of N, orthogonal to others, up to which it depends on them.
 const NOTHING: f64 = 1e-6;
 
-/// Whether a velocity breaks a row of the levels above.
+/// Returns true if a velocity violates a row of the levels above.
 pub(super) fn breaks(above: &[Level], v: &[f64]) -> bool {
     above.iter().any(|level| {
         (0..level.rows()).any(|i| {
@@ -46,55 +47,56 @@ pub(super) fn breaks(above: &[Level], v: &[f64]) -> bool {
     })
 }
 
-/// How much the rows of a program bend; see [`Level::set_curvature`].
+/// Curvature of the rows of a program; see [`Level::set_curvature`].
 #[derive(Clone, Copy, Debug)]
 pub struct Bending<'a> {
-    /// The levels above the task.
+    /// Levels above the task.
     pub above: &'a [Level],
-    /// The task's level, and the first of the task's rows there.
+    /// Level of the task, and the index of the task's first row there.
     pub task: (&'a Level, usize),
-    /// Of the field, one number for each degree of freedom.
+    /// Curvature of the field, one number for each degree of freedom.
     pub field: &'a [f64],
-    /// Which levels down to the task's are never damped.
+    /// True for each level down to the task's that is never damped.
     pub exact: &'a [bool],
-    /// How much of what these levels say counts here.
+    /// Factor on the curvatures of these levels.
     pub part: f64,
 }
 
-/// A solver of such a program: smooth but for the speeds, which are limits of variables. The last level has to be smooth as well:
-/// it would spend motion that next to nothing is gained by, one way or the other, on a clock that goes a little faster.
+/// Creates the solver of such a program: smooth except for the speeds, which are limits of variables. The last level
+/// must be smooth as well; otherwise it spends motion of almost no benefit, in either direction, on a slightly faster
+/// clock.
 fn solver(problem: &Problem) -> Smooth {
     Smooth::new(problem, Backend::ActiveSet).with_exact(problem.levels.len() - 3)
 }
 
-/// What the program is made of at a tick.
+/// Inputs of the program at a tick.
 pub(super) struct Now<'a> {
-    /// The levels above the task.
+    /// Levels above the task.
     pub above: &'a [Level],
-    /// The task's rows.
+    /// Rows of the task.
     pub task: TaskRows<'a>,
-    /// What the deviation inputs do to them.
+    /// Effect of the deviation inputs on them.
     pub pushes: &'a [Push],
     /// T de
     pub springs: &'a [f64],
     /// g
     pub gradient: &'a [f64],
-    /// The least `g . v` that is asked for.
+    /// Smallest `g . v` that is requested.
     pub need: f64,
-    /// The one-row program of this tick: weights, nominal values and boxes of u_c, u_a, u_n.
+    /// One-row program of this tick: weights, nominal values and boxes of u_c, u_a, u_n.
     pub program: &'a OneRowProgram,
-    /// The factorisation of this tick, for N.
+    /// Factorisation of this tick, for N.
     pub parts: &'a Decomposition,
 }
 
-/// What the program comes to.
+/// Solution of the program.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found<'a> {
-    /// Of each degree of freedom.
+    /// Velocity of each degree of freedom.
     pub velocity: &'a [f64],
     /// u_c, u_a
     pub inputs: &'a [f64],
-    /// The field's demand cannot be met.
+    /// True if the field's demand cannot be met.
     pub damped: bool,
 }
 
@@ -106,14 +108,15 @@ pub(super) struct LimitedProgram {
     problem: Problem,
     solution: Solution,
     solver: Smooth,
-    /// A column of N, and room.
+    /// A column of N, and working storage.
     column: Vec<f64>,
     basis: Vec<f64>,
     nothing: Vec<f64>,
 }
 
 impl LimitedProgram {
-    /// For a task of `rows` rows with `k` deviation inputs on a robot with `dofs` degrees of freedom, below these levels.
+    /// Creates the program for a task of `rows` rows with `k` deviation inputs on a robot with `dofs` degrees of
+    /// freedom, below these levels.
     pub fn new(rows: usize, k: usize, dofs: usize, above: &[LevelShape]) -> LimitedProgram {
         let soft = |rows| LevelShape { rows, hard: false, damping: 0.0 };
         let inputs = 1 + k;
@@ -145,7 +148,7 @@ impl LimitedProgram {
         }
     }
 
-    /// Says how much rows bend. Levels that cannot be met are then damped as the controller's are.
+    /// Sets the curvature of the rows. Levels that cannot be met are then damped like those of the controller.
     pub fn bend(&mut self, bending: &Bending) {
         let (width, rows, (task, first)) = (self.dofs + self.inputs, self.rows, bending.task);
         let tell = |level: &mut Level, part: f64, from: &mut dyn Iterator<Item = &[f64]>| {
@@ -167,23 +170,22 @@ impl LimitedProgram {
         self.solver = exact.fold(solver(&self.problem), |solver, (k, _)| solver.with_exact(1 + k));
     }
 
-    /// Whether it was told how much rows bend.
+    /// Returns true if the curvature of the rows was set.
     pub fn is_bent(&self) -> bool {
         self.problem.levels.iter().any(Level::is_curved)
     }
 
-    /// Whether the task could not be met, and was damped, at the last solve.
+    /// Returns true if the task could not be met, and was damped, at the last solve.
     pub fn gives_way(&self) -> bool {
         self.solver.is_damped(self.problem.levels.len() - 4)
     }
 
-    /// Forgets what its solver remembers of earlier ticks.
+    /// Resets the memory of the solver.
     pub fn forget(&mut self) {
         self.solver.forget();
     }
 
-    /// What it comes to; none where the levels above cannot be met, or are of another shape. Never
-    /// allocates.
+    /// Solves the program. Returns `None` if the levels above cannot be met, or have another shape. Never allocates.
     pub fn solve(&mut self, now: &Now) -> Option<Found<'_>> {
         let (n, m, inputs) = (self.dofs, self.rows, self.inputs);
         let levels = &mut self.problem.levels;
@@ -221,8 +223,8 @@ impl LimitedProgram {
             let fastest = program.upper[inputs + i];
             (speeds.lower[i], speeds.upper[i]) = (-fastest, fastest);
         }
-        // N is symmetric, and a projector of rank n - m where nothing is damped: then an orthonormal basis of its columns
-        // does for N. The rows are as long as the task has them beneath.
+        // N is symmetric, and a projector of rank n - m if nothing is damped: an orthonormal basis of its columns then
+        // replaces N, with fewer rows.
         let rank = if now.parts.damped == 0.0 { n.saturating_sub(m) } else { n };
         let mut found = 0;
         for i in 0..n {
@@ -254,8 +256,8 @@ impl LimitedProgram {
         (self.solution.status == Status::Optimal).then_some(Found { velocity, inputs, damped })
     }
 
-    /// Makes the column orthogonal to the first `found` rows of the basis, and one in length; false where next to nothing of
-    /// it is left.
+    /// Makes the column orthogonal to the first `found` rows of the basis, and scales it to unit length. Returns false
+    /// if almost nothing of it is left.
     fn normalise(&mut self, found: usize) -> bool {
         let n = self.dofs;
         // Twice is enough (Kahan, Parlett).

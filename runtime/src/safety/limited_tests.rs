@@ -1,8 +1,8 @@
-//! The planner below limits: what it decides once more is what the hierarchy gives, and nothing near it is cheaper.
+//! Planner below limits: the hierarchy reaches a revised decision, and nothing near it is cheaper.
 
 use super::*;
 
-/// Two levels: speeds of joints within `fastest`, with a row through all of them that may not grow; and one equality.
+/// Two levels: joint speeds up to `fastest`, with a row through all of them that may not grow; and one equality.
 fn limits(n: usize, fastest: f64, rng: &mut impl FnMut() -> f64) -> Vec<Level> {
     let shape = |rows| LevelShape { rows, hard: true, damping: 0.0 };
     let mut levels = Problem::new(n, &[shape(n + 1), shape(1)]).levels;
@@ -16,8 +16,8 @@ fn limits(n: usize, fastest: f64, rng: &mut impl FnMut() -> f64) -> Vec<Level> {
     levels
 }
 
-/// A planner below limits on a random robot: how short of what is asked for the hierarchy is of the first plan, and of the
-/// second one, if there is one, with how far its velocity is from that of the plan.
+/// Runs a planner below limits on a random robot. Returns the shortfall of the hierarchy from the demand with the first
+/// plan and, if there is one, with the second plan, together with the distance of its velocity from that of the plan.
 fn below_limits(model: Model, slowest: f64, rng: &mut impl FnMut() -> f64) -> (f64, Option<(f64, f64)>) {
     let (q, n) = (model.random_configuration(&mut *rng), model.nv());
     let mut scene = Scene::new(model, q, Over::Mean);
@@ -86,7 +86,7 @@ fn nothing_near_is_cheaper(
         let v = DVector::from_vec(cascade(scene, &scene.above, &near, feedback).x);
         let slow = (&null * &v).iter().all(|u| u.abs() <= 2.0);
         if slow && missed(&v, &near.rate) <= residual + 1e-12 {
-            // The field comes before the cost, but for what the weights leave it short of anyway.
+            // The field has priority over the cost, except for the shortfall that the weights leave anyway.
             let (slack, other) = cost(&v, near.u_c, near.u_alpha[0]);
             assert!(slack > short + 1e-9 || other >= least - 1e-6 * (1.0 + least), "{other} {least}");
             let weighed = |slack: f64, cost: f64| cost + w.slack * slack * slack;
@@ -99,7 +99,7 @@ fn nothing_near_is_cheaper(
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
-    /// A plan that is made below limits is what the hierarchy gives, and better than the one that did not know of them.
+    /// The hierarchy reaches a plan that is made below limits, which is better than the plan that ignored them.
     #[test]
     fn a_plan_below_limits_is_what_the_hierarchy_gives(seed in any::<u64>(), slowest in 0.05..0.5f64) {
         let mut rng = rng(seed);
@@ -113,7 +113,7 @@ proptest! {
     }
 }
 
-/// Levels above that contradict each other leave the plan as it is: the hierarchy says so itself.
+/// Contradictory levels above leave the plan as it is: the hierarchy reports them itself.
 #[test]
 fn limits_that_cannot_be_met_change_nothing() {
     let model = robots().swap_remove(0);
@@ -140,13 +140,13 @@ fn limits_that_cannot_be_met_change_nothing() {
     assert!(told.slack > before.outcome.slack, "what is missing is told");
     let kept = Plan { outcome: told, ..before };
     assert_eq!(planner.plan(), &kept);
-    // Nor do levels of a shape that it was not made for.
+    // Levels of a shape that it was not made for change nothing either.
     let other = Problem::new(n, &[LevelShape { rows: 3, ..shape }]).levels;
     assert_eq!(planner.reconsider(&Tick { above: &other, ..tick }, &vec![0.0; n]), Ok(false));
     assert_eq!(planner.plan(), &kept);
 }
 
-/// What limits withhold is made up for in most of many cases; in the others the robot has no room for it.
+/// A second plan makes up for most of what limits withhold; in the other cases the robot has no freedom for it.
 #[test]
 fn what_limits_withhold_is_made_up_for() {
     let (mut short, mut made_up) = (0, 0);

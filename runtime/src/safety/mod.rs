@@ -1,12 +1,12 @@
-//! A safety field between people and the robot, and the planner that keeps it above a threshold: thesis 4.2, corrected.
+//! Safety field between people and the robot, and the planner that keeps it above a threshold: thesis 4.2, corrected.
 //!
-//! [`Field`] measures how far all of the robot is from all observed points of a person, with exact derivatives.
-//! [`Decomposition`] splits its rate into what the clock of a protected task, deviations from its path, internal motion
-//! and the person contribute. [`SafetyPlanner`] decides on these inputs. [`SpeedAndSeparation`] is the rule of ISO/TS
-//! 15066. The field itself and that rule are of the task library.
-//! Nothing here knows the hierarchy: the controller passes rows in and puts what comes out back into its levels.
+//! [`Field`] measures the distance of the whole robot from all observed points of a person, with exact derivatives.
+//! [`Decomposition`] splits its rate into the contributions of the clock of a protected task, of deviations from its
+//! path, of internal motion and of the person. [`SafetyPlanner`] decides about these inputs. [`SpeedAndSeparation`] is
+//! the rule of ISO/TS 15066. The field itself and that rule belong to the task library. Nothing here depends on the
+//! hierarchy: the controller passes rows in and writes the results back into its levels.
 //!
-//! Everything is allocated by constructors; what runs in a tick neither allocates nor panics.
+//! Constructors allocate all memory; functions that run in a tick neither allocate nor panic.
 //!
 //! # A tick
 //!

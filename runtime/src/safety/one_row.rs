@@ -1,39 +1,41 @@
-//! The planner's quadratic program: separable, in a box, with one soft row. Solved exactly, in one pass.
+//! The planner's quadratic program: separable, in a box, with one soft row. It is solved exactly, in one pass.
 //!
 //! ```text
 //! min 1/2 sum_i Q_i (x_i - n_i)^2 + 1/2 q w^2   s.t.   l <= x <= u,   j . x + w >= r        thesis (4.27)-(4.30)
 //! ```
 //!
-//! With the multiplier `t >= 0` of the row, the Lagrangian falls apart into one problem for each number, and its
-//! minimiser is `x_i(t) = clamp(n_i + t j_i / Q_i, l_i, u_i)`, `w(t) = t / q`. What is left of the row,
+//! With the multiplier `t >= 0` of the row, the Lagrangian separates into one problem for each number, and its
+//! minimiser is `x_i(t) = clamp(n_i + t j_i / Q_i, l_i, u_i)`, `w(t) = t / q`. The residual of the row,
 //!
 //! ```text
 //! s(t) = j . x(t) + t / q - r,
 //! ```
 //!
 //! is continuous, piecewise linear, and rises with slope `1/q + sum of j_i^2 / Q_i over the numbers that are free`,
-//! which is at least `1/q > 0`. So either `s(0) >= 0`, and `t = 0` is optimal, or `s` has exactly one root `t > 0`. In
-//! both cases `(x(t), w(t), t)` meets the conditions of Karush, Kuhn and Tucker, which suffice, the program being
-//! strictly convex: the point is THE optimum. A number becomes free once and is caught by the other bound once, so there
-//! are at most two breaks for each; they are sorted, and the root lies between two of them. O(k log k), no iteration, no
-//! failure: the row is soft, and the box is not empty by construction.
+//! which is at least `1/q > 0`. Either `s(0) >= 0`, and `t = 0` is optimal, or `s` has exactly one root `t > 0`. In
+//! both cases `(x(t), w(t), t)` meets the conditions of Karush, Kuhn and Tucker, which are sufficient because the
+//! program is strictly convex: the point is the unique optimum. A number becomes free once and reaches its other bound
+//! once, so there are at most two breaks for each. The breaks are sorted, and the root lies between two of them. The
+//! cost is O(k log k), without iteration. There is no failure: the row is soft, and the box is not empty by
+//! construction.
 
 use stdlib_tasks::field::{SafetyError, setting};
 
-/// The program with its storage. The vectors have k numbers and must keep them; write them, then [`OneRowProgram::solve`].
+/// The program with its storage. The vectors have k numbers and must keep this length; write them, then call
+/// [`OneRowProgram::solve`].
 #[derive(Clone, Debug)]
 pub struct OneRowProgram {
     /// Q: positive.
     pub weight: Vec<f64>,
-    /// n: where the numbers would like to be.
+    /// n: the preferred values of the numbers.
     pub nominal: Vec<f64>,
-    /// l: may be minus infinite.
+    /// l: may be minus infinity.
     pub lower: Vec<f64>,
-    /// u >= l: may be infinite.
+    /// u >= l: may be infinity.
     pub upper: Vec<f64>,
     /// j
     pub row: Vec<f64>,
-    /// r; minus infinite where the row asks for nothing.
+    /// r; minus infinity if the row demands nothing.
     pub need: f64,
     /// q: positive.
     pub slack_weight: f64,
@@ -41,17 +43,17 @@ pub struct OneRowProgram {
     breaks: Vec<(f64, f64)>,
 }
 
-/// The optimum beside the point.
+/// Multiplier and slack at the optimum.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// t: what a unit of the row costs; zero where it does not act.
+    /// t: cost of a unit of the row; zero if the row is inactive.
     pub multiplier: f64,
-    /// w >= 0: how far the row is from being met.
+    /// w >= 0: shortfall of the row.
     pub slack: f64,
 }
 
 impl OneRowProgram {
-    /// Of k numbers: weights 1, everything free, the row asking for nothing.
+    /// Creates a program of k numbers: weights 1, no bounds, and a row that demands nothing.
     pub fn new(k: usize) -> OneRowProgram {
         OneRowProgram {
             weight: vec![1.0; k],
@@ -85,7 +87,7 @@ impl OneRowProgram {
         Ok(())
     }
 
-    /// Where number `i` becomes free and where it is caught again, for growing t.
+    /// Values of t at which number `i` becomes free, and at which it reaches its other bound.
     fn free(&self, i: usize) -> (f64, f64) {
         let (near, far) =
             if self.row[i] > 0.0 { (self.lower[i], self.upper[i]) } else { (self.upper[i], self.lower[i]) };
@@ -99,7 +101,7 @@ impl OneRowProgram {
         x.max(self.lower[i]).min(self.upper[i])
     }
 
-    /// What is missing of the row at the inputs that do most for it: how far it is from being met whatever the weights are.
+    /// Shortfall of the row at the inputs that contribute most to it, which is independent of the weights.
     pub fn shortage(&self) -> f64 {
         let most = |i: usize| if self.row[i] > 0.0 { self.row[i] * self.upper[i] } else { self.row[i] * self.lower[i] };
         let all: f64 = (0..self.row.len()).filter(|&i| self.row[i] != 0.0).map(most).sum();
@@ -109,8 +111,8 @@ impl OneRowProgram {
     /// Writes the optimum into `x`, k numbers. Never allocates.
     ///
     /// # Errors
-    /// [`SafetyError::Setting`] for a weight that is not positive, [`SafetyError::Shape`], [`SafetyError::NotFinite`] for
-    /// an empty box or a number that is none; `x` is then untouched.
+    /// [`SafetyError::Setting`] for a weight that is not positive, [`SafetyError::Shape`], [`SafetyError::NotFinite`]
+    /// for an empty box or a number that is not finite; `x` is then unchanged.
     pub fn solve(&mut self, x: &mut [f64]) -> Result<Outcome, SafetyError> {
         self.check(x)?;
         let k = x.len();
@@ -153,7 +155,7 @@ impl OneRowProgram {
         Ok(outcome)
     }
 
-    /// The root of s, whose value and slope at zero are given.
+    /// Root of s, whose value and slope at zero are given.
     fn root(&mut self, mut value: f64, mut slope: f64) -> f64 {
         self.breaks.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let least = 1.0 / self.slack_weight;
@@ -166,7 +168,7 @@ impl OneRowProgram {
             }
             (t, value, slope) = (*at, next, (slope + change).max(least));
         }
-        // Once more from the numbers that are free between t and end: no rounding has added up.
+        // Recompute from the numbers that are free between t and end, so that rounding errors do not add up.
         let middle = if end < f64::INFINITY { 0.5 * (t + end) } else { 2.0 * t + 1.0 };
         let (mut rest, mut slope) = (self.need, least);
         for i in 0..self.row.len() {
@@ -192,7 +194,7 @@ mod tests {
     use proptest::prelude::*;
     use solver::{ActiveSet, ClarabelCascade, HierarchicalSolver, LevelShape, Problem, Solution, Status};
 
-    /// The same program as two levels: the box, which is hard, and everything else as weighted rows.
+    /// The same program as two levels: the hard box, and everything else as weighted rows.
     fn hierarchy(p: &OneRowProgram) -> Problem {
         let k = p.row.len();
         let shape = |rows, hard| LevelShape { rows, hard, damping: 0.0 };
@@ -216,7 +218,8 @@ mod tests {
             for (i, (nominal, weight, below, above, row, kind)) in numbers.into_iter().enumerate() {
                 p.weight[i] = 10f64.powf(weight);
                 p.nominal[i] = nominal;
-                // The nominal point inside the box, outside on either side, at a bound; no bounds; no say.
+                // The nominal point inside the box, outside on either side, at a bound; no bounds; no effect on the
+                // row.
                 let shift = [0.0, 0.8, -0.8, above, 0.0, 0.0, 0.0, 0.0][usize::from(kind)];
                 (p.lower[i], p.upper[i]) = (nominal + shift - below, nominal + shift + above);
                 match kind {
@@ -253,7 +256,7 @@ mod tests {
             prop_assert!(value + outcome.slack >= p.need - 1e-9);
         }
 
-        /// Karush, Kuhn and Tucker, to rounding.
+        /// The conditions of Karush, Kuhn and Tucker hold, up to rounding.
         #[test]
         fn the_conditions_of_optimality(mut p in program()) {
             let mut x = vec![0.0; p.row.len()];
@@ -280,7 +283,7 @@ mod tests {
         let mut x = [0.0; 2];
         assert_eq!(p.solve(&mut x), Ok(Outcome::default()));
         assert_eq!(x, [2.0, -1.0]);
-        // Nobody can help: all is slack.
+        // No number can help: all is slack.
         p.need = 5.0;
         assert_eq!(p.solve(&mut x), Ok(Outcome { multiplier: 5.0, slack: 5.0 }));
         let breaks: [fn(&mut OneRowProgram); 7] = [

@@ -7,9 +7,9 @@
 //! mu_1 u_c + mu_2 . u_a + mu_3 . u_n + w >= F_min' - k_f h - mu_4                      (4.30) with a moving threshold
 //! ```
 //!
-//! nearest to `u_c = 1`, `u_a = 0`, `u_n = k_n dF/dq` (4.31), inside bounds (4.28), (4.29). The row is soft: `w` says
-//! how far the demand could not be met. Where levels above the task would withhold what it asks
-//! for, they are taken into the program ([`limited`]).
+//! as near as possible to `u_c = 1`, `u_a = 0`, `u_n = k_n dF/dq` (4.31), inside the bounds (4.28), (4.29). The row is
+//! soft: `w` is the part of the demand that is not met. If levels above the task would withhold part of the planned
+//! motion, they are included in the program ([`limited`]).
 //!
 //! [`limited`]: LimitedProgram
 
@@ -24,17 +24,17 @@ use crate::safety::strategy::{Strategy, task_share};
 use stdlib_tasks::field::Field;
 use stdlib_tasks::field::{SafetyError, finite, gain, setting};
 
-/// What levels above may withhold of the field's rate without another plan being made, in the field's unit a second.
+/// Part of the field's rate that levels above may withhold without a new plan, in the field's unit per second.
 const WITHHELD: f64 = 1e-6;
 
-/// The diagonal of Q and the weight of the slack, thesis (4.27); the deviations carry their own.
+/// Diagonal of Q and weight of the slack, thesis (4.27). Deviations have weights of their own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
-    /// Of `u_c`: large, and the planner would rather deviate than slow down.
+    /// Weight of `u_c`: with a large one, the planner deviates rather than slows down.
     pub clock: f64,
-    /// Of each entry of `u_n`.
+    /// Weight of each entry of `u_n`.
     pub internal: f64,
-    /// q_w: large against the others, or the row is met only in part although the inputs could.
+    /// q_w: large compared with the others; otherwise the row is met only in part although the inputs could meet it.
     pub slack: f64,
 }
 
@@ -44,70 +44,70 @@ impl Default for Weights {
     }
 }
 
-/// What a planner is built from.
+/// Settings of a planner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannerSettings {
     /// Control period P \[s\].
     pub period: f64,
-    /// k_f \[1/s\]: how fast the margin may be used up; times the period at most 1.
+    /// k_f \[1/s\]: rate at which the margin may be used up; times the period at most 1.
     pub gain: f64,
-    /// k_n: internal motion along the field's gradient, in 1/s times the square of a joint's unit over the field's; 0 for
-    /// none unless the row needs it.
+    /// k_n: internal motion along the field's gradient, in 1/s times the square of a joint's unit over the field's; 0
+    /// for no internal motion unless the row needs it.
     pub internal_gain: f64,
-    /// The greatest internal speed of each degree of freedom, rad/s or m/s; infinite for no bound, zero for no internal
-    /// motion. As many as degrees of freedom.
+    /// Largest internal speed of each degree of freedom, rad/s or m/s; infinite for no bound, zero for no internal
+    /// motion. One number for each degree of freedom.
     pub internal_speed: Vec<f64>,
-    /// What counts how much.
+    /// Weights of the inputs and of the slack.
     pub weights: Weights,
-    /// How the task may leave its path. Each has rows of its own.
+    /// Deviations of the task from its path. Each has rows of its own.
     pub deviations: Vec<Deviation>,
-    /// Near singularities of the task.
+    /// Damping near singularities of the task.
     pub damping: Damping,
     /// The planner or a baseline.
     pub strategy: Strategy,
 }
 
-/// What the planner sees at a tick. Slices belong to the caller.
+/// Inputs of the planner at a tick. Slices belong to the caller.
 #[derive(Clone, Copy, Debug)]
 pub struct Tick<'a> {
-    /// Updated at this tick.
+    /// Safety field, updated at this tick.
     pub field: &'a Field,
     /// F_min.
     pub threshold: f64,
-    /// Its rate, per s; zero where it does not move.
+    /// Its rate, per s; zero if it does not move.
     pub threshold_rate: f64,
-    /// The protected task: its rates along the clock, and its feedback towards the safe target.
+    /// Protected task: its rates along the clock, and its feedback towards the safe target.
     pub task: TaskRows<'a>,
-    /// One for each deviation.
+    /// One frame for each deviation.
     pub frames: &'a [Frame],
-    /// The levels above the protected task, as they are at this tick. The baselines do not look at them.
+    /// Levels above the protected task, as they are at this tick. The baselines ignore them.
     pub above: &'a [Level],
 }
 
-/// What was decided. All buffers belong to the planner.
+/// Decision of the planner. All buffers belong to the planner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// h = F - F_min.
     pub margin: f64,
-    /// The least rate of the field that is asked for, `F_min' - k_f h`.
+    /// Smallest rate of the field that is demanded, `F_min' - k_f h`.
     pub need: f64,
-    /// The clock's speed, 0 to 1.
+    /// Speed of the clock, 0 to 1.
     pub u_c: f64,
-    /// The deviation inputs, m/s or rad/s.
+    /// Deviation inputs, m/s or rad/s.
     pub u_alpha: Vec<f64>,
-    /// The internal velocity, n numbers: the target of a level `v = u_n` below the task. The whole velocity in a plan that
-    /// was made below limits.
+    /// Internal velocity, n numbers: the target of a level `v = u_n` below the task. In a plan that was made below
+    /// limits it is the whole velocity.
     pub u_n: Vec<f64>,
     /// w and the row's multiplier.
     pub outcome: Outcome,
     /// m of [`Strategy::Evasive`]; 1 for the others.
     pub task_share: f64,
-    /// nu_s = eta u_c + dnu, m numbers: the rates that the task's rows take in place of those of their target, (4.8).
+    /// nu_s = eta u_c + dnu, m numbers: rates of the task's rows, in place of those of their target, (4.8).
     pub rate: Vec<f64>,
-    /// The velocity that is counted on, n numbers: that of the law, whose rate of F is the sum of the parts; or that of a
-    /// plan below limits, which is no such sum.
+    /// Expected velocity, n numbers: that of the law, whose rate of F is the sum of the parts; or that of a plan below
+    /// limits, whose rate is not such a sum.
     pub velocity: Vec<f64>,
-    /// dF/dt at that velocity, with the people's part.
+    /// dF/dt at that velocity, including the contribution of the people.
     pub field_rate: f64,
 }
 
@@ -127,11 +127,13 @@ pub struct SafetyPlanner {
 }
 
 impl SafetyPlanner {
-    /// A planner for a task of `rows` rows, below levels of the shapes `above`, on a robot with `dofs` degrees of freedom.
+    /// Creates a planner for a task of `rows` rows, below levels of the shapes `above`, on a robot with `dofs` degrees
+    /// of freedom.
     ///
     /// # Errors
     /// [`SafetyError::Setting`], [`SafetyError::Overshoot`] for a gain or stiffness that overshoots within the period,
-    /// [`SafetyError::Shape`] for deviations outside the rows or sharing some, and for speeds that do not fit.
+    /// [`SafetyError::Shape`] for deviations that exceed the rows or share some, and for a wrong number of internal
+    /// speeds.
     pub fn new(
         settings: PlannerSettings,
         rows: usize,
@@ -200,54 +202,56 @@ impl SafetyPlanner {
         })
     }
 
-    /// Says how much rows bend. Below limits a demand that cannot be met is then met as far as a step of a period holds what it
-    /// promises, in each tick by a plan of the same kind; without this it is met as far as the rows say, and plans may jump.
+    /// Sets the curvature of the rows. Below limits, a demand that cannot be met is then met as far as the prediction
+    /// holds over a step of one period, with plans of the same kind at every tick. Without the curvature, it is met as
+    /// far as the linear rows allow, and plans may jump.
     pub fn bend(&mut self, bending: &Bending) {
         self.limited.bend(bending);
     }
 
-    /// Back onto the nominal path, with the clock at `c` \[s\]: when the stack that holds the task is entered.
+    /// Returns to the nominal path, with the clock at `c` \[s\], at the entry of the stack that contains the task.
     pub fn restart(&mut self, c: f64) {
         self.clock = c;
         self.limited.forget();
         self.courses.iter_mut().for_each(Course::reset);
     }
 
-    /// P \[s\].
+    /// Control period P \[s\].
     pub fn period(&self) -> f64 {
         self.settings.period
     }
 
-    /// c \[s\]: the time at which the nominal target is evaluated.
+    /// Clock c \[s\]: the time at which the nominal target is evaluated.
     pub fn clock(&self) -> f64 {
         self.clock
     }
 
-    /// What deviation `i` adds to its nominal position \[m\]; zero for an orientation or an index beyond.
+    /// Offset of deviation `i` from its nominal position \[m\]; zero for an orientation or an index out of range.
     pub fn offset(&self, i: usize) -> Vector3<f64> {
         self.courses.get(i).map_or_else(Vector3::zeros, |c| c.offset)
     }
 
-    /// What deviation `i` turns its nominal orientation by: `R_s = R_d * turn`; none for a position or an index beyond.
+    /// Rotation of deviation `i` from its nominal orientation: `R_s = R_d * turn`; the identity for a position or an
+    /// index out of range.
     pub fn turn(&self, i: usize) -> UnitQuaternion<f64> {
         self.courses.get(i).map_or_else(UnitQuaternion::identity, |c| c.turn)
     }
 
-    /// What was decided last.
+    /// Last decision.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// The parts of dF/dt at the last tick.
+    /// Parts of dF/dt at the last tick.
     pub fn parts(&self) -> &Decomposition {
         &self.parts
     }
 
-    /// Decides about this tick; [`SafetyPlanner::advance`] carries it out. Never allocates.
+    /// Decides about this tick; [`SafetyPlanner::advance`] applies the decision. Never allocates.
     ///
     /// # Errors
-    /// [`SafetyError::Shape`] and [`SafetyError::NotFinite`] about what was passed in. The plan must then not be used;
-    /// clock and deviations are as before.
+    /// [`SafetyError::Shape`] and [`SafetyError::NotFinite`] about the arguments. The plan must then not be used; clock
+    /// and deviations are unchanged.
     pub fn decide(&mut self, tick: &Tick) -> Result<(), SafetyError> {
         let field = tick.field;
         if field.value().is_nan() {
@@ -264,7 +268,7 @@ impl SafetyPlanner {
         self.follow(tick)
     }
 
-    /// What each input does to the field.
+    /// Computes the contribution of each input to the rate of the field.
     fn divide(&mut self, tick: &Tick) -> Result<(), SafetyError> {
         self.parts.factorise(&tick.task, tick.field.gradient())?;
         self.springs.fill(0.0);
@@ -279,7 +283,7 @@ impl SafetyPlanner {
         self.parts.split(&tick.task, &self.pushes, &self.springs, tick.field.human_rate())
     }
 
-    /// The inputs.
+    /// Chooses the inputs.
     fn choose(&mut self, tick: &Tick) -> Result<(), SafetyError> {
         let (k, s) = (self.courses.len(), &self.settings);
         let plan = &mut self.plan;
@@ -317,7 +321,7 @@ impl SafetyPlanner {
         Ok(())
     }
 
-    /// The rates that follow from the inputs.
+    /// Computes the rates that follow from the inputs.
     fn rates(&mut self, tick: &Tick) {
         let plan = &mut self.plan;
         for (i, rate) in plan.rate.iter_mut().enumerate() {
@@ -328,7 +332,7 @@ impl SafetyPlanner {
         }
     }
 
-    /// The rates and the velocity that follow from the inputs.
+    /// Computes the rates and the velocity that follow from the inputs.
     fn follow(&mut self, tick: &Tick) -> Result<(), SafetyError> {
         self.rates(tick);
         let plan = &mut self.plan;
@@ -348,18 +352,17 @@ impl SafetyPlanner {
         finite("plan", &plan.rate)
     }
 
-    /// Sees the velocity `x` that the hierarchy made of the plan of this tick. Where levels above the task withheld some of
-    /// the rate that the field needs, decides once more, below these levels. Whether there is a plan that does better;
-    /// if not, the slack of the plan is what the hierarchy leaves it short of.
-    /// Never allocates.
+    /// Checks the velocity `x` that the hierarchy computed from the plan of this tick. If levels above the task
+    /// withhold some of the rate that the field needs, decides again, below these levels, and returns true if the new
+    /// plan is better. If it is not, the slack of the plan becomes the shortfall of the hierarchy. Never allocates.
     ///
     /// # Errors
-    /// Those of [`SafetyPlanner::decide`]; the plan is then not to be used.
+    /// Those of [`SafetyPlanner::decide`]; the plan must then not be used.
     pub fn reconsider(&mut self, tick: &Tick, x: &[f64]) -> Result<bool, SafetyError> {
         let plan = &self.plan;
         let short = plan.need - tick.field.rate(x);
         let is_program = matches!(self.settings.strategy, Strategy::Program);
-        // Some of the slack is what the weights choose to leave, and some is what no inputs can give.
+        // One part of the slack is left by choice of the weights; the other part, `forced`, no inputs can remove.
         let forced = self.program.shortage();
         let unmet = forced > WITHHELD && self.limited.is_bent() && tick.above.iter().any(|level| level.rows() > 0);
         let withheld = short > plan.outcome.slack + WITHHELD && breaks(tick.above, &plan.velocity);
@@ -382,7 +385,7 @@ impl SafetyPlanner {
         });
         let better = |(found, _, slack): &(Found, f64, f64)| unmet || found.damped || slack + WITHHELD <= short;
         let Some((Found { velocity, inputs, .. }, rate, slack)) = found.filter(better) else {
-            // The first plan is kept, and what the hierarchy leaves it short of is told.
+            // The first plan is kept, with the shortfall of the hierarchy as its slack.
             self.plan.outcome.slack = short;
             return Ok(false);
         };
@@ -396,7 +399,7 @@ impl SafetyPlanner {
         plan.outcome = Outcome { multiplier: self.settings.weights.slack * slack, slack };
         self.rates(tick);
         if self.limited.gives_way() {
-            // The hierarchy is to meet the task as far as this plan does, and no further.
+            // The hierarchy must meet the task as far as this plan does, and no further.
             let n = self.plan.velocity.len();
             for (i, rate) in self.plan.rate.iter_mut().enumerate() {
                 *rate = dot(tick.task.row(i, n), &self.plan.velocity) - tick.task.feedback[i];
@@ -407,7 +410,7 @@ impl SafetyPlanner {
         Ok(true)
     }
 
-    /// Moves the clock and the deviations on by one period, as decided.
+    /// Advances the clock and the deviations by one period, as decided.
     pub fn advance(&mut self) {
         self.clock += self.plan.u_c * self.settings.period;
         for (course, u) in self.courses.iter_mut().zip(&self.plan.u_alpha) {

@@ -1,4 +1,4 @@
-//! The planner on robots: the identity of its parts, its bounds, its promise, and the baselines.
+//! The planner on robots: the identity of its parts, its bounds, its guarantee, and the baselines.
 
 use super::*;
 use crate::safety::Strategy;
@@ -38,7 +38,7 @@ fn settings(dofs: usize, deviations: Vec<Deviation>, strategy: Strategy) -> Plan
     }
 }
 
-/// A robot that tracks the pose of its last link: what a controller does around the planner.
+/// Robot that tracks the pose of its last link, as a controller does around the planner.
 struct Scene {
     model: Model,
     data: Data,
@@ -87,7 +87,7 @@ impl Scene {
     }
 }
 
-/// What a hierarchy makes of a plan: the levels above, the rows of the task, the internal motion.
+/// Solves a hierarchy for a plan: the levels above, the rows of the task, the internal motion.
 fn cascade(scene: &Scene, above: &[Level], plan: &Plan, feedback: &[f64]) -> Solution {
     let n = scene.model.nv();
     let shape = |rows| LevelShape { rows, hard: false, damping: 0.0 };
@@ -109,8 +109,9 @@ fn cascade(scene: &Scene, above: &[Level], plan: &Plan, feedback: &[f64]) -> Sol
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
-    /// On random robots, states, tasks and people: the parts add up to the rate of the velocity that comes out, the row is
-    /// met up to its slack, inputs are in their boxes; and the rate is that of the field along that motion, by differences.
+    /// On random robots, states, tasks and people: the parts add up to the rate of the resulting velocity, the row is
+    /// met up to its slack, and inputs are in their boxes. By differences, the rate is that of the field along that
+    /// motion.
     #[test]
     fn the_parts_add_up_and_the_bounds_hold(seed in any::<u64>(), rows in prop::sample::select(vec![3usize, 6])) {
         let mut rng = rng(seed);
@@ -163,9 +164,9 @@ proptest! {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
-    /// The statement of the book, tick by tick: a robot that follows the law, people who walk straight on at the speed that
-    /// was measured, and a margin that shrinks to `(1 - k_f P) h` less slack and bending, never further. Where the slack
-    /// was next to nothing all the time, a threshold raised by the loss was kept.
+    /// The statement of the book, tick by tick, for a robot that follows the law and people who walk straight on at the
+    /// measured speed: the margin shrinks to `(1 - k_f P) h` less slack and curvature, never further. If the slack was
+    /// almost zero all the time, a threshold raised by the loss was kept.
     #[test]
     fn the_margin_in_sampled_time(seed in any::<u64>(), gain in 1.0..200.0f64) {
         let mut rng = rng(seed);
@@ -212,8 +213,8 @@ proptest! {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
-    /// The hierarchy that a controller makes of a plan, the task's rows with `rate + feedback` above a level `v = u_n`, has
-    /// the law's velocity as its solution wherever the task is far from singular.
+    /// The controller's hierarchy for a plan contains the task's rows with `rate + feedback` above a level `v = u_n`.
+    /// Its solution is the law's velocity if the task is far from singular.
     #[test]
     fn the_hierarchy_follows_the_law(seed in any::<u64>()) {
         let mut rng = rng(seed);
@@ -237,7 +238,7 @@ proptest! {
     }
 }
 
-/// What a run left: the least field, the time that the clock lost, the greatest and the mean distance from the path.
+/// Results of a run: smallest field, time that the clock lost, largest and mean distance from the path.
 struct Run {
     least: f64,
     idle: f64,
@@ -245,7 +246,7 @@ struct Run {
     greatest_slack: f64,
 }
 
-/// An arm goes to and fro while a person comes near, stays, and leaves; 12 s.
+/// An arm moves to and fro while a person comes near, stays, and leaves; 12 s.
 fn run(strategy: Strategy, weights: Weights, threshold: f64) -> Run {
     let model = robots().swap_remove(0);
     let n = model.nv();
@@ -286,8 +287,9 @@ fn run(strategy: Strategy, weights: Weights, threshold: f64) -> Run {
     result
 }
 
-/// The promise, and the comparison of thesis 4.4.1.3 with the columns of Table 4.2 put right (correction 10): the planner
-/// keeps the field above its threshold, the stop does not and loses most time but no path, evasion leaves the path.
+/// The guarantee, and the comparison of thesis 4.4.1.3 with the columns of Table 4.2 corrected (correction 10): the
+/// planner keeps the field above its threshold; the stop does not, and loses most time but stays on the path; evasion
+/// leaves the path.
 #[test]
 fn the_planner_keeps_the_field_and_the_baselines_do_not() {
     let free = run(Strategy::Program, Weights::default(), 0.0);
@@ -351,7 +353,7 @@ fn nobody_changes_nothing_and_nonsense_is_an_error() {
         ] {
             assert!(planner.decide(&bad).is_err(), "{bad:?}");
         }
-        // A field whose update failed is no field.
+        // A field whose update failed is rejected.
         let human = HumanPoint::at_rest(Vector3::repeat(f64::NAN));
         assert!(scene.field.update(&scene.model, &scene.data, &[human]).is_err());
         let bad = Tick { field: &scene.field, threshold: 0.5, threshold_rate: 0.0, task, frames: &frames, above: &[] };

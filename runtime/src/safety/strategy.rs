@@ -1,6 +1,6 @@
-//! The planner and the two baselines it is compared with: thesis 4.4.1.3.
+//! The planner and the two baselines that it is compared with: thesis 4.4.1.3.
 
-/// What decides about the inputs.
+/// Method that decides about the inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Strategy {
     /// A1: the quadratic program (4.27)-(4.30).
@@ -12,13 +12,13 @@ pub enum Strategy {
         /// epsilon: half width of the band around the threshold, as a share of it; in (0, 1).
         band: f64,
     },
-    /// A3, emergency stop, (4.52): the clock stands while the field is not above the threshold; no deviation, no internal
-    /// motion.
+    /// A3, emergency stop, (4.52): the clock stops while the field is not above the threshold; no deviation, no
+    /// internal motion.
     Stop,
 }
 
-/// The share `m` of the task in evasive motion, thesis (4.51): 1 from `(1 + band)` of the threshold on, 0 down from
-/// `(1 - band)` of it, and a sine between.
+/// Share `m` of the task in evasive motion, thesis (4.51): 1 from `(1 + band)` times the threshold upwards, 0 from
+/// `(1 - band)` times the threshold downwards, and a sine between.
 pub fn task_share(value: f64, threshold: f64, band: f64) -> f64 {
     if value >= (1.0 + band) * threshold {
         1.0

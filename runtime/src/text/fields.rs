@@ -10,7 +10,7 @@ use super::operations::operation;
 use super::{number, slot, wrapped};
 use crate::program::{Op, Program};
 
-/// Each field: what is averaged, over which links, of which points.
+/// Writes each field: the averaged distance, its links, and its points.
 pub(super) fn fields(p: &Program, out: &mut String) -> std::fmt::Result {
     if !p.fields.is_empty() {
         writeln!(out, "\nsafety fields")?;

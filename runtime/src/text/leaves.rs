@@ -1,11 +1,11 @@
-//! What the robot does now, in words: the leaves of expressions of its state.
+//! Leaves of expressions of the robot's state, in words.
 
 use stdlib_tasks::expression::{Expression, Leaf};
 
 use super::number;
 use crate::program::{Op, Program};
 
-/// The words for an expression that is one leaf, as it is.
+/// Words for an expression that consists of one leaf.
 pub(super) fn whole_leaf(p: &Program, e: &Expression) -> Option<String> {
     let [leaf] = e.leaves.as_slice() else { return None };
     let same = |i: usize| e.outputs.get(i) == Some(&i) && e.ops.get(i) == Some(&Op::State(i));
@@ -13,7 +13,7 @@ pub(super) fn whole_leaf(p: &Program, e: &Expression) -> Option<String> {
     whole.then(|| words(p, leaf))
 }
 
-/// The numbers of a leaf, each in words.
+/// Numbers of a leaf, each in words.
 pub(super) fn leaf(p: &Program, leaf: &Leaf) -> Vec<String> {
     let names: &[&str] = match leaf.width() {
         1 => return vec![words(p, leaf)],

@@ -7,7 +7,7 @@ use crate::program::{
     ActionProgram, Conditioning, Lost, MachineProgram, Program, SignalProgram, StateProgram, Tracking, Velocity,
 };
 
-/// What comes from outside: signals with their types and numbers, events with what raises them.
+/// Writes the interface: signals with their types and indices, events with their sources.
 pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
     let interface = &p.interface;
     if !interface.signals.is_empty() {
@@ -54,13 +54,13 @@ pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
     Ok(())
 }
 
-/// Whether a signal is a measure of the motion.
+/// Returns true if a signal is a measure of the motion.
 fn is_measured(p: &Program, s: &SignalProgram) -> bool {
     let measured = p.machine.iter().flat_map(|m| &m.measured);
     measured.filter_map(|m| p.interface.signals.get(m.signal)).any(|of| of.at == s.at)
 }
 
-/// How a tracked point moves, and where the numbers of that stand.
+/// Writes the motion of a tracked point, and the indices of its numbers.
 fn moving(s: &SignalProgram, motion: &Tracking, out: &mut String) -> std::fmt::Result {
     let (v, u) = (s.velocity_at(), s.uncertainty_at());
     match motion.velocity {
@@ -79,7 +79,7 @@ fn moving(s: &SignalProgram, motion: &Tracking, out: &mut String) -> std::fmt::R
     }
 }
 
-/// What a variable holds at the start.
+/// Writes the initial value of a variable.
 fn initial(value: Option<&[f64]>, out: &mut String) -> std::fmt::Result {
     match value {
         Some([one]) => write!(out, "  variable, {} at the start", number(*one)),
@@ -105,7 +105,7 @@ fn conditioning(p: &Program, c: &Conditioning, out: &mut String) -> std::fmt::Re
     }
 }
 
-/// The machine: states inside each other, with stacks, actions and ways out.
+/// Writes the machine: nested states, with stacks, actions and transitions.
 pub(super) fn machine(p: &Program, out: &mut String) -> std::fmt::Result {
     let Some(m) = &p.machine else { return Ok(()) };
     let Some(root) = m.states.first() else { return Ok(()) };

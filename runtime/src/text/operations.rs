@@ -3,7 +3,7 @@
 use super::number;
 use crate::program::{Motion, Op, TrajectoryProgram};
 
-/// An operation; `sign` stands before the numbers of others.
+/// Formats an operation; `sign` precedes the numbers of other operations.
 pub(super) fn operation(op: &Op, sign: char) -> String {
     let r = |a: usize| format!("{sign}{a}");
     let of = |name: &str, a: usize| format!("{name} {}", r(a));
@@ -39,7 +39,7 @@ pub(super) fn operation(op: &Op, sign: char) -> String {
     }
 }
 
-/// A trajectory.
+/// Formats a trajectory.
 pub(super) fn trajectory(t: &TrajectoryProgram) -> String {
     let all = |list: &[usize]| list.iter().map(|o| format!("%{o}")).collect::<Vec<_>>().join(", ");
     let name = match t.motion {

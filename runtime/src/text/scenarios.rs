@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::subject;
 use crate::program::{Program, ScenarioProgram};
 
-/// What a scenario runs, what the world does in it, and what is expected.
+/// Writes the subject of a scenario, its world, and its expectations.
 pub(super) fn scenario(p: &Program, s: &ScenarioProgram, out: &mut String) -> std::fmt::Result {
     let seed = s.run.simulator.seed;
     let what = subject(p, s.run.subject);

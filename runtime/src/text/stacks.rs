@@ -10,7 +10,7 @@ use crate::controller::{Controller, Observation};
 use crate::evaluator::{Evaluator, Member, build_tasks};
 use crate::program::{IdleRow, Program, StackProgram};
 
-/// A stack: its levels and tasks, with what is known of their rows before any tick.
+/// Writes a stack: its levels and tasks, with the properties of their rows that are known before any tick.
 pub(super) fn stack(p: &Program, index: usize, stack: &StackProgram, out: &mut String) -> std::fmt::Result {
     writeln!(out, "\nstack {}", stack.name)?;
     if !stack.locked.is_empty() {
@@ -93,8 +93,8 @@ fn worst(list: &[f64]) -> Option<f64> {
     list.iter().copied().reduce(f64::max)
 }
 
-/// What is known of the rows of a level before any tick: which of them are bounds of single joints, and how many joints
-/// have more than one.
+/// Writes the structure of a level's rows that is known before any tick: the number of bounds of single joints, and a
+/// note if joints have more than one.
 fn structure(level: &solver::Level, out: &mut String) -> std::fmt::Result {
     let mut bounds = vec![0_usize; level.columns()];
     let (mut constant, mut zero) = (0, 0);
@@ -120,7 +120,7 @@ fn structure(level: &solver::Level, out: &mut String) -> std::fmt::Result {
     writeln!(out)
 }
 
-/// Rows that are left out, and why that is right.
+/// Writes the rows that are left out, with the reason.
 fn idle(m: &Member, idle: &[IdleRow], out: &mut String) -> std::fmt::Result {
     if idle.is_empty() {
         return Ok(());

@@ -1,9 +1,9 @@
-//! A trajectory at run time: begins where it is told when its stack is entered, and is planned anew from where it is, and
-//! as it moves, whenever its goal or a limit changes.
+//! Trajectory at run time. It starts from a given state when its stack is entered, and is planned again from its
+//! present state, including its velocity, whenever its goal or a limit changes.
 //!
-//! It is a function of time between two plans: looking at it twice at one time changes nothing. An S-curve in motion
-//! whose new goal does not lie ahead has to take its acceleration away first; so that a goal that changes at every tick
-//! does not keep it from ever gaining speed, it takes such a goal up at most once in `2 A/J` seconds.
+//! Between two plans it is a function of time: a second evaluation at the same time changes nothing. A moving S-curve
+//! whose new goal does not lie ahead must first reduce its acceleration to zero. Such a goal is accepted at most once
+//! in `2 A/J` seconds, so that a goal that changes at every tick does not keep the trajectory from gaining speed.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -13,13 +13,13 @@ use super::rotation::{Turn, Turning, quaternion_rate};
 use super::route::Route;
 use crate::program::{Motion, Shape, TrajectoryProgram};
 
-/// What is planned.
+/// Present plan.
 #[expect(clippy::large_enum_variant, reason = "planned anew inside the loop, where nothing may be boxed")]
 enum Plan {
     Vector(Path),
     Orientation(Turn),
     Pose(Path, Turn),
-    /// The route, and room for the next.
+    /// The route, and storage for the next one.
     Route(Box<(Route, Route)>),
 }
 
@@ -27,19 +27,19 @@ enum Plan {
 pub struct Follower {
     motion: Motion,
     shape: Shape,
-    /// Numbers of the goal, or of one point after the other.
+    /// Number of numbers of the goal, or of all points one after the other.
     goals: usize,
-    /// Goal and limits as they are, and as they were when it was planned.
+    /// Present goal and limits, and those at the time of planning.
     now: Vec<f64>,
     planned: Vec<f64>,
     /// Points of the route, from the numbers.
     points: Vec<Vector3<f64>>,
     plan: Plan,
-    /// When it was planned, in s; none while it has not begun.
+    /// Time of planning, in s; `None` before the start.
     since: Option<f64>,
-    /// When it was looked at last, in s.
+    /// Time of the last evaluation, in s.
     last: f64,
-    /// There was no plan for what it was told.
+    /// True if there was no plan for the last inputs.
     lost: bool,
 }
 
@@ -47,14 +47,14 @@ fn vector(x: &[f64]) -> Vector3<f64> {
     Vector3::from_fn(|i, _| x.get(i).copied().unwrap_or(0.0))
 }
 
-/// The orientation of numbers `w x y z`; none where they have no length.
+/// Orientation of the numbers `w x y z`; `None` if their length is zero.
 fn orientation(x: &[f64]) -> Option<UnitQuaternion<f64>> {
     let [w, i, j, k] = *x else { return None };
     UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-9).filter(|q| q.coords.iter().all(|c| c.is_finite()))
 }
 
 impl Follower {
-    /// Makes one of a checked program ready. All its memory is allocated here.
+    /// Prepares a trajectory of a checked program. All its memory is allocated here.
     pub fn new(program: &TrajectoryProgram) -> Follower {
         let width = program.goals.len() + program.limits.len();
         let points = program.goals.len() / program.shape.width();
@@ -79,12 +79,12 @@ impl Follower {
         }
     }
 
-    /// Forgets where it is: it begins anew when it is looked at next.
+    /// Resets the trajectory: it starts again at the next evaluation.
     pub fn restart(&mut self) {
         (self.since, self.lost) = (None, false);
     }
 
-    /// Whether it stands at the goal that it has now.
+    /// Returns true if it is at rest at its present goal.
     pub fn is_done(&self) -> bool {
         let t = self.last - self.since.unwrap_or(f64::NAN);
         let duration = match &self.plan {
@@ -96,8 +96,8 @@ impl Follower {
         t >= duration && !self.lost && self.now == self.planned
     }
 
-    /// Goes to a time. `read` gives the operations of the tape; `out` takes the value and its time derivative, NaN where
-    /// there is none. Never allocates.
+    /// Evaluates the trajectory at a time. `read` returns results of the tape's operations. `out` receives the value
+    /// and its time derivative, NaN if there is no plan. Never allocates.
     pub fn at(&mut self, time: f64, program: &TrajectoryProgram, read: impl Fn(usize) -> f64, out: &mut [f64]) {
         for (x, &op) in self.now.iter_mut().zip(program.goals.iter().chain(&program.limits)) {
             *x = read(op);
@@ -131,7 +131,7 @@ impl Follower {
         self.limits(if self.motion == Motion::SCurve { 3 } else { 2 })
     }
 
-    /// Begins at a value, `numbers`, and with the velocity behind it. `false` where there is no plan.
+    /// Starts from the value at the front of `numbers`, with the velocity that follows it. `false` if there is no plan.
     fn begin(&mut self, time: f64, numbers: [f64; 13]) -> bool {
         let width = self.shape.width();
         let (value, velocity) = numbers.split_at(width);
@@ -152,7 +152,7 @@ impl Follower {
         self.keep(good, time)
     }
 
-    /// A goal or limit has changed, `t` seconds after the last plan. `false` where there is no plan.
+    /// Plans again after a change of the goal or a limit, `t` seconds after the last plan. `false` if there is no plan.
     fn change(&mut self, time: f64, t: f64) -> bool {
         let wait = |limits: &Limits| limits.jerk.is_some_and(|j| t < 2.0 * limits.acceleration / j);
         let good = match &self.plan {
@@ -209,7 +209,7 @@ impl Follower {
         planned.map(|turn| self.plan = Plan::Orientation(turn)).is_some()
     }
 
-    /// Both parts of a pose, so that they arrive together.
+    /// Plans both parts of a pose, so that they arrive together.
     fn pose(&mut self, from: &State, turning: &Turning) -> bool {
         let (limits, angular) = (self.limits(0), self.angular());
         let both = || {
@@ -224,7 +224,7 @@ impl Follower {
         both().map(|(path, turn)| self.plan = Plan::Pose(path, turn)).is_some()
     }
 
-    /// Over the points from number `first` on.
+    /// Plans a route over the points from number `first` on.
     fn route(&mut self, from: &State, first: usize) -> bool {
         let limits = self.limits(0);
         let number = |i: usize| self.now.get(self.goals + i).copied().unwrap_or(f64::NAN);
@@ -241,7 +241,7 @@ impl Follower {
         good
     }
 
-    /// Writes the value and its rate `t` seconds after it was planned.
+    /// Writes the value and its rate `t` seconds after the time of planning.
     fn write(&self, t: f64, out: &mut [f64]) {
         let Some((value, rate)) = out.split_at_mut_checked(self.shape.width()) else { return };
         let place = |now: &State, value: &mut [f64], rate: &mut [f64]| {

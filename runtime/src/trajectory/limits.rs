@@ -1,24 +1,24 @@
-//! What bounds a trajectory.
+//! Limits of a trajectory.
 
-/// The largest speed, acceleration and jerk, in the unit of what moves per s, s^2 and s^3.
+/// Largest speed, acceleration and jerk, in the unit of the moving value per s, s^2 and s^3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// The largest speed.
     pub speed: f64,
     /// The largest acceleration.
     pub acceleration: f64,
-    /// The largest jerk; none where nothing bounds it.
+    /// The largest jerk; `None` if it is not limited.
     pub jerk: Option<f64>,
 }
 
 impl Limits {
-    /// Whether all of them are finite and positive.
+    /// Returns true if all of them are finite and positive.
     pub fn are_sound(&self) -> bool {
         let good = |x: f64| x.is_finite() && x > 0.0;
         good(self.speed) && good(self.acceleration) && self.jerk.is_none_or(good)
     }
 
-    /// Those of the same motion in `factor` times the time.
+    /// Limits of the same motion in `factor` times the time.
     pub(super) fn slower(&self, factor: f64) -> Limits {
         Limits {
             speed: self.speed / factor,
@@ -27,7 +27,7 @@ impl Limits {
         }
     }
 
-    /// A share of the acceleration and jerk, and another speed.
+    /// Limits with a share of the acceleration and jerk, and another speed.
     pub(super) fn share(&self, speed: f64, share: f64) -> Limits {
         Limits { speed, acceleration: self.acceleration * share, jerk: self.jerk.map(|j| j * share) }
     }

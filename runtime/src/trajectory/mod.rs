@@ -1,16 +1,16 @@
 //! Trajectories: motion to a goal within declared limits of speed, acceleration and jerk, from rest or in motion.
 //!
-//! Everything is planned in closed form, or by searches of a bounded number of steps; looked up by time; and total: where
-//! there is no plan, there is an answer that says so. Nothing allocates but [`Route::new`] and [`Follower::new`].
+//! Everything is planned in closed form, or by searches with a bounded number of steps, and evaluated by time.
+//! Functions are total: if there is no plan, the result says so. Only [`Route::new`] and [`Follower::new`] allocate.
 //!
-//! | file | is |
+//! | file | content |
 //! |---|---|
 //! | `profile` | motion of one number, as pieces of constant jerk |
 //! | `trapezoid`, `s_curve` | the profiles to rest, from any state |
 //! | `path` | a vector: straight from rest, bounded in its norms after a new goal in motion |
 //! | `rotation` | an orientation: the geodesic from rest |
 //! | `route` | a vector over several points, corners rounded |
-//! | `follower` | one of them at run time: follows a goal that may change |
+//! | `follower` | one of these at run time, with a goal that may change |
 
 mod follower;
 mod limits;

@@ -1,16 +1,18 @@
-//! Motion of a vector of up to three numbers to rest at a goal, whose norms of velocity, acceleration and jerk are bounded.
+//! Motion of a vector of up to three numbers to rest at a goal, with bounded norms of velocity, acceleration and jerk.
 //!
-//! From rest: the straight line, with the profile of one number along it. Moving along the line to the goal already: the
-//! same. Otherwise the motion is the sum of two, along the direction `e` to the goal and along the part `f` of the velocity
-//! across it, each the motion of one number. They share the acceleration (and jerk) as `A cos c` and `A sin c`, so that
-//! the norm is bounded by `A`; and as the part across never gets faster than it was, `|w|`, the part along may go
-//! `sqrt(V² - w²)` fast. For trapezoids the angle `c` is first that at which both parts take the same time, which is the
-//! shortest for this sum, then wider until the part along takes a tenth longer, for a tighter turn. For S-curves
-//! `sin² c` is half the share of `|w|` in the speed, in closed form.
+//! From rest, and for a motion that is already on the line to the goal, the path is that straight line, with the
+//! profile of one number along it. Otherwise the motion is the sum of two, each with the profile of one number: along
+//! the direction `e` to the goal, and along the component `f` of the velocity perpendicular to it. They share the
+//! acceleration (and jerk) as `A cos c` and `A sin c`, so that the norm is bounded by `A`. Since the perpendicular
+//! speed never exceeds its initial value `|w|`, the speed along `e` may reach `sqrt(V² - w²)`. For trapezoids the angle
+//! `c` is first the one for which both parts take the same time, which is the shortest for this sum; it is then widened
+//! until the part along `e` takes a tenth longer, for a tighter turn. For S-curves `sin² c` is half the ratio of `|w|`
+//! to the speed, in closed form.
 //!
-//! Before that may come stages of braking along the velocity, where it is beyond `V`, or where more than `V / sqrt 2` of it
-//! leads across; and for S-curves one of `|a| / J` seconds that takes the acceleration away along its own direction. So that
-//! the speed stays bounded in it, parts along leave `A²/(8 J)` of the speed unused. Source: ours.
+//! Further stages may come before that: braking along the velocity, if the speed exceeds `V` or its perpendicular
+//! component exceeds `V / sqrt 2`; and for S-curves a stage of `|a| / J` seconds that reduces the acceleration to zero
+//! along its own direction. To keep the speed bounded in that stage, parts along `e` leave `A²/(8 J)` of the speed
+//! unused. Source: ours.
 
 use nalgebra::Vector3;
 
@@ -19,19 +21,19 @@ use super::profile::{Motion, Profile};
 use super::s_curve::s_curve;
 use super::trapezoid::{duration, trapezoid};
 
-/// A part of a velocity across the way that is so much smaller is rounding.
+/// Relative size of a perpendicular velocity that counts as rounding error.
 const STRAIGHT: f64 = 1e-9;
 
-/// Halvings in the search for the speed that takes a given time.
+/// Number of halvings in the search for the speed that takes a given time.
 const HALVINGS: usize = 24;
 
-/// Halvings of the range of angles by which acceleration is shared; any angle will do.
+/// Number of halvings of the range of angles that share the acceleration; every angle is valid.
 const SHARES: usize = 12;
 
-/// How much longer a part along the way may take for a tighter turn.
+/// Factor on the duration of the part along the direction to the goal, for a tighter turn.
 const LONGER: f64 = 1.1;
 
-/// Where a vector is, and how it moves.
+/// Position and motion of a vector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     /// The vector.
@@ -43,7 +45,7 @@ pub struct State {
 }
 
 impl State {
-    /// Standing still.
+    /// State of rest.
     pub fn rest(position: Vector3<f64>) -> State {
         State { position, ..State::default() }
     }
@@ -74,7 +76,7 @@ impl Stage {
     }
 }
 
-/// The motion of a vector to rest.
+/// Motion of a vector to rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Path {
     stages: [Stage; 3],
@@ -83,7 +85,7 @@ pub struct Path {
     goal: Vector3<f64>,
 }
 
-/// The profile of one number to rest.
+/// Profile of one number to rest.
 fn profile(from: Motion, goal: f64, limits: &Limits) -> Profile {
     match limits.jerk {
         Some(jerk) => s_curve(from, goal, limits.speed, limits.acceleration, jerk),
@@ -91,25 +93,25 @@ fn profile(from: Motion, goal: f64, limits: &Limits) -> Profile {
     }
 }
 
-/// The direction of a vector; none for one so short that it has none.
+/// Direction of a vector; `None` if the vector is almost zero.
 fn direction(v: &Vector3<f64>) -> Option<Vector3<f64>> {
     let size = v.amax();
     (size > 1e-150).then(|| (v / size).normalize())
 }
 
-/// Whether a vector has no part across a direction.
+/// Returns true if a vector has no component perpendicular to a direction.
 fn is_along(v: &Vector3<f64>, e: &Vector3<f64>) -> bool {
     (v - e * v.dot(e)).norm() <= STRAIGHT * v.norm()
 }
 
 impl Path {
-    /// Standing still for good.
+    /// Path that stays at rest.
     pub fn rest(position: Vector3<f64>) -> Path {
         Path { goal: position, ..Path::default() }
     }
 
-    /// From a state to rest at `goal`. `None` for limits that are not positive, and for numbers so large that their squares
-    /// are none.
+    /// Plans a path from a state to rest at `goal`. `None` for limits that are not positive and finite, and for numbers
+    /// that are not finite or whose squares are not.
     pub fn plan(from: &State, goal: Vector3<f64>, limits: &Limits) -> Option<Path> {
         let mut path = Path::rest(goal);
         if !limits.are_sound() || !goal.iter().chain(from.position.iter()).all(|x| x.is_finite()) {
@@ -142,14 +144,14 @@ impl Path {
         all.then_some(path)
     }
 
-    /// The same, in a time as close to `duration` as it can be made without going faster.
+    /// Plans the same motion in a time as close to `duration` as possible without going faster.
     pub fn within(from: &State, goal: Vector3<f64>, limits: &Limits, duration: f64) -> Option<Path> {
         let shortest = Path::plan(from, goal, limits)?;
         if !(duration > shortest.duration && shortest.duration > 0.0) {
             return Some(shortest);
         }
         if from.velocity == Vector3::zeros() && from.acceleration == Vector3::zeros() {
-            // The same way, slower: exact.
+            // From rest, the same path with slower limits takes exactly that time.
             return Path::plan(from, goal, &limits.slower(duration / shortest.duration));
         }
         let (mut slow, mut fast, mut best) = (0.0, 1.0, shortest);
@@ -165,7 +167,7 @@ impl Path {
         Some(best)
     }
 
-    /// Whether a plan from a state would first have to take the acceleration away.
+    /// Returns true if a plan from a state would first have to reduce the acceleration to zero.
     pub fn must_release(from: &State, goal: &Vector3<f64>, limits: &Limits) -> bool {
         limits.jerk.is_some() && from.acceleration != Vector3::zeros() && line(from, goal).is_none()
     }
@@ -180,17 +182,17 @@ impl Path {
         stage.at(duration)
     }
 
-    /// How long it takes, in s.
+    /// Duration, in s.
     pub fn duration(&self) -> f64 {
         self.duration
     }
 
-    /// Where it ends.
+    /// Goal at which it ends.
     pub fn goal(&self) -> Vector3<f64> {
         self.goal
     }
 
-    /// The state at a time since the beginning, in s.
+    /// State at a time since the beginning, in s.
     pub fn at(&self, t: f64) -> State {
         if t >= self.duration {
             return State::rest(self.goal);
@@ -201,21 +203,21 @@ impl Path {
     }
 }
 
-/// The line that a motion is on, and the goal too.
+/// Direction of the line that contains both the motion and the goal, if there is one.
 fn line(now: &State, goal: &Vector3<f64>) -> Option<Vector3<f64>> {
     let e = direction(&(goal - now.position)).or(direction(&now.velocity)).or(direction(&now.acceleration));
     let e = e.unwrap_or_else(Vector3::x);
     (is_along(&now.velocity, &e) && is_along(&now.acceleration, &e)).then_some(e)
 }
 
-/// Along a line.
+/// Motion along a line.
 fn straight(now: &State, goal: &Vector3<f64>, e: Vector3<f64>, limits: &Limits) -> Stage {
     let from = Motion { position: 0.0, velocity: now.velocity.dot(&e), acceleration: now.acceleration.dot(&e) };
     let along = profile(from, (goal - now.position).norm(), limits);
     Stage { start: 0.0, origin: now.position, axes: [e, Vector3::zeros()], along: [along, Profile::rest(0.0)] }
 }
 
-/// The acceleration taken away along its own direction `e`.
+/// Reduces the acceleration to zero along its own direction `e`.
 fn release(now: &State, e: Vector3<f64>, jerk: f64) -> Stage {
     let size = now.acceleration.dot(&e);
     let mut slower = Profile::from(Motion { position: 0.0, velocity: 0.0, acceleration: size });
@@ -227,7 +229,8 @@ fn release(now: &State, e: Vector3<f64>, jerk: f64) -> Stage {
     Stage { start: 0.0, origin: now.position, axes: [e, now.velocity], along: [slower, on] }
 }
 
-/// Braking along the velocity where it is too large, or too much of it leads across. The acceleration is zero.
+/// Brakes along the velocity if the speed or its component perpendicular to the goal is too large. The acceleration is
+/// zero.
 fn brake(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Option<Stage> {
     let e = direction(&now.velocity)?;
     let speed = now.velocity.dot(&e);
@@ -252,7 +255,7 @@ fn brake(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Option<Stage> {
     Some(Stage { start: 0.0, origin: now.position, axes: [e, Vector3::zeros()], along })
 }
 
-/// Two motions, along the way and across it. The acceleration is zero.
+/// Two motions, along the direction to the goal and perpendicular to it. The acceleration is zero.
 fn turn(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Stage {
     let way = goal - now.position;
     let e = direction(&way).or(direction(&now.velocity)).unwrap_or_else(Vector3::x);
@@ -264,7 +267,7 @@ fn turn(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Stage {
     let free = (limits.speed * limits.speed - w * w).max(0.0).sqrt().max(ahead.abs());
     let both = |speed: f64, angle: f64| {
         let (sin, cos) = angle.sin_cos();
-        // The part across gets no faster than it is.
+        // The perpendicular speed never exceeds its present value.
         let along = profile(motion(ahead), way.norm(), &limits.share(speed, cos));
         [along, profile(motion(w), 0.0, &limits.share(limits.speed, sin))]
     };

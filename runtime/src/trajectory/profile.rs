@@ -1,9 +1,9 @@
-//! Motion of one number: pieces of constant jerk, one behind the other, and rest behind the last.
+//! Motion of one number: consecutive pieces of constant jerk, followed by rest.
 
-/// Most pieces of a profile.
+/// Largest number of pieces of a profile.
 const PIECES: usize = 8;
 
-/// Where a number is, and how it moves.
+/// Position and motion of a number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
     /// The number.
@@ -15,12 +15,12 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Standing still.
+    /// State of rest.
     pub fn rest(position: f64) -> Motion {
         Motion { position, velocity: 0.0, acceleration: 0.0 }
     }
 
-    /// After a time of constant jerk.
+    /// State after a time of constant jerk.
     pub fn after(self, t: f64, jerk: f64) -> Motion {
         let Motion { position, velocity, acceleration } = self;
         Motion {
@@ -49,17 +49,17 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// Begins in a state.
+    /// Empty profile that starts in a state.
     pub(super) fn from(start: Motion) -> Profile {
         Profile { end: start, ..Profile::default() }
     }
 
-    /// Standing still for good.
+    /// Profile that stays at rest.
     pub(super) fn rest(position: f64) -> Profile {
         Profile::from(Motion::rest(position))
     }
 
-    /// Goes on with an acceleration, which jumps there, and a jerk.
+    /// Appends a piece with an acceleration, which may jump, and a jerk.
     pub(super) fn then(&mut self, duration: f64, acceleration: f64, jerk: f64) {
         if duration > 0.0 && self.count < PIECES {
             let from = Motion { acceleration, ..self.end };
@@ -70,28 +70,28 @@ impl Profile {
         }
     }
 
-    /// The same with the acceleration that it has.
+    /// Appends a piece with a jerk that continues the present acceleration.
     pub(super) fn jerk(&mut self, duration: f64, jerk: f64) {
         self.then(duration, self.end.acceleration, jerk);
     }
 
-    /// The state after the last piece.
+    /// State after the last piece.
     pub(super) fn end(&self) -> Motion {
         self.end
     }
 
-    /// Ends exactly in a state: what rounding left is taken off.
+    /// Sets the exact final state, which removes the rounding error.
     pub(super) fn ending(mut self, end: Motion) -> Profile {
         self.end = end;
         self
     }
 
-    /// How long it takes, in s.
+    /// Duration, in s.
     pub fn duration(&self) -> f64 {
         self.duration
     }
 
-    /// The state at a time since the beginning, in s.
+    /// State at a time since the beginning, in s.
     pub fn at(&self, t: f64) -> Motion {
         if t >= self.duration {
             return self.end;
@@ -100,7 +100,7 @@ impl Profile {
         piece.map_or(self.end, |p| p.from.after(t - p.start, p.jerk))
     }
 
-    /// Whether all numbers are finite.
+    /// Returns true if all numbers are finite.
     pub(super) fn is_finite(&self) -> bool {
         let Motion { position, velocity, acceleration } = self.end;
         self.duration.is_finite() && position.is_finite() && velocity.is_finite() && acceleration.is_finite()

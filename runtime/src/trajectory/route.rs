@@ -1,14 +1,14 @@
 //! Motion of a vector over several points: straight lines, with rounded corners or halts between, and rest at the end.
 //!
-//! A corner with the directions `e`, `g` before and behind it is rounded by a parabola, that is by constant acceleration from
-//! `u e` to `u g` (Biagiotti & Melchiorri 2008, 3.6: linear segments with parabolic blends). With all of the acceleration it
-//! takes `u k / A` seconds, where `k = |g - e|`; begins and ends `u² k / 2A` from the corner; and passes it at the distance
-//! `u² k² / 8A`. The speed `u` is the largest that keeps the distance within `corner`, the rounding within half of each line
-//! beside it, and lets the lines before and behind be slow enough in time.
+//! A corner with the directions `e` before and `g` behind it is rounded by a parabola, that is by constant acceleration
+//! from `u e` to `u g` (Biagiotti & Melchiorri 2008, 3.6: linear segments with parabolic blends). With the full
+//! acceleration it takes `u k / A` seconds, with `k = |g - e|`. It begins and ends `u² k / 2A` from the corner, and
+//! passes it at the distance `u² k² / 8A`. The speed `u` is the largest that keeps the distance within `corner`, keeps
+//! the rounding within half of each line beside it, and can be reached and left on the lines before and behind.
 //!
-//! A motion at the beginning that is slower than a twentieth of the speed is added to the route and braked meanwhile: it
-//! takes what it needs of the speed and a twentieth of the acceleration, and the route keeps to the rest of both. A faster
-//! one is brought to rest at the first point.
+//! An initial motion that is slower than a twentieth of the speed is added to the route and braked meanwhile. It takes
+//! its own speed and a twentieth of the acceleration from the limits, and the route uses the rest of both. A faster
+//! initial motion is brought to rest at the first point.
 
 use nalgebra::Vector3;
 
@@ -17,10 +17,10 @@ use super::path::{Path, State};
 use super::profile::Profile;
 use super::trapezoid::along;
 
-/// The share of the limits that a motion at the beginning may take.
+/// Share of the limits that an initial motion may take.
 const SLOW: f64 = 0.05;
 
-/// A motion that is braked: its velocity at the beginning, and how long it takes.
+/// Motion that is braked to rest: its initial velocity and its duration.
 #[derive(Clone, Copy, Debug, Default)]
 struct Drift {
     velocity: Vector3<f64>,
@@ -28,7 +28,7 @@ struct Drift {
 }
 
 impl Drift {
-    /// How far it is from its end, and how it moves.
+    /// State relative to its end.
     fn at(&self, t: f64) -> State {
         if t >= self.duration {
             return State::default();
@@ -42,36 +42,36 @@ impl Drift {
     }
 }
 
-/// A part of a route.
+/// Part of a route.
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::large_enum_variant, reason = "planned anew inside the loop, where nothing may be boxed")]
 enum Way {
-    /// Along a straight line.
+    /// Motion along a straight line.
     Line { origin: Vector3<f64>, direction: Vector3<f64>, profile: Profile },
-    /// With constant acceleration.
+    /// Motion with constant acceleration.
     Corner(State),
-    /// At a point.
+    /// Rest at a point.
     Halt(Vector3<f64>),
-    /// From a motion to the first point.
+    /// Motion from the initial state to the first point.
     Free(Path),
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Leg {
     start: f64,
-    /// The point that it leads to.
+    /// Index of the point that it leads to.
     to: usize,
     way: Way,
 }
 
-/// A corner between two lines: how fast it is passed, and how sharp it is.
+/// Corner between two lines: its speed, and its sharpness `k`.
 #[derive(Clone, Copy, Debug, Default)]
 struct Corner {
     speed: f64,
     sharpness: f64,
 }
 
-/// The motion over several points to rest at the last.
+/// Motion over several points to rest at the last one.
 #[derive(Clone, Debug)]
 pub struct Route {
     legs: Vec<Leg>,
@@ -83,7 +83,7 @@ pub struct Route {
 }
 
 impl Route {
-    /// With room for so many points.
+    /// Creates a route with room for so many points.
     pub fn new(points: usize) -> Route {
         Route {
             legs: Vec::with_capacity(3 * points + 2),
@@ -95,10 +95,10 @@ impl Route {
         }
     }
 
-    /// Plans anew from a state over `points`, of which the first is number `first`. Corners are rounded within `corner`;
-    /// where `halt` is positive the motion rests so long at each inner point instead. From a state in motion it comes to
-    /// rest at the first point. `false` where there is no plan, as for [`Path::plan`]; then there is none any more. Never
-    /// allocates for as many points as there is room for.
+    /// Plans a route from a state over `points`, the first of which is number `first`. Corners are rounded within
+    /// `corner`. If `halt` is positive, the motion rests for that time at each inner point instead. From a state in
+    /// motion that is not slow, it comes to rest at the first point. `false` if there is no plan, as for
+    /// [`Path::plan`]; the former plan is then lost. Never allocates for as many points as there is room for.
     pub fn plan(&mut self, from: &State, points: &[Vector3<f64>], first: usize, how: (&Limits, f64, f64)) -> bool {
         let (limits, corner, halt) = how;
         self.legs.clear();
@@ -138,7 +138,7 @@ impl Route {
         self.duration().is_finite()
     }
 
-    /// How fast each corner is passed.
+    /// Computes the speed at each corner.
     fn round(&mut self, limits: &Limits, size: f64, halt: f64) {
         let (nodes, a) = (&self.nodes, limits.acceleration);
         let lines = nodes.len() - 1;
@@ -158,7 +158,8 @@ impl Route {
             };
             self.corners.push(corner);
         }
-        // What a line of length L leaves: u² - 2 A (L - u² k/2A - l) is at most the square on its other side.
+        // Condition of a line of length L: u² - 2 A (L - u² k/2A - l) is at most the square of the speed at its other
+        // end.
         let room = |c: &Corner| c.speed * c.speed * c.sharpness / (2.0 * a);
         for i in 0..lines {
             let before = self.corners[i];
@@ -174,7 +175,7 @@ impl Route {
         }
     }
 
-    /// The legs over all nodes, at rest at the first and last.
+    /// Adds the legs over all nodes, at rest at the first and last.
     fn walk(&mut self, first: usize, limits: &Limits, halt: f64) {
         let a = limits.acceleration;
         for i in 0..self.nodes.len() - 1 {
@@ -211,7 +212,7 @@ impl Route {
         }
     }
 
-    /// How long it takes, in s.
+    /// Duration, in s.
     pub fn duration(&self) -> f64 {
         self.duration.max(self.drift.duration)
     }
@@ -220,12 +221,12 @@ impl Route {
         self.legs[..self.legs.partition_point(|l| l.start <= t)].last().or(self.legs.first())
     }
 
-    /// The number of the point that it is on the way to at a time since the beginning, in s.
+    /// Number of the point that it moves to at a time since the beginning, in s.
     pub fn toward(&self, t: f64) -> Option<usize> {
         self.leg(t).map(|l| l.to)
     }
 
-    /// The state at a time since the beginning, in s.
+    /// State at a time since the beginning, in s.
     pub fn at(&self, t: f64) -> State {
         let (on, drift) = (self.on(t), self.drift.at(t));
         State {
@@ -235,7 +236,7 @@ impl Route {
         }
     }
 
-    /// The state on the legs.
+    /// State on the legs, without the drift.
     fn on(&self, t: f64) -> State {
         let Some(leg) = self.leg(t).filter(|_| t < self.duration) else { return State::rest(self.goal) };
         let t = t - leg.start;

@@ -1,27 +1,27 @@
 //! The S-curve: motion of one number to rest with limited speed, acceleration and jerk, from any velocity and
 //! acceleration.
 //!
-//! A ramp brings `(v, a)` to `(u, 0)` with at most three pieces of constant jerk: up to a peak of acceleration, along it,
-//! and down. A profile is a ramp to a velocity `u`, a cruise, and a ramp to rest. How far the two ramps lead is a
-//! continuous function `D(u)`. Where the goal lies beyond `D(V)` or `D(-V)`, the cruise with `u = V` or `u = -V` makes up
-//! for it; else some `u` between leads there, and is searched for in each interval between `-V`, 0, the velocity that is
-//! left when the acceleration is taken away, and `V`. The shortest of the profiles found is taken. From rest it is the
-//! classical one of seven pieces (Biagiotti & Melchiorri 2008, 3.4), and the fastest; from other states nothing is said of
-//! being the fastest, while limits, continuity and arrival always hold.
+//! A ramp brings `(v, a)` to `(u, 0)` with at most three pieces of constant jerk: up to a peak of acceleration, along
+//! it, and down. A profile is a ramp to a velocity `u`, a cruise, and a ramp to rest. The distance that the two ramps
+//! cover is a continuous function `D(u)`. If the goal lies beyond `D(V)` or `D(-V)`, a cruise with `u = V` or `u = -V`
+//! covers the rest. Otherwise some `u` in between reaches the goal. It is searched for in each interval between `-V`,
+//! 0, the velocity that remains when the acceleration is reduced to zero, and `V`. The shortest of the profiles found
+//! is used. From rest it is the classical one of seven pieces (Biagiotti & Melchiorri 2008, 3.4), which is the fastest.
+//! From other states it need not be the fastest, but limits, continuity and arrival always hold.
 //!
-//! Ours, and not `rsruckig`, the port of Ruckig: that one bounds every axis by itself, while the bounds declared here are
-//! those of a norm along a path; and most of it is about ends in motion, which no goal here has. From a state in motion
-//! its plans would be the faster ones.
+//! This is an implementation of our own instead of `rsruckig`, the port of Ruckig. That library bounds every axis
+//! separately, while the limits declared here are those of a norm along a path; and most of it concerns goals in
+//! motion, which do not occur here. From a state in motion its plans would be the faster ones.
 
 use super::profile::{Motion, Profile};
 
-/// Steps of the search for a velocity; it stops as soon as nothing lies between its ends.
+/// Largest number of steps of the search for a velocity; it stops as soon as no number lies between its ends.
 const STEPS: usize = 100;
 
-/// The share of the way, or of the time that it takes at least, that may be left for a cruise.
+/// Share of the distance, or of the least time that it takes, that may be left for a cruise.
 const CLOSE: f64 = 1e-10;
 
-/// The share of the way that is rounding.
+/// Share of the distance that counts as rounding error.
 const ROUNDING: f64 = 1e-14;
 
 /// Limits of one number.
@@ -31,11 +31,11 @@ struct Limits {
     jerk: f64,
 }
 
-/// The pieces of a ramp, each with how long it takes and its jerk.
+/// Pieces of a ramp, each with its duration and its jerk.
 type Ramp = [(f64, f64); 3];
 
 impl Limits {
-    /// From a velocity and an acceleration to the velocity `to` without acceleration.
+    /// Ramp from a velocity and an acceleration to the velocity `to` without acceleration.
     fn ramp(self, velocity: f64, acceleration: f64, to: f64) -> Ramp {
         let Limits { acceleration: most, jerk } = self;
         let left = velocity + acceleration * acceleration.abs() / (2.0 * jerk);
@@ -54,7 +54,7 @@ impl Limits {
         }
     }
 
-    /// How far the ramps over the velocity `u` lead to rest, and how long they take.
+    /// Distance that the ramps over the velocity `u` cover until rest, and their duration.
     fn way(self, from: Motion, u: f64) -> (f64, f64) {
         let mut now = Motion { position: 0.0, ..from };
         let mut time = 0.0;
@@ -62,13 +62,13 @@ impl Limits {
             now = now.after(duration, jerk);
             time += duration;
         }
-        // The ramp from `u` to rest, which is point symmetric.
+        // The ramp from `u` to rest is point symmetric.
         let rise = self.ramp(u, 0.0, 0.0).iter().map(|p| p.0).sum::<f64>();
         (now.position + u * rise / 2.0, time + rise)
     }
 }
 
-/// The profile from a state to rest at `goal`, with positive limits.
+/// Profile from a state to rest at `goal`, with positive limits.
 pub fn s_curve(from: Motion, goal: f64, speed: f64, acceleration: f64, jerk: f64) -> Profile {
     let limits = Limits { acceleration, jerk };
     let wanted = goal - from.position;
@@ -109,14 +109,14 @@ pub fn s_curve(from: Motion, goal: f64, speed: f64, acceleration: f64, jerk: f64
     }
     match best {
         Some((u, cruise, _)) => make(u, cruise),
-        // Numbers that are none.
+        // An input is NaN.
         None => Profile::from(Motion { position: f64::NAN, ..from }),
     }
 }
 
-/// The velocity between two, each with what `f` is there, at which it is zero; and how long to cruise with it for the
-/// little that is left, which is exact: `f` can be so steep that the next number is too far. Zero is no inner point. `all`
-/// is the whole way and the largest speed.
+/// Finds the zero of `f` between two velocities, each given with its value of `f`. Returns the velocity, and the
+/// duration of a cruise with it that covers the rest exactly: `f` can be so steep that the next number is too far. The
+/// interval has no inner point zero. `all` contains the whole distance and the largest speed.
 fn search(f: impl Fn(f64) -> f64, mut a: (f64, f64), mut b: (f64, f64), all: (f64, f64)) -> (f64, f64) {
     let (way, speed) = all;
     let cruise = |end: (f64, f64)| if end.1.abs() <= ROUNDING * way { 0.0 } else { -end.1 / end.0 };
@@ -126,7 +126,7 @@ fn search(f: impl Fn(f64) -> f64, mut a: (f64, f64), mut b: (f64, f64), all: (f6
         if near(a) || near(b) || middle <= a.0 || middle >= b.0 {
             break;
         }
-        // The chord, and every third time the middle, so that the interval shrinks whatever the shape.
+        // The chord, and every third time the middle, so that the interval shrinks for every shape of `f`.
         let chord = a.0 - a.1 * (b.0 - a.0) / (b.1 - a.1);
         let at = if step % 3 == 2 || !(chord > a.0 && chord < b.0) { middle } else { chord };
         let here = (at, f(at));

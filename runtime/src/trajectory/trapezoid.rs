@@ -1,14 +1,14 @@
 //! The trapezoid of velocity: the fastest motion of one number to rest with limited speed and acceleration, from any
 //! velocity. Closed form; Biagiotti & Melchiorri 2008, 3.2 for motion from rest.
 //!
-//! The sign of the motion is that of the way from where braking at once would end to the goal. Measured along it, with
-//! `x` the way to the goal and `v` the velocity, the number is accelerated to `min(V, sqrt(A x + v²/2))`, or brought down
-//! to `V` where it is faster; cruises, where that is `V`; and brakes.
+//! The sign of the motion is that of the distance to the goal from the point at which immediate braking would end. In
+//! this direction, with `x` the distance to the goal and `v` the velocity, the number is accelerated to
+//! `min(V, sqrt(A x + v²/2))`, or braked to `V` if it is faster; it cruises, if that speed is `V`; and it brakes.
 
 use super::profile::{Motion, Profile};
 
-/// The profile from a position and velocity to rest at `goal`, with speed `speed` and acceleration `acceleration`, both
-/// positive. A velocity beyond the limit is braked down to it first.
+/// Profile from a position and velocity to rest at `goal`, with speed `speed` and acceleration `acceleration`, both
+/// positive. A velocity above the limit is first braked down to it.
 pub fn trapezoid(from: Motion, goal: f64, speed: f64, acceleration: f64) -> Profile {
     let from = Motion { acceleration: 0.0, ..from };
     let mut profile = Profile::from(from);
@@ -21,7 +21,7 @@ pub fn trapezoid(from: Motion, goal: f64, speed: f64, acceleration: f64) -> Prof
         profile.then(((x - v * v / (2.0 * acceleration)) / speed).max(0.0), 0.0, 0.0);
         profile.then(speed / acceleration, -a, 0.0);
     } else if peak <= speed {
-        // Where braking at once leads to the goal, rounding may put the peak below the velocity.
+        // If immediate braking leads to the goal, rounding may put the peak below the velocity.
         let peak = peak.max(v);
         profile.then((peak - v) / acceleration, a, 0.0);
         profile.then(peak / acceleration, -a, 0.0);
@@ -34,7 +34,7 @@ pub fn trapezoid(from: Motion, goal: f64, speed: f64, acceleration: f64) -> Prof
     profile.ending(Motion::rest(goal))
 }
 
-/// How long [`trapezoid`] takes for a way `x` from the velocity `v`, in s.
+/// Duration of [`trapezoid`] for a distance `x` from the velocity `v`, in s.
 pub(super) fn duration(x: f64, v: f64, speed: f64, acceleration: f64) -> f64 {
     let way = x - v * v.abs() / (2.0 * acceleration);
     let sign = if way == 0.0 { v.signum() } else { way.signum() };
@@ -50,7 +50,7 @@ pub(super) fn duration(x: f64, v: f64, speed: f64, acceleration: f64) -> f64 {
     }
 }
 
-/// The profile along a line of some length from speed `from` to speed `to`, neither above `speed`, which the length allows.
+/// Profile along a line from speed `from` to speed `to`, neither above `speed`; the length must suffice for the change.
 pub(super) fn along(length: f64, from: f64, to: f64, speed: f64, acceleration: f64) -> Profile {
     let mut profile = Profile::from(Motion { position: 0.0, velocity: from, acceleration: 0.0 });
     let peak = ((2.0 * acceleration * length + from * from + to * to) / 2.0).max(0.0).sqrt();

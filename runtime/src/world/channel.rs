@@ -1,5 +1,4 @@
-//! The way of values from where they are measured to the controller: at which instants they are sent, noisy, late, and
-//! sometimes lost.
+//! Transmission of values from their measurement to the controller: instants of sending, noise, delay and loss.
 
 use std::collections::VecDeque;
 
@@ -9,17 +8,17 @@ use rand_pcg::Pcg64;
 use super::NOW;
 use crate::program::Sending;
 
-/// Sends values.
+/// Transmission channel for values.
 pub(super) struct Channel {
     sending: Sending,
     noise: Option<Normal<f64>>,
     chance: Option<Uniform<f64>>,
     random: Pcg64,
-    /// How many values were due.
+    /// Number of values that were due.
     sent: u64,
-    /// Values on their way: when they arrive, in s, and what they are.
+    /// Values in transmission: time of arrival, in s, and numbers.
     underway: VecDeque<(f64, Vec<f64>)>,
-    /// How many of the instants without a number have passed.
+    /// Number of instants with NaN that have passed.
     bad: usize,
 }
 
@@ -38,14 +37,14 @@ impl Channel {
         }
     }
 
-    /// Sends what `value` gives where that is due: its numbers, and how many of them are noisy. Hands over what has
-    /// arrived, with the time of that.
+    /// Sends the result of `value` if one is due: its numbers, and how many of them are noisy. Passes values that have
+    /// arrived to `arrive`, with their time of arrival.
     pub fn tick(&mut self, time: f64, value: impl FnOnce() -> (Vec<f64>, usize), mut arrive: impl FnMut(&[f64], f64)) {
         let s = &self.sending;
         let open = time >= s.from - NOW && s.to.is_none_or(|to| time < to - NOW);
         // Counted, not summed: a value is never late by rounding.
         if open && time >= s.from + self.sent as f64 * s.period - NOW {
-            // Where the period is shorter than a tick, or ticks were left out, one value goes for all that are due.
+            // If the period is shorter than a tick, or ticks were left out, one value replaces all that are due.
             if s.period > 0.0 {
                 self.sent = (((time - s.from + NOW) / s.period) as u64).saturating_add(1);
             }
@@ -59,7 +58,7 @@ impl Channel {
     }
 
     fn send(&mut self, (mut value, noisy): (Vec<f64>, usize), time: f64) {
-        // Drawn for every value, so that a lost one does not change those behind it.
+        // Drawn for every value, so that a lost value does not change later ones.
         if let Some(noise) = &self.noise {
             value.iter_mut().take(noisy).for_each(|x| *x += noise.sample(&mut self.random));
         }

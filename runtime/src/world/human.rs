@@ -1,4 +1,4 @@
-//! People in the simulated world: where their points truly are, and what the tracker tells the controller of it.
+//! People in the simulated world: the true positions of their points, and the readings that the tracker sends.
 
 use rand_pcg::Pcg64;
 
@@ -6,7 +6,7 @@ use super::channel::Channel;
 use crate::program::{HumanScript, Interface, SignalProgram, Track};
 use crate::signals::Signals;
 
-/// A point of a person: its signal, and its true way.
+/// A point of a person: its signal, and its true path.
 struct Point {
     index: usize,
     signal: SignalProgram,
@@ -20,7 +20,7 @@ pub(super) struct Person {
 }
 
 impl Person {
-    /// Of a script of a checked program.
+    /// Prepares the person of a script of a checked program.
     pub fn new(script: &HumanScript, interface: &Interface, random: Pcg64) -> Person {
         let signals = interface.humans.get(script.human).map_or(&[][..], |h| &h.points);
         let point = |(&index, track): (&usize, &Track)| {
@@ -31,7 +31,7 @@ impl Person {
         Person { points, channel: Channel::new(script.sending.clone(), random) }
     }
 
-    /// Tells the controller where the points are: positions, then those velocities that are measured.
+    /// Sends readings of the points to the controller: positions, then those velocities that are measured.
     pub fn tick(&mut self, signals: &mut Signals, time: f64) {
         let Person { points, channel } = self;
         let value = || {
@@ -55,8 +55,8 @@ impl Person {
         });
     }
 
-    /// Puts true positions and velocities in the place of those that the controller knows. Whether a point is present,
-    /// and how uncertain, stays what the controller is told.
+    /// Replaces the positions and velocities that the controller knows with the true ones. Presence and uncertainty of
+    /// a point remain those that the controller has.
     pub fn truth(&self, time: f64, table: &mut [f64]) {
         for p in &self.points {
             let (position, velocity) = p.track.at(time);
@@ -68,7 +68,7 @@ impl Person {
             }
             if let Some([known, uncertainty, rate]) = table.get_mut(there + 3..there + 6) {
                 *known = 1.0;
-                // How uncertain the controller is stays; where it knows nothing, nobody else is uncertain.
+                // The uncertainty of the controller is kept. If it has none, the true position is certain.
                 if uncertainty.is_nan() {
                     (*uncertainty, *rate) = (0.0, 0.0);
                 }
@@ -115,7 +115,7 @@ mod tests {
 
     const WALK: [(f64, [f64; 3]); 3] = [(0.0, [0.0, 0.0, 1.0]), (1.0, [0.0, 0.0, 1.0]), (3.0, [2.0, -1.0, 1.0])];
 
-    /// The table of signals at each tick of 10 ms, and the truth.
+    /// Table of signals at each tick of 10 ms, and the truth.
     fn seen(interface: &Interface, script: &HumanScript, ticks: usize) -> Vec<(Vec<f64>, Vec<f64>)> {
         let (mut person, mut signals) = (Person::new(script, interface, stream(3, 0)), Signals::new(interface));
         let one = |k: usize| {
@@ -143,7 +143,7 @@ mod tests {
         }
     }
 
-    /// A point that is held stands where it was seen last, and its uncertainty grows from when it was lost.
+    /// A point that is held stays at its last position, and its uncertainty grows from the time at which it was lost.
     #[test]
     fn a_lost_person_is_held_or_absent() {
         let gap = Sending { gaps: vec![(1.5, 2.0)], ..Sending::default() };
@@ -151,7 +151,7 @@ mod tests {
         let s = held.signals[0].clone();
         for (k, (table, truth)) in seen(&held, &walk(&WALK, gap.clone()), 300).iter().enumerate() {
             let t = k as f64 * 0.01;
-            // The last reading came at 1.49 s, and counts for 54 ms.
+            // The last reading came at 1.49 s, and is valid for 54 ms.
             let lost = (155..200).contains(&k);
             assert_eq!(table[s.at] < 0.0, lost, "{k}");
             assert_eq!(table[s.known_at()], 1.0);
@@ -192,7 +192,7 @@ mod tests {
     }
 
     proptest! {
-        /// The interpolation against the definition: a straight line through the two waypoints around.
+        /// The interpolation compared with its definition: a straight line through the two waypoints around.
         #[test]
         fn a_point_is_on_the_line_between_its_waypoints(
             steps in prop::collection::vec((0.01..2.0_f64, prop::array::uniform3(-5.0..5.0_f64)), 1..8),
@@ -211,7 +211,7 @@ mod tests {
             let k = (1..path.len()).find(|&k| time < path[k].0).unwrap_or(path.len() - 1);
             let ((t0, a), (t1, b)) = (path[k - 1], path[k]);
             for i in 0..3 {
-                // Barycentric, in the place of start and way.
+                // Barycentric coordinates instead of start and displacement.
                 let line = (a[i] * (t1 - time) + b[i] * (time - t0)) / (t1 - t0);
                 prop_assert!((x[i] - line).abs() < 1e-9);
                 prop_assert!((x[i] + v[i] * (t1 - time) - b[i]).abs() < 1e-9);

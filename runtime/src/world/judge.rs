@@ -1,4 +1,4 @@
-//! Judges the expectations of a scenario while it runs.
+//! Evaluates the expectations of a scenario during its run.
 
 use robot::{Data, Model};
 use stdlib_tasks::expression::Evaluation;
@@ -10,17 +10,17 @@ use crate::program::Unit;
 use crate::program::{Measure, PredicateTable, Program, ProgramError, ScenarioProgram, error};
 use crate::tick::{Recorder, Tick};
 
-/// A recorder that knows at the end what became of each expectation.
+/// Recorder that returns the outcome of each expectation at the end.
 pub struct Judge {
     model: Model,
     data: Data,
     measures: Measures,
     predicates: Vec<(Evaluation, Unit)>,
-    /// Numbers of the start of the run, each with its place in the table; empty once they are known.
+    /// Values at the start of the run, each with its index in the table; empty once they are known.
     starts: Vec<(usize, Evaluation)>,
     monitors: Vec<Monitor>,
     layout: PredicateTable,
-    /// What predicates read, and rates of nothing.
+    /// Numbers that predicates read, and their rates, which are zero.
     table: Vec<f64>,
     rates: Vec<f64>,
     /// One number for each predicate.
@@ -28,7 +28,7 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// For a scenario of a checked program, in a run of so many ticks.
+    /// Prepares a scenario of a checked program, for a run of so many ticks.
     ///
     /// # Errors
     /// A formula would need too much memory, which the compiler excludes.
@@ -65,7 +65,7 @@ impl Judge {
         })
     }
 
-    /// What became of each expectation, in the order written.
+    /// Outcome of each expectation, in the order written.
     pub fn finish(self) -> Vec<Outcome> {
         self.monitors.into_iter().map(Monitor::finish).collect()
     }
@@ -88,7 +88,7 @@ impl Recorder for Judge {
         for ((value, unit), out) in predicates.iter_mut().zip(row.iter_mut()) {
             let number = if value.forward(&state).is_ok() { value.value(0) } else { f64::NAN };
             *out = match unit {
-                // Of a truth value only the sign counts.
+                // Only the sign of a truth value counts.
                 Unit::Truth if number > 0.0 => f64::INFINITY,
                 Unit::Truth if number <= 0.0 => f64::NEG_INFINITY,
                 _ => number,

@@ -1,7 +1,7 @@
-//! What expectations are told of at each tick, at the robot's true configuration.
+//! Measures that expectations read at each tick, at the robot's true configuration.
 //!
-//! A task is looked at by itself, whether its stack runs or not. One whose parameters depend on when its stack was
-//! entered, or on where, has a value only while such a stack runs.
+//! A task is evaluated by itself, whether its stack runs or not. A task whose parameters depend on the time or the
+//! configuration at which its stack was entered has a value only while such a stack runs.
 
 use crate::evaluator::{Evaluator, Moment};
 use crate::motion::Motion;
@@ -12,28 +12,28 @@ use nalgebra::Vector3;
 use robot::Data;
 use solver::Problem;
 
-/// Whether a parameter of a task depends on when its stack was entered, or on where: then the task means nothing while no
-/// such stack runs.
+/// Returns true if a parameter of a task depends on the time or the configuration at which its stack was entered. Such
+/// a task has no value while no such stack runs.
 pub fn is_bound_to_its_stack(program: &Program, task: usize) -> bool {
     program.depends_on_entry(task)
 }
 
-/// The first stack in which a task stands.
+/// First stack that contains a task.
 pub fn stack_of(program: &Program, task: usize) -> Option<&StackProgram> {
     program.stacks.iter().find(|s| s.levels.iter().flat_map(|l| &l.members).any(|m| m.task == task))
 }
 
-/// A task that is looked at.
+/// Evaluation of a single task.
 struct Probe {
     /// Its index in the program.
     task: usize,
     evaluator: Evaluator,
     problem: Problem,
-    /// It has a value only while its stack runs.
+    /// True if it has a value only while its stack runs.
     bound: bool,
-    /// The visit to a stack for which it was entered.
+    /// Visit to a stack for which it was entered.
     visit: Option<u64>,
-    /// It has a value at this tick.
+    /// True if it has a value at this tick.
     known: bool,
 }
 
@@ -43,14 +43,15 @@ impl Probe {
         let level =
             LevelProgram { name: String::new(), hard: false, damping: 0.0, exact: false, members: vec![member] };
         let own = StackProgram { name: String::new(), locked: Vec::new(), levels: vec![level] };
-        // A task is built for the stack that it stands in.
+        // A task is built for the stack that contains it.
         let stack = stack_of(program, task).unwrap_or(&own);
         let (evaluator, problem) = Evaluator::alone(program, stack, task)?;
         let bound = evaluator.remembers_entry(0) || is_bound_to_its_stack(program, task);
         Ok(Probe { task, evaluator, problem, bound, visit: None, known: false })
     }
 
-    /// `last` is the command of the tick before, `stack_velocity` the velocity of the stack that ran then.
+    /// Evaluates the task. `last` is the command of the previous tick, `stack_velocity` the velocity of the stack that
+    /// ran then.
     fn tick(&mut self, tick: &Tick, last: &[f64], stack_velocity: &[f64]) {
         let c = tick.controller;
         let runs = c.evaluator().members().iter().any(|m| m.program_index == self.task);
@@ -99,21 +100,21 @@ impl Probe {
 pub(super) struct Measures {
     list: Vec<Measure>,
     probes: Vec<Probe>,
-    /// For each measure its probe.
+    /// For each measure, its probe.
     probe_of: Vec<Option<usize>>,
-    /// The configuration of the tick before, and its time.
+    /// Configuration of the previous tick, and its time.
     before: Option<(Vec<f64>, f64)>,
-    /// The way since then, `nv` numbers.
+    /// Displacement since then, `nv` numbers.
     way: Vec<f64>,
-    /// The command of the tick before.
+    /// Command of the previous tick.
     last: Vec<f64>,
-    /// The velocity of the controller's stack at the tick before.
+    /// Velocity of the controller's stack at the previous tick.
     stack_velocity: Vec<f64>,
     /// Kinematics for the speeds of links.
     data: Data,
-    /// For each measure where its link was at the tick before.
+    /// For each measure, the position of its link at the previous tick.
     places: Vec<Option<Vector3<f64>>>,
-    /// What the hierarchy chooses, whatever becomes of it.
+    /// Motion that the hierarchy chooses, independent of its execution.
     chosen: Motion,
 }
 

@@ -1,7 +1,7 @@
-//! The simulated world: what it sends, answers and does while a scenario runs.
+//! Simulated world of a scenario: the values that it sends, its answers to requests, and its disturbances.
 //!
-//! Everything random comes from generators seeded by the scenario, one for each script, so that a change of one script
-//! leaves the others as they were, and the same scenario gives the same numbers.
+//! All random numbers come from generators that the scenario seeds, one for each script, so that a change of one script
+//! does not affect the others, and the same scenario yields the same numbers.
 
 mod channel;
 mod human;
@@ -24,26 +24,26 @@ use outcomes::Outcomes;
 use push::Push;
 use script::Sender;
 
-/// Sums of periods are a little off: half a microsecond counts as nothing.
+/// Tolerance for the rounding error of sums of periods: half a microsecond.
 const NOW: f64 = 5e-7;
 
 /// Spreads the seeds of the scripts of a scenario over all numbers: 2^64 over the golden ratio.
 const SPREAD: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// The first number of the generators of people, far beyond those of other scripts.
+/// Index of the first generator of people, far beyond those of other scripts.
 const PEOPLE: usize = 1 << 20;
 
-/// The generator of one script of a scenario. The simulated robot has the first one.
+/// Generator of one script of a scenario. The simulated robot uses the seed itself.
 fn stream(seed: u64, script: usize) -> Pcg64 {
     Pcg64::seed_from_u64(seed.wrapping_add((script as u64 + 1).wrapping_mul(SPREAD)))
 }
 
-/// A world while it runs.
+/// World of a running scenario.
 pub struct World {
     senders: Vec<Sender>,
     people: Vec<Person>,
     pushes: Vec<Push>,
-    /// Events that are still to come: when, in s, and which; the next one last.
+    /// Events to come: time in s, and index; the next one last.
     events: Vec<(f64, usize)>,
     outcomes: Outcomes,
     late: Vec<(f64, f64)>,
@@ -52,7 +52,7 @@ pub struct World {
 }
 
 impl World {
-    /// Of a scenario of a checked program.
+    /// Prepares the world of a scenario of a checked program.
     pub fn new(program: &Program, scenario: &ScenarioProgram) -> World {
         let world = &scenario.world;
         let seed = scenario.run.simulator.seed;
@@ -74,12 +74,12 @@ impl World {
         }
     }
 
-    /// True where the controller is not called at a time, because its tick comes late.
+    /// Returns true if the controller is not called at a time, because its tick is late.
     pub(crate) fn is_late(&self, time: f64) -> bool {
         self.late.iter().any(|&(at, by)| time >= at - NOW && time < at + by - NOW)
     }
 
-    /// What the controller is told before a tick. `q` is the robot's true configuration.
+    /// Sends signals and events to the controller before a tick. `q` is the robot's true configuration.
     pub(crate) fn tell(&mut self, controller: &mut Controller, q: &[f64], time: f64) {
         let signals = controller.signals();
         for sender in &mut self.senders {
@@ -96,14 +96,14 @@ impl World {
         self.outcomes.tell(signals, time);
     }
 
-    /// Puts what is true of people in the place of what the controller knows of them, in a table of signals.
+    /// Replaces the motion of people that the controller knows with the true one, in a table of signals.
     pub fn truth(&self, time: f64, signals: &mut [f64]) {
         for person in &self.people {
             person.truth(time, signals);
         }
     }
 
-    /// What the controller sees of a measured configuration.
+    /// Configuration that the controller observes: the measured one, with NaN for lost readings.
     pub(crate) fn observe(&mut self, q: &[f64], time: f64) -> &[f64] {
         self.observed.copy_from_slice(q);
         for (lost, i) in &self.lost {
@@ -114,7 +114,7 @@ impl World {
         &self.observed
     }
 
-    /// Takes what the controller asks at a tick.
+    /// Processes the requests of the controller at a tick.
     pub(crate) fn ask(&mut self, controller: &Controller, requests: &[Request], time: f64) {
         for request in requests {
             if let Some(action) = controller.action(request) {

@@ -1,8 +1,8 @@
-//! What becomes of actions.
+//! Outcomes of actions.
 //!
-//! An action whose kind has outcomes comes out as the scenario says for its first argument, or for its verb: the k-th
-//! request as the k-th entry says, the last entry again and again. Where nothing is said it comes out at once, as the
-//! first of its outcomes. An action that is called off has no outcome.
+//! An action whose kind has outcomes ends as the scenario defines for its first argument, or for its verb: the k-th
+//! request as defined by the k-th entry, later ones by the last entry. Without a definition it ends at once with the
+//! first of its outcomes. An action that is cancelled has no outcome.
 
 use std::collections::BTreeMap;
 
@@ -11,22 +11,22 @@ use crate::controller::Request;
 use crate::program::{ActionProgram, OutcomeProgram, OutcomeScript};
 use crate::signals::Signals;
 
-/// An action that is under way.
+/// Action in progress.
 struct Pending {
     action: usize,
-    /// When it ends, in s.
+    /// Time of its end, in s.
     due: f64,
     event: Option<usize>,
     sets: Vec<(usize, Vec<f64>)>,
 }
 
-/// All actions.
+/// Outcomes of all actions.
 pub(super) struct Outcomes {
     scripts: BTreeMap<String, Vec<OutcomeProgram>>,
-    /// How often something was asked for.
+    /// Number of requests for each key.
     asked: BTreeMap<String, usize>,
     pending: Vec<Pending>,
-    /// Signals that an outcome has given a value, which they keep.
+    /// Signals that an outcome has set, with the values that they keep.
     held: BTreeMap<usize, Vec<f64>>,
 }
 
@@ -40,7 +40,7 @@ impl Outcomes {
         }
     }
 
-    /// Takes a request.
+    /// Processes a request.
     pub fn ask(&mut self, request: &Request, action: &ActionProgram, time: f64) {
         self.pending.retain(|p| p.action != request.action);
         if !request.begin || action.outcomes.is_empty() {
@@ -69,7 +69,7 @@ impl Outcomes {
         });
     }
 
-    /// Tells the controller of what came out.
+    /// Raises the events of actions that have ended, and sends the signals that outcomes have set.
     pub fn tell(&mut self, signals: &mut Signals, time: f64) {
         let held = &mut self.held;
         self.pending.retain(|p| {
@@ -111,7 +111,7 @@ mod tests {
         OutcomeProgram { outcome: Some(outcome.into()), after, sets: Vec::new() }
     }
 
-    /// Asks at 0 s, and tells when which event comes.
+    /// Requests the action at 0 s, and returns the time and index of the event that follows.
     fn comes(outcomes: &mut Outcomes) -> Option<(f64, usize)> {
         outcomes.ask(&ASK, &action(), 0.0);
         (1..500).find_map(|k| {

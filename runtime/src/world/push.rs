@@ -1,4 +1,4 @@
-//! Forces of people on a sensor: a wrench that is the same all the time, or a hand that pulls.
+//! Forces of people on a sensor: a constant wrench, or a hand that pulls.
 
 use nalgebra::Vector3;
 use robot::{Data, Model};
@@ -7,14 +7,14 @@ use super::NOW;
 use crate::program::{Conditioning, Force, Program, PushScript};
 use crate::signals::Signals;
 
-/// A person at work.
+/// Force of a person on a sensor.
 pub(super) struct Push {
     script: PushScript,
     model: Model,
     data: Data,
-    /// When and where the link was seen last.
+    /// Time and position of the link at the last evaluation.
     last: Option<(f64, Vector3<f64>)>,
-    /// The sensor that reports it.
+    /// Conditioning of the sensor that reports it.
     sensor: Conditioning,
 }
 
@@ -25,12 +25,12 @@ impl Push {
         Push { script: script.clone(), data: Data::new(&model), model, last: None, sensor }
     }
 
-    /// The signal that reports it.
+    /// Index of the signal that reports it.
     pub fn signal(&self) -> usize {
         self.script.signal
     }
 
-    /// What the sensor shows of a wrench in the axes of the world: the wrench in its own axes, and its bias.
+    /// Reading of the sensor for a wrench in the axes of the world: the wrench in its own axes, plus its bias.
     fn shown(&mut self, wrench: [f64; 6], q: &[f64]) -> [f64; 6] {
         let mut shown = wrench;
         if let Some(link) = self.sensor.frame {
@@ -45,7 +45,7 @@ impl Push {
         shown
     }
 
-    /// The wrench at a time; zero while nobody touches the sensor.
+    /// Wrench at a time; zero while nobody touches the sensor.
     pub fn wrench(&mut self, q: &[f64], time: f64) -> [f64; 6] {
         let s = &self.script;
         let here = time >= s.from - NOW && s.to.is_none_or(|to| time < to - NOW);
@@ -69,7 +69,7 @@ impl Push {
     }
 }
 
-/// Sends each sensor the sum of what acts on it, as it shows it; nothing but its bias where nobody touches it.
+/// Sends each sensor's reading of the sum of its wrenches; only the bias remains while nobody touches it.
 pub(super) fn tick(pushes: &mut [Push], signals: &mut Signals, q: &[f64], time: f64) {
     for i in 0..pushes.len() {
         let signal = pushes[i].signal();
@@ -86,7 +86,7 @@ pub(super) fn tick(pushes: &mut [Push], signals: &mut Signals, q: &[f64], time: 
     }
 }
 
-/// The force of a spring with a damper, no larger than `most`.
+/// Force of a spring with a damper, no larger than `most`.
 fn pull(way: &Vector3<f64>, speed: &Vector3<f64>, stiffness: f64, damping: f64, most: f64) -> Vector3<f64> {
     let force = way * stiffness - speed * damping;
     let size = force.norm();

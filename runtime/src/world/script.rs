@@ -1,4 +1,4 @@
-//! Values that a signal is sent: on straight lines between instants, noisy, late, and sometimes lost.
+//! Values that are sent to a signal: interpolated linearly in time, with noise, delay and loss.
 
 use rand_pcg::Pcg64;
 
@@ -6,7 +6,7 @@ use super::channel::Channel;
 use crate::program::SignalScript;
 use crate::signals::Signals;
 
-/// Sends what a script says.
+/// Sends the values of a script.
 pub(super) struct Sender {
     signal: usize,
     path: Vec<(f64, Vec<f64>)>,
@@ -32,7 +32,7 @@ impl Sender {
     }
 }
 
-/// The value of a path at a time: on straight lines.
+/// Value of a path at a time, interpolated linearly.
 pub(super) fn at(path: &[(f64, Vec<f64>)], time: f64) -> Vec<f64> {
     let behind = path.partition_point(|p| p.0 <= time);
     match (behind.checked_sub(1).and_then(|i| path.get(i)), path.get(behind)) {
@@ -84,7 +84,7 @@ mod tests {
         Signals::new(&Interface { signals: vec![point], ..Interface::default() })
     }
 
-    /// The values at each tick of 10 ms; none where the signal is absent.
+    /// Values at each tick of 10 ms; `None` if the signal is absent.
     fn seen(script: &SignalScript, seed: u64, ticks: usize) -> Vec<Option<f64>> {
         let (mut sender, mut signals) = (Sender::new(script, stream(seed, 0)), signals());
         let one = |k: usize| {
@@ -108,7 +108,7 @@ mod tests {
         let s = SignalScript { from: 0.5, to: Some(1.0), ..script() };
         let all = seen(&s, 0, 120);
         assert_eq!((all[49], all[50].is_some(), all[99].is_some()), (None, true, true));
-        // The last value went at 0.99 s, and counts for 54 ms.
+        // The last value was sent at 0.99 s, and is valid for 54 ms.
         assert_eq!((all[104].is_some(), all[105].is_some()), (true, false));
     }
 
@@ -123,7 +123,7 @@ mod tests {
     fn values_come_once_a_period() {
         let s = SignalScript { period: 0.2, ..script() };
         let all = seen(&s, 0, 300);
-        // Absent 50 ms after each.
+        // The signal is absent from 50 ms after each value.
         for (k, x) in all.iter().enumerate() {
             assert_eq!(x.is_some(), k % 20 <= 5, "{k}");
         }
@@ -159,7 +159,7 @@ mod tests {
         // Five standard errors of the mean and of the deviation.
         assert!((mean - 3.0).abs() < 5.0 * 0.5 / 141.0 && (variance.sqrt() - 0.5).abs() < 5.0 * 0.5 / 200.0);
         let all = seen(&SignalScript { drop: 0.3, period: 0.1, ..script() }, 7, 200_000);
-        // One value in ten ticks, which counts for 54 ms.
+        // One value in ten ticks, which is valid for 54 ms.
         let arrived = all.iter().step_by(10).filter(|x| x.is_some()).count();
         assert!((arrived as f64 / 20_000.0 - 0.7).abs() < 5.0 * (0.21_f64 / 20_000.0).sqrt());
     }

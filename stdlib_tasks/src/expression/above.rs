@@ -1,11 +1,11 @@
-//! How far a part of the robot is above a plane that is fixed in the world or in a link.
+//! Height of a part of the robot above a plane that is fixed in the world or in a link.
 //!
 //! ```text
 //! h = min over the part of n·x - d        h' = n·(J_a - J_b) v        [m], [m/s]
 //! ```
 //!
-//! where both Jacobians are those of the lowest point of the part, as a point of its own link and of the plane's. Unlike a
-//! distance between parts it has a direction everywhere, also below the plane.
+//! where both Jacobians are those of the lowest point of the part, as a point of its own link and of the plane's link.
+//! Unlike a distance between parts, the height has a direction everywhere, also below the plane.
 
 use nalgebra::Vector3;
 use robot::{LinkId, Model, geometry};
@@ -17,7 +17,7 @@ use crate::state::State;
 /// A plane `n·x = d`, and the side that `n` points to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plane {
-    /// The link that carries it; none for the world.
+    /// Link that carries it; `None` for the world.
     pub link: Option<LinkId>,
     /// n: the unit normal, in the axes of that link or of the world.
     pub normal: Vector3<f64>,
@@ -25,7 +25,7 @@ pub struct Plane {
     pub offset: f64,
 }
 
-/// A part, and the plane that it is above.
+/// A part, and the plane below it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Above {
     /// The part.
@@ -34,7 +34,7 @@ pub struct Above {
     pub plane: Plane,
 }
 
-/// Where the lowest point was found at this tick.
+/// Lowest point at this tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lowest {
     /// h in m.
@@ -46,7 +46,7 @@ pub(super) struct Lowest {
 }
 
 impl Above {
-    /// Makes sure that links exist, and that numbers are usable.
+    /// Checks that links exist, and that numbers are usable.
     pub(super) fn check(&self, model: &Model) -> Result<(), &'static str> {
         let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
         self.part.check(model)?;
@@ -56,7 +56,7 @@ impl Above {
         ensure(offset.is_finite(), "a plane is not finite")
     }
 
-    /// The lowest point. Allocates nothing.
+    /// Computes the lowest point. Allocates nothing.
     pub(super) fn find(&self, state: &State) -> Lowest {
         let Plane { link, normal, offset } = self.plane;
         let (normal, offset) = match link.map(|l| state.data.pose(l)) {

@@ -1,12 +1,12 @@
-//! How far a part of the robot is from a point, or from a segment between two points, as a leaf of an expression: the ends
-//! are operations that come before it, as the points of people are.
+//! Distance of a part of the robot from a point, or from a segment between two points, as a leaf of an expression: the
+//! ends are operations that come before it, like the points of people.
 //!
 //! ```text
 //! d = |p_a - p_b|,  p_b = (1 - s) b_0 + s b_1       d' = n·J_a v - n·((1 - s) b_0' + s b_1')       [m], [m/s]
 //! ```
 //!
-//! with the unit vector `n` from the segment to the part, and the share `s` of the nearest point of the segment. Where that
-//! moves along the segment it adds nothing: `n` is perpendicular to it, or `s` stays at an end.
+//! with the unit vector `n` from the segment to the part, and the share `s` of the nearest point of the segment. A
+//! change of `s` contributes nothing: `n` is perpendicular to the segment, or `s` remains at an end.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use robot::{Model, Shape, geometry};
@@ -16,37 +16,37 @@ use crate::apart::{NoWay, overlap};
 use crate::geometry::Geometry;
 use crate::state::State;
 
-/// A part, and what it is away from.
+/// A part, and the point or segment from which its distance is measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Away {
     /// The part.
     pub part: Geometry,
-    /// The numbers x, y, z of both ends in the world, in m: operations of the expression that come before its own. The same
-    /// twice for a point.
+    /// Numbers x, y, z of both ends in the world, in m: operations of the expression that come before its own. For a
+    /// point both ends are equal.
     pub ends: [[usize; 3]; 2],
 }
 
-/// The last way apart that was found.
+/// Last valid separation.
 #[derive(Clone, Copy, Debug)]
 struct Last {
-    /// From the segment to the part, in the world.
+    /// Direction from the segment to the part, in the world.
     normal: Vector3<f64>,
-    /// The closest point of the part, in the frame of its link.
+    /// Closest point of the part, in the frame of its link.
     on_part: Point3<f64>,
-    /// The share of the closest point of the segment.
+    /// Share of the closest point of the segment.
     share: f64,
 }
 
-/// Where the closest point was found at this tick.
+/// Closest point at this tick.
 #[derive(Clone, Copy, Debug)]
 struct Nearest {
     normal: Vector3<f64>,
-    /// On the part, in the world.
+    /// Point on the part, in the world.
     at: Vector3<f64>,
     share: f64,
 }
 
-/// A part and what it is away from, with memory for where there is no way apart.
+/// Prepared leaf, with memory for configurations without a direction of separation.
 #[derive(Clone, Debug)]
 pub(super) struct Ready {
     away: Away,
@@ -55,20 +55,20 @@ pub(super) struct Ready {
 }
 
 impl Away {
-    /// Makes sure that the part can be used and that the ends are below `end`.
+    /// Checks that the part can be used and that the ends are below `end`.
     pub(super) fn check(&self, model: &Model, end: usize) -> Result<(), &'static str> {
         self.part.check(model)?;
         let inside = self.ends.iter().flatten().all(|&at| at < end);
         if inside { Ok(()) } else { Err("a point that a part is away from is nowhere") }
     }
 
-    /// The same with the ends renumbered.
+    /// Copy with renumbered ends.
     pub(super) fn renumber(&self, f: impl Fn(usize) -> usize) -> Away {
         Away { ends: self.ends.map(|e| e.map(&f)), ..self.clone() }
     }
 }
 
-/// A segment as a shape in its place.
+/// Segment as a shape with its pose.
 fn segment(ends: &[Vector3<f64>; 2]) -> (Shape, Isometry3<f64>) {
     let along = ends[1] - ends[0];
     let middle = Translation3::from((ends[0] + ends[1]) * 0.5);
@@ -77,7 +77,7 @@ fn segment(ends: &[Vector3<f64>; 2]) -> (Shape, Isometry3<f64>) {
         return (Shape::Sphere { radius: 0.0 }, Isometry3::from_parts(middle, UnitQuaternion::identity()));
     }
     let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along);
-    // Straight down there are many turns.
+    // Opposite to z, the rotation is not unique.
     let turn = turn.unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
     (Shape::Capsule { radius: 0.0, half_length }, Isometry3::from_parts(middle, turn))
 }
@@ -87,16 +87,17 @@ impl Ready {
         Ready { away: away.clone(), last: None, nearest: None }
     }
 
-    /// Forgets the last way apart.
+    /// Forgets the last separation.
     pub fn forget(&mut self) {
         (self.last, self.nearest) = (None, None);
     }
 
-    /// The distance at this tick in m; `registers` are the values of the operations before it. Negative where the part is
-    /// round and reaches over the segment; where its core meets the segment, the last direction stands in. Allocates nothing.
+    /// Distance at this tick in m; `registers` are the values of the operations before it. It is negative if the part
+    /// is rounded and overlaps the segment. If the part's core intersects the segment, the last direction is used.
+    /// Allocates nothing.
     ///
     /// # Errors
-    /// A number is not finite, or the core meets the segment and always did.
+    /// A number is not finite, or the core intersects the segment and always did.
     pub fn find(&mut self, state: &State, registers: &[f64]) -> Result<f64, NoWay> {
         let at = |i: usize| registers.get(i).copied().unwrap_or(f64::NAN);
         let ends = self.away.ends.map(|e| Vector3::from(e.map(at)));
@@ -125,7 +126,7 @@ impl Ready {
         }
     }
 
-    /// Hands the adjoint `g` of the distance on to the operations of the ends.
+    /// Propagates the adjoint `g` of the distance to the operations of the ends.
     pub fn pull(&self, g: f64, adjoints: &mut [f64]) {
         let Some(Nearest { normal, share, .. }) = self.nearest else { return };
         for (end, share) in self.away.ends.iter().zip([1.0 - share, share]) {
@@ -137,7 +138,7 @@ impl Ready {
         }
     }
 
-    /// Adds its row for the adjoint `g`; gives the size of what it was summed from.
+    /// Adds its row for the adjoint `g`. Returns the magnitude of the terms that were summed.
     pub fn add_row(&self, state: &State, g: f64, row: &mut [f64]) -> f64 {
         let Some(Nearest { normal, at, .. }) = self.nearest else { return 0.0 };
         state.data.add_point(state.model, self.away.part.link, &at, &(normal * g), row);

@@ -4,30 +4,30 @@
 //! c = sum_i μ_i p_i        c' = sum_i μ_i J_i v        [m], [m/s]
 //! ```
 //!
-//! with `p_i` the centre of mass of link i in the world, `J_i` the Jacobian of that point, and `μ_i` the link's share of
-//! the total mass. Links without a mass have no part in it.
+//! with `p_i` the centre of mass of link i in the world, `J_i` the Jacobian of that point, and `μ_i` the link's share
+//! of the total mass. Links without a mass are left out.
 
 use nalgebra::{Point3, Vector3};
 use robot::{Data, LinkId, Model};
 
 use crate::state::State;
 
-/// The links that have a mass, each with its centre in its own frame in m, and its share of the total mass.
+/// Links with a mass, each with its centre in its own frame in m, and its share of the total mass.
 #[derive(Clone, Debug)]
 pub(super) struct CenterOfMass(Vec<(LinkId, Point3<f64>, f64)>);
 
-/// True where some link has a mass, so that there is a centre.
+/// Returns true if some link has a mass, so that there is a centre.
 pub(super) fn exists(model: &Model) -> bool {
     model.links.iter().any(|l| l.mass > 0.0)
 }
 
-/// The centre of mass of the whole robot in the world, in m; not finite where no link has a mass.
+/// Centre of mass of the whole robot in the world, in m; not finite if no link has a mass.
 pub fn center_of_mass(model: &Model, data: &Data) -> Vector3<f64> {
     CenterOfMass::new(model).position(data)
 }
 
 impl CenterOfMass {
-    /// Allocates everything.
+    /// Collects the links with a mass. All memory is allocated here.
     pub fn new(model: &Model) -> Self {
         // Scaled by the largest: a sum of huge numbers is not finite.
         let largest = model.links.iter().fold(0.0_f64, |a, l| a.max(l.mass));
@@ -38,7 +38,7 @@ impl CenterOfMass {
         CenterOfMass(with_mass.map(part).collect())
     }
 
-    /// Where it is in the world, in m.
+    /// Position in the world, in m.
     pub fn position(&self, data: &Data) -> Vector3<f64> {
         let part = |(link, center, share): &(LinkId, Point3<f64>, f64)| (data.pose(*link) * center).coords * *share;
         self.0.iter().map(part).sum()

@@ -1,20 +1,20 @@
-//! An expression made ready: all memory that its sweeps need.
+//! Expression prepared for evaluation, with all memory that its sweeps need.
 //!
 //! ```text
 //! y = f(x(q), u(t))        y' = (df/dx) (dx/dq) v + (df/du) u'
 //! ```
 //!
-//! One reverse sweep over the operations gives `df/dx` and `df/du` of one number. A leaf then writes its part of the row:
-//! for a point p with adjoint a, `a·p' = a·(J_p v)`; for an orientation q with adjoint `a = (a_w, a_v)`,
+//! One reverse sweep over the operations computes `df/dx` and `df/du` of one number. A leaf then writes its part of the
+//! row: for a point p with adjoint a, `a·p' = a·(J_p v)`; for an orientation q with adjoint `a = (a_w, a_v)`,
 //!
 //! ```text
 //! q' = (0, ω) q / 2        a·q' = ω · (-a_w v + w a_v + v × a_v) / 2,    q = (w, v)
 //! ```
 //!
-//! for a distance its row along the line between the closest points, for the centre of mass the rows of the links' centres.
-//! A safety field, and the distance to a person, read points that are operations that come before them: the sweep back hands the
-//! derivatives in them on, so that their rates count as those of any input. Source: Griewank, Walther, Evaluating Derivatives (2008),
-//! ch. 3; the leaves are ours.
+//! A distance contributes its row along the line between the closest points, the centre of mass the rows of the links'
+//! centres. A safety field, and the distance to a person, read points that are earlier operations: the reverse sweep
+//! propagates the derivatives to these, so that their rates count like those of any input. Source: Griewank, Walther,
+//! Evaluating Derivatives (2008), ch. 3; the leaves are ours.
 
 use nalgebra::{Point3, Vector3};
 use robot::Model;
@@ -28,7 +28,7 @@ use crate::apart::{Apart, NoWay, Pair};
 use crate::numbers::{write_rotation, write_vector};
 use crate::state::State;
 
-/// A leaf, and where it was found at this tick.
+/// A leaf, with its result at this tick.
 #[derive(Clone, Debug)]
 enum Found {
     Point { link: robot::LinkId, offset: Point3<f64> },
@@ -41,27 +41,27 @@ enum Found {
     Away(Box<away::Ready>),
 }
 
-/// An expression made ready. Nothing here allocates after [`Evaluation::new`].
+/// Expression prepared for evaluation. Nothing here allocates after [`Evaluation::new`].
 #[derive(Clone, Debug)]
 pub struct Evaluation {
     ops: Vec<Op>,
     inputs: Vec<usize>,
     outputs: Vec<usize>,
-    /// Each leaf with its first number.
+    /// Leaves, each with the index of its first number.
     leaves: Vec<(usize, Found)>,
-    /// Of those among them that read operations, the number, and which leaf it is.
+    /// Leaves that read operations: index of the number, and index of the leaf.
     readers: Vec<(usize, usize)>,
-    /// The numbers of the leaves, and the adjoint of each.
+    /// Numbers of the leaves, and the adjoint of each.
     state: Vec<f64>,
     state_adjoints: Vec<f64>,
     registers: Vec<f64>,
     adjoints: Vec<f64>,
-    /// The size of what the last row was summed from.
+    /// Magnitude of the terms of which the last row is the sum.
     size: f64,
 }
 
 impl Evaluation {
-    /// Makes an expression ready that has passed [`Expression::check`] for this robot.
+    /// Prepares an expression that has passed [`Expression::check`] for this robot.
     pub fn new(expression: &Expression, model: &Model) -> Self {
         let mut at = 0;
         let mut leaves = Vec::new();
@@ -100,7 +100,7 @@ impl Evaluation {
         }
     }
 
-    /// Forgets the past: the directions between parts that were last valid.
+    /// Forgets the directions between parts that were last valid.
     pub fn forget(&mut self) {
         for (_, found) in &mut self.leaves {
             match found {
@@ -114,20 +114,20 @@ impl Evaluation {
         }
     }
 
-    /// How many numbers the value has.
+    /// Number of numbers in the value.
     pub fn len(&self) -> usize {
         self.outputs.len()
     }
 
-    /// True for a value without a number, which no checked expression has.
+    /// Returns true for a value without a number, which no checked expression has.
     pub fn is_empty(&self) -> bool {
         self.outputs.is_empty()
     }
 
-    /// The sweep forward: the value at this tick.
+    /// Forward sweep: computes the value at this tick.
     ///
     /// # Errors
-    /// Two parts, whose distance is asked for, overlap from the beginning; or a pose is not finite.
+    /// Two parts whose distance is read overlap from the beginning; or a pose is not finite.
     pub fn forward(&mut self, state: &State) -> Result<(), NoWay> {
         for (at, found) in &mut self.leaves {
             let numbers = &mut self.state[*at..];
@@ -146,7 +146,7 @@ impl Evaluation {
                     *lowest = Some(now);
                 }
                 Found::Com(com) => write_vector(&com.position(state.data), numbers),
-                // Their points are operations.
+                // Their points are operations, which are evaluated below.
                 Found::Field(_) | Found::Away(_) => {}
             }
         }
@@ -176,13 +176,13 @@ impl Evaluation {
         self.registers[self.outputs[i]]
     }
 
-    /// The size of what the last row was summed from: coefficients far below it are rounding.
+    /// Magnitude of the terms of which the last row is the sum: coefficients far below it are rounding errors.
     pub fn size(&self) -> f64 {
         self.size
     }
 
-    /// The sweep back, after [`Evaluation::forward`] of the same tick: adds to `row` the coefficients of `v` in the rate of
-    /// `sum_i seeds[i] value(i)`, and gives the part of that rate that is there while the robot stands still.
+    /// Reverse sweep, after [`Evaluation::forward`] of the same tick: adds to `row` the coefficients of `v` in the rate
+    /// of `sum_i seeds[i] value(i)`, and returns the part of that rate that remains while the robot stands still.
     pub fn add_row(&mut self, state: &State, seeds: &[f64], row: &mut [f64]) -> f64 {
         for (&output, &seed) in self.outputs.iter().zip(seeds) {
             self.adjoints[output] += seed;

@@ -1,9 +1,9 @@
-//! Expressions of the robot's present state: a list of operations over values that depend on time alone and over what
-//! the robot does now, with the exact derivative in its velocity and in time.
+//! Expressions of the robot's present state: a list of operations over values that depend on time alone and over
+//! quantities of the robot's state, with the exact derivatives with respect to its velocity and to time.
 //!
-//! The compiler folds everything that depends on time alone into places of the table of values, whose rates it knows;
-//! what remains stands here. [`Evaluation`] is an expression made ready: one sweep forward for the value, one back for
-//! each row.
+//! The compiler folds everything that depends on time alone into entries of the table of values, whose rates it knows;
+//! an expression contains the rest. [`Evaluation`] is an expression prepared for evaluation: one forward sweep computes
+//! the value, one reverse sweep each row.
 
 mod above;
 mod away;
@@ -31,7 +31,7 @@ pub use op::{Op, ROUNDING};
 pub use operand::Operand;
 pub use term::{Term, settle, turn_seeds};
 
-/// Something that the robot does now, of which expressions are made.
+/// Quantity of the robot's present state, of which expressions are made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Leaf {
@@ -46,21 +46,21 @@ pub enum Leaf {
     Orientation(LinkId),
     /// The position of a degree of freedom that has one, in rad or m: one number.
     Joint(usize),
-    /// The distance between two parts of the robot in m, negative where they overlap: one number.
+    /// The distance between two parts of the robot in m, negative if they overlap: one number.
     Distance(Box<(Geometry, Geometry)>),
-    /// How far a part of the robot is above a plane in m, negative below it: one number.
+    /// The height of a part of the robot above a plane in m, negative below it: one number.
     Above(Box<Above>),
     /// The position in the world of the robot's centre of mass, in m: three numbers.
     Com,
     /// A safety field, whose points are operations of the expression: one number.
     Field(Box<FieldProgram>),
-    /// The distance from a part of the robot to a point or a segment, whose ends are operations of the expression, in m: one
-    /// number.
+    /// The distance from a part of the robot to a point or a segment, whose ends are operations of the expression, in
+    /// m: one number.
     Away(Box<Away>),
 }
 
 impl Leaf {
-    /// How many numbers it is.
+    /// Number of its numbers.
     pub fn width(&self) -> usize {
         match self {
             Leaf::Point { .. } | Leaf::Com => 3,
@@ -69,7 +69,7 @@ impl Leaf {
         }
     }
 
-    /// `ops` is how many operations the expression has.
+    /// Checks the leaf; `ops` is the number of operations of the expression.
     fn check(&self, model: &Model, ops: usize) -> Result<(), &'static str> {
         let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
         let link = |l: &LinkId| ensure(l.index() < model.links.len(), "a frame does not exist");
@@ -90,7 +90,7 @@ impl Leaf {
         }
     }
 
-    /// The operations that it reads.
+    /// Operations that it reads.
     pub fn reads(&self) -> &[[usize; 3]] {
         match self {
             Leaf::Field(field) => &field.points,
@@ -99,7 +99,7 @@ impl Leaf {
         }
     }
 
-    /// The same with the operations that it reads renumbered.
+    /// Copy with the operations that it reads renumbered.
     pub fn renumber(&self, f: impl Fn(usize) -> usize) -> Leaf {
         match self {
             Leaf::Field(field) => Leaf::Field(Box::new(field.renumber(f))),
@@ -113,24 +113,24 @@ impl Leaf {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Expression {
     /// Operations, operands before users. [`Op::Input`] reads `inputs`, [`Op::State`] the numbers of `leaves`, counted
-    /// through; [`Op::T`], [`Op::Time`] and [`Op::Signal`] do not occur.
+    /// through all leaves; [`Op::T`], [`Op::Time`] and [`Op::Signal`] do not occur.
     pub ops: Vec<Op>,
-    /// Places in the table of values.
+    /// Indices into the table of values.
     pub inputs: Vec<usize>,
-    /// What the robot does now.
+    /// Quantities of the robot's present state.
     pub leaves: Vec<Leaf>,
-    /// The operations that hold the value: 1 for a number, 3 for a vector, 4 for an orientation `w x y z`, 7 for a pose:
-    /// its position and its orientation.
+    /// Operations that compute the value: 1 for a number, 3 for a vector, 4 for an orientation `w x y z`, 7 for a pose
+    /// (its position and its orientation).
     pub outputs: Vec<usize>,
-    /// The dimension of the value; none for an orientation or a pose.
+    /// Dimension of the value; none for an orientation or a pose.
     pub dimension: Dimension,
 }
 
 impl Expression {
-    /// Makes sure that every index points somewhere and every number is usable.
+    /// Checks that every index is valid and every number is usable.
     ///
     /// # Errors
-    /// What is wrong.
+    /// Description of the first error.
     pub fn check(&self, model: &Model, slots: usize) -> Result<(), &'static str> {
         let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
         self.leaves.iter().try_for_each(|l| l.check(model, self.ops.len()))?;
@@ -151,7 +151,7 @@ impl Expression {
         self.check_table(slots)
     }
 
-    /// Whether operations read earlier ones and values that are there.
+    /// Checks that operations read earlier ones and existing values.
     fn check_table(&self, slots: usize) -> Result<(), &'static str> {
         let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
         for (i, op) in self.ops.iter().enumerate() {
@@ -165,10 +165,10 @@ impl Expression {
         ensure(self.outputs.iter().all(|&o| o < self.ops.len()), "a result points nowhere")
     }
 
-    /// Makes sure that an expression that reads nothing of a robot's state can be evaluated over so many values.
+    /// Checks that an expression that reads nothing of a robot's state can be evaluated over so many values.
     ///
     /// # Errors
-    /// What is wrong.
+    /// Description of the first error.
     pub fn check_alone(&self, slots: usize) -> Result<(), &'static str> {
         let read = |op: &Op| matches!(op, Op::T | Op::Time | Op::Signal(_) | Op::Trajectory(_) | Op::State(_));
         if !self.leaves.is_empty() || self.ops.iter().any(read) {
@@ -177,7 +177,7 @@ impl Expression {
         self.check_table(slots)
     }
 
-    /// The leaf whose first number is number `k` of the leaves.
+    /// Leaf whose first number is number `k` of the leaves.
     fn leaf_of(&self, k: usize) -> Option<&Leaf> {
         let mut at = 0;
         self.leaves.iter().find(|leaf| {
@@ -186,7 +186,7 @@ impl Expression {
         })
     }
 
-    /// The places of the table of values that it reads.
+    /// Entries of the table of values that it reads.
     pub fn slots(&self) -> impl Iterator<Item = Slot> {
         self.inputs.iter().map(|&at| Slot { at, len: 1 })
     }

@@ -1,11 +1,11 @@
-//! One operation of an expression: what it reads, its value, and its derivative in each operand.
+//! One operation of an expression: its operands, its value, and its derivative in each operand.
 //!
-//! Truth values are the numbers 1 and -1. Where a function has no derivative, that of the branch that the value itself
-//! takes counts; where the derivative is infinite (the root at 0, the arcs at -1 and 1), zero counts.
+//! Truth values are the numbers 1 and -1. If a function has no derivative, the one of the branch that determines the
+//! value is used. If the derivative is infinite (the root at 0, the arcs at -1 and 1), zero is used.
 
 use serde::{Deserialize, Serialize};
 
-/// How far beyond -1 and 1 rounding may carry the argument of an arc function.
+/// Largest excess beyond -1 and 1 of the argument of an arc function that counts as rounding error.
 pub const ROUNDING: f64 = 1e-12;
 
 /// An operation; operands are indices of earlier operations.
@@ -18,11 +18,11 @@ pub enum Op {
     T,
     /// Time since the start of the run, in s.
     Time,
-    /// A value from outside: captured, or of the table of values.
+    /// An input: a captured value, or a value of the table of values.
     Input(usize),
     /// A number of the robot's present state.
     State(usize),
-    /// A number of the signals: whether one is present (1 or -1), or a part of its value.
+    /// A number of the table of signals: the presence of one (1 or -1), or a part of its value.
     Signal(usize),
     /// A number of the trajectories: a part of the value of one, or of its time derivative.
     Trajectory(usize),
@@ -68,7 +68,7 @@ pub enum Op {
     Select(usize, usize, usize),
 }
 
-/// 1, -1, or NaN where neither `yes` nor `no`.
+/// 1 for `yes`, -1 for `no`, or NaN for neither.
 fn truth(yes: bool, no: bool) -> f64 {
     match (yes, no) {
         (true, _) => 1.0,
@@ -77,13 +77,13 @@ fn truth(yes: bool, no: bool) -> f64 {
     }
 }
 
-/// The argument of an arc function, rounding taken off.
+/// Argument of an arc function, clamped if it exceeds the range by rounding.
 fn within_one(x: f64) -> f64 {
     if x.abs() <= 1.0 + ROUNDING { x.clamp(-1.0, 1.0) } else { x }
 }
 
 impl Op {
-    /// The operations that it reads.
+    /// Operations that it reads.
     #[inline]
     pub fn operands(&self) -> [Option<usize>; 3] {
         match *self {
@@ -113,7 +113,7 @@ impl Op {
         }
     }
 
-    /// The same operation on other operands: `f` gives the new index of each old one.
+    /// The same operation on other operands: `f` returns the new index of each old one.
     pub fn renumber(self, f: impl Fn(usize) -> usize) -> Op {
         match self {
             Op::Const(_) | Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => self,
@@ -140,7 +140,7 @@ impl Op {
         }
     }
 
-    /// Its value, from those of its operands (`r`) and of what comes from outside (`leaf`, asked for `T`, `Time`, `Input`,
+    /// Computes its value from those of its operands (`r`) and of inputs (`leaf`, called for `T`, `Time`, `Input`,
     /// `State`, `Signal` and `Trajectory`).
     #[inline]
     pub fn value(self, r: impl Fn(usize) -> f64, leaf: impl Fn(Op) -> f64) -> f64 {
@@ -191,8 +191,9 @@ impl Op {
         }
     }
 
-    /// One step of the reverse sweep: adds to `adjoints` of its operands what its own adjoint `g`, not zero, gives them.
-    /// `own` is its value, `r` holds those of the operations before it. An operand that does not exist is left out.
+    /// One step of the reverse sweep: adds the contributions of its own adjoint `g`, which is not zero, to the
+    /// `adjoints` of its operands. `own` is its value, `r` contains those of the operations before it. A missing
+    /// operand is left out.
     #[inline]
     pub fn pull(self, g: f64, own: f64, r: &[f64], adjoints: &mut [f64]) {
         let at = |a: usize| r.get(a).copied().unwrap_or(f64::NAN);
@@ -257,7 +258,7 @@ impl Op {
     }
 }
 
-/// `1/sqrt(1 - x²)`, and zero where that is infinite.
+/// `1/sqrt(1 - x²)`, or zero if that is infinite.
 fn arc_slope(x: f64) -> f64 {
     let rest = 1.0 - x * x;
     if rest <= 0.0 { 0.0 } else { 1.0 / rest.sqrt() }

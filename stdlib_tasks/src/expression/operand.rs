@@ -1,9 +1,9 @@
-//! What a parameter that takes an expression holds.
+//! Value of a parameter that takes an expression.
 
 use super::Expression;
 use crate::slot::Slot;
 
-/// A number, vector, orientation or pose, in which the robot's present state may stand.
+/// A number, vector, orientation or pose, which may depend on the robot's present state.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Operand {
     /// It depends on time alone.
@@ -13,7 +13,7 @@ pub enum Operand {
 }
 
 impl Operand {
-    /// How many numbers it has.
+    /// Number of its numbers.
     pub fn len(&self) -> usize {
         match self {
             Operand::Slot(slot) => slot.len,
@@ -21,7 +21,7 @@ impl Operand {
         }
     }
 
-    /// True for none.
+    /// Returns true if it has no numbers.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -4,7 +4,7 @@
 //! F' = dF/dq v + sum_j dF/dp_j p_j'
 //! ```
 //!
-//! The first part is the leaf's row, the second goes on to the operations of the points.
+//! The first part is the leaf's row; the second is propagated to the operations of the points.
 
 use nalgebra::Vector3;
 use robot::Model;
@@ -16,16 +16,16 @@ use crate::state::State;
 /// A safety field with its points.
 #[derive(Clone, Debug)]
 pub(super) struct People {
-    /// None for one that cannot be made, which a checked expression excludes.
+    /// `None` for a field that cannot be created, which a checked expression excludes.
     field: Option<Field>,
     operations: Vec<[usize; 3]>,
     points: Vec<HumanPoint>,
-    /// How far the ends of its segments are from the world's origin at most, in m.
+    /// Largest distance of the ends of its segments from the world's origin, in m.
     far: f64,
 }
 
 impl People {
-    /// Allocates everything.
+    /// Prepares the field. All memory is allocated here.
     pub fn new(program: &FieldProgram, model: &Model) -> Self {
         People {
             field: program.field(model).ok(),
@@ -35,7 +35,7 @@ impl People {
         }
     }
 
-    /// The field at this tick; `registers` are the values of the operations before it.
+    /// Computes the field at this tick; `registers` are the values of the operations before it.
     ///
     /// # Errors
     /// A point is not finite.
@@ -50,7 +50,7 @@ impl People {
         Ok(field.value())
     }
 
-    /// Hands the adjoint `g` of the field on to the operations of its points.
+    /// Propagates the adjoint `g` of the field to the operations of its points.
     pub fn pull(&self, g: f64, adjoints: &mut [f64]) {
         let gradients = self.field.as_ref().map_or(&[][..], Field::human_gradients);
         for (gradient, ops) in gradients.iter().zip(&self.operations) {
@@ -62,7 +62,7 @@ impl People {
         }
     }
 
-    /// Adds its row for the adjoint `g`; gives the size of what it was summed from.
+    /// Adds its row for the adjoint `g`. Returns the magnitude of the terms that were summed.
     pub fn add_row(&self, g: f64, row: &mut [f64]) -> f64 {
         let Some(field) = &self.field else { return 0.0 };
         for (x, dof) in row.iter_mut().zip(field.gradient()) {

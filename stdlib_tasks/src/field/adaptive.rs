@@ -1,4 +1,4 @@
-//! An adaptive quadrature, for tests to compare with.
+//! Adaptive quadrature, as a reference for tests.
 
 /// Adaptive Simpson quadrature to about 1e-12.
 pub fn adaptive(f: &dyn Fn(f64) -> f64, from: f64, to: f64) -> f64 {

@@ -1,16 +1,17 @@
-//! How much the field can bend downwards between two ticks: its margin in sampled time (correction 13).
+//! Bound on the downward curvature of the field between two ticks: its margin in sampled time (correction 13).
 //!
-//! The distance between a point of a person and a point `a + s (b - a)` of a segment is a convex function of all of `a`,
-//! `b` and the person's point, and so is any mean of such distances: along their velocities the field falls no faster
-//! than its derivative says. It bends downwards only as far as the ends themselves leave their straight ways, and an
-//! inner point accelerates as the mean of the ends. With `A_l`, `A'_l` the bounds of the ends' accelerations,
+//! The distance between a point of a person and a point `a + s (b - a)` of a segment is a convex function of all of
+//! `a`, `b` and the person's point, and so is any mean of such distances: along their velocities the field falls no
+//! faster than its derivative predicts. It curves downwards only as far as the ends themselves leave their straight
+//! lines, and an inner point accelerates as the mean of the ends. With `A_l`, `A'_l` the bounds of the ends'
+//! accelerations,
 //!
 //! ```text
 //! F(t + P) >= F + P F' - B P^2 / 2        B = sum_l w_l (A_l + A'_l) / 2
 //! ```
 //!
-//! A concave `chi` adds `max |chi''| V^2`, a soft least `k V^2` (the variance of rates within ±V), where V is the greatest
-//! speed of any point of the robot and any of a person towards each other.
+//! A concave `chi` adds `max |chi''| V^2`, a soft minimum `k V^2` (the variance of rates within ±V), where V is the
+//! largest speed of any point of the robot and any of a person towards each other.
 
 use crate::clearance::acceleration_bound;
 use nalgebra::DMatrix;
@@ -20,14 +21,14 @@ use crate::field::chi::Chi;
 use crate::field::value::{Field, Over};
 
 impl Field {
-    /// B: how fast dF/dt can fall \[unit of F per s²\] while each degree of freedom moves at a steady speed of at most
-    /// `speed` (nv numbers), joints that slide stand inside their limits, people do not accelerate, and no two points of
-    /// robot and person move towards each other faster than `closing` \[m/s\] (read only for [`Chi::Saturating`] and
-    /// [`Over::SoftLeast`]). `crate::clearance::loss(B, period, gain)` is how far below its threshold the field may
-    /// settle, and what to add to the threshold so that it does not.
+    /// B: largest decrease of dF/dt over time \[unit of F per s²\] while each degree of freedom moves at a steady speed
+    /// of at most `speed` (nv numbers), sliding joints are inside their limits, people do not accelerate, and no two
+    /// points of robot and person move towards each other faster than `closing` \[m/s\] (used only for
+    /// [`Chi::Saturating`] and [`Over::SoftLeast`]). `crate::clearance::loss(B, period, gain)` is the depth below its
+    /// threshold at which the field may settle, and the amount that prevents this if it is added to the threshold.
     ///
-    /// Infinite where nothing bounds it: a joint without a speed, [`Chi::Clamped`] and [`Chi::Given`], and
-    /// [`Over::Least`] of several points, where another one may take over within a tick.
+    /// Infinite if it has no bound: for a joint without a speed, [`Chi::Clamped`] and [`Chi::Given`], and for
+    /// [`Over::Least`] of several points, where another point may become the nearest within a tick.
     pub fn bend(&self, model: &Model, speed: &[f64], closing: f64) -> f64 {
         let far = |end: &crate::field::Attached| acceleration_bound(model, None, end.link, end.at.norm(), speed);
         let ends: f64 = self.body().segments().iter().map(|s| 0.5 * s.weight * (far(&s.start) + far(&s.end))).sum();
@@ -46,8 +47,8 @@ impl Field {
         ends + concave + between
     }
 
-    /// How much each degree of freedom can do to the field at a configuration, wherever people are: the mean over the
-    /// segments of the lengths of their ends' columns of the Jacobian, nv numbers.
+    /// Largest effect of each degree of freedom on the field at a configuration, for any positions of people: the mean
+    /// over the segments of the lengths of their ends' columns of the Jacobian, nv numbers.
     pub fn levers(&mut self, model: &Model, data: &Data) -> Vec<f64> {
         let n = model.nv();
         let (mut levers, mut jacobian) = (vec![0.0; n], DMatrix::zeros(6, n));
@@ -82,7 +83,7 @@ mod tests {
             prop_assert!(there >= here.value + here.start.dot(&da) + here.end.dot(&db) - 1e-12);
         }
 
-        /// Long periods, so that bending shows.
+        /// Long periods, so that the curvature matters.
         #[test]
         fn a_step_loses_no_more_than_it_says(seed in any::<u64>(), period in 0.01..0.5f64) {
             let mut rng = rng(seed);
@@ -106,7 +107,7 @@ mod tests {
                     prop_assert!(field.update(&model, &data, &people).is_ok());
                     let rate = field.rate(&v);
                     let before = field.value();
-                    // The fastest end on the way, by differences, and the fastest person.
+                    // The fastest end along the motion, by differences, and the fastest person.
                     let (steps, mut next, mut fastest) = (20, q.clone(), 0.0f64);
                     let mut ends = field.body().ends().to_vec();
                     for _ in 0..steps {

@@ -1,11 +1,12 @@
-//! The robot as the safety field sees it: segments between points of links.
+//! The robot in the safety field: segments between points of links.
 //!
-//! The segment of a link runs from its own joint to each of its children's joints, that is from the link's origin to the
-//! origins of the links that hang on it. The end is fixed to the CHILD: for a turning joint that is the same point, and
-//! for a sliding one the segment stretches along, so that no part of the robot is missed. Children whose origin always is
-//! the link's own give no segment; a link that has none is the point at its origin (list a tool's frame as a link of its
-//! own by a fixed joint, or give segments by hand, where that is too little). A link with several children is split evenly
-//! between its segments, so that the field is a mean over LINKS (correction 8 of the thesis), however they branch.
+//! The segment of a link runs from its own joint to each of its children's joints, that is from the link's origin to
+//! the origins of its child links. The end is fixed to the CHILD: for a turning joint that is the same point, and for a
+//! sliding one the segment stretches, so that no part of the robot is missed. Children whose origin always is the
+//! link's own have no segment. A link without segments is the point at its origin; if that is too little, list a tool's
+//! frame as a link of its own by a fixed joint, or define segments explicitly. A link with several children is split
+//! evenly between its segments, so that the field is a mean over LINKS (correction 8 of the thesis), however they
+//! branch.
 
 use nalgebra::Vector3;
 use robot::{Data, JointKind, LinkId, Model};
@@ -28,22 +29,22 @@ impl Attached {
     }
 }
 
-/// A segment that stands for a part of the robot.
+/// Segment that represents a part of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkSegment {
-    /// Where it starts.
+    /// Start of the segment.
     pub start: Attached,
-    /// Where it ends; may be on another link.
+    /// End of the segment, which may be on another link.
     pub end: Attached,
     /// Its share in the mean, positive; shares are divided by their sum.
     pub weight: f64,
 }
 
-/// Segments with storage for where they are.
+/// Segments, with storage for their positions.
 #[derive(Clone, Debug)]
 pub struct Body {
     segments: Vec<LinkSegment>,
-    /// The links that segments are fixed to, once each.
+    /// Links that segments are fixed to, once each.
     links: Vec<LinkId>,
     /// Indices of both ends in `links`.
     slots: Vec<[usize; 2]>,
@@ -52,10 +53,10 @@ pub struct Body {
 }
 
 impl Body {
-    /// The segments of these links of `model`, each link with the same share.
+    /// Creates the segments of these links of `model`, each link with the same share.
     ///
     /// # Errors
-    /// [`SafetyError::Body`] if there is none, one is named twice, or one is not the model's.
+    /// [`SafetyError::Body`] if there is none, one is named twice, or one does not belong to the model.
     pub fn of_links(model: &Model, links: &[LinkId]) -> Result<Body, SafetyError> {
         let mut segments = Vec::new();
         for (i, link) in links.iter().enumerate() {
@@ -80,11 +81,11 @@ impl Body {
         Body::of_segments(model, segments)
     }
 
-    /// These segments of `model`.
+    /// Creates a body from these segments of `model`.
     ///
     /// # Errors
-    /// [`SafetyError::Body`] if there is none or a link is not the model's; [`SafetyError::Setting`] for a weight that is
-    /// not positive; [`SafetyError::NotFinite`] for a point that is not finite.
+    /// [`SafetyError::Body`] if there is none or a link does not belong to the model; [`SafetyError::Setting`] for a
+    /// weight that is not positive; [`SafetyError::NotFinite`] for a point that is not finite.
     pub fn of_segments(model: &Model, mut segments: Vec<LinkSegment>) -> Result<Body, SafetyError> {
         if segments.is_empty() {
             return Err(SafetyError::Body);
@@ -134,7 +135,7 @@ impl Body {
         &self.ends
     }
 
-    /// Takes the ends' places from the kinematics.
+    /// Computes the positions of the ends from the kinematics.
     pub fn place(&mut self, data: &Data) {
         for (s, ends) in self.segments.iter().zip(&mut self.ends) {
             *ends = [&s.start, &s.end].map(|e| data.position(e.link) + data.rotation(e.link) * e.at);

@@ -1,36 +1,36 @@
-//! The function `chi` of the distance of which the safety field is the mean: thesis (4.1).
+//! Function `chi` of the distance; the safety field is its mean: thesis (4.1).
 
 use std::fmt;
 use std::sync::Arc;
 
 use crate::field::error::{SafetyError, setting};
 
-/// A function of a distance in m >= 0 with its derivative: continuously differentiable, not decreasing and with a bounded
-/// slope, as thesis (4.1) asks. It never allocates and never panics.
+/// A function of a distance in m >= 0 with its derivative: continuously differentiable, not decreasing and with a
+/// bounded slope, as thesis (4.1) requires. It never allocates and never panics.
 pub trait DistanceFunction: Send + Sync {
-    /// Value and derivative at `d` >= 0. What is not finite makes the tick fail.
+    /// Value and derivative at `d` >= 0. A number that is not finite makes the tick fail.
     fn evaluate(&self, d: f64) -> (f64, f64);
 }
 
-/// The function of the distance.
+/// Function of the distance.
 #[derive(Clone, Default)]
 pub enum Chi {
     /// The distance itself, as in the experiments of the thesis. Exact.
     #[default]
     Distance,
-    /// `min(d, reach)`: what is further away than `reach` does not count. Exact: the part of a segment inside the sphere is
+    /// `min(d, reach)`: distances beyond `reach` do not count. Exact: the part of a segment inside the sphere is
     /// integrated as a segment of its own.
     Clamped {
         /// \[m\], positive.
         reach: f64,
     },
-    /// `reach (1 - exp(-d / reach))`: near, it grows like the distance, and it never exceeds `reach`. Has no closed form:
-    /// by quadrature, see [`crate::field::line_mean`].
+    /// `reach (1 - exp(-d / reach))`: it grows like the distance near zero, and never exceeds `reach`. It has no closed
+    /// form and is computed by quadrature, see [`crate::field::line_mean`].
     Saturating {
         /// \[m\], positive.
         reach: f64,
     },
-    /// One's own, by quadrature.
+    /// A user-defined function, by quadrature.
     Given(Arc<dyn DistanceFunction>),
 }
 
@@ -46,7 +46,7 @@ impl fmt::Debug for Chi {
 }
 
 impl Chi {
-    /// Refuses a reach that is not positive and finite.
+    /// Rejects a reach that is not positive and finite.
     ///
     /// # Errors
     /// [`SafetyError::Setting`]

@@ -1,18 +1,18 @@
-//! What a part of the safety planner refuses: settings that mean nothing, and numbers that are none.
+//! Errors of the parts of the safety planner: invalid settings, and numbers that are not finite.
 
 use std::fmt;
 
-/// Why something cannot be built, or a tick cannot be planned. After an error in a tick nothing that the tick would have
-/// decided may be used; the state (clock, deviations) is what it was.
+/// Reason why something cannot be built, or a tick cannot be planned. After an error in a tick, its decisions must not
+/// be used; the state (clock, deviations) is unchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SafetyError {
     /// A setting lies outside its range.
     Setting {
         /// Its name.
         name: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
-        /// What it has to be.
+        /// Its requirement.
         must: &'static str,
     },
     /// A gain times the period is above one: it would overshoot within one tick.
@@ -22,28 +22,28 @@ pub enum SafetyError {
         /// Gain times period.
         product: f64,
     },
-    /// A list of links or segments is empty, holds one twice, or names one that the robot does not have.
+    /// A list of links or segments is empty, contains one twice, or names one that the robot does not have.
     Body,
     /// More points of people than there is storage for.
     TooManyPoints {
-        /// How many were passed.
+        /// Number of points that were passed.
         given: usize,
-        /// For how many there is storage.
+        /// Number of points that there is storage for.
         capacity: usize,
     },
-    /// A point of a person is not finite, or so far that its distance is not.
+    /// A point of a person is not finite, or so far away that its distance is not.
     Human {
         /// Its index.
         point: usize,
     },
     /// Slices do not fit together.
     Shape {
-        /// Which.
+        /// Name of the slice.
         name: &'static str,
     },
-    /// A number passed in, or one that follows from those, is not finite.
+    /// A number that was passed in, or one that was computed from it, is not finite.
     NotFinite {
-        /// Which.
+        /// Name of the number.
         name: &'static str,
     },
 }

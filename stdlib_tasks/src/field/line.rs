@@ -1,4 +1,4 @@
-//! The mean of `chi(distance)` along a segment: thesis (4.2), (4.19).
+//! Mean of `chi(distance)` along a segment: thesis (4.2), (4.19).
 //!
 //! The distance itself is exact ([`mean_distance`]). A function without a closed form is split,
 //!
@@ -6,9 +6,9 @@
 //! chi(d) = chi(0) + chi'(0) d + rest(d)
 //! ```
 //!
-//! where the linear part is exact and the rest, which starts with `d^2` and so has no kink where the point is on the
-//! segment, is integrated by 8 Gauss-Legendre nodes on each side of the point's foot. For [`Chi::Saturating`] with a
-//! reach not below the length of the segment the error is below 1e-8 of the reach (tests), in the gradient below 1e-6.
+//! where the linear part is exact. The rest starts with `d^2` and so has no kink if the point is on the segment; it is
+//! integrated by 8 Gauss-Legendre nodes on each side of the point's foot. For [`Chi::Saturating`] with a reach not
+//! below the length of the segment the error is below 1e-8 of the reach (tests), in the gradient below 1e-6.
 
 use nalgebra::Vector3;
 
@@ -16,7 +16,7 @@ use crate::field::chi::Chi;
 use crate::field::quadrature::GaussLegendre;
 use crate::field::segment::{Mean, mean_distance};
 
-/// The mean of `chi` of the distance along the segment from `a` to `b`, both relative to the point \[m\].
+/// Mean of `chi` of the distance along the segment from `a` to `b`, both relative to the point \[m\].
 pub fn line_mean(chi: &Chi, rule: &GaussLegendre, a: &Vector3<f64>, b: &Vector3<f64>) -> Mean {
     match chi {
         Chi::Distance => mean_distance(a, b),
@@ -25,8 +25,8 @@ pub fn line_mean(chi: &Chi, rule: &GaussLegendre, a: &Vector3<f64>, b: &Vector3<
     }
 }
 
-/// `min(d, reach)`: the segment is cut where it crosses the sphere. `chi` is continuous there, so that the cuts' own
-/// motion has no part in the gradient.
+/// `min(d, reach)`: the segment is cut at the sphere. `chi` is continuous there, so that the motion of the cuts does
+/// not contribute to the gradient.
 fn clamped(reach: f64, a: &Vector3<f64>, b: &Vector3<f64>) -> Mean {
     let out = Mean { value: reach, ..Mean::ZERO };
     let d = b - a;
@@ -101,10 +101,10 @@ mod tests {
         }
     }
 
-    /// Of s, the point there, and chi's value and slope.
+    /// Arguments: s, the point there, and chi's value and slope.
     type Integrand<'a> = &'a dyn Fn(f64, &Vector3<f64>, f64, f64) -> f64;
 
-    /// By brute force, between the places where something can kink.
+    /// Brute-force reference, integrated between the points at which the integrand may have a kink.
     fn oracle(chi: &Chi, a: &Vector3<f64>, b: &Vector3<f64>, f: Integrand) -> f64 {
         let d = b - a;
         let n = d.norm_squared();
@@ -148,7 +148,7 @@ mod tests {
             check(&Chi::Clamped { reach }, &a, &b, [1e-9, 1e-6])?;
         }
 
-        /// The order: 8 nodes on each panel, the reach not below the length.
+        /// Order of the rule: 8 nodes on each panel, with a reach not below the length.
         #[test]
         fn saturating_meets_its_error(a in vector(1.0), b in vector(1.0), more in 1.0..10.0f64) {
             prop_assume!((b - a).norm() > 1e-2);

@@ -1,8 +1,8 @@
-//! A safety field between people and the robot: how far all of the robot is from all observed points of a person, as one
-//! number with exact derivatives. Thesis 4.2.2, corrected.
+//! Safety field between people and the robot: the distance of the whole robot from all observed points of a person, as
+//! one number with exact derivatives. Thesis 4.2.2, corrected.
 //!
-//! [`Field`] is the number with all its storage, [`FieldProgram`] the same as data. [`SpeedAndSeparation`] is the rule of
-//! ISO/TS 15066. Everything is allocated by constructors; what runs in a tick neither allocates nor panics.
+//! [`Field`] is the number with all its storage, [`FieldProgram`] the same as data. [`SpeedAndSeparation`] is the rule
+//! of ISO/TS 15066. Constructors allocate all memory; functions that run in a tick neither allocate nor panic.
 
 #[cfg(test)]
 mod adaptive;

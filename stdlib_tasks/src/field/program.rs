@@ -1,4 +1,4 @@
-//! A safety field as data: its links, its function of the distance, and where the points of people stand.
+//! Safety field as data: its links, its function of the distance, and the indices of people's points.
 
 use std::sync::Arc;
 
@@ -12,24 +12,25 @@ use crate::field::chi::{Chi, DistanceFunction};
 use crate::field::error::SafetyError;
 use crate::field::value::{Field, Over};
 
-/// Most operations of a written function of the distance.
+/// Largest number of operations of a written function of the distance.
 pub const MAX_OPERATIONS: usize = 128;
 
-/// A safety field.
+/// Safety field as data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FieldProgram {
     /// Its name in the spec.
     pub name: String,
-    /// The links that stand for the robot, each with the same share.
+    /// Links that represent the robot, each with the same share.
     pub links: Vec<LinkId>,
     /// The function of the distance.
     pub distance: DistanceProgram,
-    /// How the points make one number.
+    /// Combination of the points into one number.
     pub over: Over,
-    /// The numbers x, y, z of each point in the world, in m. In a program: places in the table of values, whose rates are
-    /// the velocities of the points. In a leaf of an expression: operations of the expression that come before its own.
+    /// Indices of the numbers x, y, z of each point in the world, in m. In a program: entries of the table of values,
+    /// whose rates are the velocities of the points. In a leaf of an expression: operations of the expression that come
+    /// before its own.
     pub points: Vec<[usize; 3]>,
-    /// The dimension of its value.
+    /// Dimension of its value.
     pub dimension: Dimension,
 }
 
@@ -43,7 +44,7 @@ pub enum DistanceProgram {
     Clamped(f64),
     /// `reach (1 - exp(-d / reach))`, the reach in m.
     Saturating(f64),
-    /// One's own.
+    /// A user-defined function.
     Written(WrittenDistance),
 }
 
@@ -52,9 +53,9 @@ pub enum DistanceProgram {
 pub struct WrittenDistance {
     /// Operations, operands before users; at most [`MAX_OPERATIONS`].
     pub ops: Vec<Op>,
-    /// The one that is the value.
+    /// Operation that computes the value.
     pub value: usize,
-    /// The one that is the derivative.
+    /// Operation that computes the derivative.
     pub slope: usize,
 }
 
@@ -87,7 +88,7 @@ impl WrittenDistance {
 }
 
 impl DistanceProgram {
-    /// The function made ready.
+    /// The function, prepared for evaluation.
     pub fn chi(&self) -> Chi {
         match self {
             DistanceProgram::Identity => Chi::Distance,
@@ -99,10 +100,10 @@ impl DistanceProgram {
 }
 
 impl FieldProgram {
-    /// Makes sure that the field can be made for this robot, and that its points are below `end`.
+    /// Checks that the field can be created for this robot, and that its points are below `end`.
     ///
     /// # Errors
-    /// What is wrong.
+    /// Description of the first error.
     pub fn check(&self, model: &Model, end: usize) -> Result<(), &'static str> {
         if let DistanceProgram::Written(written) = &self.distance {
             written.check()?;
@@ -119,15 +120,15 @@ impl FieldProgram {
         })
     }
 
-    /// The field with its storage.
+    /// Creates the field with its storage.
     ///
     /// # Errors
-    /// Links are none, repeated or not the robot's; a reach or sharpness is not positive.
+    /// There are no links, or they are repeated or not the robot's; or a reach or sharpness is not positive.
     pub fn field(&self, model: &Model) -> Result<Field, SafetyError> {
         Field::new(model, Body::of_links(model, &self.links)?, self.distance.chi(), self.over, self.points.len())
     }
 
-    /// The same with the points renumbered.
+    /// Copy with renumbered points.
     pub fn renumber(&self, f: impl Fn(usize) -> usize) -> FieldProgram {
         FieldProgram { points: self.points.iter().map(|p| p.map(&f)).collect(), ..self.clone() }
     }

@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 /// Number of nodes on each panel.
 const NODES: usize = 8;
 
-/// The rule with 8 nodes on [0, 1], exact for polynomials of degree 15.
+/// Rule with 8 nodes on [0, 1], exact for polynomials of degree 15.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GaussLegendre {
-    /// Node and weight; the weights add to one.
+    /// Nodes and weights; the weights add to one.
     nodes: [(f64, f64); NODES],
 }
 
@@ -19,7 +19,7 @@ impl Default for GaussLegendre {
 }
 
 impl GaussLegendre {
-    /// The rule. The nodes are the roots of the Legendre polynomial, by Newton's method from Tricomi's guess.
+    /// Creates the rule. The nodes are the roots of the Legendre polynomial, by Newton's method from Tricomi's guess.
     pub fn new() -> Self {
         let n = NODES as f64;
         let nodes = std::array::from_fn(|i| {

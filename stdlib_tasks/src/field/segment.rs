@@ -1,7 +1,8 @@
-//! The mean distance between a point and a segment, exactly, with its gradient.
+//! Mean distance between a point and a segment, exactly, with its gradient.
 //!
-//! With the ends `a`, `b` relative to the point, `S = |a| + |b|`, and in lengths of `S`: the middle `m = (a + b) / (2 S)`,
-//! the direction `d = (b - a) / S`, `z = |d| <= 1`, and the part `p` of `m` across `d`:
+//! With the ends `a`, `b` relative to the point, `S = |a| + |b|`, and in lengths of `S`: the middle
+//! `m = (a + b) / (2 S)`, the direction `d = (b - a) / S`, `z = |d| <= 1`, and the part `p` of `m` perpendicular to
+//! `d`:
 //!
 //! ```text
 //! mean  int_0^1 |a + s (b - a)| ds = S (1/4 + |m|^2 + |p|^2 z^2 B)       B = (atanh(z) / z - 1) / z^2
@@ -9,14 +10,14 @@
 //! g_1   int_0^1 (s - 1/2) u ds     = d (1/4 - x^2 - |p|^2 B) - 2 x z B p     x the part of m along d
 //! ```
 //!
-//! and the gradients in `b`, `a` are `g_0 / 2 +- g_1`. It is thesis (4.2) for `chi = d`, with the potential of a rod,
-//! `int dx / r = 2 atanh(L / (r_0 + r_1))`, in place of two logarithms: it needs no case for a point on the line, behind
-//! an end or far away, and a short segment goes over into a point by the series of `B`. A point ON the segment has
-//! `z = 1`, `p = 0`; `B` grows like a logarithm there, and `p B` vanishes.
+//! and the gradients in `b`, `a` are `g_0 / 2 +- g_1`. This is thesis (4.2) for `chi = d`, with the potential of a rod,
+//! `int dx / r = 2 atanh(L / (r_0 + r_1))`, instead of two logarithms. It needs no special case for a point on the
+//! line, behind an end or far away, and a short segment becomes a point by the series of `B`. A point ON the segment
+//! has `z = 1`, `p = 0`; `B` grows like a logarithm there, and `p B` vanishes.
 
 use nalgebra::Vector3;
 
-/// A mean along a segment and its gradient.
+/// Mean along a segment, and its gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mean {
     /// The mean, in the unit of the function.
@@ -31,20 +32,20 @@ impl Mean {
     /// Zero with a zero gradient.
     pub const ZERO: Mean = Mean { value: 0.0, start: Vector3::new(0.0, 0.0, 0.0), end: Vector3::new(0.0, 0.0, 0.0) };
 
-    /// The gradient in the point, per m: moving all three together changes nothing.
+    /// Gradient in the point, per m: moving all three together changes nothing.
     pub fn point(&self) -> Vector3<f64> {
         -(self.start + self.end)
     }
 
-    /// Of a function that is `slope` times the distance to a point that both ends stand on.
+    /// Mean of the distance to a point if both ends coincide.
     fn of_point(a: &Vector3<f64>, r: f64) -> Mean {
         let half = if r > 0.0 { a * (0.5 / r) } else { Vector3::zeros() };
         Mean { value: r, start: half, end: half }
     }
 }
 
-/// The mean distance \[m\] along the segment from `a` to `b`, both relative to the point. Finite for all ends shorter than
-/// about 1e150 m; where the distance has no gradient, at a point-like segment at the point itself, it is taken as zero.
+/// Mean distance \[m\] along the segment from `a` to `b`, both relative to the point. Finite for all ends shorter than
+/// about 1e150 m. If the distance has no gradient, at a point-like segment at the point itself, zero is used.
 pub fn mean_distance(a: &Vector3<f64>, b: &Vector3<f64>) -> Mean {
     let (ra, rb) = (a.norm(), b.norm());
     let sum = ra + rb;
@@ -56,7 +57,7 @@ pub fn mean_distance(a: &Vector3<f64>, b: &Vector3<f64>) -> Mean {
     if length <= 0.0 {
         return Mean::of_point(a, ra);
     }
-    // Rounding may take z to 1 and beyond where the point is on the segment; p is as small there.
+    // Rounding may make z 1 or more if the point is on the segment; p is as small there.
     let z = length.min(1.0 - f64::EPSILON);
     let e = d / length;
     let x = m.dot(&e);
@@ -84,7 +85,7 @@ mod tests {
     use crate::field::testing::vector;
     use proptest::prelude::*;
 
-    /// By quadrature, in lengths of the problem's own size.
+    /// Reference by quadrature, in lengths of the problem's own size.
     fn oracle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
         let size = a.norm() + b.norm();
         let (a, d) = (a / size, (b - a) / size);
@@ -166,7 +167,7 @@ mod tests {
             let (a, b) = (a - point, b - point);
             let mean = mean_distance(&a, &b);
             prop_assert!((mean.value - oracle(&a, &b)).abs() < 1e-9);
-            // The gradient against the integrals of unit vectors, each half apart.
+            // The gradient compared with the integrals of unit vectors, each half separately.
             let d = b - a;
             let foot = (-a.dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
             for i in 0..3 {

@@ -2,49 +2,49 @@
 //!
 //! ```text
 //! S_p = S_h + S_r + S_s + C + Z_d + Z_r                                          formula (1)
-//! S_h = v_h (T_r + T_s)    what the person moves until the robot stands, at a steady speed
-//! S_r = v_r T_r            what the robot moves before it begins to stop
-//! S_s                      what it moves while it stops
-//!     = v_r T_s            T_s known, nothing known about how it brakes
-//!     = v_r^2 / (2 a)      deceleration a, and then T_s = v_r / a
-//! C     intrusion distance, ISO 13855: how far a body part reaches in before it is seen
+//! S_h = v_h (T_r + T_s)    distance of the person until the robot is at rest, at a steady speed
+//! S_r = v_r T_r            distance of the robot until it begins to stop
+//! S_s                      distance of the robot while it stops
+//!     = v_r T_s            for a known T_s and any deceleration
+//!     = v_r^2 / (2 a)      for the deceleration a, with T_s = v_r / a
+//! C     intrusion distance, ISO 13855: distance that a body part reaches in before it is detected
 //! Z_d   uncertainty of the person's position,  Z_r   of the robot's
 //! ```
 //!
-//! `v_h`, `v_r` are speeds towards each other along the shortest line between person and robot; one that leads away counts
-//! as zero. A person's speed that is not monitored is to be taken as 1.6 m/s (ISO 13855; 2.0 m/s for hands within 0.5 m).
-//! The tick at which the distance is looked at is part of T_r: add one control period.
+//! `v_h`, `v_r` are speeds towards each other along the shortest line between person and robot; a speed away counts as
+//! zero. A person's speed that is not monitored must be taken as 1.6 m/s (ISO 13855; 2.0 m/s for hands within 0.5 m).
+//! The tick at which the distance is evaluated is part of T_r: add one control period.
 //!
-//! The rule is one on the COMMANDED speed: `S_p` rises with `v_r`, so `d >= S_p(v_r)` is `v_r <=` [`allowed_speed`],
-//! one linear row `-n . J v <= allowed_speed(d)` with `n` the unit vector from the person to the nearest point of the
-//! robot, exact and without a gain. This module is arithmetic, not a safety function: what it computes is as good as the
-//! figures it is given, and the standard asks for a rated implementation.
+//! The rule limits the COMMANDED speed: `S_p` rises with `v_r`, so `d >= S_p(v_r)` is `v_r <=` [`allowed_speed`], one
+//! linear row `-n . J v <= allowed_speed(d)` with `n` the unit vector from the person to the nearest point of the
+//! robot, exact and without a gain. This module is arithmetic, not a safety function: its results are as good as the
+//! given figures, and the standard requires a rated implementation.
 //!
 //! [`allowed_speed`]: SpeedAndSeparation::allowed_speed
 
 use crate::field::error::{SafetyError, setting};
 
-/// How the robot stops.
+/// Stopping behaviour of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stopping {
-    /// T_s in s, whatever the speed; while stopping it may move with the full speed.
+    /// T_s in s, for any speed; while stopping the robot may move with the full speed.
     Time(f64),
     /// With at least this deceleration along the line, m/s^2.
     Deceleration(f64),
 }
 
-/// What is to be done.
+/// Result of the rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
-    /// The distance is enough for the speed at hand.
+    /// The distance is sufficient for the present speed.
     Clear,
-    /// The speed towards the person has to come down to this, m/s.
+    /// The speed towards the person must be reduced to this, m/s.
     Slow(f64),
     /// Not even a robot at rest is far enough: a protective stop.
     Stop,
 }
 
-/// The figures of the formula.
+/// Figures of the formula.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedAndSeparation {
     reaction: f64,
@@ -58,8 +58,8 @@ impl SpeedAndSeparation {
     /// `reaction` is T_r in s; `intrusion` C, `human_uncertainty` Z_d, `robot_uncertainty` Z_r in m.
     ///
     /// # Errors
-    /// [`SafetyError::Setting`] for a figure that is negative or not finite, for a deceleration that is not positive, and
-    /// where neither T_r nor T_s take any time.
+    /// [`SafetyError::Setting`] for a figure that is negative or not finite, for a deceleration that is not positive,
+    /// and if both T_r and T_s are zero.
     pub fn new(
         reaction: f64,
         stopping: Stopping,
@@ -85,7 +85,7 @@ impl SpeedAndSeparation {
         Ok(SpeedAndSeparation { reaction, stopping, intrusion, human_uncertainty, robot_uncertainty })
     }
 
-    /// T_s and S_s of the robot's speed `v` >= 0, and their derivatives.
+    /// T_s and S_s for the robot's speed `v` >= 0, and their derivatives.
     fn stop(&self, v: f64) -> [f64; 4] {
         match self.stopping {
             Stopping::Time(t) => [t, v * t, 0.0, t],
@@ -93,8 +93,8 @@ impl SpeedAndSeparation {
         }
     }
 
-    /// S_p \[m\] and its derivative in the robot's speed \[s\], for the speeds towards each other \[m/s\]. Where the robot
-    /// moves away S_p is that at rest and the derivative is zero. NaN goes through.
+    /// S_p \[m\] and its derivative in the robot's speed \[s\], for the speeds towards each other \[m/s\]. If the robot
+    /// moves away, S_p is that at rest and the derivative is zero. NaN is passed on.
     pub fn distance(&self, robot: f64, human: f64) -> (f64, f64) {
         let (v, h) = (positive(robot), positive(human));
         let [time, way, longer, further] = self.stop(v);
@@ -103,8 +103,8 @@ impl SpeedAndSeparation {
         (h * (self.reaction + time) + v * self.reaction + way + fixed, slope)
     }
 
-    /// The greatest speed towards the person \[m/s\] with which `distance` is at least S_p; none if the robot would have to
-    /// stand already, or a number is not finite.
+    /// Largest speed towards the person \[m/s\] with which `distance` is at least S_p; `None` if the robot would have
+    /// to be at rest already, or a number is not finite.
     pub fn allowed_speed(&self, distance: f64, human: f64) -> Option<f64> {
         let h = positive(human);
         let room = distance - self.distance(0.0, h).0;
@@ -122,7 +122,8 @@ impl SpeedAndSeparation {
         })
     }
 
-    /// The rule for a distance \[m\] and the speeds towards each other \[m/s\]. A number that is not finite is a stop.
+    /// Applies the rule to a distance \[m\] and the speeds towards each other \[m/s\]. A number that is not finite is a
+    /// stop.
     pub fn verdict(&self, distance: f64, robot: f64, human: f64) -> Verdict {
         match self.allowed_speed(distance, human) {
             Some(_) if !robot.is_finite() => Verdict::Stop,
@@ -133,7 +134,7 @@ impl SpeedAndSeparation {
     }
 }
 
-/// The part above zero; unlike `max`, it keeps NaN.
+/// Part above zero; unlike `max`, it keeps NaN.
 fn positive(x: f64) -> f64 {
     if x < 0.0 { 0.0 } else { x }
 }
@@ -158,7 +159,7 @@ mod tests {
         assert!((rules()[0].distance(1.0, 1.6).0 - 1.3).abs() < 1e-15);
         // Stops in 0.4 s over 0.2 m: 1.6 * 0.5 + 0.1 + 0.2 + 0.26.
         assert!((rules()[1].distance(1.0, 1.6).0 - 1.36).abs() < 1e-15);
-        // At rest, and moving away: the person's way and what is fixed.
+        // At rest, and moving away: the displacement of the person and the fixed terms.
         for v in [0.0, -1.0] {
             assert!((rules()[0].distance(v, 1.6).0 - 0.9).abs() < 1e-15);
             assert!((rules()[1].distance(v, 1.6).0 - 0.42).abs() < 1e-15);
@@ -201,8 +202,9 @@ mod tests {
             }
         }
 
-        /// The rule at work: tick by tick the speed is what it allows, until the person, who comes at the speed that is
-        /// assumed, makes it stop; from then on the robot brakes as promised. The distance left is never below C + Z.
+        /// The rule in a closed loop: at every tick the speed is the allowed one, until the person, who approaches at
+        /// the assumed speed, makes the robot stop; from then on it brakes as specified. The remaining distance is
+        /// never below C + Z.
         #[test]
         fn the_distance_suffices(start in 1.5..4.0f64, h in 0.1..1.6f64, a in 0.5..6.0f64, wanted in 0.1..2.0f64) {
             let period = 0.01;
@@ -210,7 +212,7 @@ mod tests {
             let (mut d, mut v) = (start, 0.0f64);
             for _ in 0..2000 {
                 let allowed = rule.allowed_speed(d, h);
-                // Slowing below the limit is itself braking, with no more than the deceleration.
+                // Slowing down below the limit is braking too, with no more than the deceleration.
                 v = match allowed {
                     Some(allowed) => wanted.min(allowed).max(v - a * period),
                     None => (v - a * period).max(0.0),

@@ -1,4 +1,4 @@
-//! What the tests of safety fields share, here and where they are planned with: robots, random numbers.
+//! Shared by the tests of safety fields, here and in the planner: robots and random numbers.
 
 use nalgebra::Vector3;
 use proptest::prelude::*;

@@ -1,4 +1,4 @@
-//! The safety field: a mean over the robot, and over or among the points of people, of a function of their distance.
+//! Safety field: a mean over the robot, combined over the points of people, of a function of their distance.
 //!
 //! ```text
 //! F_j = sum_l w_l int_0^1 chi(|p_l(s) - p_j|) ds     sum w_l = 1            thesis (4.2), (4.3), correction 8
@@ -6,7 +6,7 @@
 //! dF/dt = gradient . v + human_rate                                         thesis (4.12)-(4.14)
 //! ```
 //!
-//! The thesis sums over links, and its thresholds (0.75, 0.9) are those of a mean in metres: the mean it is.
+//! The thesis sums over links, but its thresholds (0.75, 0.9) are those of a mean in metres, so the mean is used.
 
 use nalgebra::Vector3;
 use robot::{Data, Model};
@@ -24,36 +24,36 @@ use crate::field::segment::Mean;
 pub struct HumanPoint {
     /// \[m\]
     pub position: Vector3<f64>,
-    /// \[m/s\]; where it is not measured, an estimate, or zero.
+    /// \[m/s\]; an estimate or zero if it is not measured.
     pub velocity: Vector3<f64>,
 }
 
 impl HumanPoint {
-    /// A point that stands still.
+    /// A point at rest.
     pub fn at_rest(position: Vector3<f64>) -> HumanPoint {
         HumanPoint { position, velocity: Vector3::zeros() }
     }
 }
 
-/// How the points of people make one number.
+/// Combination of the points of people into one number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Over {
-    /// Their mean, as in the thesis. A point far away lifts the field and so pays for a near one.
+    /// Their mean, as in the thesis. A point far away raises the field and so compensates for a near one.
     #[default]
     Mean,
-    /// The least. Its gradient is that of the point that attains it (the first of several) and jumps where that changes;
-    /// the row of one point alone then does not keep another from falling below the threshold within a tick.
+    /// Their minimum. Its gradient is that of the point that attains it (the first of several) and jumps if that point
+    /// changes; the row of one point alone then does not keep another from falling below the threshold within a tick.
     Least,
-    /// A smooth bound of the least from below, `-1/k log(sum exp(-k F_j))`, so that keeping it above a threshold keeps
-    /// every point there; lower than the least by `log(m) / k` at most. The right one for a barrier.
+    /// A smooth lower bound of the minimum, `-1/k log(sum exp(-k F_j))`, so that keeping it above a threshold keeps
+    /// every point there; it is lower than the minimum by at most `log(m) / k`. Suitable for a barrier.
     SoftLeast {
         /// k, positive, in the inverse unit of `chi` (1/m).
         sharpness: f64,
     },
 }
 
-/// The field with all its storage. Made for one robot; [`Field::update`] once a tick, then the results are read.
+/// The field with all its storage, for one robot. Call [`Field::update`] once per tick, then read the results.
 #[derive(Clone, Debug)]
 pub struct Field {
     body: Body,
@@ -61,12 +61,12 @@ pub struct Field {
     over: Over,
     rule: GaussLegendre,
     capacity: usize,
-    /// Per point and segment, point by point.
+    /// One mean per point and segment, point by point.
     means: Vec<Mean>,
     values: Vec<f64>,
     weights: Vec<f64>,
     human_gradients: Vec<Vector3<f64>>,
-    /// Per link of the body: force and moment about the world's origin.
+    /// For each link of the body: force and moment about the world's origin.
     wrenches: Vec<[Vector3<f64>; 2]>,
     gradient: Vec<f64>,
     value: f64,
@@ -75,7 +75,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// A field of `model` for up to `capacity` points.
+    /// Creates a field of `model` for up to `capacity` points.
     ///
     /// # Errors
     /// [`SafetyError::Setting`] for a reach or sharpness that is not positive.
@@ -106,12 +106,11 @@ impl Field {
     }
 
     /// Evaluates the field and its derivatives; `model` is the one it was made for, `data` its kinematics of this tick.
-    /// Without a point the field is infinite and its derivatives are zero: there is nobody to keep away from. Never
-    /// allocates.
+    /// Without a point the field is infinite and its derivatives are zero: nobody is there. Never allocates.
     ///
     /// # Errors
-    /// [`SafetyError::TooManyPoints`], [`SafetyError::Human`] for a point that is not finite, [`SafetyError::NotFinite`]
-    /// if the field is not. The results must then not be used.
+    /// [`SafetyError::TooManyPoints`], [`SafetyError::Human`] for a point that is not finite,
+    /// [`SafetyError::NotFinite`] if the field is not. The results must then not be used.
     pub fn update(&mut self, model: &Model, data: &Data, points: &[HumanPoint]) -> Result<(), SafetyError> {
         self.points = 0;
         self.value = f64::NAN;
@@ -150,7 +149,7 @@ impl Field {
         &mut self.body
     }
 
-    /// The field from the values of the points, and how much each counts in its gradient.
+    /// Computes the field from the values of the points, and the weight of each in its gradient.
     fn combine(&mut self) {
         let (values, weights) = (&self.values[..self.points], &mut self.weights[..self.points]);
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -180,7 +179,7 @@ impl Field {
         }
     }
 
-    /// The gradient in the velocity, those in the points, and the rate by the people.
+    /// Computes the gradient in the velocity, those in the points, and the rate by the people.
     fn derive(&mut self, model: &Model, data: &Data, points: &[HumanPoint]) {
         self.wrenches.fill([Vector3::zeros(); 2]);
         self.gradient.fill(0.0);
@@ -214,18 +213,18 @@ impl Field {
         self.value
     }
 
-    /// dF/dt is this times the velocity `v`, plus [`Field::human_rate`]; nv numbers.
+    /// Gradient: dF/dt is this times the velocity `v`, plus [`Field::human_rate`]; nv numbers.
     pub fn gradient(&self) -> &[f64] {
         &self.gradient
     }
 
-    /// The part of dF/dt that the people's own motion has, per s.
+    /// Contribution of the people's own motion to dF/dt, per s.
     pub fn human_rate(&self) -> f64 {
         self.human_rate
     }
 
-    /// dF/dt for the velocity `v` (nv numbers), people included: with the velocity that the hierarchy gave, what the field
-    /// really does where a safety planner counted on another velocity.
+    /// dF/dt for the velocity `v` (nv numbers), people included. With the velocity that the hierarchy returned it is
+    /// the actual rate of the field, which may differ from the one that a safety planner expected.
     pub fn rate(&self, v: &[f64]) -> f64 {
         self.gradient.iter().zip(v).map(|(g, v)| g * v).sum::<f64>() + self.human_rate
     }
@@ -240,13 +239,13 @@ impl Field {
         &self.human_gradients[..self.points]
     }
 
-    /// The point with the least F_j; none without points.
+    /// Index of the point with the smallest F_j; `None` without points.
     pub fn nearest(&self) -> Option<usize> {
         let values = self.values();
         (0..values.len()).reduce(|best, j| if values[j] < values[best] { j } else { best })
     }
 
-    /// The segments that stand for the robot.
+    /// Segments that represent the robot.
     pub fn body(&self) -> &Body {
         &self.body
     }
@@ -256,12 +255,12 @@ impl Field {
         &self.chi
     }
 
-    /// How the points of people make one number.
+    /// Combination of the points of people into one number.
     pub fn over(&self) -> Over {
         self.over
     }
 
-    /// For how many points there is storage.
+    /// Number of points that there is storage for.
     pub fn capacity(&self) -> usize {
         self.capacity
     }
@@ -321,7 +320,7 @@ mod tests {
                         })
                     };
                     let (Ok(plus), Ok(minus), Ok(here)) = (at(e), at(-e), at(0.0)) else { panic!("not finite") };
-                    // The least has a derivative where it does not change hands.
+                    // The minimum has a derivative where the nearest point does not change.
                     prop_assume!(!least || plus.2 == minus.2);
                     let expected = (plus.0 - minus.0) / (2.0 * e);
                     prop_assert!((here.1 - expected).abs() < 2e-5 * (1.0 + expected.abs()), "{} {expected} {over:?}", here.1);
@@ -347,7 +346,7 @@ mod tests {
 
     #[test]
     fn the_mean_is_a_mean_over_links_and_points() {
-        // Seen from far away every part of the robot is as far.
+        // From far away every part of the robot has the same distance.
         for model in robots() {
             let mut field = field(&model, Chi::Distance, Over::Mean);
             let data = Data::new(&model);

@@ -1,6 +1,6 @@
-//! The catalogue: every task type, one file each.
+//! Catalogue: every task type, one file each.
 //!
-//! Adding a type means adding its file, its line in `mod` and its line in [`KINDS`]. Tests walk the list.
+//! A new type needs its file, its line in `mod` and its line in [`KINDS`]. Tests walk the list.
 
 pub mod admittance;
 pub mod cooperative_motion;
@@ -49,7 +49,7 @@ pub static KINDS: &[&TaskKind] = &[
     &safety_planner::KIND,
 ];
 
-/// The type of this name.
+/// Finds the type of this name.
 pub fn find(name: &str) -> Option<&'static TaskKind> {
     KINDS.iter().copied().find(|k| k.name == name)
 }

@@ -1,14 +1,14 @@
-//! Who is able to do what, once for a problem: by agent and task, by agent and object, by task and object.
+//! Precomputed abilities of a problem: by agent and task, by agent and object, by task and object.
 
 use super::problem::Problem;
 
-/// Tables of `c_a` and of the features. Neither who is lost nor which agent or object a task names counts here.
+/// Tables of `c_a` and of the features. They ignore lost agents, and the agent or object that a task names.
 pub(super) struct Abilities {
-    /// By task and agent: skill and path.
+    /// By task and agent: true if the agent has the skill and reaches the path.
     moves: Vec<Vec<bool>>,
-    /// By object and agent: reach, payload and features.
+    /// By object and agent: true if reach, payload and features permit the agent to handle the object.
     grips: Vec<Vec<bool>>,
-    /// By task: the objects with its features; of a task that wants no features the one that it names.
+    /// By task: the objects with its features; for a task without features the named object.
     pub objects: Vec<Vec<usize>>,
 }
 
@@ -31,7 +31,7 @@ impl Abilities {
         }
     }
 
-    /// Everything about this agent, task and object.
+    /// Returns true if this agent has all abilities for this task and object.
     pub fn could(&self, agent: usize, task: usize, object: Option<usize>) -> bool {
         self.moves[task][agent] && object.is_none_or(|object| self.grips[object][agent])
     }

@@ -1,7 +1,7 @@
-//! The cheapest assignment of rows to columns, each column at most once: the Hungarian method with potentials, rows coming
-//! in one after the other, over lists of what each row may have.
+//! Minimum-cost assignment of rows to columns, each column at most once: the Hungarian method with potentials, with
+//! rows added one after the other, on sparse cost lists.
 
-/// Storage of the method, kept between calls.
+/// Working memory of the method, kept between calls.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Assignment {
     row_potential: Vec<f64>,
@@ -11,15 +11,15 @@ pub(super) struct Assignment {
     from: Vec<usize>,
     used: Vec<bool>,
     touched: Vec<usize>,
-    /// Column of each row, as [`Assignment::solve`] found it.
+    /// Column of each row, the result of [`Assignment::solve`].
     pub columns: Vec<usize>,
 }
 
 const NONE: usize = usize::MAX;
 
 impl Assignment {
-    /// The least sum of costs; none if some row finds no column. `rows` gives each row's columns, less than `count`, with
-    /// their finite costs.
+    /// Returns the minimum sum of costs; `None` if some row gets no column. `rows` holds the permitted columns of each
+    /// row, less than `count`, with their finite costs.
     pub fn solve(&mut self, rows: &[Vec<(usize, f64)>], count: usize) -> Option<f64> {
         self.row_potential.clear();
         self.row_potential.resize(rows.len(), 0.0);
@@ -49,7 +49,7 @@ impl Assignment {
         Some(self.columns.iter().enumerate().map(cost).sum())
     }
 
-    /// Finds the cheapest augmenting path from a new row; false if there is none.
+    /// Finds the cheapest augmenting path from a new row; returns false if there is none.
     fn insert(&mut self, rows: &[Vec<(usize, f64)>], new: usize) -> bool {
         let mut row = new;
         let mut by = NONE;
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Tries everything.
+    /// Minimum cost by enumeration.
     fn brute(rows: &[Vec<(usize, f64)>], used: &mut Vec<usize>) -> f64 {
         let Some(row) = rows.get(used.len()) else { return 0.0 };
         let mut best = f64::INFINITY;

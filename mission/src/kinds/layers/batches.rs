@@ -1,8 +1,8 @@
-//! Some tasks at a time, thesis Algorithm 6: for missions too large to be planned at once.
+//! Planning in batches, thesis Algorithm 6: for missions that are too large to be planned at once.
 //!
-//! Tasks are sorted within their layers, the longest first: the shortest time that any agent needs with any object. Some
-//! are planned, fixed with agent, object, speed and times, and so on. The thesis lets a batch take whichever objects it
-//! likes best; here it leaves for each later task an object that suits it, without which a plan may not exist.
+//! Tasks are sorted within their layers by their shortest duration over all agents and objects, the longest first. One
+//! batch after the other is planned and fixed with agent, object, speed and times. In the thesis a batch may take any
+//! objects; here it leaves a suitable object for each later task, since otherwise a plan may not exist.
 
 use std::time::Instant;
 
@@ -15,7 +15,7 @@ use super::instance::{Instance, Job};
 use super::steps::Step;
 use super::timeline;
 
-/// Steps of all tasks, planned `size` at a time. None only if there is no plan at all.
+/// Plans all tasks, `size` at a time; returns their steps, or `None` only if there is no plan at all.
 pub(super) fn batches(whole: &Instance<'_>, size: usize, budget: &Budget) -> Option<Parts> {
     let begun = Instant::now();
     let mut order: Vec<(usize, f64, usize)> =
@@ -38,7 +38,7 @@ pub(super) fn batches(whole: &Instance<'_>, size: usize, budget: &Budget) -> Opt
     Some((steps, statistics, stopped))
 }
 
-/// The shortest time that a job takes (s).
+/// Returns the shortest duration of a job (s).
 fn shortest(instance: &Instance<'_>, job: &Job) -> f64 {
     let mut least = f64::INFINITY;
     for object in 0..job.objects.len() {

@@ -1,9 +1,9 @@
-//! Branch and bound over who performs each task and with which object: the best plan, proven, or the best found with a
+//! Branch and bound over the agent and object of each task: returns the best plan, proven, or the best one found with a
 //! bound.
 //!
-//! Parts of the search wait in the order of their bounds ([`dual`](super::dual)); a part is split on the task about whose
-//! agent the relaxed problems disagree most, then on an object. Every relaxed solution is a plan once layers are timed, and
-//! good ones are improved ([`improve`](super::improve)).
+//! Nodes of the search are processed in the order of their bounds ([`dual`](super::dual)); a node is split on the task
+//! whose agent varies most between the relaxed problems, or else on an object. Every relaxed solution becomes a plan
+//! once layers are timed, and good ones are improved ([`improve`](super::improve)).
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -17,16 +17,17 @@ use super::dual::{Bound, Choices, Domain, Dual};
 use super::improve::Improver;
 use super::instance::Instance;
 
-/// Steps of the search for prices at the root, and in each part.
+/// Number of subgradient steps at the root, and in each other node.
 const ROOT_STEPS: usize = 400;
 const PART_STEPS: usize = 24;
-/// How many layers all improvements may time: to begin with, and for each job of each relaxed solution that was seen.
+/// Limit on the number of layers that all improvements may time: initially, and increment per job for each relaxed
+/// solution.
 const TIMED: u64 = 200_000;
 const TIMED_EACH: u64 = 40;
-/// The most numbers that waiting parts keep; the search ends beyond.
+/// Maximum number of values that open nodes store; beyond it the search ends.
 const MOST_KEPT: usize = 100_000_000;
 
-/// What the search found.
+/// Result of the search.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     pub choices: Choices,
@@ -55,21 +56,21 @@ impl PartialOrd for Part {
 }
 
 impl Ord for Part {
-    /// The greatest is the one with the least bound, then the newest.
+    /// The greatest node is the one with the lowest bound, then the newest.
     fn cmp(&self, other: &Part) -> Ordering {
         other.bound.value.total_cmp(&self.bound.value).then(self.number.cmp(&other.number))
     }
 }
 
-/// The best plan known.
+/// The best known plan.
 struct Incumbent<'a> {
     instance: &'a Instance<'a>,
     best: Option<(f64, Choices)>,
     last: Option<Choices>,
     deadline: Option<Instant>,
-    /// The cost of the best plan before it was improved.
+    /// Minimum cost of the plans before improvement.
     raw: f64,
-    /// Layers that improvements may still time.
+    /// Remaining number of layers that improvements may time.
     left: u64,
 }
 
@@ -78,7 +79,7 @@ impl Incumbent<'_> {
         self.best.as_ref().map_or(f64::INFINITY, |(cost, _)| *cost)
     }
 
-    /// Looks at choices, improves them if they are good: the cost of the best plan after.
+    /// Evaluates choices, and improves them if they are good; returns the cost of the best plan.
     fn see(&mut self, choices: &Choices, margin: f64) -> f64 {
         if self.last.as_ref() == Some(choices) {
             return self.cost();
@@ -99,7 +100,7 @@ impl Incumbent<'_> {
     }
 }
 
-/// The best choices for an instance. None only if it has no plan at all.
+/// Returns the best choices for an instance; `None` only if it has no plan at all.
 pub(super) fn branch(instance: &Instance<'_>, budget: &Budget) -> Option<Found> {
     let begun = Instant::now();
     let deadline = begun.checked_add(budget.time);
@@ -129,7 +130,7 @@ pub(super) fn branch(instance: &Instance<'_>, budget: &Budget) -> Option<Found> 
             least = least.min(part.bound.value);
             break;
         }
-        // Where nothing is left to decide, the only plan has been seen.
+        // If no decision is open, the only plan has been evaluated already.
         let Some((first, second)) = split(instance, &part) else { continue };
         for domain in [first, second] {
             nodes += 1;
@@ -159,14 +160,14 @@ pub(super) fn branch(instance: &Instance<'_>, budget: &Budget) -> Option<Found> 
     Some(Found { choices, status, statistics: Statistics { solves: dual.solves, nodes, cuts: 0 } })
 }
 
-/// A lower bound on the cost of every plan of an instance, given the cost of one.
+/// Returns a lower bound on the cost of every plan of an instance, given the cost of one.
 pub(super) fn root_bound(instance: &Instance<'_>, cost: f64, budget: &Budget) -> f64 {
     let mut dual = Dual::new(instance, Instant::now().checked_add(budget.time));
     let prices = dual.even();
     dual.climb(&Domain::of(instance), prices, ROOT_STEPS, cost, |_| cost).value
 }
 
-/// Two parts that together are this one; none if nothing is left to decide.
+/// Splits a node into two; `None` if no decision is open.
 fn split(instance: &Instance<'_>, part: &Part) -> Option<(Domain, Domain)> {
     let agents = instance.movers.len();
     let planned = |job: &usize| instance.jobs[*job].layer.is_some();
@@ -193,7 +194,7 @@ fn split(instance: &Instance<'_>, part: &Part) -> Option<(Domain, Domain)> {
             object = Some((1.0 - share, job, most));
         }
     }
-    // Objects wait until agents are clear, unless nothing else is open.
+    // Branch on objects only if agents are nearly decided.
     if let Some((_, job, agent)) = best.filter(|(doubt, ..)| *doubt > 0.05 || object.is_none_or(|o| o.0 < 0.05)) {
         let (mut first, mut second) = (part.domain.clone(), part.domain.clone());
         first.agents[job] = 1 << agent;

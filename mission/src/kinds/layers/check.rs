@@ -1,7 +1,7 @@
-//! What about a layered problem cannot be planned: each mistake names the declaration it is about, its reason, and where
-//! there is one the other declaration that it contradicts.
+//! Checks of a layered problem before planning: each mistake names the declaration, the reason and, for a
+//! contradiction, the other declaration.
 //!
-//! A problem without mistakes has a plan: each task that is to come finds an object of its own, and for it an agent.
+//! A problem without mistakes has a plan: each open task gets an object of its own, and an agent for it.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,21 +12,21 @@ use super::problem::{Begun, Body, Problem, Task, Weights};
 use super::reason::Reason;
 use super::scales::Scales;
 
-/// The most agents a problem may have.
+/// Maximum number of agents of a problem.
 pub const MAX_AGENTS: usize = 32;
-/// The most tasks.
+/// Maximum number of tasks.
 pub const MAX_TASKS: usize = 256;
-/// The most objects.
+/// Maximum number of objects.
 pub const MAX_OBJECTS: usize = 512;
-/// The most positions on the path of a task, features of an object or a task, skills of an agent.
+/// Maximum number of positions on the path of a task, of features of an object or a task, and of skills of an agent.
 pub const MAX_ENTRIES: usize = 64;
 
-/// A declaration of the problem: an entry, and a key of it where the mistake is about one.
+/// A declaration of the problem: an entry, or one key of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Declaration {
     /// The entry.
     pub item: Item,
-    /// The key of it; none for the whole entry.
+    /// The key of the entry; `None` for the whole entry.
     pub key: Option<Key>,
 }
 
@@ -76,16 +76,16 @@ pub enum Key {
 /// A mistake in a problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mistake {
-    /// What is refused.
+    /// The rejected declaration.
     pub at: Declaration,
-    /// What it contradicts.
+    /// The declaration that it contradicts.
     pub against: Option<Declaration>,
-    /// Why.
+    /// The reason.
     pub reason: Reason,
 }
 
 impl Problem {
-    /// Everything that is wrong with this problem, in the order of its fields; empty for one that can be planned.
+    /// Returns all mistakes of this problem, in the order of its fields; empty if the problem can be planned.
     pub fn check(&self) -> Vec<Mistake> {
         let mut checker = Checker { problem: self, mistakes: Vec::new() };
         checker.mission();
@@ -110,12 +110,12 @@ struct Checker<'a> {
     mistakes: Vec<Mistake>,
 }
 
-/// Entry and key as a declaration.
+/// Returns the declaration of a key of an entry.
 pub(super) fn of(item: Item, key: Key) -> Declaration {
     Declaration { item, key: Some(key) }
 }
 
-/// An entry as a declaration.
+/// Returns the declaration of a whole entry.
 pub(super) fn entry(item: Item) -> Declaration {
     Declaration { item, key: None }
 }
@@ -125,7 +125,7 @@ impl Checker<'_> {
         self.mistakes.push(Mistake { at, against: None, reason });
     }
 
-    /// A finite number of usual size; false if not.
+    /// Returns true if a value is finite and at most [`MAX_NUMBER`] in magnitude; otherwise records a mistake.
     fn usual(&mut self, at: Declaration, value: f64) -> bool {
         let good = value.is_finite() && value.abs() <= MAX_NUMBER;
         if !good {

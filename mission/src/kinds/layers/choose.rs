@@ -1,7 +1,8 @@
-//! Planning layers: how, and what the answer is.
+//! Planning of layers, with the choice of the formulation.
 //!
-//! Branch and bound, unless a batch size is given: it proves some thirty tasks, and of hundreds its first bound and plan are
-//! within a few percent. Batches are what the thesis does; the bound of the whole stands beside their plan.
+//! Branch and bound, unless a batch size is given: it proves plans of about thirty tasks, and for hundreds of tasks its
+//! first bound and plan are within a few percent. Batches are the method of the thesis; the bound of the whole problem
+//! is reported with their plan.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,35 +20,35 @@ use super::problem::Problem;
 use super::steps::{Step, to_plan};
 use super::timeline;
 
-/// Tasks in a batch where batches are asked for without a size: thesis 6.4.3.
+/// Default number of tasks in a batch: thesis 6.4.3.
 pub const BATCH: usize = 4;
-/// Parts of the branch and bound if nobody says.
+/// Default limit of branch-and-bound nodes.
 const PARTS: u64 = 20_000;
 
-/// Parts of the branch and bound of a problem that take about a second: fewer of a larger one. A count, so that a search that
-/// it ends ends at the same place in every run.
+/// Number of branch-and-bound nodes that take about a second: fewer for a larger problem. A search that ends by such a
+/// count ends at the same node in every run.
 pub fn parts_of_a_second(problem: &Problem) -> u64 {
     let size = problem.tasks.len() * problem.agents.len() * problem.objects.len().max(1);
     (2_500_000 / size.max(1) as u64).clamp(1, 1000)
 }
 
-/// How a layered plan is found.
+/// Formulation of the planning problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Formulation {
     /// Branch and bound on agents and objects, with speeds in closed form.
     Branch,
-    /// Mixed-integer program with tangents of the energy: the reference, for small problems.
+    /// Mixed-integer program with tangents of the energy: the reference for tests, for small problems.
     Mixed,
-    /// Algorithm 6: some tasks at a time.
+    /// Algorithm 6: planning in batches of tasks.
     Batches,
 }
 
 impl Formulation {
-    /// All of them.
+    /// All formulations.
     pub const ALL: [Formulation; 3] = [Formulation::Branch, Formulation::Mixed, Formulation::Batches];
 
-    /// The name by which it is asked for and printed.
+    /// Returns the name of the formulation, as in options and output.
     pub fn name(self) -> &'static str {
         match self {
             Formulation::Branch => "branch",
@@ -57,16 +58,16 @@ impl Formulation {
     }
 }
 
-/// How to plan.
+/// Options of the planner.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
-    /// The formulation; none: batches if `batch` is given, else branch and bound.
+    /// The formulation; `None`: batches if `batch` is set, else branch and bound.
     pub formulation: Option<Formulation>,
-    /// The engine of the mixed-integer program.
+    /// The engine for the mixed-integer program.
     pub engine: Engine,
-    /// Tasks in a batch, at least 1; none: all at once.
+    /// Number of tasks in a batch, at least 1; `None`: all at once.
     pub batch: Option<usize>,
-    /// How much work it may be; `nodes` are parts of the branch and bound.
+    /// Limits on the work of the search; `nodes` limits the nodes of branch and bound.
     pub budget: Budget,
 }
 
@@ -77,28 +78,28 @@ impl Default for Options {
     }
 }
 
-/// A formulation, and why it.
+/// A formulation, and the reason for its choice.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Choice {
     /// The formulation.
     pub formulation: Formulation,
-    /// Why it, in a sentence.
+    /// Reason for the choice, as a sentence.
     pub why: String,
 }
 
-/// Why there is no plan.
+/// Reason why there is no plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum Refusal {
-    /// The problem is wrong.
+    /// The problem has mistakes.
     #[error("the problem has {} mistakes", .0.len())]
     Problem(Vec<Mistake>),
-    /// An engine gave no answer.
+    /// An engine failed.
     #[error(transparent)]
     Engine(#[from] EngineError),
 }
 
-/// The formulation for a problem, as [`plan`] takes it.
+/// Returns the formulation that [`plan`] uses for a problem.
 ///
 /// # Errors
 ///
@@ -117,7 +118,7 @@ pub fn choose(problem: &Problem, options: &Options) -> Result<Choice, Refusal> {
     Ok(Choice { formulation, why })
 }
 
-/// Plans. The same problem and options give the same plan unless its status says that the wall time ended it.
+/// Plans a problem. The same problem and options give the same plan, unless its status reports the time limit.
 ///
 /// # Errors
 ///
@@ -138,7 +139,7 @@ pub fn plan(problem: &Problem, options: &Options) -> Result<Plan, Refusal> {
         }
         Formulation::Batches => {
             let size = options.batch.unwrap_or(BATCH).max(1);
-            // A quarter of the time is for the bound.
+            // A quarter of the time is reserved for the bound.
             let quarter = options.budget.time / 4;
             let most = Budget { time: 3 * quarter, ..options.budget };
             let (steps, statistics, stopped) = batches(&instance, size, &most).ok_or_else(failed)?;
@@ -159,7 +160,7 @@ pub fn plan(problem: &Problem, options: &Options) -> Result<Plan, Refusal> {
     Ok(to_plan(problem, &steps, found.status, engine, found.statistics))
 }
 
-/// The choices of an instance that these steps made.
+/// Converts steps into choices of an instance; `None` if they do not fit.
 fn choices(instance: &Instance<'_>, steps: &[Step]) -> Option<super::dual::Choices> {
     let of = |job: &super::instance::Job| {
         let step = steps.iter().find(|step| step.task == job.task)?;
@@ -168,5 +169,5 @@ fn choices(instance: &Instance<'_>, steps: &[Step]) -> Option<super::dual::Choic
     instance.jobs.iter().map(of).collect()
 }
 
-/// Steps of a part of a plan, how much work, what ended the search of a part.
+/// Parts of a result: steps, statistics, and the limit that ended the search of a batch.
 pub(super) type Parts = (Vec<Step>, Statistics, Option<Limit>);

@@ -1,14 +1,15 @@
-//! Mistakes in words, with the names of the problem: what is wrong, and what would be right.
+//! Descriptions of mistakes with the names of the problem: the problem, and the fix.
 
 use super::check::{Item, Mistake};
 use super::problem::Problem;
 use super::reason::{Obstacle, Reason};
 
-/// How many names a sentence lists.
+/// Maximum number of names in a sentence.
 const LISTED: usize = 8;
 
 impl Mistake {
-    /// What is wrong and what would help, each a phrase without a full stop, with the names of agents, objects and tasks.
+    /// Returns the description of the mistake and a suggested fix, each a phrase without a full stop, with the names of
+    /// agents, objects and tasks.
     pub fn describe(&self, problem: &Problem) -> (String, String) {
         let task = |index: usize| problem.tasks.get(index).map_or("?", |task| task.name.as_str());
         let object = |index: usize| problem.objects.get(index).map_or("?", |thing| thing.name.as_str());

@@ -1,10 +1,10 @@
-//! A lower bound on the cost of every plan of a part of the search: Lagrange's relaxation of the makespan.
+//! A lower bound on the cost of every plan in a node of the search: Lagrangian relaxation of the makespan.
 //!
 //! The length `D_i` of a layer is at least the load of each agent in it, at least the time of each of its tasks, and at
-//! least what is fixed of it. With prices on these constraints that add up to the cost of a second, `D_i` drops out and
-//! each task costs what its agent and object cost at the price of its time, the robots' speeds in closed form. What is
-//! left is an assignment of tasks to objects, each task with its cheapest agent: exact by the Hungarian method. Every set of
-//! prices gives a bound; a subgradient method looks for good ones.
+//! least the time of its fixed steps. With multipliers (prices) on these constraints that sum to the cost of a second,
+//! `D_i` drops out and the cost of each task depends only on its agent and object at the price of its time, with the
+//! robots' speeds in closed form. The remaining problem is an assignment of tasks to objects, each task with its
+//! cheapest agent: solved exactly by the Hungarian method. Any prices give a bound; a subgradient method improves it.
 
 use std::rc::Rc;
 use std::time::Instant;
@@ -12,17 +12,17 @@ use std::time::Instant;
 use super::assignment::Assignment;
 use super::instance::Instance;
 
-/// Which agents and objects the jobs may still have: a part of the search.
+/// Agents and objects that the jobs may still have: a node of the search.
 #[derive(Clone, Debug)]
 pub(super) struct Domain {
-    /// By job, the agents as bits.
+    /// By job, the agents as a bit mask.
     pub agents: Vec<u32>,
-    /// By job, places in [`super::instance::Job::objects`].
+    /// By job, indices into [`super::instance::Job::objects`].
     pub objects: Vec<Rc<[u16]>>,
 }
 
 impl Domain {
-    /// Everything.
+    /// Returns the domain of all possible choices.
     pub fn of(instance: &Instance<'_>) -> Domain {
         let able = |job: &super::instance::Job| {
             let mut mask = 0_u32;
@@ -40,15 +40,15 @@ impl Domain {
     }
 }
 
-/// An agent and an object (its place in the job's list) for each job.
+/// An agent and an object (its index in the job's list) for each job.
 pub(super) type Choices = Vec<(usize, usize)>;
 
-/// Where the prices of each layer stand in one vector: agents, then jobs, then what is fixed.
+/// Layout of the price vector: for each layer the agents, then the jobs, then the fixed steps.
 #[derive(Clone, Debug)]
 pub(super) struct Prices {
-    /// First price of each layer, and the end.
+    /// Index of the first price of each layer, and the end.
     starts: Vec<usize>,
-    /// By job: the place of its price; unused where it has no layer.
+    /// By job: index of its price; unused for a job without a layer.
     of_job: Vec<usize>,
 }
 
@@ -66,7 +66,7 @@ impl Prices {
         Prices { starts, of_job }
     }
 
-    /// Prices to begin with: the same for all agents of a layer.
+    /// Returns initial prices: the same for all agents of a layer.
     pub fn even(&self, instance: &Instance<'_>) -> Vec<f64> {
         let mut prices = vec![0.0; self.starts[self.starts.len() - 1]];
         let agents = instance.movers.len();
@@ -79,7 +79,7 @@ impl Prices {
     }
 }
 
-/// Computes bounds; keeps its storage.
+/// Computes bounds; keeps its working memory.
 pub(super) struct Dual<'a> {
     instance: &'a Instance<'a>,
     places: Prices,
@@ -89,22 +89,22 @@ pub(super) struct Dual<'a> {
     agent_of: Vec<Vec<usize>>,
     assignment: Assignment,
     slope: Vec<f64>,
-    /// When a search for prices ends at the latest.
+    /// Latest end of a search for prices.
     deadline: Option<Instant>,
     /// Number of relaxed problems solved.
     pub solves: u64,
 }
 
-/// What a search for prices found.
+/// Result of a search for prices.
 #[derive(Clone, Debug)]
 pub(super) struct Bound {
     /// Lower bound; infinite if there is no plan.
     pub value: f64,
-    /// The prices that give it.
+    /// Prices that give the bound.
     pub prices: Vec<f64>,
-    /// By job and agent, how often the relaxed problems chose it, from 0 to 1.
+    /// By job and agent, weighted share of the relaxed solutions that chose it, from 0 to 1.
     pub agents: Vec<f64>,
-    /// By job, the object chosen most often (its place in the job's list) and how often.
+    /// By job, the most frequently chosen object (its index in the job's list) and its share.
     pub objects: Vec<(usize, f64)>,
 }
 
@@ -130,7 +130,8 @@ impl<'a> Dual<'a> {
         self.places.even(self.instance)
     }
 
-    /// The bound at these prices, with the choices that attain it; none if no choices are left. Sets the slope.
+    /// Computes the bound at these prices, with the choices that attain it; `None` if no choices are left. Sets the
+    /// subgradient.
     fn at(&mut self, domain: &Domain, prices: &[f64]) -> Option<(f64, Choices)> {
         self.solves += 1;
         let instance = self.instance;
@@ -197,7 +198,7 @@ impl<'a> Dual<'a> {
         Some((value, chosen))
     }
 
-    /// By agent, what a metre costs a job at these prices.
+    /// By agent, cost of a metre for a job at these prices.
     fn metres(&self, index: usize, layer: usize, prices: &[f64]) -> Vec<f64> {
         let movers = self.instance.movers.iter().enumerate();
         let metre = |(agent, mover): (usize, &super::instance::Mover)| {
@@ -207,7 +208,7 @@ impl<'a> Dual<'a> {
         movers.map(metre).collect()
     }
 
-    /// The agent for which a job with this object costs least, and that cost.
+    /// Returns the agent of minimum cost for a job with this object, and that cost.
     fn cheapest(&self, index: usize, object: usize, allowed: u32, metres: &[f64], prices: &[f64]) -> (usize, f64) {
         let job = &self.instance.jobs[index];
         let Some(layer) = job.layer else { return (0, 0.0) };
@@ -225,8 +226,8 @@ impl<'a> Dual<'a> {
         best
     }
 
-    /// Looks for prices with a high bound, from `prices`, `steps` times; `goal` is the cost of a plan that is known, at
-    /// which the search ends. Each choice that comes up is shown to `see`, which may lower the goal.
+    /// Maximizes the bound over prices in at most `steps` subgradient steps from `prices`; ends if the bound reaches
+    /// `goal`, the cost of a known plan. Passes all choices of relaxed solutions to `see`, which may lower the goal.
     pub fn climb(
         &mut self,
         domain: &Domain,
@@ -250,7 +251,7 @@ impl<'a> Dual<'a> {
                 break;
             };
             goal = goal.min(see(&chosen));
-            // Later choices count more: the prices are better.
+            // Later choices have more weight, since their prices are better.
             let rate = f64::max(0.15, 1.0 / (step + 1) as f64);
             for (index, (agent, object)) in chosen.iter().enumerate() {
                 for (other, share) in average[index * agents..(index + 1) * agents].iter_mut().enumerate() {
@@ -290,8 +291,8 @@ impl<'a> Dual<'a> {
         bound
     }
 
-    /// One step along the slope at `at` that would gain `gain` if the bound were linear, back onto the prices that add up
-    /// to the cost of a second. False if there is nowhere to go.
+    /// Takes one subgradient step from `at` that would gain `gain` if the bound were linear, and projects the prices
+    /// back onto those that sum to the cost of a second. Returns false if the projected subgradient is zero.
     fn step(&mut self, at: &mut [f64], gain: f64) -> bool {
         let second = self.instance.second;
         let mut square = 0.0;
@@ -321,7 +322,7 @@ impl<'a> Dual<'a> {
     }
 }
 
-/// The nearest point whose entries are not negative and add up to `sum`.
+/// Projects a point onto the vectors with non-negative entries of the given sum.
 fn onto_simplex(point: &mut [f64], sum: f64) {
     let mut sorted = point.to_vec();
     sorted.sort_by(|a, b| b.total_cmp(a));

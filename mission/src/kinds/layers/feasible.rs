@@ -1,5 +1,5 @@
-//! Whether all tasks of a layered problem that are to come can be performed at all, and if not, which tasks are in each
-//! other's way. Agents perform one task after the other, so that only objects can run out.
+//! Feasibility of a layered problem: checks that all open tasks can be performed, and reports the tasks in conflict if
+//! not. Agents perform one task after the other, so that only objects can run out.
 
 use super::ability::Abilities;
 use super::check::{Item, Key, Mistake, entry, of};
@@ -7,7 +7,7 @@ use super::matching::Matching;
 use super::problem::Problem;
 use super::reason::{Obstacle, ObstacleKind, Reason};
 
-/// What is in the way of a plan.
+/// Returns the mistakes that make a plan impossible.
 pub(super) fn mistakes(problem: &Problem) -> Vec<Mistake> {
     let abilities = Abilities::of(problem);
     let mut mistakes = Vec::new();
@@ -35,7 +35,7 @@ pub(super) fn mistakes(problem: &Problem) -> Vec<Mistake> {
     mistakes
 }
 
-/// The objects that a task may use with some agent; empty for a task that needs none.
+/// Returns the objects that a task may use with some agent; empty for a task that needs none.
 fn usable(problem: &Problem, abilities: &Abilities, task: usize) -> Result<Vec<usize>, Mistake> {
     let what = &problem.tasks[task];
     let agents = match what.agent {
@@ -89,7 +89,7 @@ fn usable(problem: &Problem, abilities: &Abilities, task: usize) -> Result<Vec<u
     nobody(problem, task, agents.clone().filter_map(obstacle).collect())
 }
 
-/// How much is lacking: m or kg.
+/// Returns the missing amount: m or kg.
 fn shortfall(kind: &ObstacleKind) -> f64 {
     match kind {
         ObstacleKind::Path { distance, reach } | ObstacleKind::Place { distance, reach } => distance - reach,
@@ -98,7 +98,7 @@ fn shortfall(kind: &ObstacleKind) -> f64 {
     }
 }
 
-/// The mistake of a task that no agent can perform: against the agent that lacks least.
+/// Returns the mistake of a task that no agent can perform; it refers to the agent with the smallest shortfall.
 fn nobody(problem: &Problem, task: usize, obstacles: Vec<Obstacle>) -> Result<Vec<usize>, Mistake> {
     let closest = obstacles.iter().min_by(|a, b| shortfall(&a.kind).total_cmp(&shortfall(&b.kind)));
     let key = |kind: &ObstacleKind| match kind {

@@ -1,4 +1,4 @@
-//! Better plans from a plan: agents and objects exchanged as long as that lowers the cost.
+//! Local search: exchanges agents and objects of a plan as long as that lowers the cost.
 
 use std::time::Instant;
 
@@ -9,25 +9,26 @@ use super::speeds::{Load, timing};
 /// A job and its new agent and object.
 type Change = (usize, (usize, usize));
 
-/// A plan under change: choices with the loads and costs of their layers.
+/// A plan during local search: choices with the loads and costs of their layers.
 pub(super) struct Improver<'a> {
     instance: &'a Instance<'a>,
     pub choices: Choices,
-    /// By layer and agent.
+    /// Loads by layer and agent.
     loads: Vec<Vec<Load>>,
-    /// By layer.
+    /// Costs by layer.
     costs: Vec<f64>,
     /// By object, the job that uses it.
     user: Vec<Option<usize>>,
     scratch: Vec<Load>,
-    /// Layers timed.
+    /// Number of layers timed.
     pub tried: u64,
-    /// Nothing is tried after this.
+    /// No change is tried after this instant.
     deadline: Option<Instant>,
 }
 
 impl<'a> Improver<'a> {
-    /// `choices` use each object at most once, and each agent is able to.
+    /// Creates the local search. In `choices` each object is used at most once, and each agent has the abilities for
+    /// its jobs.
     pub fn new(instance: &'a Instance<'a>, choices: Choices) -> Improver<'a> {
         let mut user = vec![None; instance.problem.objects.len()];
         for (index, job) in instance.jobs.iter().enumerate() {
@@ -45,12 +46,12 @@ impl<'a> Improver<'a> {
         improver
     }
 
-    /// The cost of the plan.
+    /// Returns the cost of the plan.
     pub fn cost(&self) -> f64 {
         self.instance.offset + self.costs.iter().sum::<f64>()
     }
 
-    /// Adds up the loads of a layer and its cost.
+    /// Recomputes the loads and the cost of a layer.
     fn refresh(&mut self, layer: usize) {
         let instance = self.instance;
         let loads = &mut self.loads[layer];
@@ -64,7 +65,7 @@ impl<'a> Improver<'a> {
         self.costs[layer] = timing(&instance.movers, &instance.layers[layer], loads, instance.second).cost;
     }
 
-    /// What these changes would save; none if an agent is not able to.
+    /// Returns the saving of these changes; `None` if an agent lacks an ability.
     fn saving(&mut self, changes: &[Change]) -> Option<f64> {
         let instance = self.instance;
         let layer_of = |job: usize| instance.jobs[job].layer;
@@ -89,7 +90,7 @@ impl<'a> Improver<'a> {
         Some(saving)
     }
 
-    /// Makes the changes if they save something.
+    /// Applies the changes if they lower the cost.
     fn accept(&mut self, changes: &[Change]) -> bool {
         let least = 1e-9 * self.costs.iter().sum::<f64>();
         if !self.saving(changes).is_some_and(|saving| saving > least) {
@@ -114,7 +115,7 @@ impl<'a> Improver<'a> {
         true
     }
 
-    /// Changes until nothing saves anything, `most` layers have been timed, or the deadline has come.
+    /// Applies changes until none lowers the cost, `most` layers have been timed, or the deadline is reached.
     pub fn improve(&mut self, most: u64, deadline: Option<Instant>) {
         let mut changed = true;
         self.deadline = deadline;
@@ -136,7 +137,7 @@ impl<'a> Improver<'a> {
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
-    /// Another agent or another object for a job; an object in use goes to this job for that of this job.
+    /// Tries another agent or object for a job; if the object is in use, its job gets the object of this job instead.
     fn move_job(&mut self, index: usize) -> bool {
         let job = &self.instance.jobs[index];
         let mut changed = false;
@@ -164,7 +165,7 @@ impl<'a> Improver<'a> {
         changed
     }
 
-    /// A job and a later one of its layer exchange agents, with or without their objects.
+    /// Exchanges the agents of a job and a later one of its layer, with or without their objects.
     fn exchange(&mut self, index: usize) -> bool {
         let instance = self.instance;
         let Some(layer) = instance.jobs[index].layer else { return false };
@@ -191,7 +192,7 @@ impl<'a> Improver<'a> {
         changed
     }
 
-    /// The loads of each layer by agent, as they are.
+    /// Returns the loads of each layer by agent.
     pub fn into_loads(self) -> Vec<Vec<Load>> {
         self.loads
     }

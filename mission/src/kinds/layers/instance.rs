@@ -1,8 +1,9 @@
-//! What the planners of layers share: the tasks to be planned with every way in which each may be performed, the agents'
-//! releases, and the cost as a function of both.
+//! Common data of the planners of layers: the open tasks with all modes of performing them, the agents' releases, and
+//! the cost as a function of both.
 //!
-//! What is fixed (begun, or planned in an earlier batch) is a constant of the cost and occupies its agent until it ends.
-//! Layers follow one another, so that the makespan is when the first open layer may begin plus the lengths of all layers.
+//! Fixed steps (begun, or planned in an earlier batch) are a constant of the cost and occupy their agents until they
+//! end. Layers follow one another, so that the makespan is the begin of the first open layer plus the lengths of all
+//! layers.
 
 use std::rc::Rc;
 
@@ -13,26 +14,26 @@ use super::scales::Scales;
 use super::steps::Step;
 use crate::numbers::{Energy, Range};
 
-/// A robot as far as its speed is decided, or a person.
+/// A robot, whose speed is a decision, or a person.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Mover {
     Robot {
         speed: Range,
         energy: Energy,
-        /// What a joule costs.
+        /// Cost of a joule.
         joule: f64,
     },
     Human,
 }
 
-/// One way to perform a task: by an agent, with an object.
+/// One mode of performing a task: by an agent, with an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Mode {
-    /// What does not depend on a speed that is decided (s): of a person all of it.
+    /// Time that is independent of the decided speed (s): for a person all of it.
     pub time: f64,
-    /// The way at a speed that is decided (m): 0 of a person.
+    /// Distance at the decided speed (m): 0 for a person.
     pub way: f64,
-    /// What it costs at any speed: a person's workload, a robot's friction.
+    /// Cost that is independent of the speed: a person's workload, a robot's friction.
     pub cost: f64,
 }
 
@@ -41,63 +42,63 @@ pub(super) struct Mode {
 pub(super) struct Job {
     /// Index of the task.
     pub task: usize,
-    /// Index into [`Instance::layers`]; none: only its object is kept free, it is planned later.
+    /// Index into [`Instance::layers`]; `None`: the task is planned later, and only an object is kept free for it.
     pub layer: Option<usize>,
-    /// The objects it may use; a single `None` where it needs none.
+    /// Objects that it may use; a single `None` if it needs none.
     pub objects: Vec<Option<usize>>,
-    /// By object and agent, `objects.len() * agents`; none: that agent is not able to. Empty for a job that is planned
-    /// later.
+    /// Modes by object and agent, `objects.len() * agents`; `None`: that agent lacks an ability. Empty for a job that
+    /// is planned later.
     modes: Vec<Option<Mode>>,
     agents: usize,
 }
 
 impl Job {
-    /// The way with the object of this place in `objects` and this agent.
+    /// Returns the mode with the object of this index in `objects` and this agent.
     pub fn mode(&self, object: usize, agent: usize) -> Option<&Mode> {
         self.modes.get(object * self.agents + agent)?.as_ref()
     }
 
-    /// It needs an object.
+    /// Returns true if the job needs an object.
     pub fn needs_object(&self) -> bool {
         self.objects.first().is_some_and(Option::is_some)
     }
 }
 
-/// A layer with tasks to be planned.
+/// A layer with open tasks.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Layer {
-    /// Its jobs.
+    /// Indices of its jobs.
     pub jobs: Vec<usize>,
-    /// How long after the layer may begin each agent is still busy (s).
+    /// Time for which each agent is still busy after the layer may begin (s).
     pub release: Vec<f64>,
-    /// What is fixed of the layer takes this long (s).
+    /// Lower bound on the length of the layer from its fixed steps (s).
     pub floor: f64,
 }
 
-/// A problem made ready.
+/// A problem prepared for planning.
 #[derive(Clone, Debug)]
 pub(super) struct Instance<'a> {
     pub problem: &'a Problem,
     pub movers: Vec<Mover>,
     pub jobs: Vec<Job>,
     pub layers: Vec<Layer>,
-    /// When the first open layer may begin (s).
+    /// Earliest begin of the first open layer (s).
     pub begin: f64,
-    /// What a second of makespan costs.
+    /// Cost of a second of makespan.
     pub second: f64,
-    /// What is fixed costs this, with the makespan until `begin`.
+    /// Cost of the fixed steps, with the makespan until `begin`.
     pub offset: f64,
     pub fixed: Vec<Step>,
     pub scales: Rc<Scales>,
 }
 
 impl<'a> Instance<'a> {
-    /// All tasks that have not begun, around those that have.
+    /// Returns the instance of all tasks that have not begun; those that have begun are fixed.
     pub fn whole(problem: &'a Problem) -> Instance<'a> {
         Instance::with_scales(problem, Scales::of(problem))
     }
 
-    /// The same where the scales are known.
+    /// As [`Instance::whole`] with given scales.
     pub fn with_scales(problem: &'a Problem, scales: Scales) -> Instance<'a> {
         let scales = Rc::new(scales);
         let abilities = Abilities::of(problem);
@@ -125,8 +126,8 @@ impl<'a> Instance<'a> {
         instance
     }
 
-    /// Of a whole instance, `tasks` around `fixed`; objects are left for all others that are to come. All layers before
-    /// the first one of `tasks` are fixed.
+    /// Returns the instance of `tasks` with the fixed steps `fixed`; objects are kept free for all other open tasks.
+    /// All layers before the first one of `tasks` are fixed. `self` is a whole instance.
     pub fn part(&self, fixed: &[Step], tasks: &[usize]) -> Instance<'a> {
         let is_fixed = |task: usize| fixed.iter().any(|step| step.task == task);
         let free = |object: &Option<usize>| object.is_none_or(|o| fixed.iter().all(|step| step.object != Some(o)));
@@ -143,7 +144,7 @@ impl<'a> Instance<'a> {
                 later.push(Job { task, layer: None, objects, modes: Vec::new(), agents });
             }
         }
-        // Who has as many objects to choose from as there are tasks finds one in any case.
+        // A job with at least as many possible objects as there are jobs always gets one, and needs no column here.
         let mut count = jobs.len() + later.len();
         later.sort_by_key(|job| std::cmp::Reverse(job.objects.len()));
         for job in later {
@@ -165,7 +166,7 @@ impl<'a> Instance<'a> {
         instance
     }
 
-    /// Layers, releases and what is fixed of the cost, from jobs (those with a layer) and fixed steps.
+    /// Computes layers, releases and the constant cost, from jobs (those with a layer) and fixed steps.
     fn open(&mut self) {
         let problem = self.problem;
         let fixed = &self.fixed;

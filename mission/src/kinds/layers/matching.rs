@@ -1,7 +1,7 @@
-//! Which objects can serve which tasks: a largest matching, and where not all tasks have a partner, the tasks that want
-//! more objects than there are (Hall's theorem).
+//! Matching of tasks to objects: a maximum matching and, if it leaves tasks out, the tasks that need more objects than
+//! there are (Hall's theorem).
 
-/// Partners of rows among columns, each column at most once, as many as possible (augmenting paths).
+/// A maximum matching of rows to columns, each column at most once (augmenting paths).
 pub struct Matching {
     /// Column of each row.
     pub columns: Vec<Option<usize>>,
@@ -9,17 +9,17 @@ pub struct Matching {
     rows: Vec<Option<usize>>,
 }
 
-/// Rows that together have fewer columns than they are.
+/// A set of rows that together have fewer columns than rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shortage {
     /// The rows, ascending.
     pub rows: Vec<usize>,
-    /// All columns that any of them may have, ascending.
+    /// All columns of these rows, ascending.
     pub columns: Vec<usize>,
 }
 
 impl Matching {
-    /// A largest matching; `candidates` gives the columns, less than `count`, that each row may have.
+    /// Computes a maximum matching; `candidates` holds the permitted columns of each row, less than `count`.
     pub fn new(candidates: &[Vec<usize>], count: usize) -> Matching {
         let mut matching = Matching { columns: vec![None; candidates.len()], rows: vec![None; count] };
         for row in 0..candidates.len() {
@@ -28,8 +28,8 @@ impl Matching {
         matching
     }
 
-    /// The rows and columns on alternating paths from a free row, with the column by which each row was come to; and the
-    /// free column at the end of one, if there is one.
+    /// Searches alternating paths from an unmatched row. Returns their rows and, by column, the row from which it was
+    /// reached; and the unmatched column at the end of one, if there is one.
     fn search(&self, candidates: &[Vec<usize>], from: usize) -> (Vec<usize>, Vec<Option<usize>>, Option<usize>) {
         let mut parent: Vec<Option<usize>> = vec![None; self.rows.len()];
         let mut queue = vec![from];
@@ -64,14 +64,14 @@ impl Matching {
         }
     }
 
-    /// Why rows are left without a column: for each such row the rows that compete with it, each set once.
+    /// Returns the reasons for unmatched rows: for each such row the rows that compete with it, each set once.
     pub fn shortages(&self, candidates: &[Vec<usize>]) -> Vec<Shortage> {
         let mut shortages: Vec<Shortage> = Vec::new();
         for row in (0..candidates.len()).filter(|row| self.columns[*row].is_none()) {
             let (mut rows, parent, _) = self.search(candidates, row);
             rows.sort_unstable();
             let columns: Vec<usize> = (0..self.rows.len()).filter(|column| parent[*column].is_some()).collect();
-            // Rows that compete for the same columns are one shortage.
+            // Rows that compete for the same columns form one shortage.
             match shortages.iter_mut().find(|other| other.columns == columns && !columns.is_empty()) {
                 Some(other) => {
                     other.rows.extend(rows);

@@ -1,8 +1,8 @@
-//! The same problem as a mixed-integer program: the reference against which branch and bound is tested.
+//! The planning problem as a mixed-integer program: the reference for tests of branch and bound.
 //!
-//! One binary for each task, agent and object; for each robot and layer the ways `S` and the moving time `T`, between which
-//! the speeds stand as `S / v_max <= T <= S / v_min`. The energy `varrho_3 S^2 / T` is convex and homogeneous: its tangents
-//! at a speed `v` are `2 v S - v^2 T`. Tangents are added where a solution lies below the energy, until none does.
+//! One binary for each task, agent and object; for each robot and layer the distance `S` and the moving time `T`, with
+//! the speed limits `S / v_max <= T <= S / v_min`. The energy `varrho_3 S^2 / T` is convex and homogeneous: its tangent
+//! at a speed `v` is `2 v S - v^2 T`. Tangents are added until no solution lies below the energy.
 
 use std::time::Instant;
 
@@ -14,7 +14,7 @@ use super::dual::Choices;
 use super::improve::Improver;
 use super::instance::{Instance, Mover};
 
-/// Tangents of each robot and layer to begin with, and the most rounds of adding some.
+/// Initial number of tangents of each robot and layer, and maximum number of rounds of adding some.
 const TANGENTS: usize = 5;
 const ROUNDS: usize = 40;
 
@@ -33,7 +33,7 @@ struct Formulation {
     motions: Vec<Motion>,
 }
 
-/// The best choices for an instance in which nothing is kept free for later.
+/// Finds the best choices for an instance in which no object is kept free for later tasks.
 pub(super) fn mixed(instance: &Instance<'_>, engine: &dyn Milp, budget: &Budget) -> Result<Found, EngineError> {
     let begun = Instant::now();
     let mut formulation = Formulation::new(instance);
@@ -74,7 +74,7 @@ pub(super) fn mixed(instance: &Instance<'_>, engine: &dyn Milp, budget: &Budget)
     }
     let (cost, choices) = match best {
         Some(found) => found,
-        // A limit came before any plan: the first one of the other search.
+        // A limit was reached before the first plan: use the root node of branch and bound.
         None => {
             let failed = || EngineError::Failed { engine: engine.name().into(), message: "no plan".into() };
             let first = branch(instance, &Budget { nodes: 1, ..*budget }).ok_or_else(failed)?;
@@ -155,10 +155,11 @@ impl Formulation {
                 self.motions.push(Motion { agent, way, time, drag });
                 busy.push((time, 1.0));
             }
-            // Loads, with the release where the agent has anything to do (it never ends after what is fixed).
+            // Load of the agent, with its release even if it has no task (the release never ends after the fixed
+            // steps).
             self.model.at_most(busy.into_iter().chain([(length, -1.0)]), -layer.release[agent]);
         }
-        // No layer is shorter than any of its tasks: each at the greatest speed.
+        // The length of a layer is at least the shortest time of each of its tasks.
         for &index in &layer.jobs {
             let job = &instance.jobs[index];
             let time = |(agent, object, column): &(usize, usize, usize)| {
@@ -185,7 +186,7 @@ impl Formulation {
         self.binaries.iter().zip(choices).flat_map(|(own, choice)| chosen(own, *choice)).collect()
     }
 
-    /// Adds tangents where the energy costs more than what the program has by more than `fine`: how many.
+    /// Adds tangents at points whose energy exceeds that of the program by more than `fine`; returns their number.
     fn cut(&mut self, instance: &Instance<'_>, values: &[f64], fine: f64) -> u64 {
         let mut added = 0;
         for motion in &self.motions {

@@ -1,4 +1,4 @@
-//! Why a declaration of a layered problem is refused, and what keeps an agent from a task.
+//! Reasons for rejecting a declaration of a layered problem, and obstacles between an agent and a task.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use crate::numbers::MAX_NUMBER;
 
 use super::problem::{Problem, between};
 
-/// Why a declaration is refused. Agents, tasks and objects are named by index.
+/// Reason why a declaration is rejected. Agents, tasks and objects are identified by index.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "the message says what each field is")]
@@ -61,18 +61,18 @@ pub enum Reason {
     LayerBefore { task: usize },
 }
 
-/// What keeps an agent from a task.
+/// Obstacle that prevents an agent from performing a task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Obstacle {
     /// Index of the agent.
     pub agent: usize,
-    /// The object that the agent comes closest to using; none where it fails without one.
+    /// The object with the smallest obstacle for the agent; `None` if the obstacle is independent of the object.
     pub object: Option<usize>,
-    /// What it is.
+    /// Kind of the obstacle.
     pub kind: ObstacleKind,
 }
 
-/// What kind of obstacle it is.
+/// Kind of an obstacle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "the message says what each field is")]
@@ -94,7 +94,8 @@ pub enum ObstacleKind {
 }
 
 impl Problem {
-    /// The first thing that keeps this agent from this task; with an object: from using it. None: it is able to.
+    /// Returns the first obstacle between this agent and this task, or between the agent and this object; `None` if the
+    /// agent can perform it.
     pub fn obstacle(&self, agent: usize, task: usize, object: Option<usize>) -> Option<ObstacleKind> {
         let (who, what) = (self.agents.get(agent)?, self.tasks.get(task)?);
         if who.lost {
@@ -106,7 +107,8 @@ impl Problem {
         self.task_obstacle(agent, task).or_else(|| self.grip_obstacle(agent, object?))
     }
 
-    /// What keeps it from this task with any object, even if it still takes part and no other agent is named.
+    /// Returns the obstacle between the agent and this task with any object, even if the agent is lost or another one
+    /// is named.
     pub(super) fn task_obstacle(&self, agent: usize, task: usize) -> Option<ObstacleKind> {
         let (who, what) = (self.agents.get(agent)?, self.tasks.get(task)?);
         if who.skill(&what.action).is_none() {
@@ -116,7 +118,7 @@ impl Problem {
         Some(ObstacleKind::Path { distance: between(&who.place, far), reach: who.reach? })
     }
 
-    /// What keeps it from using this object in any task.
+    /// Returns the obstacle between the agent and this object in any task.
     pub(super) fn grip_obstacle(&self, agent: usize, object: usize) -> Option<ObstacleKind> {
         let (who, thing) = (self.agents.get(agent)?, self.objects.get(object)?);
         if !who.reaches(&thing.place) {

@@ -1,23 +1,23 @@
-//! What makes the terms of the cost of a layered plan comparable: the denominators of (6.1), (6.2) and (6.6).
+//! Scales of the terms of the cost of a layered plan: the denominators of (6.1), (6.2) and (6.6).
 
 use serde::{Deserialize, Serialize};
 
 use super::ability::Abilities;
 use super::problem::{Agent, Body, Problem, Skill};
 
-/// Denominators of the cost. Neither who is lost nor which agent or
-/// object a task names changes them, so that costs before and after a loss, with and without an allocation, compare.
+/// Denominators of the cost. They are independent of lost agents, and of the agent or object that a task names, so that
+/// costs before and after a loss, with and without an allocation, are comparable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scales {
     /// `|T| (delta_max + d_max / v_min)` of (6.1) (s).
     pub makespan: f64,
-    /// By agent: `omega_{h,max}` of (6.2) for a person (kg s), the denominator of (6.6) for a robot (J); 0 where nothing
-    /// that the agent could do has any.
+    /// By agent: `omega_{h,max}` of (6.2) for a person (kg s), the denominator of (6.6) for a robot (J); 0 if all tasks
+    /// that the agent could perform have zero.
     pub of_agent: Vec<f64>,
 }
 
 impl Scales {
-    /// The scales of a problem.
+    /// Computes the scales of a problem.
     pub fn of(problem: &Problem) -> Scales {
         let least = problem.least_mass();
         let mut farthest = 0.0_f64;
@@ -25,7 +25,7 @@ impl Scales {
         let abilities = Abilities::of(problem);
         for (task, what) in problem.tasks.iter().enumerate() {
             let begun = problem.begun_of(task);
-            // An object that is named is no part of the scale where features say which would do as well.
+            // If the task has features, the scale covers all objects that have them, also if one is named.
             let objects: Vec<Option<usize>> = match what.needs_object() {
                 true => abilities.objects[task].iter().copied().map(Some).collect(),
                 false => vec![None],
@@ -52,7 +52,7 @@ impl Scales {
         for who in &problem.agents {
             for skill in &who.skills {
                 longest = longest.max(skill.duration);
-                // (6.15) falls with the mass, so that the heaviest object is the slowest.
+                // The speed (6.15) decreases with the mass, so that the heaviest object is the slowest.
                 slowest = slowest.min(pace(who, skill, heaviest - least));
             }
             if let Body::Robot { speed, .. } = who.body {
@@ -72,7 +72,7 @@ impl Scales {
     }
 }
 
-/// (6.15) for an object heavier than the lightest by this much (kg); infinite for a robot.
+/// Computes (6.15) for an object that is heavier than the lightest one by this mass (kg); infinite for a robot.
 fn pace(agent: &Agent, skill: &Skill, heavier: f64) -> f64 {
     match agent.body {
         Body::Human { speed, slowing } => skill.pace * speed / (1.0 + slowing * heavier),

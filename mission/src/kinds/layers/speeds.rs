@@ -1,29 +1,29 @@
-//! How fast the robots move in a layer, exactly: for given agents and objects the rest is a convex program in one number,
-//! the length of the layer.
+//! Optimal speeds of the robots in a layer: for given agents and objects the problem is a convex program in one
+//! variable, the length of the layer.
 //!
-//! A robot that has ways of together `S` (m) and `T` (s) to move takes least energy at one speed for all of them, `S / T`:
-//! `varrho_1 T + varrho_2 S + varrho_3 S^2 / T` (6.4), convex in `T`. A layer of length `D` leaves it `T = D - release -
-//! constant times`, of which it uses no more than the speed of least energy needs. The derivative by `D` is increasing, and
-//! concave until a robot comes to that speed: Newton's method from the shortest length comes to its root from the left, if it
-//! stops where a robot drops out.
+//! A robot with total distance `S` (m) and moving time `T` (s) needs the least energy at one speed for all motions, `S
+//! / T`: `varrho_1 T + varrho_2 S + varrho_3 S^2 / T` (6.4), convex in `T`. A layer of length `D` leaves it `T = D -
+//! release - constant times`, of which it uses no more than the speed of least energy needs. The derivative with
+//! respect to `D` is increasing, and concave until a robot reaches that speed: Newton's method from the shortest length
+//! converges to its root from the left, if it stops at each length at which a robot drops out.
 
 use super::instance::{Layer, Mode, Mover};
 
-/// What an agent has to do in a layer.
+/// Load of an agent in a layer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Load {
     /// Number of tasks.
     pub count: usize,
     /// Sum of [`Mode::time`].
     pub time: f64,
-    /// Sum of the ways.
+    /// Sum of the distances.
     pub way: f64,
     /// Sum of the costs.
     pub cost: f64,
 }
 
 impl Load {
-    /// One task more.
+    /// Returns the load with one more task.
     pub fn with(self, mode: &Mode) -> Load {
         Load {
             count: self.count + 1,
@@ -33,7 +33,7 @@ impl Load {
         }
     }
 
-    /// One task less. Nothing is left where no task is.
+    /// Returns the load with one task less; exactly zero without tasks.
     pub fn without(self, mode: &Mode) -> Load {
         match self.count {
             0 | 1 => Load::default(),
@@ -47,18 +47,18 @@ impl Load {
     }
 }
 
-/// A layer with its best speeds.
+/// A layer with its optimal length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Timing {
-    /// Its length `D` (s).
+    /// Length `D` of the layer (s).
     pub length: f64,
-    /// What the layer costs: loads, energy, makespan.
+    /// Cost of the layer: loads, energy, makespan.
     pub cost: f64,
 }
 
 impl Mover {
-    /// The speed at which a metre costs least when a second costs `second`: the root of the derivative of
-    /// `joule (varrho_1 / v + varrho_3 v) + second / v`, within the robot's speeds. 0 of a person.
+    /// Returns the speed of minimum cost per metre if a second costs `second`: the root of the derivative of `joule
+    /// (varrho_1 / v + varrho_3 v) + second / v`, within the robot's speeds. 0 for a person.
     pub fn speed_at(&self, second: f64) -> f64 {
         let Mover::Robot { speed, energy, joule } = self else { return 0.0 };
         let drag = joule * energy.drag;
@@ -68,13 +68,13 @@ impl Mover {
         ((joule * energy.standby + second) / drag).sqrt().clamp(speed.low, speed.high)
     }
 
-    /// What a metre costs at this speed, friction left out, when a second costs `second`. 0 of a person.
+    /// Computes the cost of a metre at this speed, without friction, if a second costs `second`. 0 for a person.
     pub fn metre(&self, at: f64, second: f64) -> f64 {
         let Mover::Robot { energy, joule, .. } = self else { return 0.0 };
         joule * (energy.standby / at + energy.drag * at) + second / at
     }
 
-    /// The time that ways take at most, at the speed of least energy, and at least (s).
+    /// Returns the longest useful time for a distance, at the speed of least energy, and the shortest (s).
     fn times(&self, way: f64) -> (f64, f64) {
         match self {
             Mover::Robot { speed, .. } if way > 0.0 => (way / self.speed_at(0.0), way / speed.high),
@@ -82,14 +82,14 @@ impl Mover {
         }
     }
 
-    /// The time (s) that ways of together `way` (m) take where `most` (s) is left for them.
+    /// Returns the time (s) for a total distance `way` (m) if `most` (s) is available.
     pub fn moving(&self, way: f64, most: f64) -> f64 {
         let (slow, fast) = self.times(way);
         most.min(slow).max(fast)
     }
 }
 
-/// The best length of a layer with these loads of the agents, and its cost.
+/// Computes the optimal length of a layer with these loads of the agents, and its cost.
 pub(super) fn timing(movers: &[Mover], layer: &Layer, loads: &[Load], second: f64) -> Timing {
     let busy = || (0..movers.len()).filter(|agent| loads[*agent].count > 0);
     let begun = |agent: usize| layer.release[agent] + loads[agent].time;
@@ -141,10 +141,11 @@ mod tests {
     use super::*;
     use crate::numbers::{Energy, Range};
 
-    /// A task of a robot: constant time and way.
+    /// A task of a robot: constant time and distance.
     type Errand = (f64, f64);
 
-    /// The same as a cone program in which every task has a speed of its own: `u >= d^2 / t` for each of moving time `t`.
+    /// The same problem as a cone program in which every task has its own speed: `u >= d^2 / t` for each moving time
+    /// `t`.
     fn cones(movers: &[Mover], layer: &Layer, errands: &[Vec<Errand>], second: f64) -> f64 {
         let mut cost = vec![second];
         let mut rows: Vec<(Vec<(usize, f64)>, f64)> = vec![(vec![(0, -1.0)], -layer.floor)];
@@ -222,7 +223,7 @@ mod tests {
             let found = timing(&movers, &layer, &loads, second);
             let best = cones(&movers, &layer, &errands, second);
             prop_assert!((found.cost - best).abs() <= 1e-6 * (1.0 + best.abs()), "{} and {best}", found.cost);
-            // Convex in the length: neither shorter nor longer is better.
+            // Convex in the length: neither a shorter nor a longer layer is better.
             for length in [0.99 * found.length, 1.01 * found.length] {
                 let fixed = Layer { floor: length, ..layer.clone() };
                 if length >= layer.floor {

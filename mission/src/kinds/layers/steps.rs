@@ -1,57 +1,57 @@
-//! A layered plan by tasks: each with who performs it, with what, how fast and when. The form in which planners work; a
-//! [`Plan`] is the form in which they answer, and the two turn into each other.
+//! A layered plan as a list of tasks, each with its agent, object, speed and times. Planners use this form internally;
+//! a [`Plan`] is the form of the result. Each converts into the other.
 
 use crate::plan::{Activity, Actor, Layered, LayeredTask, Phase, Plan, Statistics, Status, Target, Work};
 
 use super::cost;
 use super::problem::{Begun, Problem};
 
-/// A task as it is performed.
+/// A planned task.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Index of the task.
     pub task: usize,
     /// Index of the agent.
     pub agent: usize,
-    /// Index of the object; none: it needs none.
+    /// Index of the object; `None`: the task needs none.
     pub object: Option<usize>,
-    /// The speed (m/s), more than 0.
+    /// Speed (m/s), more than 0.
     pub speed: f64,
-    /// When it begins (s).
+    /// Start (s).
     pub start: f64,
-    /// When it ends (s).
+    /// End (s).
     pub end: f64,
-    /// It had begun when the plan was made.
+    /// True if the task had begun when the plan was made.
     pub begun: bool,
 }
 
 impl Begun {
-    /// What has begun as a step of a plan.
+    /// Converts a task that has begun into a step of a plan.
     pub fn step(&self) -> Step {
         let Begun { task, agent, object, speed, start, end } = *self;
         Step { task, agent, object, speed, start, end, begun: true }
     }
 }
 
-/// The actor that an agent is in a plan: robots and people are numbered apart, each in the problem's order.
+/// Returns the actor of an agent in a plan: robots and people are numbered separately, each in the problem's order.
 pub fn actor(problem: &Problem, agent: usize) -> Actor {
     let human = |index: usize| problem.agents.get(index).is_some_and(|who| who.is_human());
     let same = (0..agent).filter(|other| human(*other) == human(agent)).count();
     if human(agent) { Actor::Agent(same) } else { Actor::Robot(same) }
 }
 
-/// The agent that an actor of a plan is; none if there is no such agent.
+/// Returns the agent of an actor of a plan; `None` if there is no such agent.
 pub fn agent_of(problem: &Problem, of: Actor) -> Option<usize> {
     (0..problem.agents.len()).find(|agent| actor(problem, *agent) == of)
 }
 
-/// The plan of these steps, whose cost is computed here; a bound above it by rounding is brought down to it.
+/// Converts steps into a plan, and computes its cost. A bound that exceeds the cost by rounding is lowered to it.
 pub fn to_plan(problem: &Problem, steps: &[Step], status: Status, engine: String, statistics: Statistics) -> Plan {
     let cost = cost::cost(problem, steps).total();
     with_cost(problem, (steps, cost), status, engine, statistics)
 }
 
-/// The same where the cost is known.
+/// As [`to_plan`] with a given cost.
 pub(super) fn with_cost(
     problem: &Problem,
     (steps, cost): (&[Step], f64),
@@ -112,8 +112,8 @@ fn activity(problem: &Problem, step: &Step) -> Activity {
     }
 }
 
-/// The steps of a layered plan, by task; activities of other plans and of actors that the problem does not have are left
-/// out. A motion without a speed is taken at 1 m/s.
+/// Converts a layered plan into steps, by task. Activities of other plans and of unknown actors are omitted. A motion
+/// without a speed gets 1 m/s.
 pub fn from_plan(problem: &Problem, plan: &Plan) -> Vec<Step> {
     let step = |activity: &Activity| {
         let work = activity.work?;

@@ -1,4 +1,5 @@
-//! From choices to steps: the best lengths of the layers, the robots' speeds, and when each task begins.
+//! Conversion of choices to steps: computes the optimal lengths of the layers, the robots' speeds, and the starts of
+//! tasks.
 
 use super::dual::Choices;
 use super::improve::Improver;
@@ -6,8 +7,8 @@ use super::instance::{Instance, Mover};
 use super::speeds::timing;
 use super::steps::Step;
 
-/// The steps of these choices, with what is fixed. Agents begin with their layer and do their tasks in the problem's order
-/// without a pause.
+/// Returns the steps of these choices, with the fixed steps. Agents begin with their layer and perform their tasks in
+/// the problem's order without a pause.
 pub(super) fn steps(instance: &Instance<'_>, choices: &Choices) -> Vec<Step> {
     let mut steps = instance.fixed.clone();
     let loads = Improver::new(instance, choices.clone()).into_loads();

@@ -1,8 +1,8 @@
-//! Whether a plan is a layered plan of a problem: every constraint (6.8) to (6.14) and the cost, from the plan's activities
-//! alone.
+//! Validation of a layered plan against a problem: checks every constraint (6.8) to (6.14) and the cost, from the
+//! plan's activities alone.
 //!
-//! It shares data types with the planners and nothing else: who is able to do what, ways, speeds, durations and the cost are
-//! computed here again, so that a mistake there is seen here.
+//! The validator shares only data types with the planners: it recomputes abilities, distances, speeds, durations and
+//! the cost, so that it detects a mistake in the planners' versions.
 
 use std::fmt;
 
@@ -12,42 +12,43 @@ use crate::plan::{Activity, Actor, Phase, Plan};
 
 use super::problem::{Agent, Body, Object, Problem, Task};
 
-/// How far a time may be off (s), and what is added for each second of it; how far a speed, and relatively a cost, may be.
+/// Tolerance of a time (s), and its increase per second; also the tolerance of a speed, and the relative one of a cost.
 pub const TOLERANCE: f64 = 1e-6;
 const ROUNDING: f64 = 1e-12;
 
-/// A constraint, by the equation of the thesis where it has one.
+/// A constraint, with the equation of the thesis if it has one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rule {
-    /// The plan has the problem's names, finite times, and no activity that ends before it begins or is of nobody.
+    /// The plan has the problem's names, finite times, and no activity that ends before it begins or has an unknown
+    /// actor.
     Form,
-    /// Each task is there once (6.11).
+    /// Each task occurs once (6.11).
     Once,
-    /// (6.8): a task begins when all tasks of the layers before have ended.
+    /// (6.8): a task begins after all tasks of the earlier layers have ended.
     Layers,
-    /// (6.9): a task has one object, with the features, and the one that is named; or none if it needs none.
+    /// (6.9): a task has one object, with the features, and the named one if any; or none if it needs none.
     Object,
     /// (6.10): an object is used by one task.
     ObjectOnce,
-    /// (6.11): the agent is able to: skill, reach, payload, features; and is the one that is named.
+    /// (6.11): the agent has the skill, reach, payload and features, and is the named one if any.
     Able,
     /// (6.12): an agent performs one task at a time.
     Overlap,
-    /// (6.13): a robot's speed is one of its speeds; a person's is (6.15).
+    /// (6.13): a robot's speed is within its range; a person's is (6.15).
     Speed,
     /// (6.14): a task takes at least its time at its speed.
     Duration,
-    /// What has begun stays as it is.
+    /// Tasks that have begun are unchanged.
     Begun,
-    /// What has not begun begins no earlier than the plan is made.
+    /// Tasks that have not begun begin no earlier than the plan is made.
     Past,
     /// The cost is (6.7).
     Cost,
 }
 
 impl Rule {
-    /// What holds, in a sentence.
+    /// Returns the constraint as a sentence.
     pub fn text(self) -> &'static str {
         match self {
             Rule::Form => "names are the problem's, times are finite, and each activity is of somebody",
@@ -69,14 +70,14 @@ impl Rule {
 /// A constraint that a plan breaks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Violation {
-    /// Which one.
+    /// The broken constraint.
     pub rule: Rule,
-    /// Index of the task where; none where the plan as a whole is wrong.
+    /// Index of the task; `None` if the plan as a whole is wrong.
     pub task: Option<usize>,
-    /// The other task, of a rule about two.
+    /// The other task, for a rule about two tasks.
     pub other: Option<usize>,
-    /// By how much: seconds, metres a second for [`Rule::Speed`], the difference for [`Rule::Cost`]; 0 where it has no
-    /// size.
+    /// Size of the violation: seconds, metres per second for [`Rule::Speed`], the difference for [`Rule::Cost`]; 0 if
+    /// it has no size.
     pub by: f64,
 }
 
@@ -93,8 +94,8 @@ impl fmt::Display for Violation {
     }
 }
 
-/// Everything that is wrong with a plan of this problem; empty for a plan that may be executed. Of a problem in which
-/// [`Problem::check`] finds a mistake no plan is one.
+/// Returns all violations of a plan of this problem; empty if the plan may be executed. If [`Problem::check`] reports
+/// mistakes, every plan is invalid.
 pub fn validate(problem: &Problem, plan: &Plan) -> Vec<Violation> {
     let mut validator = Validator { problem, plan, violations: Vec::new() };
     if !problem.check().is_empty() {
@@ -112,7 +113,7 @@ pub fn validate(problem: &Problem, plan: &Plan) -> Vec<Violation> {
     validator.violations
 }
 
-/// A task as the plan has it.
+/// A task with its activity in the plan.
 struct Done<'a> {
     index: usize,
     task: &'a Task,
@@ -128,7 +129,7 @@ struct Validator<'a> {
     violations: Vec<Violation>,
 }
 
-/// How far this time may be off (s).
+/// Returns the tolerance of this time (s).
 fn tolerance(time: f64) -> f64 {
     TOLERANCE + ROUNDING * time.abs()
 }
@@ -143,7 +144,7 @@ impl<'a> Validator<'a> {
         self.violations.push(Violation { rule, task, other: None, by });
     }
 
-    /// Names, and each activity with what it is about.
+    /// Checks names, and returns each activity with its task, agent and object.
     fn form(&mut self) -> Vec<Done<'a>> {
         let (problem, plan) = (self.problem, self.plan);
         let of = |human: bool| problem.agents.iter().enumerate().filter(move |(_, who)| who.is_human() == human);
@@ -191,7 +192,7 @@ impl<'a> Validator<'a> {
         done
     }
 
-    /// `d_{a,tau,o}` (m).
+    /// Computes `d_{a,tau,o}` (m).
     fn way(&self, who: &Agent, task: &Task, object: Option<(usize, &Object)>) -> f64 {
         let mut places = vec![&who.place];
         places.extend(object.map(|(_, thing)| &thing.place));
@@ -202,7 +203,7 @@ impl<'a> Validator<'a> {
         places.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
     }
 
-    /// (6.9), (6.11), (6.13), (6.14) and what has begun.
+    /// Checks (6.9), (6.11), (6.13), (6.14), and that a task that has begun is unchanged.
     fn one(&mut self, one: &Done<'a>) {
         let (task, at) = (one.task, Some(one.index));
         let (start, end) = (one.activity.start, one.activity.end);
@@ -265,7 +266,7 @@ impl<'a> Validator<'a> {
         }
     }
 
-    /// (6.15) (m/s).
+    /// Computes (6.15) (m/s).
     fn pace(&self, who: &Agent, pace: f64, object: Option<(usize, &Object)>) -> f64 {
         let Body::Human { speed, slowing } = who.body else { return 0.0 };
         let mut least = f64::INFINITY;
@@ -276,7 +277,7 @@ impl<'a> Validator<'a> {
         pace * speed / (slowing * more + 1.0)
     }
 
-    /// (6.8), (6.10) and (6.12).
+    /// Checks (6.8), (6.10) and (6.12).
     fn pairs(&mut self, done: &[Done<'a>]) {
         for (number, one) in done.iter().enumerate() {
             for other in &done[..number] {
@@ -300,10 +301,10 @@ impl<'a> Validator<'a> {
         }
     }
 
-    /// (6.1) to (6.7).
+    /// Checks (6.1) to (6.7).
     fn cost(&mut self, done: &[Done<'a>]) {
         let problem = self.problem;
-        // Scales, over everything that somebody could do.
+        // Scales, over all combinations that some agent could perform.
         let (mut farthest, mut longest, mut slowest) = (0.0_f64, 0.0_f64, f64::INFINITY);
         let mut most = vec![0.0_f64; problem.agents.len()];
         let fit = |task: &Task| -> Vec<bool> {

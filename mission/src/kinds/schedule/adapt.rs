@@ -1,7 +1,8 @@
-//! What people say changes what is planned for them: satisfaction, weights, speeds and waiting distances; thesis 5.4.
+//! Adaptation of a problem to feedback of people: satisfaction, weights, speeds and waiting distances; thesis 5.4.
 //!
-//! Corrected: the efficiency of a person is `min phi / phi_a`, which lies in 0 to 1 (printed inverted); (5.16) and (5.17)
-//! use the weighted satisfaction `nu`; the scaling of a slower robot's bounds is `mu_m / mu_m*`, as Algorithm 2 has it.
+//! Corrected: the efficiency of a person is `min phi / phi_a`, which lies in 0 to 1 (printed inverted); (5.16) and
+//! (5.17) use the weighted satisfaction `nu`; the scaling of a slower robot's bounds is `mu_m / mu_m*`, as Algorithm 2
+//! has it.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,10 +10,10 @@ use super::problem::{Agent, AgentKind, Approach, Problem};
 use crate::numbers::MAX_NUMBER;
 use crate::numbers::Range;
 
-/// What a person says of a service.
+/// Feedback of a person on a service.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Feedback {
-    /// Index of the agent, a person.
+    /// Index of the person among the agents.
     pub agent: usize,
     /// Number of the operation that was served, from 0.
     pub operation: usize,
@@ -24,42 +25,42 @@ pub struct Feedback {
     pub wait: f64,
     /// `f^v`, -1 to 1: the robot came too fast (-1) or too slowly (1).
     pub approach: f64,
-    /// `f^l` (m): how much farther away the robot shall wait.
+    /// `f^l` (m): requested increase of the waiting distance.
     pub distance: f64,
 }
 
-/// How satisfied a person is, `eta^w` and `eta^v`, each -1 to 1.
+/// Satisfaction of a person, `eta^w` and `eta^v`, each -1 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Satisfaction {
-    /// With the waits: positive if they are too long.
+    /// Satisfaction with the waits: positive if they are too long.
     pub wait: f64,
-    /// With the approaches: positive if they are too slow.
+    /// Satisfaction with the approaches: positive if they are too slow.
     pub approach: f64,
 }
 
 /// Constants of the adaptation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Adaptation {
-    /// `theta`, 0 to 1: how much the latest feedback counts against what was.
+    /// `theta`, 0 to 1: weight of the latest feedback; the previous satisfaction has weight `1 - theta`.
     pub memory: f64,
     /// `k_alpha` of (5.16).
     pub wait_gain: f64,
     /// `k_zeta` of (5.17).
     pub approach_gain: f64,
-    /// `c_eps`: the least relative distance between the ends of a range of speeds.
+    /// `c_eps`: minimum relative distance between the ends of a range of speeds.
     pub margin: f64,
-    /// By how much a limit of waits moves at the most at one feedback (s). Zero or more.
+    /// Maximum change of a wait limit by one feedback (s). Zero or more.
     pub wait_step: f64,
 }
 
 impl Default for Adaptation {
-    /// Ours: the thesis prints no values.
+    /// Our own values: the thesis prints none.
     fn default() -> Adaptation {
         Adaptation { memory: 0.5, wait_gain: 1.0, approach_gain: 1.0, margin: 0.01, wait_step: 30.0 }
     }
 }
 
-/// Why feedback cannot be taken.
+/// Reason why a feedback is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "the message says what each field is")]
@@ -76,26 +77,27 @@ pub enum NoFeedback {
     NotANumber,
 }
 
-/// `eta_i = theta f_i + (1 - theta) eta_{i-1}`; the first feedback as it is.
+/// Computes the satisfaction `eta_i = theta f_i + (1 - theta) eta_{i-1}`; the first feedback is taken unchanged.
 pub fn satisfaction(previous: Option<Satisfaction>, feedback: &Feedback, memory: f64) -> Satisfaction {
     let Some(previous) = previous else { return Satisfaction { wait: feedback.wait, approach: feedback.approach } };
     let mix = |now: f64, before: f64| memory * now + (1.0 - memory) * before;
     Satisfaction { wait: mix(feedback.wait, previous.wait), approach: mix(feedback.approach, previous.approach) }
 }
 
-/// `rho_a^e = min phi / phi_a` over people, 0 to 1; 1 for the fastest.
+/// Computes the efficiency of a person, `rho_a^e = min phi / phi_a` over people, 0 to 1; 1 for the fastest.
 pub fn efficiency(problem: &Problem, agent: usize) -> f64 {
     let people = problem.agents.iter().filter(|who| who.kind == AgentKind::Human);
     let least = people.map(|who| who.duration.mean).fold(f64::INFINITY, f64::min);
     problem.agents.get(agent).map_or(0.0, |who| least / who.duration.mean)
 }
 
-/// The problem after a person's feedback, and how satisfied that person is now: later waits and approaches are weighted
-/// by (5.16) and (5.17), speeds follow Algorithm 2, waiting distances (5.18), limits of waits the feedback on waits.
+/// Applies a person's feedback: returns the adapted problem and the person's new satisfaction. Changes the weights of
+/// later waits and approaches by (5.16) and (5.17), the speeds by Algorithm 2, the waiting distances by (5.18), and the
+/// wait limit in proportion to the feedback on the wait.
 ///
 /// # Errors
 ///
-/// The feedback is of nobody, or not a number of its range.
+/// The agent is not a person, the operation or the robot does not exist, or a value is outside its range.
 pub fn adapt(
     problem: &Problem,
     previous: Option<Satisfaction>,
@@ -138,9 +140,9 @@ fn check(problem: &Problem, feedback: &Feedback) -> Result<(), NoFeedback> {
     outside.map_or(Ok(()), |value| Err(NoFeedback::Outside { value }))
 }
 
-/// Ours: the limit of a person's waits moves by a step, the other way than `f^w`. What goes beyond weighs as much as it did
-/// before the first feedback on waits, or more: weights alone have no measure, and a wait that counts nothing takes minutes
-/// where the person asked for seconds.
+/// Our addition: moves the limit of a person's waits by up to `step`, opposite to the sign of `f^w`. The time beyond
+/// the limit keeps at least the weight it had before the first feedback on waits. Without a limit, a wait of weight
+/// zero would take minutes even if the person asked only for some more seconds.
 fn limit(who: &mut Agent, wait: f64, declared: Vec<f64>, step: f64) {
     if wait == 0.0 {
         return;
@@ -151,13 +153,13 @@ fn limit(who: &mut Agent, wait: f64, declared: Vec<f64>, step: f64) {
     who.wait_limit = (who.wait_limit - step * wait).clamp(0.0, MAX_NUMBER);
 }
 
-/// Gives all operations after this one the same weight.
+/// Sets the weight of all operations after `operation`.
 fn later(weights: &mut Vec<f64>, count: usize, operation: usize, weight: f64) {
     weights.resize(count, 1.0);
     weights.iter_mut().skip(operation + 1).for_each(|later| *later = weight);
 }
 
-/// What an agent says of one robot, to be changed.
+/// Returns the agent's entry for one robot, and adds an empty one if there is none.
 fn own(who: &mut Agent, robot: usize) -> &mut Approach {
     let place = match who.approaches.iter().position(|approach| approach.robot == robot) {
         Some(place) => place,
@@ -169,8 +171,8 @@ fn own(who: &mut Agent, robot: usize) -> &mut Approach {
     &mut who.approaches[place]
 }
 
-/// Algorithm 2. Bounds move only where weights cannot do it: if the robot already came at the greatest speed that any
-/// robot may have for this person, or at the least of these.
+/// Adapts the speed ranges by Algorithm 2. Bounds change only if weights have no effect: if the robot already
+/// approached at the maximum of all robots' upper bounds for this person, or at the minimum of these.
 fn speeds(problem: &Problem, who: &mut Agent, feedback: &Feedback, eta: f64, margin: f64) {
     let before: Vec<Range> = (0..problem.robots.len()).map(|m| problem.approach(who, m).0).collect();
     let highs = || before.iter().map(|range| range.high);
@@ -196,7 +198,8 @@ fn speeds(problem: &Problem, who: &mut Agent, feedback: &Feedback, eta: f64, mar
     }
 }
 
-/// (5.18): a more massive robot keeps farther away if it shall, and comes less close if it may.
+/// Adapts the waiting distances by (5.18): on a request for more distance a more massive robot moves farther away than
+/// the assigned one, and on a request for less distance it comes less close.
 fn distances(problem: &Problem, who: &mut Agent, feedback: &Feedback) {
     if feedback.distance == 0.0 {
         return;

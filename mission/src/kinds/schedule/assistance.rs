@@ -1,5 +1,5 @@
-//! A schedule by operations: each with its service. The form in which planners work; a [`Plan`] is the form in which
-//! they answer, and the two turn into each other.
+//! A schedule as a list of operations, each with its service. Planners use this form internally; a [`Plan`] is the form
+//! of the result. Each converts into the other.
 
 use std::collections::BTreeMap;
 
@@ -15,9 +15,9 @@ pub struct Assistance {
     pub agent: usize,
     /// Number of the operation, from 0.
     pub operation: usize,
-    /// When the operation begins (s).
+    /// Start of the operation (s).
     pub start: f64,
-    /// When it ends (s).
+    /// End of the operation (s).
     pub end: f64,
     /// Index of the robot that serves.
     pub robot: usize,
@@ -25,29 +25,29 @@ pub struct Assistance {
     pub times: ServiceTimes,
 }
 
-/// Why the activities of a plan are not a schedule.
+/// Reason why the activities of a plan are not a schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("operation {} of agent {} lacks or repeats its {}", .target.operation, .target.agent, .phase.name())]
 pub struct NoSchedule {
-    /// Which operation.
+    /// The operation.
     pub target: Target,
-    /// What of it.
+    /// The phase that is missing or repeated.
     pub phase: Phase,
 }
 
 impl Assistance {
-    /// The operation that it is about.
+    /// Returns the operation and its agent.
     pub fn target(&self) -> Target {
         Target { agent: self.agent, operation: self.operation }
     }
 }
 
-/// What of this operation has begun, if it has.
+/// Returns the record of this operation in [`Problem::begun`], if it has begun.
 pub fn begun_of(problem: &Problem, agent: usize, operation: usize) -> Option<&Begun> {
     problem.begun.iter().find(|begun| begun.agent == agent && begun.operation == operation)
 }
 
-/// The plan of these assistances, whose cost is computed here; a bound above it by rounding is brought down to it.
+/// Converts assistances into a plan, and computes its cost. A bound that exceeds the cost by rounding is lowered to it.
 pub fn to_plan(
     problem: &Problem,
     schedule: &[Assistance],
@@ -130,11 +130,11 @@ fn activities(problem: &Problem, assistance: &Assistance) -> [Activity; 6] {
     ]
 }
 
-/// The assistances of a plan, by agent and operation.
+/// Converts a plan into assistances, by agent and operation.
 ///
 /// # Errors
 ///
-/// Names the first operation that lacks one of its six activities or has one twice.
+/// Reports the first operation that lacks one of its six activities or has one twice.
 pub fn from_plan(plan: &Plan) -> Result<Vec<Assistance>, NoSchedule> {
     let mut parts: BTreeMap<Target, Vec<&Activity>> = BTreeMap::new();
     for activity in &plan.activities {

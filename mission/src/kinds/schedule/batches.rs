@@ -1,10 +1,11 @@
-//! Some operations at a time, thesis Algorithm 4: for missions too large to be planned at once.
+//! Planning in batches, thesis Algorithm 4: for missions that are too large to be planned at once.
 //!
-//! The first operations are planned; at the end of the next service what has begun is fixed, as many operations as have
-//! been finished come in, and everything that has not begun is planned anew. The thesis lets them come in by distance; here
-//! they come in the order in which a schedule built quickly for the whole mission serves them. What comes out is improved by
-//! moving single services, and is never worse than that first schedule. All costs are on the scales of the whole mission.
-//! A [`relaxation`](super::relaxation) of the whole bounds the cost.
+//! The first batch of operations is planned; at the end of the next service everything that has begun is fixed, as many
+//! operations are added as have been finished, and everything that has not begun is planned again. The thesis adds
+//! operations by distance; here they are added in the order in which a quickly built schedule of the whole mission
+//! serves them. The result is improved by moving single services, and never costs more than that first schedule. All
+//! costs use the scales of the whole mission. A [`relaxation`](super::relaxation) of the whole mission bounds the cost
+//! from below.
 
 use crate::engine::Watch;
 use crate::plan::{Limit, Statistics};
@@ -20,7 +21,7 @@ use super::problem::{Begun, Problem, Scales};
 use super::relaxation::relaxation;
 use super::retime::retime;
 
-/// The share of the time that the first schedule may take.
+/// Share of the time budget for the first schedule.
 const FIRST: f64 = 0.5;
 
 /// Plans a problem without mistakes in batches of `size` operations.
@@ -74,7 +75,7 @@ pub(crate) fn batches(problem: &Problem, size: usize, solver: &Solver) -> Result
     }
 }
 
-/// The agent of each operation whose service has not begun, in the order in which this schedule serves them.
+/// Returns the agent of each operation whose service has not begun, in the order in which this schedule serves them.
 fn order(instance: &Instance, schedule: &[Assistance]) -> Vec<usize> {
     let free = |at: &&Assistance| instance.job_of(at.agent, at.operation).is_some();
     let mut services: Vec<&Assistance> = schedule.iter().filter(free).collect();
@@ -82,7 +83,7 @@ fn order(instance: &Instance, schedule: &[Assistance]) -> Vec<usize> {
     services.into_iter().map(|at| at.agent).collect()
 }
 
-/// The sequence of a schedule.
+/// Returns the sequence of a schedule.
 fn sequence(instance: &Instance, schedule: &[Assistance]) -> Sequence {
     let mut sequence: Sequence = vec![Vec::new(); instance.free.len()];
     let mut services: Vec<&Assistance> = schedule.iter().collect();
@@ -95,14 +96,14 @@ fn sequence(instance: &Instance, schedule: &[Assistance]) -> Sequence {
     sequence
 }
 
-/// The part of a mission that is planned.
+/// The planned part of a mission.
 struct Batch {
     part: Problem,
     schedule: Vec<Assistance>,
 }
 
 impl Batch {
-    /// Nothing but what has been served or is being served.
+    /// Creates a part that holds only the operations whose service has begun or ended.
     fn new(problem: &Problem) -> Batch {
         let mut part = problem.clone();
         part.scales = Some(Scales::of(problem));
@@ -117,7 +118,8 @@ impl Batch {
         Batch { part, schedule: Vec::new() }
     }
 
-    /// The next operation of an agent comes in. The agent has not waited for that: it has been at work since it could.
+    /// Adds the next operation of an agent. The agent has been working on it since it could begin, not since it was
+    /// added.
     fn add(&mut self, problem: &Problem, agent: usize) {
         let who = &mut self.part.agents[agent];
         let operation = who.operations;
@@ -149,7 +151,8 @@ impl Batch {
         self.part.begun.iter().any(same)
     }
 
-    /// Time goes on: what has begun by then is fixed. How many operations have not been served.
+    /// Advances the time and fixes everything that has begun by then. Returns the number of operations that are not
+    /// served.
     fn advance(&mut self, time: f64) -> usize {
         self.part.start = time;
         self.part.begun = begun_at(&self.schedule, time);
@@ -157,8 +160,8 @@ impl Batch {
     }
 }
 
-/// What of a schedule has begun before `time` (s): operations, and services whose robot has left its depot. Where a robot
-/// has left for an operation, what comes before it for the same agent is settled too.
+/// Returns the operations of a schedule that have begun before `time` (s), and the services whose robot has left its
+/// depot. If a robot has left for an operation, the earlier operations of the same agent are fixed too.
 pub fn begun_at(schedule: &[Assistance], time: f64) -> Vec<Begun> {
     let left = |of: &Assistance| {
         let later = |other: &&Assistance| other.agent == of.agent && other.operation >= of.operation;
@@ -220,7 +223,7 @@ mod tests {
         }
     }
 
-    /// Wherever the time ends, it is looked at a few times more and no further: nobody goes on without.
+    /// All planners stop soon after their time limit, at whichever check of the clock it is reached.
     #[test]
     fn whoever_plans_ends_when_the_time_does() {
         let ranged = Range::new(0.05, 0.2);

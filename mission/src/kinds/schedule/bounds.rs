@@ -1,29 +1,29 @@
-//! What every schedule obeys, and what every schedule obeys that costs no more than one that is known: when services start
-//! at the earliest and latest, how many trips a robot makes, a first lower bound on the cost.
+//! Bounds that hold for every schedule, or for every schedule that costs no more than a known one: earliest and latest
+//! starts of services, number of trips of a robot, and a first lower bound on the cost.
 
 use super::instance::Instance;
 
 /// Bounds on the schedules of an instance.
 #[derive(Clone, Debug)]
 pub(crate) struct Bounds {
-    /// The earliest start of each job's service by each robot (s).
+    /// Earliest start of each job's service by each robot (s).
     pub earliest: Vec<Vec<f64>>,
-    /// The earliest start of each job's service by any robot (s).
+    /// Earliest start of each job's service by any robot (s).
     pub first: Vec<f64>,
-    /// The latest start of each job's service (s).
+    /// Latest start of each job's service (s).
     pub latest: Vec<f64>,
-    /// The most trips of each robot.
+    /// Maximum number of trips of each robot.
     pub trips: Vec<usize>,
-    /// The latest end (s).
+    /// Upper bound on the end (s).
     pub end: f64,
-    /// The earliest end (s).
+    /// Lower bound on the end (s).
     pub first_end: f64,
-    /// No schedule costs less.
+    /// Lower bound on the cost of every schedule.
     pub cost: f64,
 }
 
 impl Bounds {
-    /// Bounds on the schedules that cost at most `known`.
+    /// Computes bounds on the schedules that cost at most `known`.
     pub fn new(instance: &Instance, known: f64) -> Bounds {
         let (count, robots) = (instance.jobs.len(), instance.free.len());
         let earliest = earliest(instance);
@@ -34,12 +34,12 @@ impl Bounds {
             let ways: f64 = instance.jobs[job].ways[m].iter().map(|way| way.cost(way.cheapest())).sum();
             ways + instance.jobs[job].serve_cost * instance.serve(m)
         };
-        // Every schedule ends after each job's earliest end, and after the work of all, shared.
+        // The end is bounded below by each job's earliest end, and by the total work divided by the number of robots.
         let work: f64 = (0..count).map(shortest).sum::<f64>() + instance.free.iter().sum::<f64>();
         let alone = |job: usize| least((0..robots).map(|m| earliest[job][m] + back(job, m)));
         let end = (0..count).map(alone).fold(instance.busy.max(least(instance.free.iter().copied())), f64::max);
         let end = if robots > 0 { end.max(work / robots as f64) } else { end };
-        // What can be saved at most on jobs that gain by starting late is counted at the latest start.
+        // Jobs that gain by starting late are counted at their latest start, which bounds the saving.
         let serial: f64 = (0..count)
             .map(|job| instance.jobs[job].nominal + (0..robots).map(|m| instance.longest(job, m)).fold(0.0, f64::max))
             .sum();
@@ -61,7 +61,7 @@ impl Bounds {
             until(instance.jobs[job].start_cost, first[job]).min(ends).min(horizon)
         });
         let mut latest: Vec<f64> = latest.collect();
-        // What comes first for an agent leaves time for what comes after; jobs of an agent stand in order.
+        // An operation must leave time for the later ones of its agent; jobs of an agent are in order.
         let serve = least((0..robots).map(|m| instance.serve(m)));
         for (index, job) in instance.jobs.iter().enumerate().rev() {
             if let Some(previous) = job.previous {
@@ -74,15 +74,15 @@ impl Bounds {
         bounds
     }
 
-    /// When the last robot is home at the latest (s); finite.
+    /// Returns an upper bound on the return of the last robot (s); finite.
     pub fn last_end(&self, instance: &Instance) -> f64 {
         let back = |job: usize, m: usize| instance.serve(m) + instance.jobs[job].ways[m][2].high + instance.deposit(m);
         let home = |job: usize| self.latest[job] + (0..instance.free.len()).map(|m| back(job, m)).fold(0.0, f64::max);
         (0..instance.jobs.len()).map(home).fold(instance.problem.start, f64::max).min(self.end)
     }
 
-    /// The most trips of a robot in a schedule that costs no more than `known`: the shortest ones, one after the other,
-    /// make the end and the waits late.
+    /// Returns the maximum number of trips of a robot in a schedule that costs at most `known`: even the shortest
+    /// trips, one after the other, delay the end and the waits.
     fn trips(&self, instance: &Instance, robot: usize, first: &[f64], fixed: f64, known: f64) -> usize {
         let count = instance.jobs.len();
         if !instance.is_regular() {
@@ -112,7 +112,8 @@ fn least(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(f64::INFINITY, f64::min)
 }
 
-/// When each robot could serve each job, were there no other job but those before it of its agent.
+/// Computes the earliest start of each job's service by each robot, with no other jobs than the earlier ones of its
+/// agent.
 fn earliest(instance: &Instance) -> Vec<Vec<f64>> {
     let mut earliest: Vec<Vec<f64>> = Vec::with_capacity(instance.jobs.len());
     for job in &instance.jobs {

@@ -1,17 +1,19 @@
-//! How long an operation is planned to take, thesis (5.12c): so long that it ends in time with the wanted probability.
+//! Planned duration of an operation, thesis (5.12c): the quantile of its distribution at the required probability.
 //!
-//! `delta = phi + sqrt(2) sigma erf^-1(2 pr - 1)`, which is the quantile of a normal distribution. The thesis prints an
-//! inequality; a planner would then stretch an operation to make the wait after it look short, so it is an equality here.
+//! `delta = phi + sqrt(2) sigma erf^-1(2 pr - 1)`, the quantile of a normal distribution. The thesis prints an
+//! inequality, which would let a planner stretch an operation to shorten the computed wait after it; so it is an
+//! equality here.
 
 use super::problem::{Duration, Problem};
 use crate::random::normal_quantile;
 
-/// Planned duration of an operation of this agent `delta_{a,min}^o` (s); 0 for an agent that does not exist.
+/// Returns the planned duration of an operation of this agent, `delta_{a,min}^o` (s); 0 if the agent does not exist.
 pub fn nominal(problem: &Problem, agent: usize) -> f64 {
     problem.agents.get(agent).map_or(0.0, |who| quantile(who.duration, problem.confidence))
 }
 
-/// The time (s) within which an operation of this duration ends with probability `confidence`, between 0 and 1.
+/// Computes the time (s) within which an operation of this duration ends with probability `confidence`, between 0 and
+/// 1.
 pub fn quantile(duration: Duration, confidence: f64) -> f64 {
     if duration.sigma == 0.0 { duration.mean } else { duration.mean + duration.sigma * normal_quantile(confidence) }
 }

@@ -1,5 +1,5 @@
-//! What about a problem cannot be planned: each mistake names the declaration it is about, its reason, and where there is
-//! one the other declaration that it contradicts.
+//! Checks of a problem before planning: each mistake names the declaration, the reason and, for a contradiction, the
+//! other declaration.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,17 +7,17 @@ use super::chance;
 use super::problem::{Distances, Problem};
 use crate::numbers::{MAX_NUMBER, MIN_SPEED, Range};
 
-/// The most robots a problem may have.
+/// Maximum number of robots of a problem.
 pub const MAX_ROBOTS: usize = 64;
-/// The most operations all agents of a problem may have together.
+/// Maximum number of operations of all agents of a problem together.
 pub const MAX_OPERATIONS: usize = 512;
 
-/// A declaration of the problem: an entry, and a key of it where the mistake is about one.
+/// A declaration of the problem: an entry, or one key of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Declaration {
     /// The entry.
     pub item: Item,
-    /// The key of it; none for the whole entry.
+    /// The key of the entry; `None` for the whole entry.
     pub key: Option<Key>,
 }
 
@@ -64,7 +64,7 @@ pub enum Key {
     Scales,
 }
 
-/// Why a declaration is refused.
+/// Reason why a declaration is rejected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "the message says what each field is")]
@@ -118,16 +118,16 @@ pub enum Reason {
 /// A mistake in a problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mistake {
-    /// What is refused.
+    /// The rejected declaration.
     pub at: Declaration,
-    /// What it contradicts.
+    /// The declaration that it contradicts.
     pub against: Option<Declaration>,
-    /// Why.
+    /// The reason.
     pub reason: Reason,
 }
 
 impl Problem {
-    /// Everything that is wrong with this problem, in the order of its fields; empty for one that can be planned.
+    /// Returns all mistakes of this problem, in the order of its fields; empty if the problem can be planned.
     pub fn check(&self) -> Vec<Mistake> {
         let mut checker = Checker { problem: self, mistakes: Vec::new() };
         checker.mission();
@@ -146,7 +146,7 @@ pub(super) struct Checker<'a> {
     pub mistakes: Vec<Mistake>,
 }
 
-/// Entry and key as a declaration.
+/// Returns the declaration of a key of an entry.
 fn of(item: Item, key: Key) -> Declaration {
     Declaration { item, key: Some(key) }
 }
@@ -156,7 +156,7 @@ impl Checker<'_> {
         self.mistakes.push(Mistake { at, against: None, reason });
     }
 
-    /// A finite number of usual size; false if not.
+    /// Returns true if a value is finite and at most [`MAX_NUMBER`] in magnitude; otherwise records a mistake.
     pub(super) fn usual(&mut self, at: Declaration, value: f64) -> bool {
         let good = value.is_finite() && value.abs() <= MAX_NUMBER;
         if !good {

@@ -1,4 +1,4 @@
-//! What about the present of a mission cannot be: robots that are absent, and what is said to have begun.
+//! Checks of the current state of a mission: absent robots, and operations that have begun.
 
 use super::check::{Checker, Declaration, Item, Mistake, Reason};
 use super::problem::Begun;
@@ -60,7 +60,7 @@ impl Checker<'_> {
         if begun.end < begun.start {
             return Some(Reason::NotAscending);
         }
-        // What a robot has left its depot for is settled, and what comes before it for the same agent.
+        // An operation is settled if a robot has left its depot for it or for a later operation of the same agent.
         let settled = |other: &Begun| {
             let left = other.service.is_some_and(|(_, times)| times.going <= problem.start);
             other.agent == begun.agent && other.operation >= begun.operation && left
@@ -101,7 +101,7 @@ impl Checker<'_> {
             (lengths.proximity, times.proximity, times.serving),
             (lengths.depositing, times.depositing, home),
         ];
-        // A way that has been gone may have had another length.
+        // Legs that ended in the past are not checked: they may have had another length then.
         let still = moves.into_iter().find(|(length, from, to)| *length > 0.0 && to <= from && *to > problem.start);
         still.map(|(length, ..)| Reason::NoDuration { length })
     }

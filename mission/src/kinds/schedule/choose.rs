@@ -1,12 +1,14 @@
-//! Planning a schedule: which formulation for which problem, and why.
+//! Planning of a schedule, with the choice of the formulation.
 //!
-//! | problem | formulation | because |
+//! | problem | formulation | reason |
 //! |---|---|---|
-//! | each agent has one service to come | subsets | robots meet in the sharing and the end alone; weights may be uneven |
-//! | several services of an agent, few operations | orders | proves the vineyard, where the position form does not; with fixed durations the constraint program tries first |
-//! | more of them, or some waits gain by being long, every way takes a fixed time | constraint program | knows the order of an agent's operations; its times are whole |
-//! | some waits gain by being long, few operations | position form | bounds the cost; re-timing is exact |
-//! | more operations than one of these proves | batches | each batch is small; a relaxation bounds the whole |
+//! | one remaining service per agent | subsets | robots are coupled only by assignment and makespan; any weights |
+//! | several per agent, few operations | orders | proves the vineyard; fixed durations: constraint program first |
+//! | more, or waits that gain by length; fixed durations | constraint program | knows each agent's order |
+//! | waits that gain by length, few operations | position form | bounds the cost; re-timing is exact |
+//! | more operations than these can prove | batches | each batch is small; a relaxation bounds the whole |
+//!
+//! The position form does not prove the vineyard.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,22 +24,22 @@ use super::instance::Instance;
 use super::problem::Problem;
 use super::{orders, subsets};
 
-/// The most operations that the constraint program is given at once.
+/// Maximum number of operations that the constraint program solves at once.
 const MOST_CONSTRAINT: usize = 12;
-/// What solves it.
+/// Name of the engine for the constraint program.
 const CONSTRAINT: &str = "constraint program, pumpkin";
-/// The steps that it is given before orders are searched.
+/// Limit of solver steps for the constraint program before orders are searched.
 const TRIED: u64 = 2000;
-/// What searches orders.
+/// Name of the engine for orders.
 const ORDERS: &str = "branch and bound";
-/// The most operations that the built-in engine is given at once.
+/// Maximum number of operations that the built-in engine solves at once.
 const MOST_BUILT_IN: usize = 12;
-/// The most operations that HiGHS is given at once.
+/// Maximum number of operations that HiGHS solves at once.
 const MOST_HIGHS: usize = 16;
-/// Operations in a batch if nobody says.
+/// Default number of operations in a batch.
 pub const BATCH: usize = 4;
 
-/// How a schedule is found.
+/// Formulation of the planning problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Formulation {
@@ -45,16 +47,16 @@ pub enum Formulation {
     Position,
     /// Constraint program; for fixed durations only.
     Constraint,
-    /// Dynamic program over sets of operations; for one service to come for each agent.
+    /// Dynamic program over sets of operations; only if each agent has one remaining service.
     Subsets,
-    /// Branch and bound over the order of services; for agents with several.
+    /// Branch and bound over the order of services; for agents with several remaining services.
     Orders,
-    /// Algorithm 4: some operations at a time.
+    /// Algorithm 4: planning in batches of operations.
     Batches,
 }
 
 impl Formulation {
-    /// All of them.
+    /// All formulations.
     pub const ALL: [Formulation; 5] = [
         Formulation::Position,
         Formulation::Constraint,
@@ -63,7 +65,7 @@ impl Formulation {
         Formulation::Batches,
     ];
 
-    /// The name by which it is asked for and printed.
+    /// Returns the name of the formulation, as in options and output.
     pub fn name(self) -> &'static str {
         match self {
             Formulation::Position => "position",
@@ -75,16 +77,16 @@ impl Formulation {
     }
 }
 
-/// How to plan.
+/// Options of the planner.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
-    /// The formulation; none: [`choose`] says.
+    /// The formulation; `None`: chosen by [`choose`].
     pub formulation: Option<Formulation>,
-    /// The engine of the position form.
+    /// The engine for the position form.
     pub engine: Engine,
-    /// Operations in a batch, at least 1.
+    /// Number of operations in a batch, at least 1.
     pub batch: usize,
-    /// How much work it may be.
+    /// Limits on the work of the search.
     pub budget: Budget,
 }
 
@@ -94,46 +96,46 @@ impl Default for Options {
     }
 }
 
-/// A formulation, and why it.
+/// A formulation, and the reason for its choice.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Choice {
     /// The formulation.
     pub formulation: Formulation,
-    /// Why it, in a sentence.
+    /// Reason for the choice, as a sentence.
     pub why: String,
 }
 
-/// Why there is no plan.
+/// Reason why there is no plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum Refusal {
-    /// The problem is wrong.
+    /// The problem has mistakes.
     #[error("the problem has {} mistakes", .0.len())]
     Problem(Vec<Mistake>),
-    /// The formulation that was asked for needs fixed durations.
+    /// The requested formulation needs fixed durations.
     #[error("a constraint program needs speeds that are points, and {robot} has a range")]
     Speeds {
-        /// The name of a robot whose ways may take longer or shorter.
+        /// Name of a robot whose legs have variable durations.
         robot: String,
     },
-    /// The formulation that was asked for is of another kind of problem.
+    /// The subsets formulation was requested, but does not fit the problem.
     #[error(
         "a program of subsets needs one service to come for each agent, at most fourteen of them, and eleven with more than \
          two robots"
     )]
     NotSubsets,
-    /// The formulation that was asked for is of another kind of problem.
+    /// The orders formulation was requested, but does not fit the problem.
     #[error(
         "a search of orders needs at most twelve services to come, ten with three robots and eight with more, and no wait \
          that weighs less than the ones before and after it"
     )]
     NotOrders,
-    /// An engine gave no answer.
+    /// An engine failed.
     #[error(transparent)]
     Engine(#[from] EngineError),
 }
 
-/// The formulation for a problem, as [`plan`] takes it.
+/// Returns the formulation that [`plan`] uses for a problem.
 ///
 /// # Errors
 ///
@@ -178,7 +180,7 @@ fn choice(problem: &Problem, options: &Options) -> Choice {
     chosen(exact, format!("{why}, and {count} operations are few enough for {name}"))
 }
 
-/// Plans a schedule. The same problem and options give the same plan unless its status says that the wall time ended it.
+/// Plans a schedule. The same problem and options give the same plan, unless its status reports the time limit.
 ///
 /// # Errors
 ///
@@ -195,7 +197,7 @@ pub fn plan(problem: &Problem, options: &Options) -> Result<Plan, Refusal> {
     Ok(to_plan(problem, &found.timed.schedule, found.status, engine, found.statistics))
 }
 
-/// What solves a problem, or a part of one, at once.
+/// Solves a problem, or one batch of it, at once.
 pub(crate) struct Solver {
     milp: Box<dyn Milp>,
     options: Options,
@@ -211,12 +213,13 @@ impl Solver {
         Ok(Solver { milp, options: *options })
     }
 
-    /// How much work the whole planning may be.
+    /// Returns the budget of the whole planning.
     pub fn budget(&self) -> Budget {
         self.options.budget
     }
 
-    /// The schedule of a problem without mistakes, and what found it. A part of a mission is never cut into parts again.
+    /// Plans a problem without mistakes; returns the schedule and the name of the engine. Never splits the problem into
+    /// batches.
     pub fn solve(&self, problem: &Problem, budget: &Budget) -> Result<(Found, String), Refusal> {
         let watch = Watch::new(budget);
         let instance = Instance::new(problem);
@@ -235,7 +238,8 @@ impl Solver {
                 Err(Refusal::Speeds { robot: robot.unwrap_or_default() })
             }
             Formulation::Constraint => match constraint(&instance, budget) {
-                // Numbers too far apart for whole ones: where nobody asked for them, real ones do.
+                // The coefficients differ too much for integers: unless the constraint program was requested, use real
+                // numbers.
                 Err(EngineError::Overflow { .. }) if asked.is_none() => self.position(&instance, &watch.left()),
                 found => Ok((found?, CONSTRAINT.into())),
             },
@@ -257,8 +261,8 @@ impl Solver {
         }
     }
 
-    /// By the constraint program for a few steps, which prove a mission in which robots hardly get in each other's way, and
-    /// by orders where they do not.
+    /// Tries the constraint program for a limited number of steps, which suffice to prove a mission in which robots
+    /// rarely conflict, and then the orders formulation.
     fn fixed(&self, instance: &Instance, budget: &Budget) -> Result<(Found, String), Refusal> {
         let watch = Watch::new(budget);
         let few = Budget { nodes: budget.nodes.min(TRIED), ..*budget };
@@ -286,12 +290,12 @@ impl Solver {
         Ok((found, ORDERS.into()))
     }
 
-    /// By the position form.
+    /// Solves the position form.
     fn position(&self, instance: &Instance, budget: &Budget) -> Result<(Found, String), Refusal> {
         let found = exact(instance, self.milp.as_ref(), budget)?;
         Ok((found, format!("position form, {}", self.milp.name())))
     }
 }
 
-/// A schedule in parts: how sure, what it is, how much work.
+/// Parts of a schedule: its status, its assistances and the statistics of the search.
 pub(crate) type Parts = (Status, Vec<Assistance>, Statistics);

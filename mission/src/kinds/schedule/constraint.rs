@@ -1,9 +1,10 @@
 //! The schedule as a constraint program, thesis 5.6.1, for fixed durations: one optional block per job and robot, from
-//! going to the end of depositing, and no two blocks of a robot at a time. Waiting stays outside of the block: a robot that
-//! would wait near the agent may as well leave later, and the times of the answer are computed again from its order.
+//! going to the end of depositing; blocks of one robot do not overlap. Waiting is not part of the block: a robot that
+//! would wait near the agent may as well leave later, and the times of the result are recomputed from its order.
 //!
-//! Times are whole ticks, those of a job counted from its earliest start. Durations and coefficients are rounded down, so that the optimum of the program is a lower bound
-//! on the cost; the schedule of its order has the exact cost.
+//! Times are integer ticks, those of a job relative to its earliest start. Durations and coefficients are rounded down,
+//! so that the optimum of the program is a lower bound on the cost; the schedule computed from its order has the exact
+//! cost.
 
 use crate::engine::cp::{Choice, Number, Optional, Outcome, Program, Term};
 use crate::engine::{Budget, EngineError, Watch};
@@ -16,16 +17,16 @@ use super::instance::{Instance, Sequence};
 use super::relaxation::relaxation;
 use super::retime::{Timed, retime};
 
-/// Ticks that are tried, the longest first: one in which all durations are whole keeps them exact (s).
+/// Candidate ticks (s), the longest first. A tick that divides all durations keeps them exact.
 const TICKS: [f64; 7] = [1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01];
 
-/// Ticks in the horizon where none of these fits.
+/// Number of ticks in the horizon if none of the candidates divides all durations.
 const FINE: f64 = 20_000.0;
 
-/// What the largest sum of the program is scaled to.
+/// Target of the scaling for the largest sum of the program.
 const REACH: f64 = 5e8;
 
-/// Plans by a constraint program. All ways of the instance take fixed times.
+/// Plans by a constraint program. All legs of the instance have fixed durations.
 ///
 /// # Errors
 ///
@@ -70,7 +71,7 @@ pub(crate) fn constraint(instance: &Instance, budget: &Budget) -> Result<Found, 
                 bound = bound.max(model.base + values.numbers[0] as f64 / model.resolution);
             }
         }
-        // Nothing costs less than what was known.
+        // No schedule costs less than the known one.
         Outcome::Impossible => bound = timed.cost,
         Outcome::Nothing(ended) => stopped = Some(ended),
     }
@@ -81,13 +82,13 @@ pub(crate) fn constraint(instance: &Instance, budget: &Budget) -> Result<Found, 
 struct Model {
     program: Program,
     objective: Number,
-    /// The objective, then the start of each job.
+    /// Variables whose values are read: the objective, then the start of each job.
     asked: Vec<Number>,
-    /// The earliest start of each job, from which its start is counted.
+    /// Earliest start of each job (ticks), to which its start is relative.
     first: Vec<i64>,
-    /// The earliest end, from which the end is counted.
+    /// Earliest end (ticks), to which the end is relative.
     end_first: i64,
-    /// Whether the robot serves the job, by job and robot.
+    /// True if the robot serves the job, by job and robot.
     chosen: Vec<Choice>,
     /// `cost >= base + objective / resolution`
     base: f64,
@@ -114,13 +115,13 @@ impl Model {
         };
         let cheapest = |job: usize| (0..robots).map(|m| price(job, m)).fold(f64::INFINITY, f64::min);
         let dearest = |job: usize| (0..robots).map(|m| price(job, m)).fold(0.0, f64::max);
-        // The sum of everything that the program's objective may hold, to scale it.
+        // Upper bound of the program's objective before scaling.
         let mut reach = instance.makespan_cost * (end_high - end_low) as f64 * tick;
         let mut base = instance.constant + instance.makespan_cost * (zero + end_low as f64 * tick);
         for (job, data) in instance.jobs.iter().enumerate() {
             reach += data.start_cost.abs() * (last(job) - first(job)) as f64 * tick + dearest(job) - cheapest(job);
             base += data.start_cost * (zero + first(job) as f64 * tick) + cheapest(job);
-            // A job that gains by starting late may start up to a tick later than the program says.
+            // The program rounds starts down: a job that gains by starting late may start up to one tick later.
             base += data.start_cost.min(0.0) * tick;
         }
         let resolution = REACH / reach.max(1e-12);
@@ -161,7 +162,7 @@ impl Model {
         Ok(model)
     }
 
-    /// A job's service starts when its robot can be there and its operation has ended.
+    /// A job's service starts after its robot can arrive and after its operation has ended.
     fn after(
         &mut self,
         instance: &Instance,
@@ -187,7 +188,7 @@ impl Model {
         Ok(())
     }
 
-    /// A robot's blocks do not overlap, and end before the end; its whole work does too.
+    /// The blocks of a robot do not overlap and end before the makespan; so does the sum of their durations.
     fn robot(
         &mut self,
         instance: &Instance,
@@ -215,7 +216,7 @@ impl Model {
     }
 }
 
-/// The tick (s): one in which everything is whole, or a small part of the horizon.
+/// Chooses the tick (s): one that divides all durations, or else a small part of the horizon.
 fn tick(instance: &Instance, horizon: f64) -> f64 {
     let robots = 0..instance.free.len();
     let mut times: Vec<f64> = instance.free.iter().map(|free| free - instance.problem.start).collect();

@@ -1,9 +1,10 @@
-//! A good sequence without a proof: jobs inserted one after the other, then moved and exchanged as long as that helps, then
-//! shaken and improved again. It starts the exact planners, and stands in for them where they run out of budget.
+//! Heuristic search for a good sequence without a proof: jobs are inserted one after the other, then moved and
+//! exchanged while that lowers the cost, then perturbed and improved again. The exact planners start from the result,
+//! and return it if their budget runs out.
 //!
-//! Candidates are compared at fixed durations, the best is re-timed exactly, and its durations are used for the next pass.
-//! The shaking is by a generator with a fixed seed, and limits are counts: the same problem gives the same sequence, unless
-//! its time ends first, which is looked at before every sequence.
+//! Candidates are compared at fixed durations, the best one is re-timed exactly, and its durations are used in the next
+//! pass. The perturbation uses a generator with a fixed seed, and limits are counts: the same problem gives the same
+//! sequence unless the time limit is reached, which is checked before every sequence.
 
 use crate::engine::{EngineError, Watch};
 
@@ -11,33 +12,33 @@ use super::instance::{Instance, Sequence, Way};
 use super::retime::{Timed, retime};
 use super::timing::{self, Durations, Order};
 
-/// Jobs placed at most in all sequences compared; keeps large problems short.
+/// Maximum number of job placements in all compared sequences; bounds the run time for large problems.
 const PLACED: usize = 4_000_000;
 
-/// Times that a sequence is shaken in vain.
+/// Maximum number of consecutive perturbations without improvement.
 const SHAKES: usize = 60;
 
-/// Passes of moving and re-timing at most.
+/// Maximum number of passes of moving and re-timing.
 const PASSES: usize = 6;
 
-/// The most jobs for which promising sequences are re-timed exactly, and how many of these in a pass.
+/// Maximum number of jobs for which promising sequences are re-timed exactly, and number of these sequences per pass.
 const EXACT_JOBS: usize = 16;
 const EXACT_CANDIDATES: usize = 24;
 
-/// The duration of each way of each job by each robot (s).
+/// Duration of each leg of each job by each robot (s).
 type Guess = Vec<Vec<[f64; 3]>>;
 
-/// How slow the first guesses are: from the greatest speeds (0) to those of least energy (1).
+/// Slowness of the first guesses: 0 for the greatest speeds, 1 for those of least energy.
 const SLOWNESS: [f64; 3] = [0.0, 0.3, 1.0];
 
-/// What may still be done: sequences to compare, until the time is over.
+/// Remaining work: number of job placements to evaluate, until the time limit.
 struct Work<'a> {
     left: usize,
     watch: &'a Watch,
 }
 
 impl Work<'_> {
-    /// One more sequence is compared; false if it was the last.
+    /// Counts one more sequence; returns false if no work is left.
     fn spend(&mut self) -> bool {
         self.left = self.left.saturating_sub(1);
         !self.is_over()
@@ -48,7 +49,7 @@ impl Work<'_> {
     }
 }
 
-/// A good sequence, re-timed. The same for the same problem, unless the time ended the search.
+/// Constructs a good, exactly timed sequence. Deterministic unless the time limit ends the search.
 ///
 /// # Errors
 ///
@@ -72,7 +73,7 @@ pub(crate) fn construct(instance: &Instance, watch: &Watch) -> Result<Timed, Eng
     best.ok_or_else(nothing)
 }
 
-/// A schedule improved as [`construct`] does.
+/// Improves a schedule in the same manner as [`construct`].
 ///
 /// # Errors
 ///
@@ -87,7 +88,7 @@ fn first_guess(instance: &Instance, slowness: f64) -> Guess {
     instance.jobs.iter().map(|job| job.ways.iter().map(ways).collect()).collect()
 }
 
-/// The durations of a schedule, and of every job by another robot those at the speeds that it has now.
+/// Returns the durations of a schedule, and for every other robot the durations of a job at the job's present speeds.
 fn next_guess(instance: &Instance, timed: &Timed) -> Guess {
     let mut robot = vec![0; instance.jobs.len()];
     for (m, jobs) in timed.sequence.iter().enumerate() {
@@ -124,7 +125,7 @@ fn polish(instance: &Instance, mut guess: Guess, mut best: Timed, mut work: Work
     if instance.is_fixed() || instance.jobs.len() > EXACT_JOBS { Ok(best) } else { exactly(instance, best, work.watch) }
 }
 
-/// Moves and exchanges once more, the most promising ones re-timed exactly.
+/// Moves and exchanges jobs once more, with the most promising sequences re-timed exactly.
 fn exactly(instance: &Instance, mut best: Timed, watch: &Watch) -> Result<Timed, EngineError> {
     for _ in 0..PASSES {
         let guess = next_guess(instance, &best);
@@ -154,7 +155,7 @@ fn exactly(instance: &Instance, mut best: Timed, watch: &Watch) -> Result<Timed,
     Ok(best)
 }
 
-/// Every sequence with one job elsewhere or two exchanged, as long as they are wanted.
+/// Enumerates every sequence with one job moved or two exchanged, until `wanted` returns false.
 fn neighbours(sequence: &Sequence, mut wanted: impl FnMut(Sequence) -> bool) {
     let places: Vec<(usize, usize)> =
         sequence.iter().enumerate().flat_map(|(m, jobs)| (0..jobs.len()).map(move |k| (m, k))).collect();
@@ -182,7 +183,7 @@ fn neighbours(sequence: &Sequence, mut wanted: impl FnMut(Sequence) -> bool) {
     }
 }
 
-/// What a sequence costs at these durations; infinite if it is none.
+/// Computes the cost of a sequence at these durations; infinite if the sequence is invalid.
 fn price(instance: &Instance, guess: &Guess, sequence: &Sequence) -> f64 {
     let Some(order) = Order::of(instance, sequence) else { return f64::INFINITY };
     let durations: Durations = order.robot.iter().enumerate().map(|(job, robot)| guess[job][*robot]).collect();
@@ -190,7 +191,8 @@ fn price(instance: &Instance, guess: &Guess, sequence: &Sequence) -> f64 {
     timing::cost(instance, &order, &durations, &starts)
 }
 
-/// Jobs in the order in which they can be served, each given to the robot that serves it first.
+/// Assigns jobs in the order of their release, each to the robot that finishes its trip first, and improves the
+/// resulting sequence.
 fn insert(instance: &Instance, guess: &Guess, work: &mut Work) -> Sequence {
     let mut sequence: Sequence = vec![Vec::new(); instance.free.len()];
     let mut free = instance.free.clone();
@@ -213,7 +215,7 @@ fn insert(instance: &Instance, guess: &Guess, work: &mut Work) -> Sequence {
     improve(instance, guess, sequence, work)
 }
 
-/// Improves a sequence, and what becomes of it when some jobs are moved at random, until that helps no more.
+/// Improves a sequence by local search from random perturbations, until a number of them brings no improvement.
 fn shake(instance: &Instance, guess: &Guess, sequence: &Sequence, work: &mut Work) -> Sequence {
     let mut best = improve(instance, guess, sequence.clone(), work);
     let mut cost = price(instance, guess, &best);
@@ -223,7 +225,7 @@ fn shake(instance: &Instance, guess: &Guess, sequence: &Sequence, work: &mut Wor
         (random >> 33) as usize % count.max(1)
     };
     let mut vain = 0;
-    // Few sequences of few jobs: nothing to find by shaking.
+    // With few jobs there are few sequences, and perturbations find nothing new.
     let shakes = SHAKES.min(instance.jobs.len().saturating_sub(3) * 8);
     while vain < shakes && !work.is_over() {
         let mut shaken = best.clone();
@@ -251,7 +253,7 @@ fn shake(instance: &Instance, guess: &Guess, sequence: &Sequence, work: &mut Wor
     best
 }
 
-/// Moves a job elsewhere or exchanges two, as long as that makes the sequence cheaper.
+/// Moves one job or exchanges two, as long as the cost decreases.
 fn improve(instance: &Instance, guess: &Guess, mut sequence: Sequence, work: &mut Work) -> Sequence {
     if work.is_over() {
         return sequence;

@@ -1,9 +1,9 @@
-//! What a schedule costs, thesis (5.1) to (5.5), term by term.
+//! Cost of a schedule, thesis (5.1) to (5.5), term by term.
 //!
-//! `C = sum alpha w (people) + beta sum w (workers) + gamma/3 sum (e^g + zeta e^p + e^d) + kappa Delta`. A wait is measured
-//! from the nominal end of its operation to the start of the next; after an agent's last operation, for which the thesis
-//! gives none, to the start of its service. What goes beyond the limit of an agent's waits counts at least as it did before
-//! anybody said anything: `alpha w` becomes `alpha w + max(0, alpha_0 - alpha) max(0, w - w_limit)`.
+//! `C = sum alpha w (people) + beta sum w (workers) + gamma/3 sum (e^g + zeta e^p + e^d) + kappa Delta`. A wait is
+//! measured from the nominal end of its operation to the start of the next one; after an agent's last operation, for
+//! which the thesis defines none, to the start of its service. The time beyond the limit of an agent's waits keeps at
+//! least its weight before any feedback: `alpha w` becomes `alpha w + max(0, alpha_0 - alpha) max(0, w - w_limit)`.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ use super::assistance::Assistance;
 use super::problem::{AgentKind, Problem, Scales};
 use crate::numbers::Energy;
 
-/// The cost of a schedule by terms, each weighted and without unit.
+/// Cost of a schedule by terms, each weighted and dimensionless.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Waits of people, weighted by `alpha`.
@@ -22,22 +22,22 @@ pub struct Cost {
     pub going: f64,
     /// Energy near the agents, weighted by `zeta`, times `gamma / 3`.
     pub proximity: f64,
-    /// Energy of going back, times `gamma / 3`.
+    /// Energy of the return to the depot, times `gamma / 3`.
     pub depositing: f64,
     /// The makespan, weighted by `kappa`.
     pub makespan: f64,
 }
 
 impl Cost {
-    /// All terms together: `C` of (5.5).
+    /// Returns the sum of all terms: `C` of (5.5).
     pub fn total(&self) -> f64 {
         self.human_wait + self.worker_wait + self.going + self.proximity + self.depositing + self.makespan
     }
 }
 
 impl Energy {
-    /// Energy of a way of `length` (m) in `time` (s), thesis (5.3) (J): `rho_1 D + rho_2 l + rho_3 l^2 / D`. Zero for no
-    /// way; infinite for a way in no time.
+    /// Computes the energy (J) of a leg of `length` (m) in `time` (s), thesis (5.3): `rho_1 D + rho_2 l + rho_3 l^2 /
+    /// D`. Zero for a leg of length zero; infinite for a longer leg in no time.
     pub fn of_way(&self, length: f64, time: f64) -> f64 {
         if length == 0.0 {
             return 0.0;
@@ -50,7 +50,7 @@ impl Energy {
 }
 
 impl Scales {
-    /// The scales of a problem: those it is given, else those of the thesis.
+    /// Returns the scales of a problem: the given ones, or else those of the thesis.
     pub fn of(problem: &Problem) -> Scales {
         if let Some(scales) = problem.scales {
             return scales;
@@ -82,17 +82,19 @@ impl Scales {
     }
 }
 
-/// `value / scale`, and 0 where the scale is 0: then the value is too.
+/// Returns `value / scale`, or 0 if the scale is 0: then the value is 0 too.
 pub(crate) fn scaled(value: f64, scale: f64) -> f64 {
     if scale > 0.0 { value / scale } else { 0.0 }
 }
 
-/// The cost of a schedule. Assistances may stand in any order; the makespan counts from 0, as in the thesis.
+/// Computes the cost of a schedule. The order of the assistances is arbitrary; the makespan counts from 0, as in the
+/// thesis.
 pub fn cost(problem: &Problem, schedule: &[Assistance]) -> Cost {
     cost_where(problem, schedule, |_| true)
 }
 
-/// The cost of those operations and services for which `counts` holds; the makespan is that of the whole schedule.
+/// Computes the cost of the operations and services for which `counts` returns true; the makespan is that of the whole
+/// schedule.
 pub fn cost_where(problem: &Problem, schedule: &[Assistance], counts: impl Fn(&Assistance) -> bool) -> Cost {
     let scales = Scales::of(problem);
     let mut cost = Cost::default();
@@ -109,7 +111,7 @@ pub fn cost_where(problem: &Problem, schedule: &[Assistance], counts: impl Fn(&A
         }
         let lengths = problem.lengths(agent, robot);
         let zeta = problem.approach_weight(agent, operation);
-        // A way that took no time before the plan was made had no length then.
+        // A leg that took no time before the plan was made had length zero then.
         let gone = problem.begun.iter().any(|begun| begun.service.is_some_and(|(m, t)| m == robot && t == times));
         let energy = |length: f64, time: f64, scale: f64| match () {
             () if gone && time <= 0.0 => 0.0,
@@ -125,7 +127,7 @@ pub fn cost_where(problem: &Problem, schedule: &[Assistance], counts: impl Fn(&A
     cost
 }
 
-/// The wait of an agent after an operation (s).
+/// Computes the wait of an agent after an operation (s).
 pub fn wait(schedule: &[Assistance], of: &Assistance) -> f64 {
     let next = schedule.iter().find(|next| next.agent == of.agent && next.operation == of.operation + 1);
     next.map_or(of.times.serving, |next| next.start) - of.end

@@ -1,29 +1,30 @@
-//! What it costs at least to be somewhere by an instant: a convex function of that instant that never rises.
+//! Minimum cost of reaching a state by an instant: a convex, non-increasing function of that instant.
 //!
-//! Piecewise linear, its pieces from the steepest on, flat behind the last. Going a way that takes longer or shorter is an
-//! infimal convolution, which for such functions is the merging of their pieces by slope.
+//! The function is piecewise linear, with the steepest pieces first, and constant after the last one. A leg of variable
+//! duration is an infimal convolution, which for such functions merges their pieces by slope.
 
 use super::instance::Way;
 
-/// The function is infinite before its start.
+/// A convex, non-increasing, piecewise linear function. It is infinite before its start.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Curve {
-    /// The earliest instant (s).
+    /// Earliest possible instant (s).
     pub start: f64,
-    /// What it costs to be there by then.
+    /// Value at the start.
     value: f64,
-    /// Slopes below 0, rising, each with its length (s), more than 0.
+    /// Negative slopes in ascending order, each with the length of its piece (s), more than 0.
     pieces: Vec<(f64, f64)>,
 }
 
 impl Curve {
-    /// The same cost from this instant on.
+    /// A function that is constant from an instant on.
     pub fn step(start: f64, value: f64) -> Curve {
         Curve { start, value, pieces: Vec::new() }
     }
 
-    /// The energy of a way by its duration, from below: tangents at so many durations and one, in a geometric sequence from
-    /// the shortest to the cheapest. Longer than the cheapest is never better, since waiting is free.
+    /// Lower bound on the energy of a leg as a function of its duration, from `tangents` + 1 tangents at durations in a
+    /// geometric sequence from the shortest to the cheapest. Longer durations are never better, since waiting costs no
+    /// energy.
     pub fn of_way(way: &Way, tangents: usize) -> Curve {
         let last = way.cheapest();
         let mut curve = Curve::step(way.low, way.cost(way.low));
@@ -35,7 +36,7 @@ impl Curve {
         let mut from = way.low;
         for k in 0..=tangents {
             let here = point(k);
-            // Two tangents of `b / D` meet at the harmonic mean of where they touch.
+            // Two tangents of `b / D` intersect at the harmonic mean of their points of contact.
             let to = if k < tangents { 2.0 / (1.0 / here + 1.0 / point(k + 1)) } else { last };
             curve.push(way.rate - way.bend / (here * here), to - from);
             from = to;
@@ -49,12 +50,12 @@ impl Curve {
         }
     }
 
-    /// How many pieces it has.
+    /// Returns the number of pieces.
     pub fn pieces(&self) -> usize {
         self.pieces.len()
     }
 
-    /// Its value at an instant not before its start.
+    /// Returns the value at an instant that is not before the start.
     pub fn at(&self, instant: f64) -> f64 {
         let (mut value, mut left) = (self.value, instant - self.start);
         for &(slope, length) in &self.pieces {
@@ -67,19 +68,19 @@ impl Curve {
         value
     }
 
-    /// Its values at instants that rise.
+    /// Returns an evaluator for ascending instants.
     pub fn along(&self) -> Along<'_> {
         Along { rest: &self.pieces, from: self.start, value: self.value }
     }
 
-    /// The same, later by `time` and dearer by `cost`.
+    /// Shifts the function by `time` to later instants, and by `cost` to higher values.
     pub fn moved(mut self, time: f64, cost: f64) -> Curve {
         self.start += time;
         self.value += cost;
         self
     }
 
-    /// First this, then a duration that costs as `way` says.
+    /// Infimal convolution: first this, then a duration whose cost is `way`.
     pub fn then(&self, way: &Curve) -> Curve {
         let mut pieces = Vec::with_capacity(self.pieces.len() + way.pieces.len());
         let (mut a, mut b) = (self.pieces.iter().peekable(), way.pieces.iter().peekable());
@@ -95,8 +96,8 @@ impl Curve {
         Curve { start: self.start + way.start, value: self.value + way.value, pieces }
     }
 
-    /// Something starts at an instant from `release` on, once one is there, and each second of it costs `rate`, zero or
-    /// more: the cost of having started by an instant.
+    /// Minimum cost of having started by an instant, if the start is possible from `release` on and after this
+    /// function's state is reached, and each second of the start costs `rate`, zero or more.
     pub fn started(&self, release: f64, rate: f64) -> Curve {
         let start = self.start.max(release);
         let mut curve = Curve::step(start, self.at(start) + rate * start);
@@ -112,8 +113,9 @@ impl Curve {
         curve
     }
 
-    /// For a function of minus the instant, of what is still to come: something starts as soon as one is there, but not
-    /// before `release`, and each second of its start costs `rate`, zero or more. None if `release` comes too late.
+    /// As [`Curve::started`] for a function of minus the instant, which is the cost of the remaining jobs: the start
+    /// follows the instant immediately, but not before `release`, and each second of it costs `rate`, zero or more.
+    /// `None` if `release` is too late.
     pub fn held(&self, release: f64, rate: f64) -> Option<Curve> {
         if -release < self.start {
             return None;
@@ -128,14 +130,14 @@ impl Curve {
         Some(curve)
     }
 
-    /// A value that falls at this rate for so long, and then stays.
+    /// A function that falls at this rate for this length, and then is constant.
     pub fn falling(start: f64, value: f64, rate: f64, length: f64) -> Curve {
         let mut curve = Curve::step(start, value);
         curve.push(-rate, length);
         curve
     }
 
-    /// Both by the same instant.
+    /// Returns the sum of both functions.
     pub fn with(&self, other: &Curve) -> Curve {
         let start = self.start.max(other.start);
         let mut curve = Curve::step(start, self.at(start) + other.at(start));
@@ -151,7 +153,7 @@ impl Curve {
         }
     }
 
-    /// The least of this and `rate` for every second of the instant or of `busy`, whichever is later.
+    /// Minimum over the instant of this function plus `rate` for each second of the later of the instant and `busy`.
     pub fn least(&self, rate: f64, busy: f64) -> f64 {
         let (mut instant, mut value) = (self.start, self.value);
         for &(slope, length) in &self.pieces {
@@ -165,7 +167,7 @@ impl Curve {
         value + rate * instant.max(busy)
     }
 
-    /// Nowhere more than the other.
+    /// Returns true if this function nowhere exceeds the other one.
     pub fn beats(&self, other: &Curve) -> bool {
         if self.start > other.start {
             return false;
@@ -185,7 +187,7 @@ impl Curve {
     }
 }
 
-/// Values of a curve at instants that rise.
+/// Evaluates a curve at ascending instants.
 pub(crate) struct Along<'a> {
     rest: &'a [(f64, f64)],
     from: f64,
@@ -193,7 +195,7 @@ pub(crate) struct Along<'a> {
 }
 
 impl Along<'_> {
-    /// The value at an instant not before the start nor before the last one.
+    /// Returns the value at an instant that is before neither the start nor the previous instant.
     pub fn at(&mut self, instant: f64) -> f64 {
         while let Some(((slope, length), rest)) = self.rest.split_first() {
             if instant < self.from + length {
@@ -204,13 +206,13 @@ impl Along<'_> {
         self.value
     }
 
-    /// No later instant has another value.
+    /// Returns true if the value is the same at all later instants.
     pub fn is_flat(&self) -> bool {
         self.rest.is_empty()
     }
 }
 
-/// A place on a curve.
+/// A position on a curve.
 struct Cursor<'a> {
     rest: std::slice::Iter<'a, (f64, f64)>,
     slope: f64,
@@ -218,7 +220,7 @@ struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    /// At an instant not before the start of the curve.
+    /// Creates a cursor at an instant that is not before the start of the curve.
     fn new(curve: &'a Curve, instant: f64) -> Cursor<'a> {
         let mut cursor = Cursor { rest: curve.pieces.iter(), slope: 0.0, left: 0.0 };
         cursor.next();
@@ -261,7 +263,7 @@ mod tests {
         })
     }
 
-    /// The least of `f` on a grid of this step, from `from` to `to`.
+    /// Minimum of `f` on a grid of this step, from `from` to `to`.
     fn scan(from: f64, to: f64, step: f64, f: impl Fn(f64) -> f64) -> f64 {
         (0..=((to - from) / step) as usize).map(|k| f(from + k as f64 * step)).fold(f64::INFINITY, f64::min)
     }
@@ -319,7 +321,7 @@ mod tests {
         ) {
             let Some(held) = a.held(release, rate) else { return Err(TestCaseError::reject("too late")) };
             prop_assert_eq!(held.start, a.start);
-            // One is there at `-instant`, and starts then or at the release.
+            // The robot is free at `-instant`, and starts then or at the release.
             let instant = a.start + more;
             let start = (-instant).max(release);
             prop_assert!((held.at(instant) - a.at(-start) - rate * start).abs() < 1e-9);

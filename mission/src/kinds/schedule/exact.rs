@@ -1,5 +1,5 @@
-//! Schedules with a proof: the position form bounds the cost from below, the re-timing of its sequence gives a schedule,
-//! and tangents are added at the speeds of that schedule until both meet.
+//! Schedules with a proof: the position form bounds the cost from below, the re-timing of its sequence gives a
+//! schedule, and tangents are added at the speeds of that schedule until cost and bound meet.
 
 use crate::engine::{Budget, EngineError, Milp, Watch};
 use crate::plan::{Limit, Statistics, Status};
@@ -11,25 +11,25 @@ use super::position::{Position, Tangents, alike, first_tangents};
 use super::relaxation::relaxation;
 use super::retime::{Timed, retime};
 
-/// Nodes for each part at first, and how many times as many for the parts that are still open, again and again: by nodes
-/// and not by time, so that every run does the same.
+/// Node limit of each part in the first round, and its growth factor for parts that remain open. The limit is a number
+/// of nodes and not a time, so that every run is the same.
 const FIRST_NODES: u64 = 60;
 const MORE_NODES: u64 = 8;
 
-/// The most parts into which a problem is cut.
+/// Maximum number of parts into which a problem is split.
 const PARTS: usize = 150;
 
-/// Rounds of adding tangents at most.
+/// Maximum number of rounds of adding tangents.
 const ROUNDS: usize = 12;
 
-/// A schedule with what is known of it.
+/// A schedule with its status.
 pub(crate) struct Found {
     pub timed: Timed,
     pub status: Status,
     pub statistics: Statistics,
 }
 
-/// Compares a cost with a bound: proven, or a gap for this reason. No schedule costs less than nothing.
+/// Compares a cost with a bound: the status is proven, or a gap with this reason. No schedule has a negative cost.
 pub(crate) fn status(cost: f64, bound: f64, gap: f64, stopped: Option<Limit>) -> Status {
     let bound = bound.max(0.0).min(cost);
     let relative = if cost > 0.0 { (cost - bound) / cost } else { 0.0 };
@@ -40,16 +40,16 @@ pub(crate) fn status(cost: f64, bound: f64, gap: f64, stopped: Option<Limit>) ->
     }
 }
 
-/// The schedules in which each robot makes so many trips, or all of them.
+/// The schedules with a given number of trips of each robot, or all schedules.
 struct Part {
     trips: Option<Vec<usize>>,
-    /// None of them costs less.
+    /// Lower bound on the cost of its schedules.
     bound: f64,
-    /// More work on it finds nothing.
+    /// True if more work on the part cannot improve the result.
     done: bool,
 }
 
-/// Plans by the position form on this engine.
+/// Plans by the position form with this engine.
 ///
 /// # Errors
 ///
@@ -95,7 +95,7 @@ struct Search<'a, 'b> {
 }
 
 impl Search<'_, '_> {
-    /// What is left of the budget; none, with the reason, if nothing is.
+    /// Returns the rest of the budget; `None` if it is used up, and then stores the reason.
     fn left(&mut self) -> Option<Budget> {
         let time = self.watch.left().time;
         let nodes = self.budget.nodes.saturating_sub(self.statistics.nodes);
@@ -110,7 +110,7 @@ impl Search<'_, '_> {
         self.timed.cost - bound <= self.budget.gap * self.timed.cost.abs()
     }
 
-    /// All schedules in parts, bounded by linear programs, the cheapest bound first.
+    /// Splits the schedules into parts, each bounded by its linear relaxation.
     fn parts(&mut self) -> Result<Vec<Part>, EngineError> {
         let bounds = Bounds::new(self.instance, self.timed.cost);
         let least = relaxation(self.instance, &bounds, self.timed.cost, &self.watch);
@@ -136,7 +136,7 @@ impl Search<'_, '_> {
         Ok(parts)
     }
 
-    /// Closes the gap of a part as far as so many nodes for each of its programs go.
+    /// Closes the gap of a part as far as possible with this number of nodes for each of its programs.
     fn close(&mut self, part: &mut Part, nodes: u64) -> Result<(), EngineError> {
         for _ in 0..ROUNDS {
             part.done = self.is_closed(part.bound);
@@ -181,13 +181,13 @@ impl Search<'_, '_> {
         Ok(())
     }
 
-    /// The best schedule so far is of the part with these trips. Any other part without a point within the bounds holds
-    /// nothing cheaper; this one has a point.
+    /// Returns true if the best schedule so far belongs to the part with these trips. Any other part that is infeasible
+    /// within the bounds has no cheaper schedule; this one is feasible by construction.
     fn is_here(&self, trips: Option<&[usize]>) -> bool {
         trips.is_none_or(|trips| self.timed.sequence.iter().map(Vec::len).eq(trips.iter().copied()))
     }
 
-    /// Lays tangents at the speeds of a schedule where none is near: how many.
+    /// Adds tangents at the speeds of a schedule that have none nearby; returns their number.
     fn add_tangents(&mut self, timed: &Timed) -> u64 {
         let added = add_tangents(self.instance, timed, &mut self.tangents);
         self.statistics.cuts += added;
@@ -195,8 +195,8 @@ impl Search<'_, '_> {
     }
 }
 
-/// Every way to share the number of trips between the robots, within the bounds; of two neighbours that are alike the first
-/// makes no fewer. Where there are too many ways, trips are left open.
+/// Enumerates the distributions of trips over the robots within the bounds; of two identical neighbours the first has
+/// at least as many trips. Returns a single `None` (trips not given) if there are too many.
 fn shares(instance: &Instance, bounds: &Bounds) -> Vec<Option<Vec<usize>>> {
     let mut shares: Vec<Vec<usize>> = vec![Vec::new()];
     let robots = bounds.trips.len();
@@ -217,7 +217,7 @@ fn shares(instance: &Instance, bounds: &Bounds) -> Vec<Option<Vec<usize>>> {
     shares.into_iter().map(Some).collect()
 }
 
-/// Lays tangents at the speeds of a schedule where none is near: how many.
+/// Adds tangents at the speeds of a schedule that have none nearby; returns their number.
 fn add_tangents(instance: &Instance, timed: &Timed, tangents: &mut Tangents) -> u64 {
     let mut added = 0;
     for (m, jobs) in timed.sequence.iter().enumerate() {

@@ -1,10 +1,11 @@
-//! A problem made ready for planners: jobs (operations whose service has not begun), their ways, and the cost as a linear
-//! function of when services start.
+//! A problem in the form that planners use: jobs (operations whose service has not begun), their legs, and the cost as
+//! a linear function of the starts of services.
 //!
-//! Everything an agent does follows from the starts `s` of its services. An operation begins as soon as it may, or, where
-//! the wait after it weighs more than the wait before it, so late that it ends when its service starts: the cost is linear
-//! in that instant, so that one of the two is optimal. So `C = constant + sum c_j s_j + sum d_j delta^s of j's robot +
-//! energy + kappa Delta`, and what waits cost beyond their limits, which the bounds of all planners leave out.
+//! All times of an agent follow from the starts `s` of its services. An operation begins as early as possible or, if
+//! the wait after it has a larger weight than the wait before it, so late that it ends when its service starts: the
+//! cost is linear in that instant, so that one of the two is optimal. So `C = constant + sum c_j s_j + sum d_j delta^s
+//! of j's robot + energy + kappa Delta`, plus the cost of waits beyond their limits, which the bounds of all planners
+//! leave out.
 
 use super::assistance::{Assistance, begun_of};
 use super::chance;
@@ -12,58 +13,58 @@ use super::cost::scaled;
 use super::problem::{Begun, Problem, Robot, Scales, ServiceTimes};
 use crate::numbers::Range;
 
-/// One of the three ways of a service by one robot, with what it costs: `rate D + bend / D + constant` for duration `D`.
+/// One of the three legs of a service by one robot, with its cost: `rate D + bend / D + constant` for duration `D`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Way {
     /// Length (m).
     pub length: f64,
-    /// What a joule costs here; 0 for no way.
+    /// Cost of a joule; 0 for a leg of length zero.
     pub weight: f64,
     /// Shortest duration (s).
     pub low: f64,
     /// Longest duration (s).
     pub high: f64,
-    /// Cost of a second.
+    /// Cost per second.
     pub rate: f64,
-    /// Cost times a second: what speed takes.
+    /// Coefficient of the speed-dependent cost (cost times s).
     pub bend: f64,
-    /// Cost that no duration changes.
+    /// Cost that is independent of the duration.
     pub constant: f64,
 }
 
 impl Way {
-    /// What this way costs in this time.
+    /// Computes the cost of this leg at this duration.
     pub fn cost(&self, time: f64) -> f64 {
         let bend = if self.bend > 0.0 { self.bend / time } else { 0.0 };
         self.rate * time + bend + self.constant
     }
 
-    /// The duration of least cost.
+    /// Returns the duration of minimum cost.
     pub fn cheapest(&self) -> f64 {
         let free = if self.rate > 0.0 { (self.bend / self.rate).sqrt() } else { f64::INFINITY };
         if self.bend == 0.0 { self.low } else { free.clamp(self.low, self.high) }
     }
 
-    /// The shortest duration worth taking where a second later costs at most `price` in all: a shorter one saves less than it
-    /// costs.
+    /// Returns the shortest useful duration if a second of delay costs at most `price` in total: a shorter one costs
+    /// more than it saves.
     pub fn shortest_at(&self, price: f64) -> f64 {
         if self.bend > 0.0 { (self.bend / (self.rate + price)).sqrt().clamp(self.low, self.high) } else { self.low }
     }
 
-    /// Only one duration is possible.
+    /// Returns true if only one duration is possible.
     pub fn is_fixed(&self) -> bool {
         self.high <= self.low
     }
 }
 
-/// When an operation begins.
+/// Begin of an operation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Begin {
-    /// It began, or begins with the plan, and ends at a known time.
+    /// It has begun, or begins with the plan, and ends at a known time.
     Fixed { start: f64, end: f64 },
-    /// At the end of the service of the job before.
+    /// It begins at the end of the service of the previous job.
     Early { after: usize },
-    /// So that it ends when its service starts.
+    /// It begins so late that it ends when its service starts.
     Late,
 }
 
@@ -74,52 +75,53 @@ pub(crate) struct Job {
     pub operation: usize,
     /// Planned duration of the operation (s).
     pub nominal: f64,
-    /// The job of the agent's operation before, if its service has not begun either.
+    /// The previous job of the agent, if its service has not begun either.
     pub previous: Option<usize>,
-    /// Without a previous job: the service starts no earlier (s).
+    /// Earliest start of the service (s) without a previous job.
     pub release: f64,
     pub begin: Begin,
-    /// Going, proximity and depositing by each robot.
+    /// Legs of going, proximity and depositing, by robot.
     pub ways: Vec<[Way; 3]>,
-    /// `c_j`: cost of a second of the start of its service.
+    /// `c_j`: cost per second of the start of its service.
     pub start_cost: f64,
-    /// `d_j`: cost of a second of serving.
+    /// `d_j`: cost per second of serving.
     pub serve_cost: f64,
 }
 
-/// Who serves what in which order: jobs of each robot.
+/// Assignment and order of jobs: the jobs of each robot in order.
 pub(crate) type Sequence = Vec<Vec<usize>>;
 
-/// A problem ready to be planned.
+/// A problem prepared for planning.
 #[derive(Clone)]
 pub(crate) struct Instance<'a> {
     pub problem: &'a Problem,
-    /// Index in the problem of each robot that takes services. Here and in all planners a robot is its place in this list.
+    /// Index in the problem of each robot that takes services. Here and in all planners, robots are numbered by this
+    /// list.
     pub robots: Vec<usize>,
     pub jobs: Vec<Job>,
-    /// When each robot is free (s), not before the plan is made.
+    /// Instant from which each robot is free (s), not before the plan is made.
     pub free: Vec<f64>,
-    /// Cost of a second of the makespan.
+    /// Cost per second of the makespan.
     pub makespan_cost: f64,
-    /// When the last of the services that have begun ends (s).
+    /// End of the last service that has begun (s).
     pub busy: f64,
-    /// Cost of what no decision changes.
+    /// Cost that is independent of all decisions.
     pub constant: f64,
-    /// Waits whose excess over a limit costs more.
+    /// Waits with a higher cost beyond a limit.
     pub limits: Vec<Limited>,
     /// Services that have begun.
     pub done: Vec<Assistance>,
 }
 
-/// A wait whose excess over a limit costs more.
+/// A wait with a higher cost beyond a limit.
 #[derive(Clone, Debug)]
 pub(crate) struct Limited {
-    /// The jobs on whose starts the wait depends, with their coefficients; and on whose serving.
+    /// Jobs on whose starts and on whose serving times the wait depends, with their coefficients.
     pub starts: Vec<(usize, f64)>,
     pub serves: Vec<(usize, f64)>,
-    /// The rest of the wait, less its limit (s).
+    /// Constant part of the wait, minus its limit (s).
     pub constant: f64,
-    /// Cost of a second of the excess.
+    /// Cost per second beyond the limit.
     pub rate: f64,
 }
 
@@ -169,7 +171,7 @@ impl<'a> Instance<'a> {
         instance
     }
 
-    /// The cost of a second of waiting after this operation.
+    /// Returns the cost per second of waiting after this operation.
     fn wait_cost(&self, agent: usize, operation: usize, scales: &Scales) -> f64 {
         scaled(self.problem.wait_weight(agent, operation), scales.wait)
     }
@@ -218,7 +220,7 @@ impl<'a> Instance<'a> {
         }
     }
 
-    /// Adds what the waits of an agent cost to the coefficients of its jobs.
+    /// Adds the cost of an agent's waits to the coefficients of its jobs.
     fn add_waits(&mut self, agent: usize, scales: &Scales) {
         for operation in 0..self.problem.agents[agent].operations {
             let weight = self.wait_cost(agent, operation, scales);
@@ -237,7 +239,7 @@ impl<'a> Instance<'a> {
         }
     }
 
-    /// Takes note of what the excess of a wait over its limit costs.
+    /// Stores the cost of a wait beyond its limit.
     fn limit(&mut self, agent: usize, operation: usize, (to, from): (&Linear, &Linear), scales: &Scales) {
         let rate = scaled(self.problem.limit_weight(agent, operation), scales.wait);
         if rate <= 0.0 {
@@ -256,7 +258,7 @@ impl<'a> Instance<'a> {
         }
     }
 
-    /// What waits cost beyond their limits, for services that start so, by these robots.
+    /// Computes the cost of waits beyond their limits for these starts and robots of services.
     pub fn excess(&self, starts: &[f64], robot: &[usize]) -> f64 {
         let of = |limited: &Limited| {
             let moved: f64 = limited.starts.iter().map(|(job, c)| c * starts[*job]).sum();
@@ -266,17 +268,17 @@ impl<'a> Instance<'a> {
         self.limits.iter().map(of).sum()
     }
 
-    /// The place of a robot of the problem among those that take services.
+    /// Returns the index of a robot of the problem among the robots that take services.
     pub fn place_of(&self, robot: usize) -> Option<usize> {
         self.robots.binary_search(&robot).ok()
     }
 
-    /// The robot at this place.
+    /// Returns the robot at this index.
     pub fn machine(&self, robot: usize) -> &'a Robot {
         &self.problem.robots[self.robots[robot]]
     }
 
-    /// The job of an operation, unless its service has begun.
+    /// Returns the job of an operation, unless its service has begun.
     pub fn job_of(&self, agent: usize, operation: usize) -> Option<usize> {
         self.jobs.iter().position(|job| job.agent == agent && job.operation == operation)
     }
@@ -285,7 +287,7 @@ impl<'a> Instance<'a> {
         self.done.iter().find(|done| done.agent == agent && done.operation == operation)
     }
 
-    /// When the service of an operation starts, as a function of the jobs' starts.
+    /// Returns the start of an operation's service, as a function of the jobs' starts.
     fn service_of(&self, agent: usize, operation: usize) -> Linear {
         match self.job_of(agent, operation) {
             Some(job) => Linear { starts: vec![(job, 1.0)], ..Linear::default() },
@@ -324,33 +326,33 @@ impl<'a> Instance<'a> {
         }
     }
 
-    /// No service gains by starting later than it may.
+    /// Returns true if no service gains by starting late.
     pub fn is_regular(&self) -> bool {
         self.jobs.iter().all(|job| job.start_cost >= 0.0)
     }
 
-    /// Every way of every job takes a fixed time.
+    /// Returns true if every leg of every job has a fixed duration.
     pub fn is_fixed(&self) -> bool {
         self.jobs.iter().all(|job| job.ways.iter().flatten().all(Way::is_fixed))
     }
 
-    /// Time a robot takes to serve (s).
+    /// Returns the serving time of a robot (s).
     pub fn serve(&self, robot: usize) -> f64 {
         self.machine(robot).serve
     }
 
-    /// Time a robot takes at its depot after a service (s).
+    /// Returns the time of a robot at its depot after a service (s).
     pub fn deposit(&self, robot: usize) -> f64 {
         self.machine(robot).deposit
     }
 
-    /// From leaving the depot to the end of depositing without waiting, at the greatest speeds (s).
+    /// Computes the time from leaving the depot to the end of depositing without waiting, at the greatest speeds (s).
     pub fn shortest(&self, job: usize, robot: usize) -> f64 {
         let ways = &self.jobs[job].ways[robot];
         ways.iter().map(|way| way.low).sum::<f64>() + self.serve(robot) + self.deposit(robot)
     }
 
-    /// The same at the least speeds (s).
+    /// Computes the time from leaving the depot to the end of depositing without waiting, at the least speeds (s).
     pub fn longest(&self, job: usize, robot: usize) -> f64 {
         let ways = &self.jobs[job].ways[robot];
         ways.iter().map(|way| way.high).sum::<f64>() + self.serve(robot) + self.deposit(robot)
@@ -362,7 +364,7 @@ fn done(begun: &Begun, robot: usize, times: ServiceTimes) -> Assistance {
     Assistance { agent, operation, start, end, robot, times }
 }
 
-/// A way at these speeds, with what its energy costs.
+/// Returns a leg at these speeds, with the cost of its energy.
 fn way(machine: &Robot, speeds: Range, length: f64, weight: f64, scale: f64) -> Way {
     let weight = if length > 0.0 { scaled(weight, scale) } else { 0.0 };
     Way {
@@ -376,7 +378,7 @@ fn way(machine: &Robot, speeds: Range, length: f64, weight: f64, scale: f64) -> 
     }
 }
 
-/// A way of this length (m) from the depot of this robot.
+/// Returns the leg of this length (m) from the depot of this robot.
 pub(crate) fn going(problem: &Problem, scales: &Scales, robot: usize, length: f64) -> Way {
     let machine = &problem.robots[robot];
     way(machine, machine.speed, length, problem.weights.energy / 3.0, scales.energy[0])

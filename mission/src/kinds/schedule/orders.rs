@@ -1,13 +1,13 @@
-//! Schedules of agents with several services to come: branch and bound over the order in which services start.
+//! Schedules of agents with several remaining services: branch and bound over the order in which services start.
 //!
-//! A node is the first services of a schedule in the order of their starts, each with its robot. What they cost and what
-//! remains costs at least is known under [prices](super::prices) in place of the agents' orders: then robots have nothing in
-//! common, the cost so far is a [`Curve`] for each robot over when it is home, and the rest of its day a
-//! [table](super::routes) by set of jobs and instant. So speeds stay decisions everywhere. Two things make that strong:
-//! services do not start before all that comes earlier can have happened, at speeds that are worth it; and where the prices
-//! of the whole do not exclude a node, those of the last complete schedules, which are exact for these, often do. A
-//! complete order that nothing excludes is timed exactly. No source: ours, since the position form is left with a gap of
-//! 3 to 5 % for three services of each of four agents; this proves them in seconds.
+//! A node holds the first services of a schedule in the order of their starts, each with its robot. Its cost so far and
+//! a bound on its remaining cost are computed under [prices](super::prices), which replace the order constraints of
+//! agents and so decouple the robots: the cost so far is a [`Curve`] for each robot over its return time, and the rest
+//! of its day a [table](super::routes) by set of jobs and instant. Speeds stay decisions throughout. Two things make
+//! the bound strong: services start only after everything earlier in the order can have happened, at speeds that are
+//! useful; and if the prices of the root do not exclude a node, those of the last complete schedules, which are exact
+//! for these, often do. A complete order that is not excluded is timed exactly. No source: our own method, since the
+//! position form keeps a gap of 3 to 5 % for three services of each of four agents; this one proves them in seconds.
 
 use crate::engine::{Budget, EngineError, Halt, Watch};
 use crate::plan::{Limit, Statistics};
@@ -23,27 +23,27 @@ use super::relaxation::relaxation;
 use super::retime::{Prices, Timed, retime};
 use super::routes::{Day, Grid, Routes, Ways, cheapest, shares, subsets};
 
-/// The most jobs of one or two robots, of three, and of more.
+/// Maximum number of jobs with one or two robots, with three, and with more.
 const MOST: [usize; 3] = [12, 10, 8];
-/// Tangents of the energy of a way.
+/// Number of tangents of a leg's energy.
 const TANGENTS: usize = 5;
-/// Cells of the tables, and how much longer they reach than the best schedule.
+/// Number of cells of the tables, and their range relative to the length of the best schedule.
 const CELLS: usize = 600;
 const BEYOND: f64 = 1.2;
-/// Nodes that count as one of the budget: one of a mixed-integer program, which stands for some linear programs, takes more
-/// than so many.
+/// Number of nodes that count as one node of the budget: a node of a mixed-integer program needs several linear
+/// programs, which take longer than this number of nodes here.
 const CHEAP: u64 = 10;
-/// Complete schedules whose prices are tried, and from how many services on.
+/// Number of complete schedules whose prices are tried, and minimum number of decided services for that.
 const SCHEDULES: usize = 4;
 const SERVICES: usize = 4;
 
-/// Whether a problem is of this kind, and small enough.
+/// Returns true if this method applies to the problem and the problem is small enough.
 pub(crate) fn fits(instance: &Instance) -> bool {
     let robots = instance.free.len();
     robots > 0 && instance.jobs.len() <= MOST[robots.clamp(2, 4) - 2] && instance.is_regular()
 }
 
-/// The best schedule, with a bound. The instance fits, [`fits`].
+/// Finds the best schedule, with a bound. Requires [`fits`].
 ///
 /// # Errors
 ///
@@ -60,7 +60,7 @@ pub(crate) fn orders(instance: &Instance, budget: &Budget) -> Result<Found, Halt
     }
     let ways = ways(instance);
     let robots = instance.free.len();
-    // The end is no earlier than any robot's: each has a share in its cost.
+    // The makespan is at least the end of each robot, so that its cost can be split between the robots.
     let early = |m: usize| instance.free[m] <= bounds.first_end;
     let sharing = (0..robots).filter(|m| early(*m)).count().max(1) as f64;
     let end_cost = |m: usize| if early(m) { instance.makespan_cost / sharing } else { 0.0 };
@@ -119,7 +119,7 @@ pub(crate) fn orders(instance: &Instance, budget: &Budget) -> Result<Found, Halt
     Ok(Found { timed: search.best, status, statistics: search.statistics })
 }
 
-/// Going and proximity, and depositing, of each job by each robot, at speeds that may be worth it.
+/// Curves of going and proximity together, and of depositing, of each job by each robot, at speeds that may be useful.
 fn ways(instance: &Instance) -> Ways {
     let all = flow(instance, 0);
     let curves = |job: usize, robot: usize| {
@@ -133,7 +133,7 @@ fn ways(instance: &Instance) -> Ways {
     (0..instance.jobs.len()).map(|job| (0..instance.free.len()).map(|robot| curves(job, robot)).collect()).collect()
 }
 
-/// What a second costs at most that delays everything but these jobs.
+/// Upper bound on the cost per second of a delay of all jobs except for these.
 fn flow(instance: &Instance, done: usize) -> f64 {
     let left = instance.jobs.iter().enumerate().filter(|(job, _)| done >> job & 1 == 0);
     left.map(|(_, job)| job.start_cost).sum::<f64>() + instance.makespan_cost
@@ -142,19 +142,19 @@ fn flow(instance: &Instance, done: usize) -> f64 {
 /// The first services of a schedule, in the order of their starts.
 #[derive(Clone)]
 struct Node {
-    /// What each robot costs so far, by when it is home.
+    /// Cost of each robot so far, as a function of its return time.
     curves: Vec<Curve>,
-    /// When each robot is home at the earliest (s).
+    /// Earliest return of each robot (s).
     home: Vec<f64>,
-    /// The earliest start of each job's service (s), and its robot.
+    /// Earliest start of each job's service (s), and its robot.
     start: Vec<f64>,
     robot: Vec<usize>,
-    /// The jobs, as a set, and for each robot in order.
+    /// Jobs of the node as a set, and in order by robot.
     done: usize,
     sequence: Sequence,
-    /// The earliest start of the last one (s).
+    /// Earliest start of the last job (s).
     last: f64,
-    /// No schedule that begins like this costs less.
+    /// Lower bound on the cost of every schedule with this beginning.
     bound: f64,
 }
 
@@ -162,18 +162,18 @@ struct Search<'a, 'b> {
     instance: &'a Instance<'b>,
     budget: &'a Budget,
     watch: Watch,
-    /// The prices of the tables.
+    /// Prices that underlie the tables.
     prices: Vec<f64>,
     priced: Priced,
     bounds: Bounds,
     ways: Ways,
-    /// The least cost of the rest of each robot's day, by set and cell.
+    /// Minimum cost of the rest of each robot's day, by set and cell.
     tables: Vec<Vec<f64>>,
     grid: Grid,
-    /// Prices of complete schedules, the last useful ones first.
+    /// Prices of complete schedules, the most recently useful ones first.
     pool: Vec<Prices>,
     best: Timed,
-    /// The least bound of what was left out.
+    /// Minimum of the bounds of all excluded nodes.
     lowest: f64,
     stopped: Option<Limit>,
     failed: Option<EngineError>,
@@ -195,12 +195,12 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Nothing of at least this cost is looked for.
+    /// Returns the cost from which on nodes are excluded.
     fn enough(&self) -> f64 {
         self.best.cost - 0.5 * self.budget.gap * self.best.cost.abs()
     }
 
-    /// The budget is spent.
+    /// Returns true if the budget is used up or the search failed.
     fn is_over(&mut self) -> bool {
         if self.statistics.nodes >= self.budget.nodes.saturating_mul(CHEAP) {
             self.stopped = Some(Limit::Work);
@@ -238,12 +238,12 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Times an order exactly.
+    /// Times a complete order exactly.
     fn complete(&mut self, node: &Node) {
         self.statistics.solves += 1;
         match retime(self.instance, &node.sequence, &self.watch) {
             Ok(Some(timed)) => {
-                // Timed in a hurry, it may cost less than that.
+                // If the time limit was reached, the timing may not be optimal, and its cost is no bound.
                 self.lowest = self.lowest.min(if self.is_over() { node.bound } else { timed.cost });
                 self.pool.insert(0, timed.prices.clone());
                 self.pool.truncate(SCHEDULES);
@@ -256,13 +256,14 @@ impl Search<'_, '_> {
         }
     }
 
-    /// The node with one more service; none if it cannot come next. `days` are the robots' at the node.
+    /// Returns the node with one more service; `None` if the service cannot be the next one. `days` are those of the
+    /// robots at the node.
     fn child(&self, node: &Node, days: &[Vec<f64>], index: usize, robot: usize) -> Option<Node> {
         let (instance, job) = (self.instance, &self.instance.jobs[index]);
         if node.done >> index & 1 == 1 || job.previous.is_some_and(|previous| node.done >> previous & 1 == 0) {
             return None;
         }
-        // Of robots that are alike and have nothing to do yet, the first goes first.
+        // Symmetry: of identical robots without jobs, only the first one is used.
         let unused = |m: usize| node.sequence[m].is_empty();
         if unused(robot) && (0..robot).any(|m| unused(m) && alike(instance, m, robot)) {
             return None;
@@ -295,7 +296,7 @@ impl Search<'_, '_> {
         Some(child)
     }
 
-    /// What a robot costs by when it is home, with one more service.
+    /// Extends the cost of a robot over its return time by one more service.
     fn then(&self, curve: &Curve, priced: &Priced, job: usize, robot: usize, start: f64) -> Curve {
         let (serve, deposit) = (self.instance.serve(robot), self.instance.deposit(robot));
         let (there, back) = &self.ways[job][robot];
@@ -303,13 +304,15 @@ impl Search<'_, '_> {
         started.then(back).moved(serve + deposit, priced.serve[job] * serve)
     }
 
-    /// The prices of complete schedules, for what is decided, raise the bound of a node beyond what is looked for.
+    /// Raises the bound of a node by the prices of complete schedules, applied to its decided jobs; returns true if
+    /// that excludes the node.
     fn is_dearer(&mut self, node: &mut Node) -> bool {
         let instance = self.instance;
         if (node.done.count_ones() as usize) < SERVICES {
             return false;
         }
-        // Decided are the first services of each agent, so that what is left costs what it does in the tables.
+        // The decided jobs are the first ones of each agent, so that their prices do not change the tables of the
+        // others.
         for place in 0..self.pool.len() {
             let decided = |job: usize| node.done >> job & 1 == 1;
             let order = &self.pool[place].order;
@@ -337,23 +340,24 @@ impl Search<'_, '_> {
         false
     }
 
-    /// The least cost of robots that cost this so far, to the end of the day.
+    /// Minimum cost to the end of the day for robots with these costs so far.
     fn rest(&self, curves: &[Curve], done: usize) -> f64 {
         let left = self.left(done);
         let days: Vec<Vec<f64>> = curves.iter().enumerate().map(|(m, curve)| self.day(m, curve, left)).collect();
         together(&days.iter().collect::<Vec<_>>(), left)
     }
 
-    /// The jobs that are not done, as a set.
+    /// Returns the set of jobs that are not done.
     fn left(&self, done: usize) -> usize {
         ((1 << self.instance.jobs.len()) - 1) & !done
     }
 
-    /// The least cost of a robot that costs this so far, if it does this set of what is left; by set.
+    /// Minimum cost of a robot with this cost so far if it does a subset of `left`, by subset.
     fn day(&self, robot: usize, curve: &Curve, left: usize) -> Vec<f64> {
         let grid = self.grid;
         let first = grid.cell(curve.start);
-        // Home within a cell it costs at least what it does at the cell's end, and the rest what it does at its beginning.
+        // Lower bound for a return within a cell: the cost so far at the end of the cell plus the remaining cost from
+        // its beginning.
         let mut along = curve.along();
         let mut home = Vec::new();
         for cell in first..grid.cells {
@@ -380,7 +384,7 @@ impl Search<'_, '_> {
     }
 }
 
-/// The least cost of sharing what is left among robots.
+/// Minimum cost of distributing the remaining jobs over the robots.
 fn together(days: &[&Vec<f64>], left: usize) -> f64 {
     shares(days, left).last().map_or(0.0, |together| together[left])
 }

@@ -1,35 +1,37 @@
 //! The schedule as a mixed-integer program in position form: job `j` is the `k`-th trip of robot `m`.
 //!
-//! `X[j,m,k]` says so. How many trips each robot makes is either given, and then the trips before and after a position bound
-//! its times; or positions are filled from the last one down, so that a robot's last trip is always in its last position. `T[j,m,k]` is the start of the service, and 0 where `X` is: sums over jobs then are the starts of positions,
-//! and no large constant is needed but the latest start. Durations belong to positions. The energy `l^2 / D` is convex in
-//! length and duration together, and its tangent at speed `v` is `2 v l - v^2 D`: the tangents of a position are valid for
-//! whatever job is in it, and exact where the job goes at one of their speeds. So the program bounds the cost from below.
+//! `X[j,m,k]` is 1 if it is. The number of trips of each robot is either given, and then the trips before and after a
+//! position bound its times; or positions are filled from the last one down, so that a robot's last trip is always in
+//! its last position. `T[j,m,k]` is the start of the service, and 0 if `X` is 0: so sums over jobs are the starts of
+//! positions, and the latest start is the only large constant. Durations belong to positions. The energy `l^2 / D` is
+//! jointly convex in length and duration, and its tangent at speed `v` is `2 v l - v^2 D`: the tangents of a position
+//! are valid for any job in it, and exact if the job uses one of their speeds. So the program bounds the cost from
+//! below.
 
 use crate::engine::Model;
 
 use super::bounds::Bounds;
 use super::instance::{Instance, Sequence};
 
-/// Speeds (m/s) at which tangents are laid, of each robot on each of the three ways. Ascending.
+/// Speeds (m/s) of the tangents, of each robot on each of the three legs. Ascending.
 pub(crate) type Tangents = Vec<[Vec<f64>; 3]>;
 
-/// Speeds of the first tangents of a way, from the slowest to the fastest.
+/// Number of speeds of the first tangents of a leg, from the slowest to the fastest.
 const FIRST: usize = 5;
 
-/// The program, and where to read a sequence in it.
+/// The program, with the columns of the assignment.
 pub(crate) struct Position {
     pub model: Model,
     /// Column of `X[j,m,k]`, by robot, position and job.
     assigned: Vec<Vec<Vec<usize>>>,
-    /// The number of trips was given.
+    /// True if the number of trips is given.
     given: bool,
 }
 
 /// Terms of a linear expression.
 type Terms = Vec<(usize, f64)>;
 
-/// First tangents: spread over the speeds that a robot may have.
+/// Creates the first tangents, distributed over the permitted speeds of a robot.
 pub(crate) fn first_tangents(instance: &Instance) -> Tangents {
     let of = |m: usize, z: usize| {
         let ways = instance.jobs.iter().map(|job| job.ways[m][z]).filter(|way| way.bend > 0.0 && !way.is_fixed());
@@ -45,7 +47,7 @@ pub(crate) fn first_tangents(instance: &Instance) -> Tangents {
     (0..instance.free.len()).map(|m| [of(m, 0), of(m, 1), of(m, 2)]).collect()
 }
 
-/// What a robot's position costs and takes on one of its ways.
+/// A robot's position on one of its legs.
 struct Slot {
     duration: Terms,
 }
@@ -55,15 +57,15 @@ struct Builder<'a, 'b> {
     model: Model,
     /// Seconds in a unit of time of the program.
     unit: f64,
-    /// How many trips each robot makes, if that is given.
+    /// Number of trips of each robot, if given.
     trips: Option<&'a [usize]>,
     assigned: Vec<Vec<Vec<usize>>>,
     started: Vec<Vec<Vec<usize>>>,
 }
 
 impl Position {
-    /// The program of an instance. It holds every schedule within the bounds; of those in which each robot makes so many
-    /// trips, if `trips` says how many.
+    /// Builds the program of an instance. Its feasible set contains every schedule within the bounds, or only those
+    /// with the given number of trips of each robot if `trips` is set.
     pub fn new(instance: &Instance, bounds: &Bounds, tangents: &Tangents, trips: Option<&[usize]>) -> Position {
         let (count, robots) = (instance.jobs.len(), instance.free.len());
         let unit = (0..count).flat_map(|j| (0..robots).map(move |m| instance.longest(j, m))).fold(1.0, f64::max);
@@ -90,14 +92,14 @@ impl Position {
         Position { model: builder.model, assigned: builder.assigned, given: trips.is_some() }
     }
 
-    /// The sequence of a point.
+    /// Reads the sequence from a point.
     pub fn sequence(&self, point: &[f64]) -> Sequence {
         let job = |columns: &Vec<usize>| columns.iter().position(|column| point[*column] > 0.5);
         self.assigned.iter().map(|positions| positions.iter().filter_map(job).collect()).collect()
     }
 
-    /// The point of a sequence in the columns that decide, to start a search from; empty if the sequence has more trips of
-    /// a robot than the program.
+    /// Returns the point of a sequence in the integer columns, as a start of the search; empty if the sequence does not
+    /// fit the numbers of trips of the program.
     pub fn point(&self, sequence: &Sequence) -> Vec<(usize, f64)> {
         let mut point = Vec::new();
         for (positions, jobs) in self.assigned.iter().zip(sequence) {
@@ -116,7 +118,7 @@ impl Position {
 }
 
 impl Builder<'_, '_> {
-    /// `X` and `T` of a robot.
+    /// Adds the columns `X` and `T` of a robot.
     fn columns(&mut self, bounds: &Bounds, robot: usize) {
         let (zero, unit) = (self.instance.problem.start, self.unit);
         let (mut assigned, mut started) = (Vec::new(), Vec::new());
@@ -154,12 +156,12 @@ impl Builder<'_, '_> {
         self.started.push(started);
     }
 
-    /// The number of positions of a robot.
+    /// Returns the number of positions of a robot.
     fn slots(&self, bounds: &Bounds, robot: usize) -> usize {
         self.trips.map_or(bounds.trips[robot], |trips| trips[robot])
     }
 
-    /// How long so many trips of a robot take at least (s).
+    /// Returns lower bounds on the duration (s) of 0, 1, 2, ... trips of a robot.
     fn blocks(&self, robot: usize) -> Vec<f64> {
         let mut blocks: Vec<f64> =
             (0..self.instance.jobs.len()).map(|job| self.instance.shortest(job, robot)).collect();
@@ -172,7 +174,7 @@ impl Builder<'_, '_> {
         std::iter::once(0.0).chain(sums).collect()
     }
 
-    /// The duration of a way in a position, with its energy in the cost.
+    /// Adds the duration of a leg in a position, with its energy in the cost.
     fn slot(&mut self, tangents: &Tangents, robot: usize, k: usize, z: usize) -> Slot {
         let unit = self.unit;
         let columns = self.assigned[robot][k].clone();
@@ -180,7 +182,7 @@ impl Builder<'_, '_> {
         let mut duration: Terms =
             ways.iter().filter(|(way, _)| way.is_fixed()).map(|(way, x)| (*x, way.low / unit)).collect();
         let mut free: Vec<_> = ways.into_iter().filter(|(way, _)| !way.is_fixed()).collect();
-        // Jobs whose joule costs the same share a duration; those of other weights have one of their own.
+        // Jobs with the same cost of a joule share one duration; each other weight has its own.
         free.sort_by(|a, b| a.0.weight.total_cmp(&b.0.weight));
         for class in free.chunk_by(|a, b| a.0.weight == b.0.weight) {
             let energy = self.instance.machine(robot).energy;
@@ -204,7 +206,7 @@ impl Builder<'_, '_> {
         Slot { duration }
     }
 
-    /// What holds along the positions of a robot.
+    /// Adds the constraints along the positions of a robot.
     fn robot(&mut self, bounds: &Bounds, tangents: &Tangents, robot: usize, end: usize) {
         let (instance, unit) = (self.instance, self.unit);
         let (serve, deposit) = (instance.serve(robot) / unit, instance.deposit(robot) / unit);
@@ -247,7 +249,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// Each job once, and after the one before it of its agent.
+    /// Each job is done once, and after the previous one of its agent.
     fn jobs(&mut self) {
         let all = |columns: &Vec<Vec<Vec<usize>>>, job: usize| -> Vec<(usize, usize)> {
             columns.iter().enumerate().flat_map(|(m, slots)| slots.iter().map(move |slot| (m, slot[job]))).collect()
@@ -265,8 +267,8 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// On one robot the earlier job of an agent stands before the later one: not one at `k` or after and the other at `k`
-    /// or before. Whole points obey that by their times; fractional ones need not.
+    /// Adds cuts for two jobs of an agent on one robot: not both the earlier job at position `k` or after and the later
+    /// one at `k` or before. Integer points satisfy them by their times; fractional ones may not.
     fn precede(&mut self, earlier: usize, later: usize) {
         for positions in &self.assigned {
             for k in 0..positions.len() {
@@ -277,7 +279,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// Of two robots that are alike the first makes no fewer trips.
+    /// Symmetry: of two identical robots the first has at least as many trips.
     fn symmetry(&mut self) {
         for m in 1..self.instance.free.len() {
             let used = |m: usize| self.assigned[m].iter().flatten().copied();
@@ -289,7 +291,7 @@ impl Builder<'_, '_> {
     }
 }
 
-/// Exchanging two robots changes nothing.
+/// Returns true if exchanging two robots changes nothing.
 pub(crate) fn alike(instance: &Instance, m: usize, n: usize) -> bool {
     let close = |a: f64, b: f64| a == b;
     let same = |job: &super::instance::Job| {

@@ -1,10 +1,9 @@
-//! Prices in place of the order of an agent's operations.
+//! Lagrangian relaxation of the order of an agent's operations.
 //!
-//! That order is what couples robots: who serves an operation late makes the next one late, whoever serves that. A price
-//! for each second by which a service comes too early after the one before it of its agent takes the place of the order
-//! (Lagrangian relaxation): the start of a service then costs more by the price of the order to the next one, and less by
-//! the price of the order from the one before. For any prices of zero or more the least cost bounds that of every schedule
-//! from below.
+//! This order couples the robots: a late service delays the next one of the agent, whichever robot serves it. The order
+//! is replaced by a price for each second by which a service starts too early after the previous one of its agent: the
+//! start of a service then costs more by the price of the order to the next one, and less by the price of the order
+//! from the previous one. For any non-negative prices the minimum cost is a lower bound on the cost of every schedule.
 
 use crate::engine::{Halt, Watch};
 
@@ -12,25 +11,25 @@ use super::bounds::Bounds;
 use super::instance::{Begin, Instance, Sequence};
 use super::retime::retime;
 
-/// Rounds in which prices are raised and lowered.
+/// Number of rounds of the subgradient method.
 const ROUNDS: usize = 12;
-/// How much more than the best bound a round aims at, as a share of the cost.
+/// Target of a round above the best bound, as a share of the cost.
 const AIM: f64 = 0.005;
 
 /// Costs of jobs under prices.
 #[derive(Clone, Debug)]
 pub(crate) struct Priced {
-    /// Cost of a second of the start of each job's service. Zero or more.
+    /// Cost per second of the start of each job's service. Zero or more.
     pub start: Vec<f64>,
-    /// Cost of a second of serving.
+    /// Cost per second of serving.
     pub serve: Vec<f64>,
-    /// Cost that no decision changes.
+    /// Cost that is independent of all decisions.
     pub constant: f64,
 }
 
 impl Priced {
-    /// `prices[j]` is that of the order between `j` and the job before it of its agent. Prices that would pay for starting
-    /// late are lowered, and those that are needed so that none before is paid for that are raised.
+    /// Computes the costs under prices; `prices[j]` belongs to the order between `j` and the previous job of its agent.
+    /// A price is lowered if job `j` would gain by starting late, and raised if an earlier job of the agent would.
     pub fn new(instance: &Instance, prices: &[f64]) -> Priced {
         let jobs = &instance.jobs;
         let mut priced = Priced {
@@ -38,13 +37,14 @@ impl Priced {
             serve: jobs.iter().map(|job| job.serve_cost).collect(),
             constant: instance.constant,
         };
-        // Jobs of an agent stand in order: by what each that gains by starting late must be helped by the one after it.
+        // Jobs of an agent are in order. `lacks[j]` is the minimum price of the next job so that `j` does not gain by
+        // starting late.
         let mut lacks = vec![0.0_f64; jobs.len()];
         for (index, job) in jobs.iter().enumerate() {
             let before = job.previous.map_or(0.0, |previous| lacks[previous]);
             lacks[index] = (before - job.start_cost).max(0.0);
         }
-        // What comes after a job is known before it.
+        // In descending order, since the price after a job changes the cost of its start.
         for (index, job) in jobs.iter().enumerate().rev() {
             if let Some(previous) = job.previous {
                 let price = prices[index].max(lacks[previous]).min(priced.start[index]).max(0.0);
@@ -57,7 +57,8 @@ impl Priced {
         priced
     }
 
-    /// The problem under these prices, in which every job may come as early as in the other.
+    /// Returns the problem under these prices, without order constraints; each job can start as early as in the
+    /// original.
     fn instance<'a>(&self, instance: &Instance<'a>, bounds: &Bounds) -> Instance<'a> {
         let mut relaxed = instance.clone();
         for (index, job) in relaxed.jobs.iter_mut().enumerate() {
@@ -71,7 +72,7 @@ impl Priced {
     }
 }
 
-/// Prices by which the services of an agent all cost the same.
+/// Initial prices that equalize the start costs of an agent's services.
 pub(crate) fn even(instance: &Instance) -> Vec<f64> {
     let jobs = &instance.jobs;
     let mut prices = vec![0.0; jobs.len()];
@@ -87,15 +88,15 @@ pub(crate) fn even(instance: &Instance) -> Vec<f64> {
     prices
 }
 
-/// What rounds of raising prices came to.
+/// Result of the subgradient method.
 pub(crate) struct Raised {
     pub prices: Vec<f64>,
-    /// No schedule costs less.
+    /// Lower bound on the cost of every schedule.
     pub bound: f64,
 }
 
-/// The best prices of some rounds of a subgradient method, fewer where `solve` has no time left, which gives the
-/// least cost under prices and its sequence.
+/// Maximizes the bound over prices by some rounds of a subgradient method; stops early if `solve` reaches the time
+/// limit. `solve` returns the minimum cost under prices and its sequence.
 ///
 /// # Errors
 ///
@@ -126,7 +127,7 @@ pub(crate) fn raise(
             let found = timed.schedule.iter().find(|done| (done.agent, done.operation) == target);
             found.map_or((0.0, 0.0), |done| (done.times.serving, done.times.depositing))
         };
-        // How much too early each service comes.
+        // Subgradient: time (s) by which each service starts too early.
         let early = |job: usize| {
             let previous = instance.jobs[job].previous?;
             Some(times(previous).1 + instance.jobs[job].nominal - times(job).0)

@@ -1,7 +1,8 @@
-//! The problem of a schedule as data: robots, agents, lengths, weights, and what has begun already.
+//! Input data of a schedule: robots, agents, lengths, weights, and the operations that have begun.
 //!
-//! Notation of thesis Table 5.1. Robots and agents are named by index; operations of an agent count from 0. Lengths are
-//! in metres, times in seconds, speeds in metres a second. [`Problem::check`](super::check) says what cannot be planned.
+//! Notation of thesis Table 5.1. Robots and agents are identified by index; operations of an agent count from 0.
+//! Lengths are in metres, times in seconds, speeds in metres per second. [`Problem::check`](super::check) reports
+//! mistakes.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,36 +12,36 @@ use crate::numbers::{Energy, Range};
 /// A service robot `m`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Robot {
-    /// Its name.
+    /// Name of the robot.
     pub name: String,
-    /// Base position `x_m^d` (m): where it starts and where every service ends.
+    /// Base position `x_m^d` (m): start of the robot and end of every service.
     pub depot: [f64; 2],
     /// Cruising speeds `v_min^c .. v_max^c` (m/s).
     pub speed: Range,
-    /// Speeds `v_min^p .. v_max^p` near an agent that says nothing of its own (m/s); none: 0.8 of the team's least and
-    /// 0.75 of its greatest cruising speed. Both ends are clamped into `speed`.
+    /// Speeds `v_min^p .. v_max^p` (m/s) near an agent without its own; `None`: 0.8 of the minimum and 0.75 of the
+    /// maximum cruising speed of the team. Both ends are clamped into `speed`.
     pub proximity: Option<Range>,
     /// Time to serve an agent `delta_m^s` (s). Zero or more.
     pub serve: f64,
-    /// Time of what is done at the depot after a service `delta_m^d` (s). Zero or more.
+    /// Time at the depot after a service `delta_m^d` (s). Zero or more.
     pub deposit: f64,
     /// Physical factor `mu_m`: larger is more massive. More than 0.
     pub factor: f64,
-    /// Coefficients of its power.
+    /// Coefficients of the robot's power.
     pub energy: Energy,
 }
 
-/// What kind of agent is served.
+/// Kind of an agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AgentKind {
-    /// A person: waits are weighted by `alpha`, feedback is listened to.
+    /// A person: waits are weighted by `alpha`, which feedback changes.
     Human,
     /// A working robot: waits are weighted by `beta`.
     Worker,
 }
 
-/// How long an operation takes: normal with this mean and standard deviation (s).
+/// Duration of an operation: normally distributed with this mean and standard deviation (s).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Duration {
     /// `phi_a` (s). More than 0.
@@ -49,58 +50,59 @@ pub struct Duration {
     pub sigma: f64,
 }
 
-/// What an agent wants of one robot's approach instead of the defaults.
+/// Requirements of an agent on the approach of one robot, instead of the defaults.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Approach {
     /// Index of the robot.
     pub robot: usize,
-    /// Speeds from the waiting place to the agent (m/s); none: the robot's.
+    /// Speeds from the waiting place to the agent (m/s); `None`: those of the robot.
     pub speed: Option<Range>,
-    /// Waiting distance `l_{a,m}^p` (m); none: the agent's.
+    /// Waiting distance `l_{a,m}^p` (m); `None`: that of the agent.
     pub wait_distance: Option<f64>,
 }
 
 /// A working agent `a`: a person or a working robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Agent {
-    /// Its name.
+    /// Name of the agent.
     pub name: String,
     /// A person or a robot.
     pub kind: AgentKind,
-    /// Where it is served `x_a^s` (m).
+    /// Position of the service `x_a^s` (m).
     pub place: [f64; 2],
-    /// Number of operations `q_a`. Zero: it is part of the team and needs nothing.
+    /// Number of operations `q_a`. If zero, the agent is part of the team but needs no service.
     pub operations: usize,
-    /// How long one takes.
+    /// Duration of an operation.
     pub duration: Duration,
-    /// Severity of its working conditions `rho_a^s`, 0 to 1.
+    /// Severity of the working conditions `rho_a^s`, 0 to 1.
     pub severity: f64,
-    /// Where a robot waits: this far from the place `l_{a,m}^p` (m). Zero or more.
+    /// Waiting distance `l_{a,m}^p` of a robot from the agent's position (m). Zero or more.
     pub wait_distance: f64,
-    /// What differs for single robots, each robot at most once.
+    /// Exceptions for single robots, each robot at most once.
     pub approaches: Vec<Approach>,
-    /// `alpha_{a,i}` of the wait after each operation, of a person only: one for each operation, or empty: all 1.
+    /// `alpha_{a,i}`: weights of the waits after each operation, used for a person only; one for each operation, or
+    /// empty: all 1.
     pub wait_weights: Vec<f64>,
-    /// How long a wait may become where what people say makes waits count less (s): what goes beyond counts at least as much as
-    /// `limit_weights` say. Zero or more.
+    /// Limit of waits (s), for a person whose feedback reduces the weight of waits: the time beyond it has at least the
+    /// weight `limit_weights`. Zero or more.
     #[serde(default = "wait_limit")]
     pub wait_limit: f64,
-    /// The least weight of what goes beyond `wait_limit` of the wait after each operation, of a person only: one for each
-    /// operation, or empty: 0. The first feedback on a wait writes down here what waits weighed before.
+    /// Minimum weight of the time beyond `wait_limit` of the wait after each operation, used for a person only; one for
+    /// each operation, or empty: 0. The first feedback on a wait stores the previous weights of waits here.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limit_weights: Vec<f64>,
-    /// `zeta_{a,i}` of the energy near the agent: one for each operation, or empty: all 1.
+    /// `zeta_{a,i}`: weights of the energy near the agent; one for each operation, or empty: all 1.
     pub approach_weights: Vec<f64>,
 }
 
-/// How long a wait may become by what people say where nobody declares it (s).
+/// Default of [`Agent::wait_limit`] (s).
 pub const WAIT_LIMIT: f64 = 60.0;
 
 fn wait_limit() -> f64 {
     WAIT_LIMIT
 }
 
-/// How long the ways are.
+/// Lengths of the paths.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Distances {
@@ -121,31 +123,31 @@ pub struct Weights {
     pub makespan: f64,
 }
 
-/// When a robot passes from one phase of a service to the next (s), ascending. (5.10) holds by construction: each phase
-/// begins where the one before ends.
+/// Instants of the transitions between the phases of a service (s), ascending. (5.10) holds by construction: each phase
+/// begins at the end of the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ServiceTimes {
-    /// It leaves its depot.
+    /// The robot leaves its depot.
     pub going: f64,
-    /// It is at the waiting place.
+    /// The robot arrives at the waiting place.
     pub waiting: f64,
-    /// It leaves the waiting place.
+    /// The robot leaves the waiting place.
     pub proximity: f64,
-    /// It is with the agent and serves.
+    /// The robot arrives at the agent and serves.
     pub serving: f64,
-    /// It leaves the agent.
+    /// The robot leaves the agent.
     pub depositing: f64,
-    /// It has done what is done at the depot.
+    /// The robot has finished at the depot.
     pub end: f64,
 }
 
 impl ServiceTimes {
-    /// The six instants, in order.
+    /// Returns the six instants, in order.
     pub fn instants(&self) -> [f64; 6] {
         [self.going, self.waiting, self.proximity, self.serving, self.depositing, self.end]
     }
 
-    /// All instants later by `delay` (s).
+    /// Returns all instants shifted later by `delay` (s).
     pub fn later(&self, delay: f64) -> ServiceTimes {
         ServiceTimes {
             going: self.going + delay,
@@ -158,70 +160,71 @@ impl ServiceTimes {
     }
 }
 
-/// An operation that has begun when the plan is made. It stays as it is, and so does its service if that has begun.
+/// An operation that has begun when the plan is made. It stays unchanged, and so does its service if that has begun.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Begun {
     /// Index of the agent.
     pub agent: usize,
     /// Number of the operation, from 0.
     pub operation: usize,
-    /// When it began (s).
+    /// Start of the operation (s).
     pub start: f64,
-    /// When it ended, or is expected to end (s).
+    /// Observed or expected end of the operation (s).
     pub end: f64,
-    /// The service, if its robot has left the depot: which robot, and its times as they were and are planned.
+    /// The service, if its robot has left the depot: the robot, and the past and planned instants.
     pub service: Option<(usize, ServiceTimes)>,
 }
 
-/// A robot that takes no new service: it is out of order, or on its way home from a service that was broken off. What it
-/// has begun, it goes on with.
+/// A robot that takes no new service: it is out of order, or returning from an aborted service. It continues services
+/// that it has begun.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Absence {
     /// Index of the robot.
     pub robot: usize,
-    /// When it is at its depot and ready (s); none: never.
+    /// Instant at which the robot is at its depot and ready (s); `None`: never.
     pub until: Option<f64>,
 }
 
-/// What makes the terms of the cost comparable: the denominators of `Delta`, of `w` and of (5.4).
+/// Scales of the terms of the cost: the denominators of `Delta`, of `w` and of (5.4).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scales {
-    /// Of the makespan (s).
+    /// Scale of the makespan (s).
     pub makespan: f64,
-    /// Of a wait (s).
+    /// Scale of a wait (s).
     pub wait: f64,
-    /// Of the energy of going, proximity and depositing (J); 0 where no robot has a way to go in that phase.
+    /// Scales of the energy of going, proximity and depositing (J); 0 if no robot has a leg of positive length in that
+    /// phase.
     pub energy: [f64; 3],
 }
 
-/// Everything a schedule is planned from.
+/// Problem of a schedule.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Problem {
     /// The service robots.
     pub robots: Vec<Robot>,
-    /// The agents that they serve.
+    /// The agents to serve.
     pub agents: Vec<Agent>,
-    /// What people read in place of names.
+    /// Labels that are displayed instead of names.
     #[serde(default, skip_serializing_if = "Labels::is_empty")]
     pub labels: Labels,
-    /// How long the ways are.
+    /// Lengths of the paths.
     pub distances: Distances,
     /// `pr_min`: an operation ends within its planned duration with this probability. Between 0 and 1, both excluded.
     pub confidence: f64,
     /// Weights of the cost.
     pub weights: Weights,
-    /// `t_0` (s): when the plan is made. Nothing that has not begun begins before.
+    /// `t_0` (s): instant at which the plan is made. Everything that has not begun begins then or later.
     pub start: f64,
-    /// What has begun, each operation at most once, the first ones of an agent.
+    /// Operations that have begun, each at most once, the first ones of each agent.
     pub begun: Vec<Begun>,
     /// Robots that take no new service, each at most once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub absent: Vec<Absence>,
-    /// Scales of the cost of a larger mission of which this is a part; none: those of this problem.
+    /// Scales of the cost of a larger mission of which this is a part; `None`: those of this problem.
     pub scales: Option<Scales>,
 }
 
-/// Lengths of the three ways of a service (m).
+/// Lengths of the three legs of a service (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lengths {
     /// `l^g`, depot to waiting place.
@@ -233,7 +236,8 @@ pub struct Lengths {
 }
 
 impl Problem {
-    /// From when on this robot takes new services (s): `start`, or later if it is absent; none if it never does.
+    /// Returns the instant from which this robot takes new services (s): `start`, or later if it is absent; `None` if
+    /// it never does.
     pub fn ready(&self, robot: usize) -> Option<f64> {
         match self.absent.iter().find(|absence| absence.robot == robot) {
             Some(absence) => absence.until.map(|until| until.max(self.start)),
@@ -241,23 +245,23 @@ impl Problem {
         }
     }
 
-    /// What people read for a robot; none if there is none of this index.
+    /// Returns the label of a robot; `None` if the index is out of range.
     pub fn robot_label(&self, robot: usize) -> Option<&str> {
         self.robots.get(robot).map(|machine| self.labels.member(&machine.name))
     }
 
-    /// What people read for an agent; none if there is none of this index.
+    /// Returns the label of an agent; `None` if the index is out of range.
     pub fn agent_label(&self, agent: usize) -> Option<&str> {
         self.agents.get(agent).map(|who| self.labels.member(&who.name))
     }
 
-    /// Number of operations of all agents `|O|`.
+    /// Returns the number of operations of all agents `|O|`.
     pub fn operations(&self) -> usize {
         self.agents.iter().map(|agent| agent.operations).sum()
     }
 
-    /// What holds when this robot approaches this agent: speeds (m/s), clamped into the cruising speeds of the robot
-    /// (the thesis asks for that and prints defaults that break it), and waiting distance (m).
+    /// Returns the speeds (m/s) and the waiting distance (m) of this robot's approach to this agent. The speeds are
+    /// clamped into the cruising speeds of the robot (the thesis requires that and prints defaults that violate it).
     pub fn approach(&self, agent: &Agent, robot: usize) -> (Range, f64) {
         let own = agent.approaches.iter().find(|approach| approach.robot == robot);
         let Some(machine) = self.robots.get(robot) else { return (Range::point(0.0), agent.wait_distance) };
@@ -271,8 +275,8 @@ impl Problem {
         (Range::new(clamp(asked.low), clamp(asked.high)), distance)
     }
 
-    /// The ways of this robot to this agent (m). The waiting place lies on the path between depot and agent; beyond the
-    /// depot if that is nearer than the waiting distance.
+    /// Computes the lengths of the legs of this robot to this agent (m). The waiting place lies on the path between
+    /// depot and agent, or beyond the depot if that is closer than the waiting distance.
     pub fn lengths(&self, agent: usize, robot: usize) -> Lengths {
         let (Some(who), Some(machine)) = (self.agents.get(agent), self.robots.get(robot)) else {
             return Lengths { going: 0.0, proximity: 0.0, depositing: 0.0 };
@@ -285,7 +289,7 @@ impl Problem {
         Lengths { going: (depositing - proximity).abs(), proximity, depositing }
     }
 
-    /// Where this robot waits for this agent `x_{a,m}^w` (m); none where lengths come from a table.
+    /// Computes the waiting place of this robot for this agent `x_{a,m}^w` (m); `None` if lengths are given by a table.
     pub fn waiting_place(&self, agent: usize, robot: usize) -> Option<[f64; 2]> {
         let (who, machine) = (self.agents.get(agent)?, self.robots.get(robot)?);
         if self.distances != Distances::Straight {
@@ -298,7 +302,7 @@ impl Problem {
         Some([who.place[0] + wait * ux, who.place[1] + wait * uy])
     }
 
-    /// The weight of the wait after an operation: `alpha_{a,i}` of a person, `beta` of a working robot.
+    /// Returns the weight of the wait after an operation: `alpha_{a,i}` of a person, `beta` of a working robot.
     pub fn wait_weight(&self, agent: usize, operation: usize) -> f64 {
         match self.agents.get(agent) {
             Some(who) if who.kind == AgentKind::Human => who.wait_weights.get(operation).copied().unwrap_or(1.0),
@@ -306,14 +310,14 @@ impl Problem {
         }
     }
 
-    /// By how much more a second of the wait after an operation weighs beyond the agent's `wait_limit`. Zero or more.
+    /// Returns the additional weight of the wait after an operation beyond the agent's `wait_limit`. Zero or more.
     pub fn limit_weight(&self, agent: usize, operation: usize) -> f64 {
         let Some(who) = self.agents.get(agent).filter(|who| who.kind == AgentKind::Human) else { return 0.0 };
         let least = who.limit_weights.get(operation).copied().unwrap_or(0.0);
         (least - self.wait_weight(agent, operation)).max(0.0)
     }
 
-    /// `zeta_{a,i}`, the weight of the energy near the agent.
+    /// Returns `zeta_{a,i}`, the weight of the energy near the agent.
     pub fn approach_weight(&self, agent: usize, operation: usize) -> f64 {
         self.agents.get(agent).and_then(|who| who.approach_weights.get(operation)).copied().unwrap_or(1.0)
     }

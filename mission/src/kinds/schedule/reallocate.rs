@@ -1,4 +1,4 @@
-//! When a repaired plan has become too costly, and planning anew what has not begun; thesis 5.5.2.
+//! Replanning: index of the cost of a repaired plan, and a new plan for everything that has not begun; thesis 5.5.2.
 
 use crate::plan::{Plan, Status};
 
@@ -7,9 +7,9 @@ use super::choose::{Options, Refusal, plan};
 use super::cost;
 use super::problem::Problem;
 
-/// `iota` of (5.19): by how much the cost of what has not begun has changed, relative to what it was in the last optimal
-/// plan. What has not begun is what has not in `updated`, in both. 0 where nothing is left; infinite where nothing became
-/// something.
+/// Computes `iota` of (5.19): change of the cost of the services that have not begun, relative to their cost in the
+/// last optimal plan. Both costs count the services that have not begun in `updated`. 0 if there are none; infinite if
+/// the cost was zero and is not any more.
 pub fn optimality_index(optimal: (&Problem, &[Assistance]), updated: (&Problem, &[Assistance])) -> f64 {
     let free =
         |of: &Assistance| begun_of(updated.0, of.agent, of.operation).is_none_or(|begun| begun.service.is_none());
@@ -21,8 +21,8 @@ pub fn optimality_index(optimal: (&Problem, &[Assistance]), updated: (&Problem, 
     if was == is { 0.0 } else { (was - is).abs() / was }
 }
 
-/// A new plan for what has not begun, or the repaired schedule if planning found nothing cheaper. `problem` and `repaired`
-/// are what [`reschedule`](super::reschedule::reschedule) gave.
+/// Replans everything that has not begun; returns the repaired schedule if planning finds nothing cheaper. `problem`
+/// and `repaired` are the results of [`reschedule`](super::reschedule::reschedule).
 ///
 /// # Errors
 ///

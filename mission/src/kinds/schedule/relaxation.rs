@@ -1,11 +1,12 @@
-//! A lower bound on the cost of every schedule, however many services there are.
+//! A lower bound on the cost of every schedule, for any number of services.
 //!
-//! [`Prices`](super::prices) take the place of the orders of the agents' operations. What is left are services with a weight
-//! for each second of their start, a first instant, and a robot each, which is busy for some time around it. Every service
-//! alone starts no earlier than its first instant. And all together: let the robots be one machine that is as fast as all of
-//! them and may change between services at any time. The middle of a service's work is then earliest, weighted, where the
-//! machine always does the one of the greatest weight for its time (Goemans 1997; for several machines Schulz and Skutella
-//! 2002). The larger of both bounds the waits, energies are bounded way by way. Prices follow the slope of the bound.
+//! [`Prices`](super::prices) replace the order constraints of the agents' operations. Each service then has a weight
+//! per second of its start, an earliest instant, and one robot, which is busy for some time before and after the start.
+//! The waits have two lower bounds. First, every service starts no earlier than its earliest instant. Second, the
+//! robots are replaced by one machine that is as fast as all of them together and may switch between services at any
+//! time. The weighted sum of the mean instants of the services' work is then minimal if the machine always processes
+//! the service of the greatest weight per time (Goemans 1997; for several machines Schulz and Skutella 2002). The
+//! larger of both bounds the waits; energies are bounded leg by leg. Prices follow a subgradient of the bound.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -16,14 +17,16 @@ use super::bounds::Bounds;
 use super::instance::Instance;
 use super::prices::{Priced, even};
 
-/// Rounds in which prices are raised and lowered, and rounds without a better bound after which steps become shorter.
+/// Number of rounds of the subgradient method, number of rounds without a better bound before the step is reduced, and
+/// factor of the reduction.
 const ROUNDS: usize = 120;
 const IDLE: usize = 6;
 const SHORTER: f64 = 0.6;
-/// Prices below zero by less than this share of the largest are rounding.
+/// Negative costs below this share of the largest cost are rounding errors.
 const ROUNDING: f64 = 1e-9;
 
-/// No schedule costs less; never less than the bound of `bounds`. `known` is the cost of one that is known.
+/// Computes a lower bound on the cost of every schedule, at least that of `bounds`. `known` is the cost of a known
+/// schedule.
 pub(crate) fn relaxation(instance: &Instance, bounds: &Bounds, known: f64, watch: &Watch) -> f64 {
     let relaxed = Relaxed::new(instance, bounds);
     let mut prices = even(instance);
@@ -45,7 +48,7 @@ pub(crate) fn relaxation(instance: &Instance, bounds: &Bounds, known: f64, watch
             (length, idle) = (SHORTER * length, 0);
             prices.clone_from(&at);
         }
-        // How much too early each service comes.
+        // Subgradient: time (s) by which each service starts too early.
         let early = |(job, start): (usize, &f64)| {
             let before = instance.jobs[job].previous;
             before.map_or(0.0, |before| starts[before] + relaxed.serve + instance.jobs[job].nominal - start)
@@ -61,26 +64,26 @@ pub(crate) fn relaxation(instance: &Instance, bounds: &Bounds, known: f64, watch
     best
 }
 
-/// A service without its agent's order.
+/// A service without the order constraint of its agent.
 struct Service {
-    /// Its earliest start (s).
+    /// Earliest start (s).
     first: f64,
-    /// For how long its robot is busy before its start, and after it, at least (s).
+    /// Minimum time for which its robot is busy before its start, and after it (s).
     lead: f64,
     tail: f64,
-    /// By robot: the least energy of its ways, as a cost, and how long it serves (s).
+    /// By robot: minimum energy of the legs, as a cost, and serving time (s).
     by: Vec<(f64, f64)>,
 }
 
-/// An instance without the orders of agents.
+/// An instance without the order constraints of agents.
 struct Relaxed {
     services: Vec<Service>,
-    /// The services in the order of the instants from which their robots may be busy with them.
+    /// Services sorted by the earliest instant at which their robots may be busy with them.
     released: Vec<usize>,
     robots: f64,
-    /// How long serving takes at least (s).
+    /// Minimum serving time (s).
     serve: f64,
-    /// The cost of the earliest end.
+    /// Cost of the earliest end.
     end: f64,
 }
 
@@ -106,7 +109,8 @@ impl Relaxed {
         Relaxed { services, released, robots: instance.free.len() as f64, serve, end }
     }
 
-    /// The least cost under prices, at least, and when services start there; none where a service gains by starting late.
+    /// Returns a lower bound on the cost under prices, with the starts of the services at it; `None` if a service gains
+    /// by starting late, or there are none.
     fn solve(&self, priced: &Priced) -> Option<(f64, Vec<f64>)> {
         let largest = priced.start.iter().fold(0.0_f64, |most, price| most.max(price.abs()));
         if self.services.is_empty() || priced.start.iter().any(|price| *price < -ROUNDING * largest) {
@@ -122,10 +126,10 @@ impl Relaxed {
         Some((priced.constant + fixed + self.end + waits, starts))
     }
 
-    /// Starts whose weighted sum is the least of one machine that is as fast as all robots.
+    /// Starts of the services at the minimum of their weighted sum, on one machine that is as fast as all robots.
     fn together(&self, weights: &[f64]) -> Vec<f64> {
         let mut waiting: BinaryHeap<Waiting> = BinaryHeap::new();
-        // The work that is left of each service, and the sum of its instants, weighted by what is done of it in them.
+        // Remaining work of each service, and the integral of time over its processed work.
         let length = |index: usize| self.services[index].lead + self.services[index].tail;
         let mut left: Vec<f64> = (0..self.services.len()).map(|index| length(index) / self.robots).collect();
         let mut moment = vec![0.0; self.services.len()];
@@ -162,13 +166,13 @@ impl Relaxed {
 }
 
 impl Service {
-    /// The least cost of its ways and of serving, by whoever does it.
+    /// Minimum cost of the legs and of serving, over all robots.
     fn cheapest(&self, price: f64) -> f64 {
         self.by.iter().map(|(energy, serve)| energy + price * serve).fold(f64::INFINITY, f64::min)
     }
 }
 
-/// A service that the machine may do, the one of the greatest weight for its time first.
+/// A service that the machine may process; the one of the greatest weight per time has priority.
 struct Waiting {
     ratio: f64,
     index: usize,

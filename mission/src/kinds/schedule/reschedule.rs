@@ -1,10 +1,11 @@
-//! A plan made to fit what has happened, thesis Algorithm 3: who serves whom in which order stays, times move.
+//! Repair of a plan after changes, thesis Algorithm 3: assignment and order stay, times move.
 //!
-//! Operations take longer, agents move, bounds change. Every service keeps its times where it can. Where its operation
-//! ends late, the robot waits and approaches then, at the planned speed, which is what a person feels safe with; where the
-//! way has become longer, it goes faster if it may; where that does not suffice, the rest of the service is later, and so
-//! is what follows it for that robot and that agent, by what is left after faster ways back (`HandleShift`; the thesis
-//! postpones everything that follows by the same amount, here each service is postponed by what it needs).
+//! Operations take longer, agents move, bounds change. Every service keeps its times if possible. If its operation ends
+//! late, the robot waits and then approaches at the planned speed, which the person feels safe with; if the path has
+//! become longer, the robot moves faster if allowed; if that does not suffice, the rest of the service is delayed. A
+//! delay is passed on to the following services of that robot and of that agent, less what faster returns recover
+//! (`HandleShift`; the thesis delays everything that follows by the same amount, here each service is delayed by what
+//! it needs).
 
 use serde::{Deserialize, Serialize};
 
@@ -14,42 +15,41 @@ use super::chance;
 use super::problem::{Begun, Problem, ServiceTimes};
 use crate::numbers::Range;
 
-/// When an operation ended, or is now expected to end.
+/// An observed or expected end of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Observed {
     /// Index of the agent.
     pub agent: usize,
     /// Number of the operation, from 0.
     pub operation: usize,
-    /// Its end (s).
+    /// End of the operation (s).
     pub end: f64,
 }
 
-/// How far an operation and its service have come.
+/// Progress of an operation and its service.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// What the problem says of what has begun: the operation, and the service if the robot has left for it or for a later
-    /// one of the agent. The end of the operation is the one that is now known or expected.
+    /// The operation as in [`Problem::begun`], with its service if the robot has left for it or for a later one of the
+    /// agent. The end of the operation is the observed or expected one.
     pub begun: Begun,
-    /// The operation itself has begun; if not, its robot has left before it.
+    /// True if the operation itself has begun; if false, its robot has left before it.
     pub started: bool,
-    /// How many of the six instants of the service have passed, in order. They are kept to the digit.
+    /// Number of the six instants of the service that have passed, in order. These are kept exactly.
     pub passed: usize,
-    /// The service reaches the waiting place, leaves it, is with the agent and ends no earlier than this (s), whatever the
-    /// speeds allow: for a robot that is late.
+    /// Lower bounds on the remaining instants of the service (s), regardless of the speeds: for a robot that is late.
     pub earliest: Earliest,
 }
 
-/// Bounds from below on instants of a service (s); minus infinity where there is none.
+/// Lower bounds on instants of a service (s); minus infinity for none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Earliest {
-    /// The robot is at the waiting place.
+    /// Arrival at the waiting place.
     pub waiting: f64,
-    /// It leaves it.
+    /// Departure from the waiting place.
     pub proximity: f64,
-    /// It is with the agent.
+    /// Arrival at the agent.
     pub serving: f64,
-    /// It has ended what it does at the depot.
+    /// End of the work at the depot.
     pub end: f64,
 }
 
@@ -63,10 +63,11 @@ impl Earliest {
     };
 }
 
-/// The schedule that `previous` becomes at `time` (s) under the parameters of `problem`, with the problem as it stands
-/// then: its start is `time`, its `begun` what has begun, with services under way made to fit. `previous` is a schedule of
-/// `before`, which has the same robots and agents; `problem.begun` is not looked at. An end observed of an operation that
-/// has not begun by `time` is left out, and so is one after the start of a service that has begun.
+/// Repairs the schedule `previous` at `time` (s) under the parameters of `problem`. Returns the repaired schedule with
+/// the problem at that time: its start is `time`, its `begun` are the operations that have begun, with repaired times
+/// of current services. `previous` is a schedule of `before`, which has the same robots and agents; `problem.begun` is
+/// ignored. An observed end of an operation that has not begun by `time` is ignored, and so is one after the start of a
+/// service that has begun.
 pub fn reschedule(
     before: &Problem,
     previous: &[Assistance],
@@ -92,8 +93,8 @@ pub fn reschedule(
     repair(before, previous, problem, time, &progress)
 }
 
-/// As [`reschedule`], for what has really happened: `progress` tells of every operation that has begun, or for whose
-/// service the robot has left, how far it has come.
+/// As [`reschedule`], with the actual progress: `progress` describes every operation that has begun or for whose
+/// service the robot has left.
 pub fn repair(
     before: &Problem,
     previous: &[Assistance],
@@ -119,7 +120,7 @@ pub fn repair(
             .then(a.times.serving.total_cmp(&b.times.serving))
             .then(a.target().cmp(&b.target()))
     });
-    // In the order of leaving, but never before what comes first for the same agent.
+    // In the order of departure, but never before an earlier operation of the same agent.
     while !waiting.is_empty() {
         let first = |at: &Assistance| {
             waiting.iter().all(|other| other.agent != at.agent || other.operation >= at.operation)
@@ -137,7 +138,7 @@ pub fn repair(
     (after, schedule)
 }
 
-/// What has begun with the times that it has now.
+/// Returns an operation that has begun with its times in the repaired schedule.
 fn as_scheduled(begun: Begun, schedule: &[Assistance]) -> Begun {
     let same = |at: &&Assistance| at.agent == begun.agent && at.operation == begun.operation;
     let Some(at) = schedule.iter().find(same) else { return begun };
@@ -149,9 +150,9 @@ struct Repair<'a> {
     problem: &'a Problem,
     time: f64,
     progress: &'a [Progress],
-    /// When each robot is back at its depot.
+    /// Return of each robot to its depot (s).
     home: Vec<f64>,
-    /// When the last operation of each agent has been served.
+    /// End of the last service of each agent (s).
     served: Vec<Option<f64>>,
     schedule: Vec<Assistance>,
 }
@@ -167,7 +168,7 @@ impl Repair<'_> {
         let (start, end) = self.operation(planned, progress);
         let passed = progress.map_or(0, |progress| progress.passed);
         let earliest = progress.map_or(Earliest::NONE, |progress| progress.earliest);
-        // What has passed is kept to the digit; what has not is not in the past.
+        // Past instants are kept exactly; all others are not before the current time.
         let instant = |place: usize, was: f64, is: f64| if place < passed { was } else { is.max(self.time) };
         let lengths = self.problem.lengths(agent, robot);
         let machine = &self.problem.robots[robot];
@@ -175,7 +176,7 @@ impl Repair<'_> {
 
         let going = instant(0, was.going, was.going.max(self.home[robot]));
         let (fast, slow) = ends(lengths.going, machine.speed);
-        // Arrive when planned if that is possible at all, else as soon as it is.
+        // Arrive at the planned time if possible, else as early as possible.
         let arrival = was.waiting.clamp(going + fast, going + slow).max(earliest.waiting);
         let waiting = instant(1, was.waiting, arrival);
         let planned_time = (was.serving - was.proximity).max(0.0);
@@ -197,13 +198,13 @@ impl Repair<'_> {
         self.schedule.push(Assistance { agent, operation, start, end, robot, times });
     }
 
-    /// When an operation begins and ends now.
+    /// Returns the repaired start and end of an operation.
     fn operation(&self, planned: &Assistance, progress: Option<Progress>) -> (f64, f64) {
         let served = self.served[planned.agent];
         let nominal = chance::nominal(self.problem, planned.agent);
         match progress {
             Some(Progress { begun, started: true, .. }) => (begun.start, begun.end),
-            // The robot has left, the operation has not begun: it keeps its length.
+            // The robot has left, but the operation has not begun: it keeps its planned duration.
             Some(Progress { begun, .. }) => {
                 let start = begun.start.max(served.unwrap_or(f64::NEG_INFINITY)).max(self.time);
                 (start, start + nominal)
@@ -218,7 +219,7 @@ impl Repair<'_> {
         }
     }
 
-    /// How long the approach takes (s): at the planned speed, within what the agent allows now.
+    /// Computes the duration of the approach (s): at the planned speed, within the present limits of the agent.
     fn approach(&self, length: f64, near: Range, planned: &Assistance, time: f64) -> f64 {
         if length == 0.0 {
             return 0.0;
@@ -229,7 +230,7 @@ impl Repair<'_> {
     }
 }
 
-/// The shortest and longest time for a way (s).
+/// Returns the shortest and longest duration of a leg (s).
 fn ends(length: f64, speeds: Range) -> (f64, f64) {
     (length / speeds.high, length / speeds.low)
 }

@@ -1,8 +1,8 @@
-//! The best times and speeds of a fixed sequence: a cone program, solved exactly by Clarabel.
+//! Optimal times and speeds of a fixed sequence: a cone program, solved exactly by Clarabel.
 //!
-//! With who serves whom in which order given, what is left is convex: the energy of a way is `rate D + bend / D` in its
-//! duration `D`, and `u D >= 1` is a second-order cone. What the solver gives is used for the durations; the starts follow
-//! from them by going through the sequence again, so that every constraint holds to the last digit.
+//! With assignment and order given, the rest is convex: the energy of a leg is `rate D + bend / D` in its duration `D`,
+//! and `u D >= 1` is a second-order cone. The durations are taken from the solver; the starts are computed from them by
+//! a pass through the sequence, so that every constraint holds to the last digit.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
@@ -13,27 +13,27 @@ use super::assistance::Assistance;
 use super::instance::{Instance, Sequence, Way};
 use super::timing::{self, Durations, Order};
 
-/// Costs that differ by a smaller share are the same.
+/// Costs whose relative difference is smaller are treated as equal.
 const SAME: f64 = 1e-8;
 
-/// A sequence with its best times.
+/// A sequence with its optimal times.
 #[derive(Clone, Debug)]
 pub(crate) struct Timed {
     pub sequence: Sequence,
-    /// Durations of the three ways of each job (s).
+    /// Durations of the three legs of each job (s).
     pub durations: Durations,
-    /// What it costs.
+    /// Cost of the schedule.
     pub cost: f64,
     pub schedule: Vec<Assistance>,
     pub prices: Prices,
 }
 
-/// What a second costs in a schedule of the best times: the duals of its constraints.
+/// Prices per second in a schedule with optimal times: the duals of its constraints.
 #[derive(Clone, Debug)]
 pub(crate) struct Prices {
-    /// By which the service of a job would come sooner after that of the job before it of its agent.
+    /// Dual of the order constraint between a job and the previous one of its agent.
     pub order: Vec<f64>,
-    /// By which each robot would be home later.
+    /// Dual of the return of each robot before the makespan.
     pub end: Vec<f64>,
 }
 
@@ -52,8 +52,8 @@ impl Timed {
     }
 }
 
-/// The best times of this sequence; none if it contradicts the order of an agent's operations. Where the time ends before
-/// they are known: those of the greatest speeds.
+/// Computes the optimal times of this sequence; `None` if it contradicts the order of an agent's operations. Returns
+/// the times at the greatest speeds if the time limit is reached before.
 ///
 /// # Errors
 ///
@@ -76,7 +76,7 @@ pub(crate) fn retime(instance: &Instance, sequence: &Sequence, watch: &Watch) ->
         .then(|| (0..instance.jobs.len()).map(|job| instance.problem.start + program.unit * point[job]).collect());
     let mut starts = timing::starts(instance, &order, &durations, wanted.as_deref());
     if instance.is_regular() && wanted.is_some() {
-        // Starting later for the sake of a limit must be worth more than rounding.
+        // Start later because of a limit only if that saves more than a rounding error.
         let soon = timing::starts(instance, &order, &durations, None);
         let cost = |starts: &[f64]| timing::cost(instance, &order, &durations, starts);
         if cost(&soon) <= cost(&starts) + SAME * cost(&starts).abs() {
@@ -86,7 +86,7 @@ pub(crate) fn retime(instance: &Instance, sequence: &Sequence, watch: &Watch) ->
     Ok(Some(Timed::new(instance, sequence, &order, durations, &starts, prices)))
 }
 
-/// A sequence at these durations, each service as early as it may, without prices.
+/// Times a sequence with these durations, each service as early as possible, without prices.
 fn at_once(instance: &Instance, sequence: &Sequence, order: &Order, duration: impl Fn(&Way) -> f64) -> Timed {
     let ways = |(job, robot): (usize, &usize)| instance.jobs[job].ways[*robot].each_ref().map(&duration);
     let durations: Durations = order.robot.iter().enumerate().map(ways).collect();
@@ -95,12 +95,12 @@ fn at_once(instance: &Instance, sequence: &Sequence, order: &Order, duration: im
     Timed::new(instance, sequence, order, durations, &starts, prices)
 }
 
-/// Values of the columns of a program, and the duals of its rows.
+/// Values of the columns of a program, and duals of its rows.
 type Point = (Vec<f64>, Vec<f64>);
 
-/// The cone program of a sequence. Columns: the starts of the jobs and the makespan, in units of `unit` seconds from the
-/// start of the plan; then for each way that may take longer or shorter its duration in units of `reference` seconds, and
-/// where speed costs the reciprocal of that.
+/// The cone program of a sequence. Columns: the starts of the jobs and the makespan, in units of `unit` seconds from
+/// the start of the plan; then for each leg of variable duration its duration in units of `reference` seconds and, if
+/// speed has a cost, the reciprocal of that.
 struct Program {
     unit: f64,
     cost: Vec<f64>,
@@ -108,9 +108,9 @@ struct Program {
     rows: Vec<(Vec<(usize, f64)>, f64)>,
     /// Duration and reciprocal columns that obey `u D >= 1`.
     cones: Vec<(usize, usize)>,
-    /// For each job and way: the duration's column and reference, or its fixed value.
+    /// For each job and leg: column and reference of the duration, or its fixed value.
     ways: Vec<[Duration; 3]>,
-    /// For each job the rows of its agent's order and of its end.
+    /// For each job the rows of its order constraint and of its end.
     limits: Vec<(usize, usize)>,
 }
 
@@ -156,7 +156,7 @@ impl Program {
             program.limit(instance, order, index);
         }
         for limited in &instance.limits {
-            // At least what the wait is beyond its limit, and never less than nothing.
+            // At least the wait beyond its limit, and not negative.
             let excess = program.column(limited.rate * longest);
             let served: f64 = limited.serves.iter().map(|(job, c)| c * instance.serve(order.robot[*job])).sum();
             let zero: f64 = limited.starts.iter().map(|(_, c)| c * instance.problem.start).sum();
@@ -173,7 +173,7 @@ impl Program {
         self.cost.len() - 1
     }
 
-    /// `value + sum of the starts and durations <= start of job (or the makespan)`, everything in seconds.
+    /// Adds the row `value + sum of the starts and durations <= start of job (or the makespan)`, all in seconds.
     fn before(&mut self, value: f64, starts: Option<usize>, durations: &[Duration], later: usize) {
         let mut terms = vec![(later, -1.0)];
         let mut constant = value;
@@ -210,7 +210,7 @@ impl Program {
         self.before(instance.serve(robot) + instance.deposit(robot), Some(index), &[back], end);
     }
 
-    /// The point and the duals of the rows; none where the time ended first.
+    /// Solves the program; returns the point and the duals of the rows, or `None` if the time limit is reached before.
     fn solve(&self, watch: &Watch) -> Result<Option<Point>, EngineError> {
         let failed = |message: String| EngineError::Failed { engine: "Clarabel".into(), message };
         let mut entries: Vec<(usize, usize, f64)> = Vec::new();

@@ -1,7 +1,8 @@
-//! What it costs one robot at least to do a set of jobs from some instant on, under [prices](super::prices).
+//! Minimum cost of one robot for doing a set of jobs from an instant on, under [prices](super::prices).
 //!
-//! Built from the end of the day: a job is put before an order of others, and the cost is a [`Curve`] over minus the instant
-//! when the robot is free. Of the orders of a set those are kept that no other beats.
+//! Built backwards from the end of the day: a job is put before an order of other jobs, and the cost is a [`Curve`]
+//! over minus the instant at which the robot is free. Of the orders of a set, only those are kept that are not
+//! dominated.
 
 use crate::engine::{Halt, Watch};
 
@@ -10,13 +11,13 @@ use super::curve::Curve;
 use super::instance::{Instance, Sequence};
 use super::prices::Priced;
 
-/// Pieces of all functions of a robot that are kept at most, 16 bytes each.
+/// Maximum number of stored pieces of all functions of a robot, 16 bytes each.
 const MOST_KEPT: usize = 4_000_000;
 
-/// Going and proximity, and depositing, of each job by each robot.
+/// Curves of going and proximity together, and of depositing, of each job by each robot.
 pub(crate) type Ways = Vec<Vec<(Curve, Curve)>>;
 
-/// Instants one step apart.
+/// An equidistant grid of instants.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grid {
     pub origin: f64,
@@ -25,27 +26,27 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// The cell of an instant, the last one of all that come later.
+    /// Returns the cell of an instant; the last one for all later instants.
     pub fn cell(&self, instant: f64) -> usize {
         (((instant - self.origin) / self.step).max(0.0) as usize).min(self.cells - 1)
     }
 
-    /// The first instant of a cell.
+    /// Returns the first instant of a cell.
     pub fn instant(&self, cell: usize) -> f64 {
         self.origin + cell as f64 * self.step
     }
 }
 
-/// An order of a set that no other beats.
+/// An order of a set that is not dominated.
 struct Entry {
     curve: Curve,
-    /// Its first job.
+    /// First job of the order.
     first: usize,
-    /// Entry of the set without it.
+    /// Entry of the set without the first job.
     after: usize,
 }
 
-/// What the orders of every robot rest on.
+/// Inputs that the orders of all robots share.
 #[derive(Clone, Copy)]
 pub(crate) struct Day<'a, 'b> {
     pub instance: &'a Instance<'b>,
@@ -54,23 +55,23 @@ pub(crate) struct Day<'a, 'b> {
     pub watch: &'a Watch,
 }
 
-/// The orders of one robot, by set of jobs, a bit for each.
+/// The orders of one robot, by set of jobs (a bit for each job).
 pub(crate) struct Routes {
     free: f64,
     entries: Vec<Vec<Entry>>,
 }
 
 impl Routes {
-    /// The orders of a robot, whose end costs so much a second.
+    /// Computes the orders of a robot whose end costs `end_cost` per second.
     ///
     /// # Errors
     ///
-    /// They are too many, or the time has passed.
+    /// There are too many orders, or the time limit is reached.
     pub fn new(day: &Day, priced: &Priced, robot: usize, end_cost: f64) -> Result<Routes, Halt> {
         let Day { instance, bounds, ways, watch } = *day;
         let (free, end) = (instance.free[robot], bounds.last_end(instance));
         let (serve, deposit) = (instance.serve(robot), instance.deposit(robot));
-        // Without a job the robot is where it was, and the day ends no earlier than it can.
+        // Without jobs only the end costs, which is not before the robot is free.
         let nothing = Curve::falling(-end, end_cost * end, end_cost, (end - free).max(0.0));
         let mut routes = Routes { free, entries: vec![vec![Entry { curve: nothing, first: 0, after: 0 }]] };
         let mut pieces = 0;
@@ -105,7 +106,8 @@ impl Routes {
         Ok(routes)
     }
 
-    /// The least cost of each set if the robot is free in each cell of a grid, by set and cell; none where the time ends first.
+    /// Tabulates the minimum cost of each set by the cell in which the robot is free; `None` if the time limit is
+    /// reached.
     pub fn table(&self, grid: Grid, watch: &Watch) -> Option<Vec<f64>> {
         let mut table = vec![f64::INFINITY; self.entries.len() * grid.cells];
         for (set, cells) in table.chunks_mut(grid.cells).enumerate() {
@@ -125,7 +127,7 @@ impl Routes {
         Some(table)
     }
 
-    /// The cheapest order of a set from when the robot is free: its cost and its place.
+    /// Returns the cost and the index of the cheapest order of a set from the instant at which the robot is free.
     fn cheapest(&self, set: usize) -> (f64, usize) {
         let cost =
             |entry: &Entry| if -self.free < entry.curve.start { f64::INFINITY } else { entry.curve.at(-self.free) };
@@ -133,7 +135,7 @@ impl Routes {
         costs.min_by(|a, b| a.1.total_cmp(&b.1)).map_or((f64::INFINITY, 0), |(place, cost)| (cost, place))
     }
 
-    /// The jobs of an order.
+    /// Returns the jobs of an order.
     fn jobs(&self, mut set: usize, mut place: usize) -> Vec<usize> {
         let mut jobs = Vec::new();
         while let Some(entry) = self.entries[set].get(place).filter(|_| set != 0) {
@@ -145,13 +147,13 @@ impl Routes {
     }
 }
 
-/// The operations of a job's agent before it, as a set.
+/// Returns the set of the earlier jobs of a job's agent.
 fn before(instance: &Instance, job: usize) -> usize {
     let previous = |job: &usize| instance.jobs[*job].previous;
     std::iter::successors(previous(&job), previous).map(|job| 1 << job).sum()
 }
 
-/// The cheapest way to share all jobs among robots, without what no decision changes.
+/// Returns the cheapest distribution of all jobs over the robots, with its cost without the constant part.
 pub(crate) fn cheapest(robots: &[Routes], full: usize) -> (f64, Sequence) {
     let mut costs: Vec<Vec<(f64, usize)>> = Vec::new();
     for routes in robots {
@@ -177,8 +179,8 @@ pub(crate) fn cheapest(robots: &[Routes], full: usize) -> (f64, Sequence) {
     (total, sequence)
 }
 
-/// For each robot the least cost of sharing each subset of `full` among it and those before it; the last one's for `full`
-/// alone. `values` by robot and set.
+/// For each robot, minimum costs of distributing each subset of `full` over it and the robots before it; for the last
+/// robot only for `full`. `values` are by robot and set.
 pub(crate) fn shares(values: &[&Vec<f64>], full: usize) -> Vec<Vec<f64>> {
     let mut together: Vec<Vec<f64>> = Vec::with_capacity(values.len());
     for (m, own) in values.iter().enumerate() {
@@ -196,7 +198,7 @@ pub(crate) fn shares(values: &[&Vec<f64>], full: usize) -> Vec<Vec<f64>> {
     together
 }
 
-/// All subsets of a set, from itself down to nothing.
+/// Enumerates all subsets of a set, from the set itself down to the empty set.
 pub(crate) fn subsets(set: usize) -> impl Iterator<Item = usize> {
     let mut next = Some(set);
     std::iter::from_fn(move || {
@@ -215,7 +217,7 @@ mod tests {
     use crate::numbers::{Energy, Range};
     use proptest::prelude::*;
 
-    /// One robot and two agents with two and one operations, everything at one speed.
+    /// One robot and two agents with two and one operations, all legs at one speed.
     fn problem(lengths: [f64; 2], means: [f64; 2]) -> Problem {
         let agent = |a: usize| Agent {
             name: format!("a{a}"),
@@ -255,7 +257,7 @@ mod tests {
         }
     }
 
-    /// What these jobs cost one after the other from an instant on; nothing if they end after the day.
+    /// Cost of these jobs one after the other from an instant on; `None` if they end after the day.
     fn cost(
         instance: &Instance,
         priced: &Priced,

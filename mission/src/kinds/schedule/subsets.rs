@@ -1,12 +1,13 @@
-//! Schedules in which every agent has one service to come: a dynamic program over sets of jobs.
+//! Schedules with one remaining service for each agent: a dynamic program over sets of jobs.
 //!
-//! Then robots meet in nothing but the sharing of the jobs and the end. For each robot and each set of jobs, what the set
-//! costs is a convex function of when the robot is home ([`Curve`]); the best orders are those whose function no other's
-//! beats, and the best orders of a set arise from those of the set without its last job. Robots are put together set by
-//! set. The functions lie below the true ones by what tangents miss, so the least of all bounds the cost of every schedule;
-//! the sequence behind it is timed exactly, and tangents grow denser until both meet. Orders that cannot lead to less than
-//! the best schedule so far are dropped on the way. `2^n n` steps for `n` jobs and two robots, `3^n` for more. No source:
-//! ours, since neither the constraint program nor the position form proves ten jobs of uneven weights in reasonable time.
+//! Robots are then coupled only by the assignment of jobs and by the makespan. For each robot and each set of jobs, the
+//! cost of the set is a convex function of the robot's return time ([`Curve`]); the best orders are those whose
+//! function is not dominated, and the best orders of a set arise from those of the set without its last job. Robots are
+//! combined set by set. The functions lie below the exact ones by the error of the tangents, so that their minimum
+//! bounds the cost of every schedule; its sequence is timed exactly, and tangents are refined until cost and bound
+//! meet. Orders that cannot beat the best known schedule are dropped. `2^n n` steps for `n` jobs and two robots, `3^n`
+//! for more. No source: our own method, since neither the constraint program nor the position form proves ten jobs of
+//! uneven weights in reasonable time.
 
 use crate::engine::{Budget, Halt, Watch};
 use crate::plan::{Limit, Statistics};
@@ -19,39 +20,40 @@ use super::instance::{Instance, Sequence};
 use super::relaxation::relaxation;
 use super::retime::{Timed, retime};
 
-/// The most jobs of two robots.
+/// Maximum number of jobs with up to two robots.
 const MOST_OF_TWO: usize = 14;
-/// The most jobs of more.
+/// Maximum number of jobs with more robots.
 const MOST_OF_MORE: usize = 11;
-/// Tangents at first, how many times as many each time, and at most.
+/// Initial number of tangents, growth factor, and maximum number.
 const FIRST_TANGENTS: usize = 4;
 const MORE_TANGENTS: usize = 5;
 const MOST_TANGENTS: usize = 512;
-/// The most where waits beyond their limits are left out of the bound, which then meets no cost anyway.
+/// Maximum number of tangents if waits have limits: the bound leaves out waits beyond their limits, and so never meets
+/// the cost.
 const MOST_LIMITED: usize = 20;
-/// Pieces of all functions that are kept at once at most (16 bytes each), and that are made in all.
+/// Maximum number of pieces of all functions that are stored at a time (16 bytes each), and that are created in total.
 const MOST_KEPT: usize = 6_000_000;
 const MOST_MADE: usize = 400_000_000;
 
-/// Orders between two looks at the time.
+/// Number of orders between two checks of the clock.
 const LOOK: u64 = 256;
 
-/// An order of a set of jobs that no other beats.
+/// An order of a set of jobs that is not dominated.
 struct Entry {
-    /// What it costs to be home with it by an instant.
+    /// Minimum cost as a function of the return time.
     curve: Curve,
-    /// The last job; or, of several robots together, the set of the last robot.
+    /// The last job; or, for several robots together, the set of the last robot.
     last: usize,
-    /// Entry of the set without it.
+    /// Entry of the set without `last`.
     before: usize,
-    /// Entry of the last robot's set, of several robots together.
+    /// Entry of the last robot's set, for several robots together.
     own: usize,
 }
 
-/// Entries by set of jobs, a bit for each.
+/// Entries by set of jobs (a bit for each job).
 type Table = Vec<Vec<Entry>>;
 
-/// Whether a problem is of this kind, and small enough.
+/// Returns true if this method applies to the problem and the problem is small enough.
 pub(crate) fn fits(instance: &Instance) -> bool {
     let (count, robots) = (instance.jobs.len(), instance.free.len());
     let most = if robots <= 2 { MOST_OF_TWO } else { MOST_OF_MORE };
@@ -59,7 +61,7 @@ pub(crate) fn fits(instance: &Instance) -> bool {
     count <= most && alone && instance.is_regular()
 }
 
-/// The best schedule, proven where the time suffices. The instance fits, [`fits`].
+/// Finds the best schedule, proven if the time suffices. Requires [`fits`].
 ///
 /// # Errors
 ///
@@ -106,18 +108,18 @@ pub(crate) fn best(instance: &Instance, budget: &Budget) -> Result<Found, Halt> 
 struct Search<'a, 'b> {
     instance: &'a Instance<'b>,
     watch: &'a Watch,
-    /// Going and proximity, and depositing, of each job by each robot.
+    /// Curves of going and proximity together, and of depositing, of each job by each robot.
     ways: Vec<Vec<(Curve, Curve)>>,
-    /// What the jobs outside of a set cost at least, by set.
+    /// Lower bound on the cost of the jobs outside of a set, by set.
     rest: Vec<f64>,
-    /// No schedule that is looked for costs more.
+    /// Upper bound on the cost of schedules that are searched for.
     known: f64,
-    /// None ends earlier (s).
+    /// Lower bound on the end of every schedule (s).
     end: f64,
-    /// Pieces kept and made.
+    /// Number of pieces stored and created.
     kept: usize,
     made: usize,
-    /// Orders looked at.
+    /// Number of orders examined.
     entries: u64,
 }
 
@@ -151,7 +153,7 @@ impl<'a, 'b> Search<'a, 'b> {
             watch,
             ways: (0..count).map(|job| (0..robots).map(|robot| curves(job, robot)).collect()).collect(),
             rest: (0..1 << count).map(outside).collect(),
-            // What is as good as the best so far must be found again.
+            // A schedule as good as the best known one must not be dropped.
             known: known.cost + 1e-9 * known.cost.abs().max(1e-9),
             end: bounds.first_end,
             kept: 0,
@@ -160,7 +162,8 @@ impl<'a, 'b> Search<'a, 'b> {
         }
     }
 
-    /// A lower bound on the cost of every schedule, and the sequence of which it is the cost but for what tangents miss.
+    /// Returns a lower bound on the cost of every schedule, with the sequence of that cost (up to the error of the
+    /// tangents).
     fn best(&mut self) -> Result<(f64, Sequence), Halt> {
         let robots = self.instance.free.len();
         let full = (1_usize << self.instance.jobs.len()) - 1;
@@ -178,7 +181,7 @@ impl<'a, 'b> Search<'a, 'b> {
             .map(total)
             .enumerate()
             .min_by(|a, b| a.1.total_cmp(&b.1))
-            // All were dropped: nothing is better than what is known.
+            // All orders were dropped: nothing is better than the known schedule.
             .unwrap_or((usize::MAX, self.known));
         let mut set = full;
         let mut sequence: Sequence = vec![Vec::new(); robots];
@@ -191,12 +194,12 @@ impl<'a, 'b> Search<'a, 'b> {
         Ok((bound, sequence))
     }
 
-    /// The least cost of a schedule in which this set costs this.
+    /// Lower bound on the cost of a schedule in which this set has this cost.
     fn total(&self, curve: &Curve, set: usize) -> f64 {
         self.instance.constant + self.rest[set] + curve.least(self.instance.makespan_cost, self.end)
     }
 
-    /// Adds an entry to those that nothing beats, unless it leads nowhere.
+    /// Adds an entry to the non-dominated ones, unless it cannot beat the best known schedule.
     fn keep(&mut self, entries: &mut Vec<Entry>, new: Entry, set: usize) -> Result<(), Halt> {
         self.entries += 1;
         if self.entries.is_multiple_of(LOOK) && self.watch.is_over() {
@@ -217,7 +220,7 @@ impl<'a, 'b> Search<'a, 'b> {
         if self.kept <= MOST_KEPT && self.made <= MOST_MADE { Ok(()) } else { Err(Halt::Size) }
     }
 
-    /// The best orders of every set of jobs by one robot.
+    /// Computes the best orders of every set of jobs by one robot.
     fn orders(&mut self, robot: usize) -> Result<Table, Halt> {
         let instance = self.instance;
         let mut table: Table = Vec::with_capacity(1 << instance.jobs.len());
@@ -238,19 +241,19 @@ impl<'a, 'b> Search<'a, 'b> {
         Ok(table)
     }
 
-    /// Sets shared between the robots so far and one more; of the whole set alone if no other is wanted. The table of no
-    /// robot has the empty set only.
+    /// Combines the robots so far with one more; only for the full set if `every` is false. The table of no robot has
+    /// only the empty set.
     fn join(&mut self, before: &[Vec<Entry>], robot: &Table, full: usize, every: bool) -> Result<Table, Halt> {
         let mut table: Table = Vec::new();
         table.resize_with(full + 1, Vec::new);
         let first = if every { 0 } else { full };
         for (set, joined) in table.iter_mut().enumerate().skip(first) {
-            // All subsets of `set`, from itself down to nothing.
+            // Enumerate all subsets of `set`, from itself down to the empty set.
             let mut own = set;
             loop {
                 for (place, earlier) in before.get(set & !own).into_iter().flatten().enumerate() {
                     for (index, entry) in robot[own].iter().enumerate() {
-                        // A robot that does nothing need not be home.
+                        // A robot without jobs does not have to return.
                         let curve = match (own, set & !own) {
                             (0, _) => earlier.curve.clone(),
                             (_, 0) => entry.curve.clone(),
@@ -269,7 +272,7 @@ impl<'a, 'b> Search<'a, 'b> {
     }
 }
 
-/// The order behind an entry of a robot.
+/// Returns the order of an entry of a robot.
 fn path(table: &Table, mut set: usize, mut place: usize) -> Vec<usize> {
     let mut jobs = Vec::new();
     while let Some(entry) = table[set].get(place).filter(|_| set != 0) {

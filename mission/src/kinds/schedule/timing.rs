@@ -1,4 +1,4 @@
-//! Times of a sequence whose durations are chosen: each robot does its jobs in order, each as early as it may.
+//! Times of a sequence with given durations: each robot does its jobs in order, each as early as possible.
 
 use super::assistance::Assistance;
 use super::instance::{Begin, Instance, Sequence};
@@ -7,8 +7,9 @@ use super::problem::ServiceTimes;
 /// Durations of going, proximity and depositing of each job (s).
 pub(crate) type Durations = Vec<[f64; 3]>;
 
-/// An order in which every job comes after the one before it of its robot and of its agent, with the robot of each job and
-/// the job before it of that robot; none if the sequence contradicts the order of an agent's operations, or is not one.
+/// A topological order of the jobs: each comes after the previous one of its robot and of its agent. Also stores the
+/// robot of each job and the previous job of that robot. There is none if the sequence is incomplete or contradicts the
+/// order of an agent's operations.
 pub(crate) struct Order {
     pub jobs: Vec<usize>,
     pub robot: Vec<usize>,
@@ -47,7 +48,7 @@ impl Order {
     }
 }
 
-/// When services start (s) if each starts as early as it may, but not before `wanted`.
+/// Computes the starts of services (s), each as early as possible, but not before `wanted`.
 pub(crate) fn starts(instance: &Instance, order: &Order, durations: &Durations, wanted: Option<&[f64]>) -> Vec<f64> {
     let mut starts = vec![0.0; instance.jobs.len()];
     for &job in &order.jobs {
@@ -65,7 +66,7 @@ pub(crate) fn starts(instance: &Instance, order: &Order, durations: &Durations, 
     starts
 }
 
-/// What these times cost: the whole cost of the schedule.
+/// Computes the total cost of the schedule with these times.
 pub(crate) fn cost(instance: &Instance, order: &Order, durations: &Durations, starts: &[f64]) -> f64 {
     let mut end = instance.busy;
     let mut cost = instance.constant;
@@ -79,8 +80,9 @@ pub(crate) fn cost(instance: &Instance, order: &Order, durations: &Durations, st
     cost + instance.makespan_cost * end + instance.excess(starts, &order.robot)
 }
 
-/// The schedule of these times, with what has begun, by agent and operation. A robot leaves its depot when it is free and
-/// the operation has begun, or just in time if it must leave earlier; then it waits near the agent.
+/// Returns the schedule with these times and the services that have begun, by agent and operation. A robot leaves its
+/// depot once it is free and the operation has begun, or earlier if that is necessary to be in time; then it waits near
+/// the agent.
 pub(crate) fn schedule(instance: &Instance, order: &Order, durations: &Durations, starts: &[f64]) -> Vec<Assistance> {
     let mut schedule = instance.done.clone();
     for (index, job) in instance.jobs.iter().enumerate() {

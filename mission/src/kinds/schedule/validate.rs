@@ -1,7 +1,7 @@
-//! Whether a plan is a schedule of a problem: every constraint (5.6) to (5.14), from the plan's activities alone.
+//! Validation of a plan against a problem: checks every constraint (5.6) to (5.14), from the plan's activities alone.
 //!
-//! It shares data types with the planners and nothing else: lengths, speed ranges and the normal distribution are computed
-//! here again, so that a mistake there is seen here.
+//! The validator shares only data types with the planners: it recomputes lengths, speed ranges and the normal
+//! distribution, so that it detects a mistake in the planners' versions.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -13,25 +13,26 @@ use crate::plan::{Activity, Actor, Phase, Plan, Target};
 use super::problem::{Agent, Begun, Distances, Problem};
 use crate::numbers::Range;
 
-/// How far a time may be off (s), and what is added for each second of it: rounding of very large times.
+/// Tolerance of a time (s), and its increase per second for the rounding of very large times.
 pub const TOLERANCE: f64 = 1e-6;
 const ROUNDING: f64 = 1e-12;
 
-/// A constraint, by the equation of the thesis where it has one.
+/// A constraint, with the equation of the thesis if it has one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rule {
-    /// The plan has the problem's names, finite times, and no activity that ends before it begins or is of nobody.
+    /// The plan has the problem's names, finite times, and no activity that ends before it begins or has an unknown
+    /// actor.
     Form,
-    /// (5.6): each operation and each phase of its service is there once, all by one robot.
+    /// (5.6): each operation and each phase of its service occurs once, all by one robot.
     Assignment,
     /// (5.7): going takes as long as the robot's speeds allow.
     Going,
-    /// (5.8): so does the approach.
+    /// (5.8): the approach takes as long as the speeds near the agent allow.
     Proximity,
-    /// (5.9): and the way back with what is done at the depot.
+    /// (5.9): the return and the work at the depot take as long as the robot's speeds allow.
     Depositing,
-    /// (5.10): each phase begins where the one before ends.
+    /// (5.10): each phase begins at the end of the previous one.
     Order,
     /// (5.11a): serving takes the robot's time.
     ServiceTime,
@@ -39,24 +40,24 @@ pub enum Rule {
     ServiceAfterOperation,
     /// (5.12a): the first operation begins when the plan is made.
     FirstOperation,
-    /// (5.12b): an operation begins when the one before has been served.
+    /// (5.12b): an operation begins after the previous one has been served.
     Sequence,
-    /// (5.12c), as an equality: an operation takes its time at the wanted confidence.
+    /// (5.12c), as an equality: the duration of an operation is its quantile at the required confidence.
     OperationTime,
-    /// (5.14): from going to depositing a robot does nothing else.
+    /// (5.14): a robot does nothing else between going and depositing.
     Overlap,
-    /// What has begun stays as it is.
+    /// Operations and services that have begun are unchanged.
     Begun,
-    /// What has not begun begins no earlier than the plan is made.
+    /// Everything that has not begun begins no earlier than the plan is made.
     Past,
-    /// A robot that is absent leaves for no new service.
+    /// An absent robot does not leave for a new service.
     Absent,
-    /// The speed in the plan is the length of the way over its time.
+    /// The speed in the plan is the length of the leg divided by its duration.
     Speed,
 }
 
 impl Rule {
-    /// What holds, in a sentence.
+    /// Returns the constraint as a sentence.
     pub fn text(self) -> &'static str {
         match self {
             Rule::Form => "names are the problem's, times are finite, and each activity is of somebody",
@@ -82,13 +83,13 @@ impl Rule {
 /// A constraint that a plan breaks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Violation {
-    /// Which one.
+    /// The broken constraint.
     pub rule: Rule,
-    /// The operation where; none where the plan as a whole is wrong.
+    /// The operation; `None` if the plan as a whole is wrong.
     pub target: Option<Target>,
     /// The other operation, for [`Rule::Overlap`].
     pub other: Option<Target>,
-    /// By how much: seconds, or metres a second for [`Rule::Speed`]; 0 where it has no size.
+    /// Size of the violation: seconds, or metres per second for [`Rule::Speed`]; 0 if it has no size.
     pub by: f64,
 }
 
@@ -105,8 +106,8 @@ impl fmt::Display for Violation {
     }
 }
 
-/// Everything that is wrong with a plan of this problem; empty for a plan that may be executed. Of a problem in which
-/// [`Problem::check`] finds a mistake no plan is one.
+/// Returns all violations of a plan of this problem; empty if the plan may be executed. If [`Problem::check`] reports
+/// mistakes, every plan is invalid.
 pub fn validate(problem: &Problem, plan: &Plan) -> Vec<Violation> {
     if !problem.check().is_empty() {
         return vec![Violation { rule: Rule::Form, target: None, other: None, by: 0.0 }];
@@ -124,7 +125,7 @@ pub fn validate(problem: &Problem, plan: &Plan) -> Vec<Violation> {
     validator.violations
 }
 
-/// The activities of one operation, in the order of [`Phase::ALL`], and who serves.
+/// The activities of one operation, in the order of [`Phase::ALL`], with the serving robot.
 struct Service<'a> {
     robot: usize,
     parts: [&'a Activity; 6],
@@ -143,14 +144,14 @@ impl<'a> Validator<'a> {
         self.violations.push(Violation { rule, target, other: None, by });
     }
 
-    /// `value` is at least `least`, both in seconds.
+    /// Checks that `value` is at least `least`, both in seconds.
     fn at_least(&mut self, rule: Rule, target: Target, value: f64, least: f64) {
         if value < least - tolerance(least) {
             self.broken(rule, Some(target), least - value);
         }
     }
 
-    /// `value` is `wanted`, both in seconds.
+    /// Checks that `value` equals `wanted`, both in seconds.
     fn equal(&mut self, rule: Rule, target: Target, value: f64, wanted: f64) {
         if (value - wanted).abs() > tolerance(wanted) {
             self.broken(rule, Some(target), (value - wanted).abs());
@@ -213,7 +214,7 @@ impl<'a> Validator<'a> {
         self.problem.begun.iter().find(|b| b.agent == target.agent && b.operation == target.operation)
     }
 
-    /// (5.11b), (5.12) and what has begun of the operation.
+    /// Checks (5.11b) and (5.12), and that an operation that has begun is unchanged.
     fn operation(&mut self, who: &Agent, service: &Service<'a>, served: Option<f64>) {
         let (part, target) = (service.parts[0], service.target);
         self.at_least(Rule::ServiceAfterOperation, target, service.parts[4].start, part.end);
@@ -234,8 +235,9 @@ impl<'a> Validator<'a> {
         let off = if sigma == 0.0 {
             planned - mean
         } else {
-            // The probability that the operation ends too late, or in time where that is less, against the one that is wanted,
-            // turned back into seconds. The smaller one, since the other is 1 but for its last digits.
+            // Compares the probability that the operation ends too late, or in time if that is smaller, with the
+            // required one, and converts the difference into seconds. The smaller probability, since the other one is 1
+            // up to its last digits.
             let z = (planned - mean) / sigma;
             let confidence = self.problem.confidence;
             let off = if z > 0.0 { 1.0 - confidence - tail(z) } else { tail(-z) - confidence };
@@ -246,7 +248,7 @@ impl<'a> Validator<'a> {
         }
     }
 
-    /// (5.7) to (5.11a) and what has begun of the service.
+    /// Checks (5.7) to (5.11a), and that a service that has begun is unchanged.
     fn phases(&mut self, who: &Agent, service: &Service<'a>) {
         let target = service.target;
         for pair in service.parts[1..].windows(2) {
@@ -298,7 +300,7 @@ impl<'a> Validator<'a> {
         }
     }
 
-    /// (5.14), from the start of going to the end of depositing.
+    /// Checks (5.14), from the start of going to the end of depositing.
     fn overlaps(&mut self, services: &[Service<'a>]) {
         for (index, service) in services.iter().enumerate() {
             for other in services[..index].iter().filter(|other| other.robot == service.robot) {
@@ -314,12 +316,12 @@ impl<'a> Validator<'a> {
     }
 }
 
-/// How far this time may be off (s).
+/// Returns the tolerance of this time (s).
 fn tolerance(time: f64) -> f64 {
     TOLERANCE + ROUNDING * time.abs()
 }
 
-/// Speeds and distance of this robot's approach to this agent.
+/// Returns the speeds and the distance of this robot's approach to this agent.
 fn near(problem: &Problem, who: &Agent, robot: usize) -> (Range, f64) {
     let machine = &problem.robots[robot];
     let (mut speeds, mut distance) = (machine.proximity, who.wait_distance);
@@ -348,8 +350,8 @@ fn density(z: f64) -> f64 {
     (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt()
 }
 
-/// Its integral from `z`, zero or more, on: by Simpson's rule from 0 near there, and farther away, where that would leave
-/// nothing but rounding, by the continued fraction of Laplace.
+/// Integral of the density from `z`, zero or more, to infinity: by Simpson's rule from 0 for small `z`, and by the
+/// continued fraction of Laplace for larger `z`, for which Simpson's rule would leave only rounding errors.
 fn tail(z: f64) -> f64 {
     const STEPS: u32 = 4096;
     const TERMS: u32 = 200;

@@ -1,54 +1,54 @@
-//! Jumps of a joint's velocity that neither a limit of its acceleration nor its own way of moving explains.
+//! Jumps of a joint's velocity that neither a limit of its acceleration nor its usual motion explains.
 //!
-//! Let dv be the change of the velocity from a tick to the next and T the period. With `joint_acceleration_limits` in the stack
-//! that runs, a tick is a jump where |dv| exceeds a_max T. Without, where |dv| exceeds ten times the median of |dv| over the ticks
-//! at which the joint moves, but at least 20/s v_max T and at most v_max / 2: a change that takes the joint from rest to its
-//! speed limit v_max in more than 50 ms is none, and one by half its speed limit always is one. v_max is 1 rad/s or m/s for a
-//! joint without a speed limit.
+//! Let dv be the change of the velocity from a tick to the next and T the period. If the running stack contains
+//! `joint_acceleration_limits`, a tick is a jump if |dv| exceeds a_max T. Otherwise it is a jump if |dv| exceeds ten
+//! times the median of |dv| over the ticks at which the joint moves, but at least 20/s v_max T and at most v_max / 2. A
+//! change that takes the joint from rest to its speed limit v_max in more than 50 ms is thus no jump, and one by half
+//! its speed limit always is. v_max is 1 rad/s or m/s for a joint without a speed limit.
 //!
-//! The median is known at the end only, so |dv| is counted in a histogram of fixed size; the median counts as the upper edge
-//! of its bin, at most 16 % more. Source: ours.
+//! The median is known at the end only, so |dv| is counted in a histogram of fixed size. The median counts as the upper
+//! edge of its bin, at most 16 % more. Source: ours.
 
 use super::reversals::{scale, threshold};
 
-/// Bins of the histogram in a decade; [`ABOVE_MEDIAN`] is a whole number of them.
+/// Bins of the histogram per decade; [`ABOVE_MEDIAN`] is a whole number of bins.
 const PER_DECADE: usize = 16;
 
 /// Ten times the median, in bins.
 const ABOVE_MEDIAN: usize = PER_DECADE;
 
-/// The lower edge of the first bin, in rad/s or m/s; smaller changes are in it too.
+/// Lower edge of the first bin, in rad/s or m/s; smaller changes are counted in it too.
 const SMALLEST: f64 = 1e-9;
 
-/// Bins: up to 1e4 rad/s or m/s.
+/// Number of bins, up to 1e4 rad/s or m/s.
 const BINS: usize = 13 * PER_DECADE;
 
-/// From rest to the speed limit within this time is a jump, in s.
+/// Time from rest to the speed limit from which on a change is never a jump, in s.
 const TO_FULL_SPEED: f64 = 0.05;
 
-/// A change by this share of the speed limit is always a jump.
+/// Share of the speed limit above which a change is always a jump.
 const ALWAYS: f64 = 0.5;
 
-/// The rounding of a limit that is met exactly.
+/// Relative rounding error of a limit that is met exactly.
 const ROUNDING: f64 = 1e-6;
 
-/// What a bin counts.
+/// Counts of a bin.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bin {
     /// Ticks at which the joint moved.
     moving: u32,
-    /// Ticks whose change may be a jump, by the median.
+    /// Ticks whose change may be a jump, depending on the median.
     candidates: u32,
-    /// When the first of them was, in s.
+    /// Time of the first of these, in s.
     first: f64,
 }
 
-/// How many jumps there were, and when the first was.
+/// Number of jumps, and time of the first one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Jumps {
-    /// How many.
+    /// Number of jumps.
     pub count: usize,
-    /// When the first was, in s.
+    /// Time of the first jump, in s.
     pub first: Option<f64>,
 }
 
@@ -61,16 +61,16 @@ impl Jumps {
     }
 }
 
-/// The change of a joint's velocity at a tick.
+/// Change of a joint's velocity at a tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Change {
-    /// When, in s.
+    /// Time of the tick, in s.
     pub time: f64,
-    /// The velocity of the tick before, in rad/s or m/s.
+    /// Velocity at the previous tick, in rad/s or m/s.
     pub before: f64,
-    /// The velocity of the tick.
+    /// Velocity at this tick.
     pub now: f64,
-    /// The limit of its acceleration, in rad/s² or m/s²; infinite if the stack has none.
+    /// Limit of its acceleration, in rad/s² or m/s²; infinite if the stack has none.
     pub limit: f64,
 }
 
@@ -78,25 +78,26 @@ pub(super) struct Change {
 #[derive(Clone, Debug)]
 pub(super) struct JumpCounter {
     period: f64,
-    /// A slower joint stands.
+    /// Speed up to which the joint counts as stationary.
     stands: f64,
-    /// No smaller change is a jump, but for that of a joint with a limit.
+    /// Change up to which there is no jump, unless the joint has an acceleration limit.
     least: f64,
-    /// Each larger one is.
+    /// Change above which there always is a jump.
     most: f64,
-    /// Jumps that are known already.
+    /// Jumps that are certain already.
     certain: Jumps,
     bins: Vec<Bin>,
 }
 
 fn bin(change: f64) -> usize {
     let place = (change / SMALLEST).log10() * PER_DECADE as f64;
-    // The conversion takes what is negative and what is not a number to zero.
+    // The conversion maps negative numbers and NaN to zero.
     (place as usize).min(BINS - 1)
 }
 
 impl JumpCounter {
-    /// Of a joint with this speed limit in rad/s or m/s, infinite if it has none; the period is in s.
+    /// Creates a counter for a joint with this speed limit in rad/s or m/s, infinite if it has none; the period is in
+    /// s.
     pub fn new(speed_limit: f64, period: f64) -> JumpCounter {
         let most = ALWAYS * scale(speed_limit);
         JumpCounter {
@@ -109,7 +110,7 @@ impl JumpCounter {
         }
     }
 
-    /// Takes the change of the next tick; one that is `explained` is no jump, however large.
+    /// Takes the change of the next tick. An `explained` change is no jump, however large.
     pub fn tick(&mut self, change: Change, explained: bool) {
         let dv = (change.now - change.before).abs();
         if !dv.is_finite() {
@@ -138,7 +139,7 @@ impl JumpCounter {
         }
     }
 
-    /// The jumps so far.
+    /// Jumps so far.
     pub fn result(&self) -> Jumps {
         let moving: usize = self.bins.iter().map(|b| b.moving as usize).sum();
         let mut below = 0;
@@ -170,7 +171,7 @@ mod tests {
         jumps.result()
     }
 
-    /// The definition, straight from its words, with all changes at hand.
+    /// The definition, implemented literally with all changes available.
     fn by_definition(velocities: &[f64]) -> usize {
         let moves = |p: &[f64]| p[0].abs() > 0.02 || p[1].abs() > 0.02;
         let mut changes: Vec<f64> = velocities.windows(2).filter(|p| moves(p)).map(|p| (p[1] - p[0]).abs()).collect();
@@ -180,7 +181,7 @@ mod tests {
         changes.iter().filter(|c| **c > threshold).count()
     }
 
-    /// A sine of so many Hz and rad/s for 10 s, with some velocities thrown off for a tick.
+    /// A sine of this frequency (Hz) and amplitude (rad/s) for 10 s, with some velocities displaced for a tick.
     fn thrown((frequency, size): (f64, f64), off: f64, at: &[usize]) -> Vec<f64> {
         let sine = |k: usize| size * (std::f64::consts::TAU * frequency * k as f64 * PERIOD).sin();
         (0..10_000).map(|k| sine(k) + if at.contains(&k) { off } else { 0.0 }).collect()
@@ -216,7 +217,7 @@ mod tests {
         let velocities: Vec<f64> = (0..10_000).map(trapezoid).collect();
         assert_eq!(of(&velocities, f64::INFINITY), Jumps::default());
         assert_eq!(by_definition(&velocities), 0);
-        // A joint that stands, up to rounding and noise.
+        // A joint at rest, up to rounding and noise.
         let noise: Vec<f64> = (0..10_000).map(|k| 1e-4 * f64::from((k * 7919) % 13)).collect();
         assert_eq!(of(&noise, f64::INFINITY), Jumps::default());
     }

@@ -1,11 +1,12 @@
-//! How smoothly joints move: the largest acceleration of each, jumps of its velocity, and reversals.
+//! Smoothness of the motion of joints: the largest acceleration of each, jumps of its velocity, and reversals.
 //!
-//! The velocity is the one that the hierarchy chose, before the low-level layer adds its correction for the measured position:
-//! limits of acceleration are about it, and noise of simulated sensors is not in it. The robot stands before the first tick.
-//! An acceleration is the change of the velocity from a tick to the next, divided by the period.
+//! The velocity is the one that the hierarchy chose, before the low-level layer adds its correction for the measured
+//! position: limits of acceleration apply to it, and it contains no noise of simulated sensors. The robot is at rest
+//! before the first tick. An acceleration is the change of the velocity from a tick to the next, divided by the period.
 //!
-//! What enters a stack without a blend, and a fault, which commands zero, explain a jump: at that tick, and after a fault at the
-//! next one. The largest acceleration counts these ticks like all others. [`reversals`] and [`jumps`] have the definitions.
+//! The entry of a stack without a blend explains a jump at that tick. A fault, which commands zero, explains a jump at
+//! that tick and at the next one. The largest acceleration includes these ticks. [`reversals`] and [`jumps`] contain
+//! the definitions.
 
 mod jumps;
 mod reversals;
@@ -21,61 +22,61 @@ pub use jumps::Jumps;
 use jumps::{Change, JumpCounter};
 pub use reversals::Reversals;
 
-/// How smoothly a joint moved, or a degree of freedom of the base.
+/// Smoothness of the motion of a joint, or of a degree of freedom of the base.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JointMotion {
     /// The SI unit of its acceleration.
     pub unit: String,
-    /// The largest acceleration.
+    /// Largest acceleration.
     pub max_acceleration: f64,
-    /// When it was, in s.
+    /// Time of the largest acceleration, in s.
     pub at_s: f64,
-    /// Ticks at which the velocity jumped.
+    /// Number of ticks at which the velocity jumped.
     pub jumps: usize,
-    /// When it first did, in s.
+    /// Time of the first jump, in s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub first_jump_s: Option<f64>,
-    /// How often the joint turned round and back within 0.2 s.
+    /// Number of reversals: the joint turned round and back within 0.2 s.
     pub reversals: usize,
-    /// When it first did, in s.
+    /// Time of the first reversal, in s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub first_reversal_s: Option<f64>,
 }
 
 impl JointMotion {
-    /// Whether it jumped or reversed.
+    /// Returns true if it jumped or reversed.
     pub fn is_rough(&self) -> bool {
         self.jumps > 0 || self.reversals > 0
     }
 }
 
-/// What is known of a joint so far.
+/// Measurements of a joint so far.
 struct Joint {
     name: String,
     dimension: Dimension,
-    /// The largest change of its velocity in a tick, in rad/s or m/s, and when, in s.
+    /// Largest change of its velocity in a tick, in rad/s or m/s, and the time of that tick, in s.
     change: f64,
     at: f64,
     jumps: JumpCounter,
     reversals: Reversals,
 }
 
-/// Measures them during a run, without allocating.
+/// Measures the smoothness of the joints during a run, without allocating.
 pub struct JointMotionRecorder {
     period: f64,
     joints: Vec<Joint>,
-    /// For each stage the limit of each degree of freedom's acceleration; infinite if there is none.
+    /// Limit of each degree of freedom's acceleration, for each stage; infinite if there is none.
     limits: Vec<Vec<f64>>,
-    /// The velocity of the tick before.
+    /// Velocity at the previous tick.
     before: Vec<f64>,
-    /// The visit to a stack of the tick before.
+    /// Visit to a stack at the previous tick.
     visit: Option<u64>,
-    /// There was a fault at the tick before.
+    /// True if there was a fault at the previous tick.
     fault: bool,
 }
 
 impl JointMotionRecorder {
-    /// For a run of this controller.
+    /// Prepares for a run of this controller.
     pub fn new(controller: &Controller) -> Self {
         let period = controller.period();
         let dofs = &controller.evaluator().model().dofs;
@@ -101,7 +102,7 @@ impl JointMotionRecorder {
         }
     }
 
-    /// How smoothly each joint moved so far, by its name.
+    /// Smoothness of the motion of each joint so far, by its name.
     pub fn result(&self) -> BTreeMap<String, JointMotion> {
         let one = |joint: &Joint| {
             let (jumps, reversals) = (joint.jumps.result(), &joint.reversals);

@@ -1,43 +1,44 @@
-//! Reversals of a joint: its velocity turns round, and back again at once.
+//! Reversals of a joint: its velocity changes direction, and back again at once.
 //!
-//! Let θ be 1 % of the joint's speed limit, or 0.01 rad/s or m/s if it has none. The joint *turns* at a tick where it moves
-//! faster than θ in one direction and moved faster than θ in the other direction before; what is slower than θ in between does
-//! not matter. Two turns less than 0.2 s apart are a *reversal*, counted at the second one: a lobe shorter than 0.2 s between two
-//! lobes of the other sign. A sine of up to 2.5 Hz has none, one of 5 Hz has ten a second. Source: ours.
+//! Let θ be 1 % of the joint's speed limit, or 0.01 rad/s or m/s if it has none. The joint *turns* at a tick at which
+//! it moves faster than θ in one direction and moved faster than θ in the other direction before; slower motion in
+//! between is ignored. Two turns less than 0.2 s apart are a *reversal*, counted at the second one: a lobe shorter than
+//! 0.2 s between two lobes of the other sign. A sine of up to 2.5 Hz has none, one of 5 Hz has ten a second. Source:
+//! ours.
 
-/// The share of its speed limit below which a joint counts as one that stands.
+/// Share of its speed limit up to which a joint counts as stationary.
 const THRESHOLD: f64 = 0.01;
 
 /// Two turns less than this apart are a reversal, in s.
 const WINDOW: f64 = 0.2;
 
-/// Times are multiples of the period up to rounding: a lobe of exactly [`WINDOW`] is none that is shorter, in s.
+/// Times are multiples of the period up to rounding: a lobe of exactly [`WINDOW`] does not count as shorter, in s.
 const ROUNDING: f64 = 1e-9;
 
-/// The speed that thresholds of a joint are shares of, in rad/s or m/s: its speed limit, 1 if it has none.
+/// Reference speed for the thresholds of a joint, in rad/s or m/s: its speed limit, or 1 if it has none.
 pub(super) fn scale(speed_limit: f64) -> f64 {
     if speed_limit.is_finite() { speed_limit } else { 1.0 }
 }
 
-/// The speed below which a joint with this speed limit counts as one that stands, in rad/s or m/s.
+/// Speed up to which a joint with this speed limit counts as stationary, in rad/s or m/s.
 pub(super) fn threshold(speed_limit: f64) -> f64 {
     THRESHOLD * scale(speed_limit)
 }
 
-/// The reversals of a joint so far. Allocates nothing.
+/// Reversals of a joint so far. Allocates nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reversals {
     threshold: f64,
-    /// The direction in which it last moved faster than the threshold, 1 or -1; 0 if it never did.
+    /// Direction in which it last moved faster than the threshold, 1 or -1; 0 if it never did.
     direction: f64,
-    /// When it turned last, in s.
+    /// Time of the last turn, in s.
     turned: f64,
     count: usize,
     first: Option<f64>,
 }
 
 impl Reversals {
-    /// Of a joint with this speed limit in rad/s or m/s, infinite if it has none.
+    /// Creates a counter for a joint with this speed limit in rad/s or m/s, infinite if it has none.
     pub fn new(speed_limit: f64) -> Reversals {
         let threshold = threshold(speed_limit);
         Reversals { threshold, direction: 0.0, turned: f64::NEG_INFINITY, count: 0, first: None }
@@ -58,12 +59,12 @@ impl Reversals {
         self.direction = velocity.signum();
     }
 
-    /// How many there were.
+    /// Number of reversals.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// When the first was counted, in s.
+    /// Time at which the first was counted, in s.
     pub fn first(&self) -> Option<f64> {
         self.first
     }
@@ -89,7 +90,8 @@ mod tests {
     fn fast_swings_count_and_slow_ones_do_not() {
         let sine = |f: f64| of(|t| (TAU * f * t).sin()).count();
         assert_eq!((sine(0.1), sine(1.0), sine(2.4)), (0, 0, 0));
-        // 100 lobes in 10 s: the first turn is one from the first lobe into the second, so that 98 lie between two turns.
+        // 100 lobes in 10 s: the first turn is from the first lobe into the second, so that 98 lobes lie between two
+        // turns.
         assert_eq!(sine(5.0), 98);
         assert_eq!(sine(50.0), 998);
         // Half a period of exactly 0.2 s is not shorter than 0.2 s.
@@ -105,7 +107,7 @@ mod tests {
         assert!(of(|t| 0.021 * (TAU * 5.0 * t).sin()).count() > 90);
         // A swing about a velocity does not turn the joint.
         assert_eq!(of(|t| 1.0 + 0.9 * (TAU * 5.0 * t).sin()).count(), 0);
-        // Nor does what rounding leaves of a joint that stands.
+        // Nor does the rounding error of a joint at rest.
         assert_eq!(of(|t| if t < 1.0 { 1.0 } else { 1e-12 * (TAU * 100.0 * t).sin() }).count(), 0);
     }
 
@@ -114,7 +116,7 @@ mod tests {
         let swing = of(|t| if (3.0..3.1).contains(&t) { -1.0 } else { 1.0 });
         assert_eq!(swing.count(), 1);
         assert!((swing.first().expect("one") - 3.1).abs() < 2e-3, "{swing:?}");
-        // A pause between is no end of a lobe; one that makes it longer than 0.2 s is.
+        // A pause does not end a lobe, unless it makes the lobe longer than 0.2 s.
         let pause = |to: f64| {
             of(|t| {
                 if t < 3.0 {

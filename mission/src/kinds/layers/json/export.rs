@@ -1,4 +1,4 @@
-//! From a problem, or a plan of it, to JSON that [`import`](super::import) reads.
+//! Conversion of a problem, or of its plan, to JSON that [`import`](super::import) reads.
 
 use std::fmt::Write;
 
@@ -6,12 +6,12 @@ use crate::kinds::layers::problem::{Problem, Task};
 use crate::kinds::layers::steps::{Step, from_plan};
 use crate::plan::Plan;
 
-/// The layers of a problem with their tasks.
+/// Writes the layers of a problem with their tasks.
 pub fn export(problem: &Problem) -> String {
     written(problem, &[])
 }
 
-/// The same with agent, object, start and end (s) of each task, as a plan has them.
+/// Writes the layers with agent, object, start and end (s) of each task of a plan.
 pub fn export_plan(problem: &Problem, plan: &Plan) -> String {
     written(problem, &from_plan(problem, plan))
 }
@@ -55,7 +55,7 @@ fn position([x, y, z]: &[f64; 3]) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// A text in quotes, with what JSON wants escaped.
+/// Quotes a text and escapes it for JSON.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for character in text.chars() {

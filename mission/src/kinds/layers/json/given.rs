@@ -1,4 +1,4 @@
-//! A whole plan as a text gives it: its times looked at as a compiler would, at the task where each stands.
+//! A complete plan in a text: its times are validated, and violations are reported at their tasks.
 
 use crate::kinds::layers::problem::{Body, Problem};
 use crate::kinds::layers::steps::{Step, to_plan};
@@ -8,11 +8,11 @@ use crate::plan::{Plan, Statistics, Status};
 use super::task::{MAX_FAULTS, ReadTask, join};
 use super::{Fault, FaultKind};
 
-/// The plan of tasks that have agents and times.
+/// Returns the plan of tasks that have agents and times.
 ///
 /// # Errors
 ///
-/// Everything that the validator finds, each at its task.
+/// All violations that the validator finds, each at its task.
 pub(super) fn plan(problem: &Problem, tasks: &[ReadTask]) -> Result<Plan, Vec<Fault>> {
     let backwards: Vec<Fault> = tasks.iter().filter_map(ends_before_it_begins).take(MAX_FAULTS).collect();
     if !backwards.is_empty() {
@@ -54,12 +54,12 @@ fn ends_before_it_begins(read: &ReadTask) -> Option<Fault> {
     })
 }
 
-/// Of the violations of one rule by one task the largest: whatever begins too early overlaps with much.
+/// Keeps only the largest violation of each rule and task: a task that begins too early overlaps with many others.
 fn worst(problem: &Problem, violations: Vec<Violation>) -> Vec<Violation> {
     let layer = |task: Option<usize>| task.and_then(|task| problem.tasks.get(task)).map(|task| task.layer);
     let mut worst: Vec<Violation> = Vec::new();
     for mut violation in violations {
-        // The later task is at fault.
+        // Report the violation at the later task.
         if violation.rule == Rule::Layers && layer(violation.task) < layer(violation.other) {
             (violation.task, violation.other) = (violation.other, violation.task);
         }
@@ -93,7 +93,7 @@ fn agent<'a>(problem: &'a Problem, read: &ReadTask) -> &'a str {
     read.task.agent.and_then(|agent| problem.agents.get(agent)).map_or("?", |who| &who.name)
 }
 
-/// A violation of a task alone: the key at fault, what is wrong, what would be right.
+/// Returns the key at fault, the mistake and the fix for a violation of a single task.
 fn of_one(problem: &Problem, read: &ReadTask, violation: &Violation) -> (&'static str, String, String) {
     let (name, who) = (&read.task.name, agent(problem, read));
     let (start, end) = (read.start.unwrap_or_default(), read.end.unwrap_or_default());
@@ -119,7 +119,7 @@ fn of_one(problem: &Problem, read: &ReadTask, violation: &Violation) -> (&'stati
     }
 }
 
-/// The same of two tasks.
+/// Returns the key at fault, the mistake and the fix for a violation of two tasks.
 fn of_two(
     problem: &Problem,
     read: &ReadTask,
@@ -150,9 +150,9 @@ fn of_two(
     }
 }
 
-/// A time (s) in milliseconds, the next one that is not less, so that it holds when it is given back.
+/// Rounds a time (s) up to milliseconds, so that it is valid as an input.
 fn up(time: f64) -> f64 {
-    // No -0 either.
+    // Adding 0 turns -0 into 0.
     ((time - TOLERANCE) * 1e3).ceil() / 1e3 + 0.0
 }
 

@@ -1,4 +1,4 @@
-//! From JSON to a problem: layers or precedences, their tasks, and of a schedule the plan that it is.
+//! Conversion of JSON to a problem: layers or precedences, their tasks, and the plan of a schedule.
 
 use std::collections::BTreeMap;
 
@@ -14,23 +14,24 @@ use super::task::{ReadTask, Reader, join};
 use super::text::{Node, read};
 use super::{Fault, FaultKind, Mode, Position};
 
-/// What a text says.
+/// Result of an import.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imported {
-    /// The problem with the layers and tasks of the text. Nothing of it has begun.
+    /// The problem with the layers and tasks of the text. No task of it has begun.
     pub problem: Problem,
-    /// With [`Mode::Scheduled`] the plan that the text gives, with its cost:
-    /// [`validate`](crate::kinds::layers::validate::validate) has found nothing. A robot moves as slowly as its time allows.
+    /// With [`Mode::Scheduled`] the plan of the text, with its cost:
+    /// [`validate`](crate::kinds::layers::validate::validate) has found no violation. A robot moves as slowly as its
+    /// time allows.
     pub plan: Option<Plan>,
 }
 
-/// Reads layers for the agents, objects and weights of a problem; its own layers, tasks and what has begun are replaced.
-/// Names of its places may stand for positions.
+/// Reads layers for the agents, objects and weights of a problem; the problem's own layers, tasks and begun tasks are
+/// replaced. Names of the problem's places are valid as positions.
 ///
 /// # Errors
 ///
-/// Every mistake in the text, by place. Where the text is no JSON from some place on, the mistakes before that place are
-/// told too.
+/// All mistakes in the text, by position. If the text is invalid JSON from some position on, the mistakes before it are
+/// reported too.
 pub fn import(text: &str, problem: &Problem, mode: Mode) -> Result<Imported, Vec<Fault>> {
     let (root, fault) = read(text);
     let mut reader = Reader { problem, mode, faults: fault.into_iter().collect() };
@@ -39,7 +40,7 @@ pub fn import(text: &str, problem: &Problem, mode: Mode) -> Result<Imported, Vec
         let problem = Problem {
             layers: tree.layers.iter().map(|(name, ..)| name.clone()).collect(),
             tasks: tree.tasks.iter().map(|read| read.task.clone()).collect(),
-            // The tasks of a text have names of any script.
+            // Labels of tasks are dropped: the tasks of the text have other names, in any script.
             labels: Labels { members: problem.labels.members.clone(), ..Labels::default() },
             begun: Vec::new(),
             ..problem.clone()
@@ -59,7 +60,7 @@ pub fn import(text: &str, problem: &Problem, mode: Mode) -> Result<Imported, Vec
     Err(reader.faults)
 }
 
-/// Layers by name with their place and path; tasks.
+/// Layers with name, position and path, and tasks.
 #[derive(Default)]
 struct Tree {
     layers: Vec<(String, Position, String)>,
@@ -123,9 +124,9 @@ fn read_tasks(reader: &mut Reader<'_>, node: &Node, path: &str, layer: usize, or
     }
 }
 
-/// Layers from the precedences of the tasks.
+/// Computes layers from the precedences of the tasks.
 fn ordered(reader: &mut Reader<'_>, tree: &mut Tree) {
-    // Of a text that broke off not all tasks are known.
+    // In a truncated text, tasks may be missing.
     let whole = reader.faults.iter().all(|fault| !matches!(fault.kind, FaultKind::Syntax | FaultKind::Truncated));
     let names: Vec<String> = tree.tasks.iter().map(|read| read.task.name.clone()).collect();
     let mut after: Vec<Vec<usize>> = Vec::new();
@@ -163,7 +164,7 @@ fn ordered(reader: &mut Reader<'_>, tree: &mut Tree) {
     }
 }
 
-/// Names that stand twice.
+/// Reports duplicate names.
 fn twice(reader: &mut Reader<'_>, tree: &Tree) {
     let mut seen: BTreeMap<&str, &str> = BTreeMap::new();
     for (name, at, path) in &tree.layers {
@@ -183,7 +184,7 @@ fn twice(reader: &mut Reader<'_>, tree: &Tree) {
     }
 }
 
-/// A mistake of the problem at its place in the text.
+/// Returns a mistake of the problem at its position in the text.
 fn fault_of(problem: &Problem, tree: &Tree, mistake: &Mistake) -> Fault {
     let start = (Position { line: 1, column: 1 }, String::new());
     let (at, path) = match mistake.at.item {

@@ -1,4 +1,4 @@
-//! Layers as JSON: the form that a language model is asked for, that a person may write, and in which they are given out.
+//! Layers as JSON: the format for language models and for people, and of exports.
 //!
 //! ```json
 //! { "layers": [ { "name": "base", "tasks": [
@@ -6,13 +6,13 @@
 //!       "motion": [[0, 0, 0.2]], "to": [0.1, 0, 0] } ] } ] }
 //! ```
 //!
-//! `to` is a position in metres or the name of a place, `motion` positions to pass on the way. Instead of `layers` there may
-//! be `tasks` with `after`, the names of tasks that come before: each comes into the first layer after all of these. A
-//! `description` may stand in every object and is not read. With [`Mode::Allocated`] each task also has an `agent` and, if
-//! it needs one, an `object`; with [`Mode::Scheduled`] a `start` and an `end` in seconds as well: the baselines of thesis
-//! 6.4.4.
+//! `to` is a position in metres or the name of a place, `motion` a list of via positions. Instead of `layers` the text
+//! may have `tasks` with `after`, the names of earlier tasks: each task is put into the first layer after all of these.
+//! Every object may have a `description`, which is ignored. With [`Mode::Allocated`] each task also has an `agent` and,
+//! if it needs one, an `object`; with [`Mode::Scheduled`] a `start` and an `end` in seconds as well: the baselines of
+//! thesis 6.4.4.
 //!
-//! [`import`] tells every mistake that it finds, a hundred at most, where it is and what would be right.
+//! [`import`] reports up to a hundred mistakes, each with its position and a fix.
 
 mod export;
 mod given;
@@ -27,19 +27,19 @@ use serde::{Deserialize, Serialize};
 pub use self::export::{export, export_plan};
 pub use self::import::{Imported, import};
 
-/// How much the text decides.
+/// Decisions that the text contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
-    /// Tasks and their order; an agent or an object only where it must be that one.
+    /// Tasks and their order; an agent or an object only if it is required.
     Context,
     /// Also the agent and the object of each task.
     Allocated,
-    /// Also when each task begins and ends.
+    /// Also the start and end of each task.
     Scheduled,
 }
 
-/// A place in the text. Lines and columns count from 1, columns in characters.
+/// A position in the text. Lines and columns count from 1, columns in characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Position {
     /// The line.
@@ -48,15 +48,15 @@ pub struct Position {
     pub column: usize,
 }
 
-/// What kind of mistake it is.
+/// Kind of a mistake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
-    /// The text is no JSON.
+    /// The text is not valid JSON.
     Syntax,
     /// The text ends too early.
     Truncated,
-    /// Too long, too deep, too many.
+    /// The text is too long, too deeply nested, or has too many values.
     TooMuch,
     /// A value of another type is expected.
     Type,
@@ -64,7 +64,7 @@ pub enum FaultKind {
     Missing,
     /// A key has no meaning here.
     UnknownKey,
-    /// A name or key stands twice.
+    /// A name or key is duplicated.
     Twice,
     /// No agent performs this action.
     UnknownAction,
@@ -74,9 +74,9 @@ pub enum FaultKind {
     NoObject,
     /// There is no agent, object, task or place of this name.
     UnknownName,
-    /// Tasks come after each other in a circle.
+    /// The precedences of tasks form a cycle.
     Cycle,
-    /// The tasks can be read and cannot be planned.
+    /// The tasks are readable but cannot be planned.
     Impossible,
 }
 
@@ -84,14 +84,14 @@ pub enum FaultKind {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[error("line {}, column {}{}{path}: {what}; {fix}", at.line, at.column, if path.is_empty() { "" } else { ", " })]
 pub struct Fault {
-    /// Where it is.
+    /// Position of the mistake.
     pub at: Position,
-    /// The way to it through the text, as `layers[0].tasks[2].action`; empty for the text as a whole.
+    /// Path to the mistake in the text, as `layers[0].tasks[2].action`; empty for the text as a whole.
     pub path: String,
-    /// What kind it is.
+    /// Kind of the mistake.
     pub kind: FaultKind,
-    /// What is wrong.
+    /// Description of the mistake.
     pub what: String,
-    /// What would be right.
+    /// Description of the fix.
     pub fix: String,
 }

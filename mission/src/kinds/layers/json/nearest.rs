@@ -1,9 +1,9 @@
-//! The name that somebody may have meant, as a fix.
+//! Suggestions for unknown names, as a fix.
 
-/// "did you mean `x`?" for a close name, else what there is.
+/// Returns "did you mean `x`?" for a close name, else a list of the known names.
 pub(super) fn suggest<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> String {
     const SHOWN: usize = 12;
-    // Long words are cut: they come from outside.
+    // The text is untrusted: truncate long words.
     let word: String = word.chars().take(64).collect();
     let mut names: Vec<&str> = names.collect();
     names.sort_unstable();
@@ -18,7 +18,7 @@ pub(super) fn suggest<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> S
     }
 }
 
-/// Names as they are listed in a message.
+/// Returns names as a list in a message.
 pub(super) fn listed<T: AsRef<str>>(names: &[T]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{}`", name.as_ref())).collect();
     quoted.join(", ")

@@ -1,7 +1,7 @@
-//! Layers from precedences: each task comes into the first layer after all tasks that it comes after.
+//! Layers from precedences: each task is put into the first layer after all of its predecessors.
 
-/// The layer of each task, or the tasks of a circle in which each comes after the next. `after` gives for each task the
-/// tasks, less than `after.len()`, that come before it.
+/// Returns the layer of each task, or the tasks of a cycle, each a predecessor of the previous one. `after` holds for
+/// each task its predecessors, less than `after.len()`.
 pub(super) fn layers(after: &[Vec<usize>]) -> Result<Vec<usize>, Vec<usize>> {
     let mut layer: Vec<Option<usize>> = vec![None; after.len()];
     let mut left = after.len();
@@ -26,7 +26,7 @@ pub(super) fn layers(after: &[Vec<usize>]) -> Result<Vec<usize>, Vec<usize>> {
     Ok(layer.into_iter().flatten().collect())
 }
 
-/// Tasks without a layer all come after another such task: following these ends in a circle.
+/// Finds a cycle: every task without a layer has a predecessor without a layer, and following these ends in a cycle.
 fn circle(after: &[Vec<usize>], layer: &[Option<usize>]) -> Vec<usize> {
     let mut way: Vec<usize> = Vec::new();
     let mut at = (0..after.len()).find(|task| layer[*task].is_none());

@@ -1,4 +1,4 @@
-//! Reading values of the tree with their mistakes: keys of an object, texts, numbers, positions, and a task of them.
+//! Conversion of JSON values with error reports: keys of an object, texts, numbers, positions, and tasks.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,26 +9,26 @@ use crate::characters::{commands, plain};
 use crate::kinds::layers::check::{MAX_ENTRIES, MAX_TASKS};
 use crate::kinds::layers::problem::{Problem, Task};
 
-/// So many mistakes are told of one text.
+/// Maximum number of mistakes reported for a text.
 pub(super) const MAX_FAULTS: usize = 100;
 
-/// What the texts of a mission may speak of, and the mistakes so far.
+/// The problem that the text refers to, and the mistakes so far.
 pub(super) struct Reader<'a> {
     pub problem: &'a Problem,
     pub mode: Mode,
     pub faults: Vec<Fault>,
 }
 
-/// A task as it was read, with where it stands.
+/// A task as read, with its position in the text.
 pub(super) struct ReadTask {
     pub task: Task,
     pub at: Position,
     pub path: String,
-    /// Names of tasks before, each with its place and path.
+    /// Names of predecessors, each with its position and path.
     pub after: Vec<(String, Position, String)>,
     pub start: Option<f64>,
     pub end: Option<f64>,
-    /// Where each key's value stands.
+    /// Position of each key's value.
     pub keys: BTreeMap<String, Position>,
 }
 
@@ -37,12 +37,12 @@ pub(super) type Entries<'n> = BTreeMap<&'n str, &'n Node>;
 
 impl Reader<'_> {
     pub fn fault(&mut self, at: Position, path: &str, kind: FaultKind, what: String, fix: String) {
-        // Both may quote keys and texts as they came.
+        // Both may quote untrusted keys and texts.
         let [path, what, fix] = [path, &what, &fix].map(plain);
         self.faults.push(Fault { at, path, kind, what, fix });
     }
 
-    /// No more mistakes are looked for.
+    /// Returns true if the maximum number of mistakes is reached.
     pub fn is_full(&self) -> bool {
         self.faults.len() >= MAX_FAULTS
     }
@@ -52,7 +52,7 @@ impl Reader<'_> {
         self.fault(node.at, path, FaultKind::Type, what, format!("give {expected}"));
     }
 
-    /// The entries of an object whose keys are among `keys`; none if it is no object.
+    /// Returns the entries of an object whose keys are among `keys`; `None` if the value is not an object.
     pub fn entries<'n>(&mut self, node: &'n Node, path: &str, keys: &[&str]) -> Option<Entries<'n>> {
         let Value::Object(entries) = &node.value else {
             self.wrong_type(node, path, "an object");
@@ -75,7 +75,7 @@ impl Reader<'_> {
         Some(found)
     }
 
-    /// The value of a key that must be there; where the text broke off nothing is missed.
+    /// Returns the value of a required key; in truncated objects a missing key is no mistake.
     pub fn needed<'n>(&mut self, node: &Node, entries: &Entries<'n>, path: &str, key: &str) -> Option<&'n Node> {
         let found = entries.get(key).copied();
         if found.is_none() && !node.broken {
@@ -107,7 +107,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The entries of a list, of which there may be `most`.
+    /// Returns the entries of a list with at most `most` entries.
     pub fn list<'n>(&mut self, node: &'n Node, path: &str, most: usize) -> &'n [Node] {
         match &node.value {
             Value::List(list) if list.len() > most => {
@@ -140,7 +140,7 @@ impl Reader<'_> {
         None
     }
 
-    /// A position (m): three numbers, or the name of a place.
+    /// Reads a position (m): three numbers, or the name of a place.
     fn position(&mut self, node: &Node, path: &str) -> Option<[f64; 3]> {
         if let Value::Text(name) = &node.value {
             let found = self.problem.places.get(name).copied();
@@ -174,7 +174,7 @@ impl Reader<'_> {
         self.fault(node.at, path, FaultKind::Type, what, fix);
     }
 
-    /// The features of a task: each must be one of some object, and some object must have them all.
+    /// Reads the features of a task: some object must have each of them, and some object must have all.
     fn features(&mut self, node: &Node, path: &str) -> BTreeSet<String> {
         let problem = self.problem;
         let mut features = BTreeSet::new();
@@ -206,7 +206,7 @@ impl Reader<'_> {
         features
     }
 
-    /// The index of what is named.
+    /// Returns the index of a name.
     fn named(&mut self, node: &Node, path: &str, kind: &str, names: &[&str]) -> Option<usize> {
         let name = self.text(node, path)?;
         let found = names.iter().position(|other| *other == name);
@@ -217,7 +217,7 @@ impl Reader<'_> {
         found
     }
 
-    /// A task; none if not even a name can be read.
+    /// Reads a task; `None` if it has no readable name.
     pub fn task(&mut self, node: &Node, path: &str, layer: usize, ordered: bool) -> Option<ReadTask> {
         let mut keys = vec!["name", "action", "features", "motion", "to", "agent", "object"];
         if !ordered {
@@ -289,7 +289,7 @@ impl Reader<'_> {
     }
 }
 
-/// `path.key`, or the one of them that is not empty.
+/// Returns `path.key`, or the one that is not empty.
 pub(super) fn join(path: &str, key: &str) -> String {
     match (path, key) {
         ("", one) | (one, "") => one.into(),

@@ -1,21 +1,21 @@
-//! JSON with the place of each value: reads as far as the text is JSON and says where it stops being so.
+//! JSON parser with the position of each value; reports the position of the first syntax error.
 //!
-//! Of a text that ends too early or breaks off, what was read remains; a list or object that was not closed is marked, so
-//! that nothing is missed in it.
+//! The values before a syntax error or a premature end are returned; lists and objects that were not closed are marked,
+//! so that missing keys in them are not reported.
 
 use super::{Fault, FaultKind, Position};
 
-/// The longest text (bytes), the deepest nesting, the most values.
+/// Maximum length of the text (bytes), nesting depth, and number of values.
 pub(super) const MAX_BYTES: usize = 1 << 20;
 const MAX_DEPTH: usize = 16;
 const MAX_VALUES: usize = 50_000;
 
-/// A value and where it begins.
+/// A value with the position of its begin.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Node {
     pub at: Position,
     pub value: Value,
-    /// The text broke off within it.
+    /// True if the text is truncated or invalid within the value.
     pub broken: bool,
 }
 
@@ -26,12 +26,12 @@ pub(super) enum Value {
     Number(f64),
     Text(String),
     List(Vec<Node>),
-    /// Keys with where they stand, in order.
+    /// Keys with their positions, in order.
     Object(Vec<(String, Position, Node)>),
 }
 
 impl Node {
-    /// What it is, in a word.
+    /// Returns the name of the value's type.
     pub fn kind(&self) -> &'static str {
         match self.value {
             Value::Null => "null",
@@ -44,7 +44,7 @@ impl Node {
     }
 }
 
-/// What was read, and where reading stopped, if it did.
+/// Parses a text; returns the value up to the first error, and the error if any.
 pub(super) fn read(text: &str) -> (Option<Node>, Option<Fault>) {
     let mut reader =
         Reader { rest: text, at: Position { line: 1, column: 1 }, values: 0, open: Vec::new(), fault: None };
@@ -72,7 +72,7 @@ struct Reader<'a> {
     rest: &'a str,
     at: Position,
     values: usize,
-    /// Brackets that are open, and where.
+    /// Open brackets with their positions.
     open: Vec<(char, Position)>,
     fault: Option<Fault>,
 }
@@ -82,7 +82,7 @@ impl Reader<'_> {
         self.fault.get_or_insert(Fault { at: self.at, path: String::new(), kind, what, fix });
     }
 
-    /// Something else than JSON stands here.
+    /// Reports unexpected text at the current position.
     fn wrong(&mut self, what: &str, fix: &str) {
         if self.rest.is_empty() {
             let open = self
@@ -114,7 +114,7 @@ impl Reader<'_> {
         Some(character)
     }
 
-    /// Goes on by this many characters.
+    /// Skips this number of characters.
     fn pass(&mut self, count: usize) {
         for _ in 0..count {
             self.next();
