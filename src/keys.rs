@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use compiler::quantities::{Form, QUANTITIES};
 use compiler::sections::{ALL, Holds, Named, Place};
+use mission::kind::Form;
+use mission::kinds::KINDS;
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::params::Presence;
 
@@ -77,14 +78,18 @@ fn measured() -> String {
          Behind a dot in the expectations of a scenario that runs it: `vineyard.makespan`, `h1.waited`, `m1.position`. \
          `distance(m1, h1)` is how far two of them are apart.\n\n| of | | is | |\n|---|---|---|---|\n",
     );
-    for q in QUANTITIES {
+    for (kind, q) in KINDS.iter().flat_map(|kind| (kind.measures)().into_iter().map(move |q| (kind, q))) {
         let is = match q.form {
             Form::Number(NONE) => "number".to_string(),
             Form::Number(d) => format!("number in {}", unit(d)),
-            Form::Truth => "true or false".to_string(),
+            Form::Truth | Form::OfController => "true or false".to_string(),
             Form::Point => "point in m".to_string(),
         };
-        let _ = writeln!(out, "| {} | `{}` | {is} | {} |", q.whose.describe(), q.name, q.doc);
+        let of = match q.of {
+            [] => kind.title.to_string(),
+            roles => format!("a {} of {}", roles.join(", a "), kind.title),
+        };
+        let _ = writeln!(out, "| {of} | `{}` | {is} | {} |", q.name, q.doc);
     }
     out
 }

@@ -1,24 +1,24 @@
-//! Files of a user: reading a spec or a compiled program, and where results go.
+//! User files: reads specs and compiled programs.
 
 use std::path::{Path, PathBuf};
 
 use compiler::{Compiled, Input, Report};
 use dsl::{Diagnostic, Span, Spelling};
-use runtime::program::{CompiledFile, MissionKind};
+use runtime::program::CompiledFile;
 
-/// Largest compiled program that is read, in bytes.
+/// Maximum size of a compiled program (bytes).
 const MAX_COMPILED: u64 = 256 << 20;
 
-/// How a file is compiled.
+/// Settings of the compilation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Settings {
-    /// Parameters that are overridden, as `(name, value)`.
+    /// Overridden params, as `(name, value)`.
     pub set: Vec<(String, String)>,
-    /// Where `package://` addresses are looked for, beside the usual places.
+    /// Folders for `package://` addresses, in addition to the usual ones.
     pub package_paths: Vec<PathBuf>,
 }
 
-/// A report that holds one diagnostic about a file as a whole.
+/// Creates a report with one diagnostic about a file as a whole.
 fn about(name: &str, text: &str, code: &'static str, message: String, help: &str) -> Report {
     let mut report = Report::default();
     let source = report.sources.add(name, text);
@@ -26,10 +26,10 @@ fn about(name: &str, text: &str, code: &'static str, message: String, help: &str
     report
 }
 
-/// The spelling and text of a file.
+/// Reads the spelling and text of a file.
 ///
 /// # Errors
-/// A report that says why it cannot be read.
+/// A report with the reason why it cannot be read.
 pub fn read(path: &Path) -> Result<(Spelling, String), Box<Report>> {
     let name = path.display().to_string();
     let Some(spelling) = Spelling::of_path(path) else {
@@ -41,7 +41,7 @@ pub fn read(path: &Path) -> Result<(Spelling, String), Box<Report>> {
             "rename the file, or give a spec",
         )));
     };
-    // One byte more than the language allows: enough to be refused as too large, however long the file is.
+    // One byte more than the language allows: enough to be rejected as too large, for any size of the file.
     let most = dsl::limits::MAX_BYTES as u64 + 1;
     let bytes = match files::read_up_to(path, most) {
         Ok(bytes) => bytes,
@@ -71,15 +71,14 @@ fn similar(path: &Path) -> Option<String> {
     Some(path.with_file_name(near).display().to_string())
 }
 
-/// The files that were read for a spec, as far as their names lead to one: what may not be overwritten by what is made of
-/// them.
+/// Returns the files that were read for a spec, as far as their names are paths. Outputs must not overwrite them.
 pub fn sources(path: &Path, report: &Report) -> Vec<PathBuf> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let named = report.sources.iter().flat_map(|(_, source)| [folder.join(&source.name), PathBuf::from(&source.name)]);
     std::iter::once(path.to_path_buf()).chain(named).collect()
 }
 
-/// Gives a spec file to a reader of specs.
+/// Calls a function with a spec file as its input.
 fn given<T>(path: &Path, settings: &Settings, reader: impl FnOnce(&Input) -> T) -> Result<T, Box<Report>> {
     let (spelling, text) = read(path)?;
     let name = path.display().to_string();
@@ -98,13 +97,13 @@ pub fn compile(path: &Path, settings: &Settings) -> Compiled {
     given(path, settings, compiler::compile).unwrap_or_else(|report| Compiled::refused(*report))
 }
 
-/// What the params of a spec file are worth; none of a file that cannot be read, of which [`compile`] tells.
+/// Returns the values of the params of a spec file; empty for an unreadable file, which [`compile`] reports.
 pub fn params(path: &Path, settings: &Settings) -> Vec<compiler::ParamValue> {
     given(path, settings, compiler::params).unwrap_or_default()
 }
 
-/// Loads a file that can be run: a spec, or a compiled program (`*.json`). Of a spec, rows that can never become active
-/// are noted in the program.
+/// Loads an executable file: a spec, or a compiled program (`*.json`). For a spec, rows that can never become active
+/// are marked in the program.
 pub fn load(path: &Path, settings: &Settings) -> Compiled {
     if path.extension().and_then(|e| e.to_str()) != Some("json") {
         let mut compiled = compile(path, settings);
@@ -112,8 +111,7 @@ pub fn load(path: &Path, settings: &Settings) -> Compiled {
             compiler::leave_out(program);
         }
         for mission in &mut compiled.missions {
-            let MissionKind::Schedule(schedule) = &mut mission.kind else { continue };
-            schedule.running.controllers.iter_mut().for_each(|c| compiler::leave_out(&mut c.program));
+            mission.running.controllers.iter_mut().for_each(|c| compiler::leave_out(&mut c.program));
         }
         return compiled;
     }
@@ -136,7 +134,7 @@ pub fn load(path: &Path, settings: &Settings) -> Compiled {
     }
 }
 
-/// What to say of a spec that compiles and gives nothing that a robot could run.
+/// Message for a spec that compiles but declares no robot to run.
 pub fn missions_alone(path: &Path) -> String {
     let name = path.display();
     format!(

@@ -1,4 +1,4 @@
-//! Trials: the scenarios of specs, run and judged.
+//! Trials: executes the scenarios of specs, and evaluates their expectations.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,54 +19,51 @@ use serde::Serialize;
 
 use crate::project::{self, Settings};
 
-/// What became of a scenario.
+/// Result of a scenario.
 #[derive(Clone, Debug, Serialize)]
 pub struct Trial {
-    /// The spec.
+    /// Name of the spec.
     pub spec: String,
-    /// The scenario.
+    /// Name of the scenario.
     pub scenario: String,
-    /// True where it went as expected.
+    /// True if all results are as expected.
     pub ok: bool,
     /// Simulated time, in s.
     pub duration_s: f64,
     /// Faults, in order.
     pub faults: Vec<FaultRecord>,
-    /// True where a fault that no transition answers keeps the robot still.
+    /// True if a fault without a transition stopped the robot permanently.
     pub halted: bool,
-    /// Limits whose margin fell below zero, by name, where nothing else is expected.
+    /// Names of limits whose margin fell below zero, if nothing else is expected.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passed: Vec<String>,
     /// Joints whose velocity jumped or reversed, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub rough: BTreeMap<String, JointMotion>,
-    /// What became of the mission, where one was executed.
+    /// Result of the mission, if one was executed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mission: Option<MissionTrial>,
     /// Expectations, in the order written.
     pub expectations: Vec<ExpectationRecord>,
 }
 
-/// What became of a mission that a scenario executed.
+/// Result of a mission that a scenario executed.
 #[derive(Clone, Debug, Serialize)]
 pub struct MissionTrial {
-    /// Its name.
+    /// Name of the mission.
     pub name: String,
-    /// How it ended.
+    /// Reason of the end.
     pub end: End,
-    /// What could not happen when it should.
+    /// Events that were rejected at their time.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub untaken: Vec<Untaken>,
-    /// Makespan, waits, ways, energy, how often the plan changed; none where there was no plan.
+    /// Results specific to the kind of mission; `None` without a plan.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub outcome: Option<mission::kinds::schedule::execution::Outcome>,
+    pub outcome: Option<serde_json::Value>,
     /// Working robots that ran controllers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub workers: Vec<WorkerRecord>,
-    /// The same of a mission of layers.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub layers: Option<mission::kinds::layers::execution::Outcome>,
-    /// What went wrong beside the expectations: when, in s, and what.
+    /// Failures other than expectations: time (s), if any, and description.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub trouble: Vec<(Option<f64>, String)>,
 }
@@ -81,7 +78,7 @@ pub enum Found<'p> {
 }
 
 impl<'p> Found<'p> {
-    /// Its name.
+    /// Returns the name of the scenario.
     pub fn name(self) -> &'p str {
         match self {
             Found::Controller(_, s) => &s.name,
@@ -90,7 +87,7 @@ impl<'p> Found<'p> {
     }
 }
 
-/// All scenarios of a spec: those of its controller, then those of each mission.
+/// Returns all scenarios of a spec: those of its controller, then those of each mission.
 pub fn scenarios<'p>(
     program: Option<&'p Program>,
     missions: &'p [MissionProgram],
@@ -99,10 +96,10 @@ pub fn scenarios<'p>(
     controllers.chain(missions.iter().flat_map(|m| m.scenarios.iter().map(move |s| Found::Mission(m, s))))
 }
 
-/// The scenario of this name.
+/// Returns the scenario of this name.
 ///
 /// # Errors
-/// There is none; the message says which there are.
+/// There is none; the message lists the existing ones.
 pub fn find<'p>(program: Option<&'p Program>, missions: &'p [MissionProgram], name: &str) -> Result<Found<'p>, String> {
     let all = || scenarios(program, missions);
     all().find(|s| s.name() == name).ok_or_else(|| {
@@ -116,10 +113,10 @@ pub fn find<'p>(program: Option<&'p Program>, missions: &'p [MissionProgram], na
     })
 }
 
-/// The scenario of this name of a controller.
+/// Returns the scenario of this name, which must be one of a controller.
 ///
 /// # Errors
-/// There is none; the message says which there are.
+/// There is none, or it executes a mission; the message says so.
 pub fn of_controller<'p>(program: &'p Program, name: &str) -> Result<&'p ScenarioProgram, String> {
     match find(Some(program), &[], name)? {
         Found::Controller(_, scenario) => Ok(scenario),
@@ -127,28 +124,28 @@ pub fn of_controller<'p>(program: &'p Program, name: &str) -> Result<&'p Scenari
     }
 }
 
-/// The scenario with another seed.
+/// Returns the scenario with another seed.
 pub fn seeded(scenario: &ScenarioProgram, seed: u64) -> ScenarioProgram {
     let mut scenario = scenario.clone();
     scenario.run.simulator.seed = seed;
     scenario
 }
 
-/// A run of a scenario, judged.
+/// An evaluated run of a scenario.
 #[derive(Clone, Debug)]
 pub struct Judged {
-    /// What it came to.
+    /// Summary of the run.
     pub summary: Summary,
     /// Expectations, in the order written.
     pub expectations: Vec<ExpectationRecord>,
-    /// True where it went as expected.
+    /// True if all results are as expected.
     pub ok: bool,
 }
 
-/// Runs a scenario of a program to its end, or until `go_on` says no at a tick.
+/// Runs a scenario of a program to its end, or until `go_on` returns false at a tick.
 ///
 /// # Errors
-/// The program cannot be executed, which a compiled one always can.
+/// The program cannot be executed, which never happens for a compiled one.
 pub fn judged(
     program: &Program,
     scenario: &ScenarioProgram,
@@ -190,12 +187,12 @@ pub fn run(spec: &str, program: &Program, scenario: &ScenarioProgram) -> Result<
 /// Runs a scenario of a mission.
 ///
 /// # Errors
-/// It cannot be judged, which a compiled one always can.
+/// It cannot be evaluated, which never happens for a compiled one.
 pub fn run_mission(spec: &str, mission: &MissionProgram, scenario: &MissionScenarioProgram) -> Result<Trial, String> {
     let run = runtime::missions::run(mission, scenario, &mut runtime::missions::Nothing, &mut |_| true);
     let summary = run.map_err(|e| e.to_string())?.summary;
     let trouble = summary.trouble();
-    let MissionSummary { mission, duration_s, ok, end, untaken, workers, outcome, layers, expectations, .. } = summary;
+    let MissionSummary { mission, duration_s, ok, end, untaken, workers, outcome, expectations, .. } = summary;
     Ok(Trial {
         spec: spec.to_string(),
         scenario: scenario.name.clone(),
@@ -205,7 +202,7 @@ pub fn run_mission(spec: &str, mission: &MissionProgram, scenario: &MissionScena
         passed: Vec::new(),
         faults: Vec::new(),
         rough: BTreeMap::new(),
-        mission: Some(MissionTrial { name: mission, end, untaken, outcome, workers, layers, trouble }),
+        mission: Some(MissionTrial { name: mission, end, untaken, outcome, workers, trouble }),
         expectations,
     })
 }
@@ -215,7 +212,7 @@ fn passed(summary: &Summary) -> Vec<String> {
     summary.tasks.iter().filter(|(_, t)| t.min_margin.is_some_and(below)).map(|(name, _)| name.clone()).collect()
 }
 
-/// The specs of some files and folders: of a folder, all below it that declare scenarios.
+/// Returns the specs of files and folders: for a folder, all specs below it that declare scenarios.
 ///
 /// # Errors
 /// A folder cannot be read.
@@ -233,7 +230,7 @@ fn below(folder: &Path, all: &mut Vec<PathBuf>) -> std::io::Result<()> {
     entries.sort();
     for path in entries {
         let hidden = path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'));
-        // A link could lead round in a circle.
+        // A symbolic link may lead into a cycle.
         if hidden || path.is_symlink() {
             continue;
         }
@@ -258,19 +255,19 @@ fn declares_scenarios(path: &Path) -> bool {
     dsl::parse(SourceId(0), &text, spelling).0.items.iter().any(is_one)
 }
 
-/// A spec that was compiled for its scenarios.
+/// A spec compiled for its scenarios.
 pub struct Tested {
-    /// The spec, as the user named it.
+    /// The spec, as named by the user.
     pub spec: String,
-    /// What the compiler said.
+    /// Report of the compiler.
     pub report: Report,
-    /// The program, where there is one.
+    /// The program, if there is one.
     pub program: Option<Program>,
     /// Its missions.
     pub missions: Vec<MissionProgram>,
 }
 
-/// All elements worked on by all processors, in their order.
+/// Applies `work` to all elements on all processors; returns the results in order.
 pub(crate) fn in_parallel<T: Sync, R: Send>(all: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let done: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::new());
@@ -295,7 +292,7 @@ pub(crate) fn in_parallel<T: Sync, R: Send>(all: &[T], work: impl Fn(&T) -> R + 
     done.into_iter().map(|d| d.1).collect()
 }
 
-/// Compiles specs, several at once.
+/// Compiles specs in parallel.
 pub fn compiled(specs: &[PathBuf], settings: &Settings) -> Vec<Tested> {
     in_parallel(specs, |path| {
         let compiled = project::load(path, settings);
@@ -304,11 +301,11 @@ pub fn compiled(specs: &[PathBuf], settings: &Settings) -> Vec<Tested> {
     })
 }
 
-/// Runs the scenarios of specs, several at once; only those of this name where one is given, and with this seed instead
-/// of their own.
+/// Runs the scenarios of specs in parallel; optionally only those with this name, and with this seed instead of their
+/// own.
 ///
 /// # Errors
-/// A program cannot be executed, which a compiled one always can.
+/// A program cannot be executed, which never happens for a compiled one.
 pub fn all(specs: &[Tested], name: Option<&str>, seed: Option<u64>) -> Result<Vec<Trial>, String> {
     let mut chosen: Vec<(&Tested, Found)> = Vec::new();
     for t in specs {

@@ -1,8 +1,8 @@
-//! Experiment 6.A beside its baselines (thesis 6.4.4, Tables 6.3 to 6.8), with a recorded stand-in for the model.
+//! Experiment 6.A with its baselines (thesis 6.4.4, Tables 6.3 to 6.8), with a recorded stand-in for the model.
 //!
-//! The stand-in reads the prompt alone, so that it also shows that the prompt says enough: a plan that was reckoned from its
-//! words is taken. The recordings are made by it (`HIERARQ_UPDATE_DOCS=1 cargo test --test it baselines`), and the tables
-//! of the book by `hierarq context --trials` from the recordings.
+//! The stand-in reads only the prompt, which shows that the prompt is sufficient: a plan computed from its words is
+//! accepted. It produces the recordings (`HIERARQ_UPDATE_DOCS=1 cargo test --test it baselines`), and `hierarq context
+//! --trials` produces the tables of the book from the recordings.
 
 use crate::common::cli;
 use crate::common::reckoner;
@@ -14,12 +14,13 @@ use context::generate::{Bounds, GenerateError};
 use context::layers::layers;
 use context::prompt::{Wish, prompt};
 use context::transcript;
+use mission::kinds::Mission;
+use mission::kinds::layers::Layers;
 use mission::kinds::layers::cost::cost;
 use mission::kinds::layers::json::Mode;
 use mission::kinds::layers::steps::from_plan;
 use mission::kinds::layers::validate::validate;
 use reckoner::Reckoner;
-use runtime::program::{LayersProgram, MissionKind};
 use serde_json::Value;
 
 const MISSIONS: [&str; 3] = ["letter_h", "letter_d", "sorting"];
@@ -29,12 +30,12 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn program(mission: &str) -> LayersProgram {
+fn program(mission: &str) -> Layers {
     let compiled = hierarq::project::load(&root().join("examples/letters.hq"), &Default::default());
     let found = compiled.missions.iter().find(|m| m.name == mission).expect("a mission");
     match &found.kind {
-        MissionKind::Layers(program) => program.clone(),
-        MissionKind::Schedule(_) => panic!("layers"),
+        Mission::Layers(program) => program.clone(),
+        Mission::Schedule(_) => panic!("layers"),
     }
 }
 
@@ -43,12 +44,12 @@ fn stand_in(mission: &str, noise: u64, forgets: bool) -> Reckoner {
     Reckoner { layers: serde_json::from_str(&text).expect("JSON"), noise, forgets }
 }
 
-fn wish(program: &LayersProgram, mode: Mode) -> Wish<'_> {
+fn wish(program: &Layers, mode: Mode) -> Wish<'_> {
     let instruction = program.instruction.as_deref().expect("an instruction");
     Wish { problem: &program.problem, instruction, directives: &program.directives, mode }
 }
 
-/// A model that reckons rightly from what it is told is not refused, with whom and whatever it chooses.
+/// A model that computes correctly from the prompt is accepted, with any choice of agents and objects.
 #[test]
 fn a_plan_reckoned_from_the_prompt_is_taken() {
     for mission in MISSIONS {
@@ -65,7 +66,7 @@ fn a_plan_reckoned_from_the_prompt_is_taken() {
     }
 }
 
-/// What it is told matters: without the way back its times are too short.
+/// The prompt is relevant: without the return to the base the times are too short.
 #[test]
 fn a_plan_without_the_way_back_is_refused() {
     let program = program("letter_h");
@@ -75,7 +76,8 @@ fn a_plan_without_the_way_back_is_refused() {
     assert!(reasons.iter().any(|reason| reason.contains("s at least")), "{reasons:?}");
 }
 
-/// The prompts of the baselines have what thesis 6.4.4 adds to them; that of the layers alone has none of it.
+/// The prompts of the baselines contain the additions of thesis 6.4.4; the prompt of the layers alone contains none of
+/// them.
 #[test]
 fn prompts_say_what_is_minimised_and_what_is_reckoned() {
     let program = program("letter_h");
@@ -107,7 +109,8 @@ fn recording(mission: &str) -> PathBuf {
     root().join(format!("examples/layers/transcripts/stand_in_{mission}.jsonl"))
 }
 
-/// What the stand-in says in all trials of all cases. Who decides everything forgets the way back in four trials of ten.
+/// Recorded answers of the stand-in in all trials of all cases. If it decides everything, it forgets the return to the
+/// base in four of ten trials.
 fn recorded(mission: &str) -> String {
     let program = program(mission);
     let mut out = Vec::new();
@@ -117,7 +120,7 @@ fn recorded(mission: &str) -> String {
             let mut chat = stand_in(mission, 1000 * case as u64 + trial, forgets);
             let once = Bounds { attempts: 1, ..Bounds::default() };
             let taken = layers(&mut chat, &wish(&program, mode), &once, |exchange| {
-                // What it was asked is what `--prompt` prints; time it takes none.
+                // The prompts are omitted, since `--prompt` prints them; times are set to zero.
                 let kept = transcript::Exchange { asked: Vec::new(), seconds: 0.0, ..exchange.clone() };
                 transcript::write(&mut out, &kept)
             });
@@ -135,7 +138,7 @@ fn fresh(path: &Path, text: &str) {
     assert!(there == text, "{} is not fresh: HIERARQ_UPDATE_DOCS=1 cargo test --test it baselines", path.display());
 }
 
-/// The table of the cases, without the times, which differ from run to run.
+/// The table of the cases, without the times, which differ between runs.
 fn table(mission: &str) -> String {
     let (count, file) = (TRIALS.to_string(), recording(mission));
     let decides = "layers,allocation,everything";
@@ -151,8 +154,8 @@ fn cells(table: &str, case: &str) -> Vec<String> {
     row.replace(" ± ", "±").split_whitespace().map(str::to_string).collect()
 }
 
-/// Recordings and the book are what comes out; the plan of the layers alone costs least, and each trial that reckons wrongly
-/// is no valid plan.
+/// The recordings and the book are up to date; the plan of the layers alone costs least, and every trial with wrong
+/// times has no valid plan.
 #[test]
 fn the_tables_of_letters_and_sorting() {
     let mut book = String::new();
@@ -179,12 +182,12 @@ fn the_tables_of_letters_and_sorting() {
     fresh(&page, &format!("{before}<!-- stand-in -->\n{head}{book}<!-- end -->{after}"));
 }
 
-/// The plan of a model that decided everything says what it costs, in words and as data that keeps to the schema.
+/// The plan of a model that decided everything is printed with its cost, as text and as data that satisfies the schema.
 #[test]
 fn a_given_plan_has_a_cost() {
     let file = recording("letter_h");
     let all = std::fs::read_to_string(&file).expect("recorded");
-    // The first conversation in which everything was decided rightly.
+    // The first conversation with a correct complete plan.
     let line = all.lines().nth(2 * TRIALS as usize + 2).expect("an exchange");
     let one = Path::new(env!("CARGO_TARGET_TMPDIR")).join("given.jsonl");
     std::fs::write(&one, line).expect("writable");

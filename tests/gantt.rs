@@ -1,5 +1,6 @@
-//! Plans as pictures: what a reader sees of one plan, and what must hold of the picture of any plan.
+//! Drawings of plans: snapshots of one plan, and properties of the drawing of any plan.
 
+use mission::kinds::schedule::map::map as of;
 use mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot, Weights};
 use mission::numbers::{Energy, Range};
 use mission::plan::{Activity, Actor, Layered, LayeredTask, Phase, Plan, Statistics, Status, Target, Work};
@@ -7,7 +8,8 @@ use proptest::prelude::*;
 
 use hierarq::gantt::{Look, Standing, map, picture, svg, text};
 
-/// One service: the robot, the agent, the operation, and when the phases begin, from the operation's begin to the end.
+/// One service: the robot, the agent, the operation, and the starts of the phases, from the operation's begin to the
+/// end.
 type Service = (usize, usize, usize, [f64; 8]);
 
 fn plan(robots: &[&str], agents: &[&str], services: &[Service]) -> Plan {
@@ -46,7 +48,7 @@ fn plan(robots: &[&str], agents: &[&str], services: &[Service]) -> Plan {
     plan
 }
 
-/// Two robots and three agents, after the manner of thesis Fig. 5.7.
+/// Two robots and three agents, similar to thesis Fig. 5.7.
 fn small() -> Plan {
     plan(
         &["m1", "m2"],
@@ -131,7 +133,7 @@ fn a_plan_as_a_picture() {
 #[test]
 fn a_plan_on_the_map() {
     let standing = Standing { robots: vec![[-4.0, 3.0], [-14.4, 7.0]], styled: false };
-    insta::assert_snapshot!("map", map(&problem(), &small(), &standing));
+    insta::assert_snapshot!("map", map(&of(&problem(), &small()), &standing));
 }
 
 /// A layered plan: two arms and a person build a letter.
@@ -185,7 +187,7 @@ fn a_plan_of_nothing() {
     let mut nobody = problem();
     nobody.robots.clear();
     nobody.agents.clear();
-    well_formed(&map(&nobody, &none, &Standing::default()));
+    well_formed(&map(&of(&nobody, &none), &Standing::default()));
 }
 
 #[test]
@@ -195,7 +197,7 @@ fn names_are_text_and_nothing_else() {
     let mut where_ = problem();
     where_.robots[0].name = bad.into();
     where_.agents[0].name = bad.into();
-    let pictures = [svg(&hostile), map(&where_, &hostile, &Standing { robots: vec![[0.0, 0.0]], styled: true })];
+    let pictures = [svg(&hostile), map(&of(&where_, &hostile), &Standing { robots: vec![[0.0, 0.0]], styled: true })];
     for drawn in pictures {
         assert!(!drawn.contains("<script") && !drawn.contains('\u{1b}'), "{drawn}");
         well_formed(&drawn);
@@ -216,10 +218,10 @@ fn numbers_that_are_none_are_not_drawn() {
     let mut lost = problem();
     lost.agents[0].place = [f64::NAN, 0.0];
     lost.robots[0].depot = [0.0, f64::INFINITY];
-    well_formed(&map(&lost, &odd, &Standing { robots: vec![[f64::NAN, 0.0]], styled: false }));
+    well_formed(&map(&of(&lost, &odd), &Standing { robots: vec![[f64::NAN, 0.0]], styled: false }));
 }
 
-/// An XML document, without a number that is none.
+/// Checks that a drawing is valid XML without NaN or infinite numbers.
 fn well_formed(drawn: &str) {
     let parsed = roxmltree::Document::parse(drawn).expect("XML");
     assert!(parsed.root_element().has_tag_name(("http://www.w3.org/2000/svg", "svg")));

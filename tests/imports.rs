@@ -1,16 +1,16 @@
-//! Which files of a crate import each other: no circle leads from one folder (or file) at the top of a crate through another. Within a folder
-//! a module and its children may know each other.
+//! Imports between the files of a crate: no cycle leads from one folder (or file) at the top of a crate through another
+//! one. Within a folder, a module and its children may import each other.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// A module by its path; the root of the crate is empty.
+/// Path of a module; empty for the root of the crate.
 type Module = Vec<String>;
 
-/// The modules of a crate and what each imports.
+/// The modules of a crate with their imports.
 struct Imports {
     texts: BTreeMap<Module, String>,
-    /// What a module re-exports: the name, and the path behind it.
+    /// Re-exports by module: the name, and its path.
     reexports: BTreeMap<Module, BTreeMap<String, Vec<String>>>,
 }
 
@@ -26,7 +26,7 @@ impl Imports {
         Imports { texts, reexports }
     }
 
-    /// The module that a path leads to, seen from a module; none outside the crate.
+    /// Resolves a path from a module; `None` outside of the crate.
     fn resolve(&self, from: &Module, path: &[String], depth: usize) -> Option<Module> {
         let (first, mut rest) = path.split_first()?;
         let mut at = match first.as_str() {
@@ -51,11 +51,11 @@ impl Imports {
         Some(further.unwrap_or(at))
     }
 
-    /// For each module the modules that it imports.
+    /// Returns for each module the modules that it imports.
     fn edges(&self) -> BTreeMap<Module, BTreeSet<Module>> {
         let of = |module: &Module, text: &String| {
             let mut paths: Vec<Vec<String>> = uses(text).map(|(_, path)| path).collect();
-            // A module that was imported, or is a child, may stand before `::` in the text.
+            // In the text, a path may begin with an imported or a child module.
             let named: BTreeMap<String, Vec<String>> =
                 paths.iter().filter_map(|p| Some((p.last()?.clone(), p.clone()))).collect();
             for path in mentions(text) {
@@ -75,7 +75,7 @@ fn joined(at: &[String], name: &str) -> Module {
     [at, &[name.to_string()]].concat()
 }
 
-/// The files below a folder, without comments and unit tests.
+/// Reads the files below a folder, without comments and unit tests.
 fn collect(src: &Path, folder: &Path, texts: &mut BTreeMap<Module, String>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
@@ -96,7 +96,7 @@ fn collect(src: &Path, folder: &Path, texts: &mut BTreeMap<Module, String>) {
     }
 }
 
-/// The paths of all `use` declarations, and whether they are public.
+/// Returns the paths of all `use` declarations, with true for public ones.
 fn uses(text: &str) -> impl Iterator<Item = (bool, Vec<String>)> + '_ {
     let mut found = Vec::new();
     for (at, _) in text.match_indices("use ") {
@@ -114,7 +114,7 @@ fn uses(text: &str) -> impl Iterator<Item = (bool, Vec<String>)> + '_ {
     found.into_iter()
 }
 
-/// Writes out a tree of imports.
+/// Expands a tree of imports.
 fn expand(before: &str, tree: &str, paths: &mut Vec<Vec<String>>) {
     let tree = tree.trim();
     if let Some((prefix, group)) = tree.strip_suffix('}').and_then(|t| t.split_once('{')) {
@@ -137,14 +137,14 @@ fn expand(before: &str, tree: &str, paths: &mut Vec<Vec<String>>) {
     }
 }
 
-/// Paths in the text itself, `a::b::c`.
+/// Returns the paths in the text outside of `use`, `a::b::c`.
 fn mentions(text: &str) -> Vec<Vec<String>> {
     let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':'));
     let paths = words.filter(|w| w.contains("::") && !w.starts_with(':'));
     paths.map(|w| w.split("::").map(str::to_string).filter(|p| !p.is_empty()).collect()).collect()
 }
 
-/// What can be reached from a module.
+/// Returns all modules that are reachable from a module.
 fn reached(edges: &BTreeMap<Module, BTreeSet<Module>>, from: &Module) -> BTreeSet<Module> {
     let mut seen = BTreeSet::new();
     let mut open = vec![from];
@@ -161,8 +161,20 @@ fn reached(edges: &BTreeMap<Module, BTreeSet<Module>>, from: &Module) -> BTreeSe
 #[test]
 fn no_files_import_each_other_across_folders() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let crates =
-        [".", "compiler", "context", "dsl", "files", "mission", "names", "robot", "runtime", "solver", "stdlib_tasks"];
+    let crates = [
+        ".",
+        "compiler",
+        "context",
+        "dsl",
+        "files",
+        "mission",
+        "names",
+        "quantities",
+        "robot",
+        "runtime",
+        "solver",
+        "stdlib_tasks",
+    ];
     let mut wrong = Vec::new();
     for name in crates {
         let imports = Imports::of(&root.join(name).join("src"));
@@ -199,11 +211,11 @@ fn circles_are_seen() {
     assert!(reached(&edges, &module("b")).contains(&module("b")));
 }
 
-/// The stages of the compiler from the bottom up, as `ARCHITECTURE.md` has them; those of one line do not know each other.
+/// Stages of the compiler from bottom to top, as in `ARCHITECTURE.md`; stages in one line do not import each other.
 const STAGES: [&[&str]; 10] = [
     &["sections", "units"],
     &["diagnostics"],
-    &["forms", "input", "paths", "quantities"],
+    &["forms", "input", "paths"],
     &["cli_overrides", "expr", "recording"],
     &["expand", "robot_binding"],
     &["binding", "named"],

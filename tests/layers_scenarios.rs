@@ -1,18 +1,19 @@
-//! Scenarios of missions of layers: what is judged against what was logged, and what cannot happen is said.
+//! Scenarios of missions of layers: expectations agree with the log, and rejected events are reported.
 
 use crate::common::played;
 
 use std::path::Path;
 
+use mission::kinds::layers::execution::Outcome;
 use mission::plan::{Activity, Plan};
 use played::{cells, compiled, numbers, table};
 use proptest::prelude::*;
 use runtime::expect::Verdict;
-use runtime::missions::layered_csv::LayeredCsv;
+use runtime::missions::csv::MissionCsv;
 use runtime::missions::{End, MissionRun, MissionSummary};
-use runtime::program::{CompiledFile, MissionKind, MissionProgram, MissionScenarioProgram};
+use runtime::program::{CompiledFile, MissionProgram, MissionScenarioProgram};
 
-/// Two arms and a person who alone can look, six blocks, three layers: planned in a blink.
+/// Two arms, and a person who is the only one with the skill `look`, six blocks, three layers: planned quickly.
 const TEAM: &str = "hierarq 1
 mission wall : layers {
   robot left { place [-0.4, -0.5, 0] m  speed [0.1, 0.3] m/s  skills { pick 2 s }  energy { standby 4  drag 100 }  spread 0.1 }
@@ -31,17 +32,16 @@ mission wall : layers {
 }
 ";
 
-/// A scenario with this body, beside its mission.
+/// Returns a scenario with this body, and its mission.
 fn scenario(body: &str) -> (MissionProgram, MissionScenarioProgram) {
     played::scenario(&format!("{TEAM}scenario s {{ mission wall  duration 150 s  {body} }}\n"))
 }
 
-/// Runs it; gives its log too.
+/// Runs a scenario; returns the run with its log.
 fn logged(body: &str) -> (MissionRun, Vec<String>, Vec<Vec<String>>) {
     let (mission, scenario) = scenario(body);
-    let MissionKind::Layers(layers) = &mission.kind else { panic!("layers") };
     let mut bytes = Vec::new();
-    let mut csv = LayeredCsv::new(&mut bytes, &layers.problem).expect("a log");
+    let mut csv = MissionCsv::new(&mut bytes);
     let run = runtime::missions::run(&mission, &scenario, &mut csv, &mut |_| true).expect("a run");
     csv.finish().expect("a log");
     let (header, rows) = table(bytes);
@@ -52,7 +52,7 @@ fn summary(body: &str) -> MissionSummary {
     logged(body).0.summary
 }
 
-/// The plan is what is done, and what is done is what is logged.
+/// Without disturbances the execution equals the plan, and the log equals the execution.
 #[test]
 fn without_disturbances_the_plan_is_what_is_done() {
     let (run, header, rows) = logged("operations planned  step 100 ms  expect eventually done");
@@ -82,7 +82,7 @@ fn without_disturbances_the_plan_is_what_is_done() {
     }
 }
 
-/// Margins of expectations are those that the log gives.
+/// Margins of expectations equal those computed from the log.
 #[test]
 fn what_is_judged_is_what_is_logged() {
     let body = "seed 2  step 500 ms  happens [{ at 4 s  late anna  by 7 s }, { at 9 s  failed left }]
@@ -101,7 +101,7 @@ fn what_is_judged_is_what_is_logged() {
         (0..rows.len()).map(at).fold(f64::INFINITY, f64::min)
     };
     let least = |all: Vec<f64>| all.into_iter().fold(f64::INFINITY, f64::min);
-    let outcome = run.summary.layers.expect("an outcome");
+    let outcome: Outcome = serde_json::from_value(run.summary.outcome.expect("an outcome")).expect("of layers");
     let dropped = outcome.dropped as f64;
     let expected =
         [apart("left", "anna") - 0.01, apart("right", "left"), 6.0 - 5.0, least(of("anna.y")) + 1.0, 3.0 - dropped];
@@ -120,7 +120,7 @@ fn the_same_seed_gives_the_same_records() {
     assert_ne!(of("seed 5"), of("seed 5  operations planned"));
 }
 
-/// Counts and truths are what the words say.
+/// Counts and Boolean quantities have the documented meaning.
 #[test]
 fn what_is_measured() {
     let body = "operations planned
@@ -138,7 +138,7 @@ fn what_is_measured() {
     assert!(summary.ok, "{:#?}", summary.expectations);
 }
 
-/// She alone can look: without her there is no plan for everything, and others go on as far as they can.
+/// Only one person can look: without her there is no complete plan, and the others continue as far as possible.
 #[test]
 fn a_mission_without_its_person_is_a_verdict_with_its_reason() {
     let lost = "operations planned  happens [{ at 1 s  lost anna }]";
@@ -179,19 +179,23 @@ fn a_compiled_file_keeps_its_scenarios_and_refuses_damage() {
         assert!(json.contains(from), "{from}\n{json}");
         assert!(CompiledFile::read(&json.replace(from, to)).is_err(), "{to}");
     }
-    use runtime::program::{MissionMeasure, OfAgent, OfTeammate};
+    use runtime::program::MissionMeasure;
+    let value = |name: &str, member, axis| MissionMeasure::Value { name: name.into(), member, axis };
     for measure in [
-        MissionMeasure::Teammate(7, OfTeammate::X),
-        MissionMeasure::Teammate(2, OfTeammate::Energy),
-        MissionMeasure::Agent(0, OfAgent::Served),
+        value("position", Some(7), 0),
+        value("position", Some(1), 3),
+        value("energy", Some(2), 0),
+        value("energy", Some(1), 1),
+        value("served", Some(0), 0),
+        value("waited", None, 0),
     ] {
         let mut other = missions.clone();
-        other[0].scenarios[0].measures[0] = measure;
+        other[0].scenarios[0].measures[0] = measure.clone();
         assert!(other[0].check().is_err(), "{measure:?}");
     }
 }
 
-/// The words of an event of somebody.
+/// The text of a random event.
 fn event() -> impl Strategy<Value = String> {
     let who = prop::sample::select(vec!["left", "right", "anna"]);
     let at = 0..60_u32;
@@ -206,12 +210,12 @@ fn event() -> impl Strategy<Value = String> {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
-    /// Whatever happens, a run ends with a verdict; each of its events is a record or has a reason why not.
+    /// For any events, a run ends with a verdict; each of its events is a record or has a reason for its rejection.
     #[test]
     fn random_days_end_with_a_verdict(events in prop::collection::vec(event(), 1..7), seed in 0..100_u64) {
         let body = format!("seed {seed}  step 5 s  happens [{}]  expect always wall.makespan >= 0 s", events.join(", "));
         let MissionRun { summary, executed, .. } = logged(&body).0;
-        // What is drawn as done is done: everything at the end, and what is still to come never.
+        // Activities drawn as done have been done: all of them at the end, and never future ones.
         let done = matches!(summary.end, End::Done { .. });
         for activity in executed.iter().flat_map(|plan| &plan.activities) {
             prop_assert!(activity.begun || !done);
@@ -248,8 +252,7 @@ fn the_command_line_runs_and_tests_layers() {
     assert!(out.contains("done after") && out.contains("kg s") && out.contains("check"), "{out}");
     let read = |name: &str| std::fs::read_to_string(folder.join("out/wall").join(name)).expect("a file");
     let summary: serde_json::Value = serde_json::from_str(&read("summary.json")).expect("JSON");
-    assert_eq!((&summary["ok"], &summary["seed"], &summary["layers"]["tasks"]), (&true.into(), &4.into(), &5.into()));
-    assert!(summary.get("outcome").is_none());
+    assert_eq!((&summary["ok"], &summary["seed"], &summary["outcome"]["tasks"]), (&true.into(), &4.into(), &5.into()));
     assert_eq!(read("log.csv").lines().count(), 92);
     let report = read("report.html");
     assert_eq!(report.matches("<svg").count(), 3);
@@ -259,6 +262,6 @@ fn the_command_line_runs_and_tests_layers() {
     let data: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     assert_eq!((code, &data["ok"]), (Some(1), &false.into()));
     let [good, bad] = [&data["scenarios"][0], &data["scenarios"][1]];
-    assert_eq!(good["mission"]["layers"]["layers"], 3);
+    assert_eq!(good["mission"]["outcome"]["layers"], 3);
     assert_eq!((&bad["ok"], &bad["mission"]["end"]["how"]), (&false.into(), &"stranded".into()));
 }

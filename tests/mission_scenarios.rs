@@ -1,7 +1,8 @@
-//! Scenarios of missions: what is judged against what was logged, and what cannot happen is said.
+//! Scenarios of missions: expectations agree with the log, and rejected events are reported.
 
 use crate::common::played;
 
+use mission::kinds::schedule::execution::Outcome;
 use mission::plan::Plan;
 use played::{compiled, numbers, table};
 use proptest::prelude::*;
@@ -11,7 +12,7 @@ use runtime::missions::{End, MissionRun, MissionSummary};
 use runtime::program::{CompiledFile, MissionProgram, MissionScenarioProgram};
 use std::path::Path;
 
-/// Two robots with one speed, two people and a working robot: planned in a blink.
+/// Two robots with one speed, two people and a working robot: planned quickly.
 const TEAM: &str = "hierarq 1
 mission day : schedule {
   reallocate_above 0.05
@@ -23,17 +24,16 @@ mission day : schedule {
 }
 ";
 
-/// A scenario with this body, beside its mission.
+/// Returns a scenario with this body, and its mission.
 fn scenario(body: &str) -> (MissionProgram, MissionScenarioProgram) {
     played::scenario(&format!("{TEAM}scenario s {{ mission day  duration 1500 s  {body} }}\n"))
 }
 
-/// Runs it; gives its log too, without the header.
+/// Runs a scenario; returns the run with its log.
 fn logged(body: &str) -> (MissionRun, Vec<String>, Vec<Vec<String>>) {
     let (mission, scenario) = scenario(body);
-    let schedule = mission.schedule().expect("a schedule");
     let mut bytes = Vec::new();
-    let mut csv = MissionCsv::new(&mut bytes, &schedule.problem, &[]).expect("a log");
+    let mut csv = MissionCsv::new(&mut bytes);
     let run = runtime::missions::run(&mission, &scenario, &mut csv, &mut |_| true).expect("a run");
     csv.finish().expect("a log");
     let (header, rows) = table(bytes);
@@ -42,6 +42,10 @@ fn logged(body: &str) -> (MissionRun, Vec<String>, Vec<Vec<String>>) {
 
 fn summary(body: &str) -> MissionSummary {
     logged(body).0.summary
+}
+
+fn outcome(summary: &MissionSummary) -> Outcome {
+    serde_json::from_value(summary.outcome.clone().expect("an outcome")).expect("of a schedule")
 }
 
 fn end(plan: Option<&Plan>) -> f64 {
@@ -54,7 +58,7 @@ fn without_disturbances_the_plan_is_what_is_done() {
     let summary = &run.summary;
     assert!(summary.ok, "{:?}", summary.expectations);
     let End::Done { at_s } = summary.end else { panic!("{:?}", summary.end) };
-    let outcome = summary.outcome.as_ref().expect("an outcome");
+    let outcome = outcome(summary);
     assert!((outcome.makespan - end(run.planned.as_ref())).abs() < 1e-6);
     assert!((at_s - outcome.makespan).abs() < 1e-6);
     assert_eq!(outcome.agents.iter().map(|a| a.served).collect::<Vec<_>>(), [2, 1, 1]);
@@ -67,7 +71,7 @@ fn the_same_seed_gives_the_same_records() {
     assert_ne!(of(5), of(6));
 }
 
-/// Margins of expectations are those that the log gives.
+/// Margins of expectations equal those computed from the log.
 #[test]
 fn what_is_judged_is_what_is_logged() {
     let body = "seed 2  travel bases  step 500 ms  happens [{ at 130 s  late h2  by 40 s }]
@@ -97,10 +101,10 @@ fn what_is_judged_is_what_is_logged() {
         let margin = record.margin.expect("a margin");
         assert!((margin - expected).abs() < 1e-9, "{}: {margin}, and {expected} in the log", record.text);
     }
-    // Waits only grow, and end as those of the outcome.
+    // Waits never decrease, and end with the values of the outcome.
     let waited = of("h1.waited");
     assert!(waited.windows(2).all(|w| w[0] <= w[1] + 1e-9));
-    let outcome = run.summary.outcome.as_ref().expect("an outcome");
+    let outcome = outcome(&run.summary);
     let total: f64 = outcome.agents[0].waits.iter().sum();
     assert!((waited.last().expect("a row") - total).abs() < 1e-6);
 }
@@ -125,7 +129,7 @@ fn people_answer_once_for_each_service() {
     assert_eq!(after("has served operation 1 of h1"), after("h1 says: all was right"));
 }
 
-/// Of whole numbers `<` and `>` mean what they say.
+/// `<` and `>` are strict for integers.
 #[test]
 fn counts_are_compared_strictly() {
     let body = "expect eventually w1.served >= 1  expect eventually w1.served > 0
@@ -153,7 +157,7 @@ fn a_mission_without_robots_is_a_verdict_with_its_reason() {
     assert!(bare.trouble()[0].1.contains("every robot is lost"));
     let spoken = summary(&format!("{lost}  expect eventually day.stranded  expect never done"));
     assert!(spoken.ok, "{:?}", spoken.expectations);
-    // One comes back, and everything is served after all.
+    // One robot comes back, and everything is served after all.
     let back = "happens [{ at 20 s  lost m1 }, { at 30 s  lost m2 }, { at 60 s  back m1 }]";
     let body = format!("{back}  expect after day.stranded : within 31 s : (not day.stranded)  expect eventually done");
     let (run, header, rows) = logged(&body);
@@ -173,11 +177,11 @@ fn what_cannot_happen_fails_the_scenario() {
     assert!(!early.ok);
     assert_eq!(
         (early.untaken[0].event.as_str(), early.untaken[0].why.as_str()),
-        ("the service that m1 gives takes longer", "m1 serves nobody")
+        ("the service that m1 gives takes 9 s longer", "m1 serves nobody")
     );
 }
 
-/// A service that takes longer is told of the robot or of whom it serves, and comes to the same.
+/// A longer service can be reported for the robot or for its agent, with the same result.
 #[test]
 fn a_service_takes_longer() {
     let first = |body: &str| {
@@ -219,14 +223,14 @@ fn a_compiled_file_keeps_its_scenarios_and_refuses_damage() {
         }
     }
     let mut other = missions.clone();
-    other[0].scenarios[0].replies[0].agent = 2;
+    other[0].scenarios[0].replies[0].member = 4;
     assert!(other[0].check().is_err(), "a working robot says nothing");
     let mut other = missions;
     other[0].scenarios[0].predicates[0].value.inputs = vec![1000];
     assert!(other[0].check().is_err());
 }
 
-/// The words of an event of somebody.
+/// The text of a random event.
 fn event() -> impl Strategy<Value = String> {
     let who = prop::sample::select(vec!["h1", "h2", "w1"]);
     let all = prop::sample::select(vec!["h1", "h2", "w1", "m1", "m2"]);
@@ -243,7 +247,7 @@ fn event() -> impl Strategy<Value = String> {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
-    /// Whatever happens, a run ends with a verdict; each of its events is a record or has a reason why not.
+    /// For any events, a run ends with a verdict; each of its events is a record or has a reason for its rejection.
     #[test]
     fn random_days_end_with_a_verdict(events in prop::collection::vec(event(), 1..6), seed in 0..100_u64) {
         let body = format!("seed {seed}  step 10 s  happens [{}]  expect always day.makespan >= 0 s", events.join(", "));
@@ -256,7 +260,7 @@ proptest! {
     }
 }
 
-/// A folder of this test, with the team and two scenarios in it.
+/// Returns a folder of this test, with the team and two scenarios.
 fn folder(name: &str) -> std::path::PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::create_dir_all(&folder).expect("a folder");

@@ -1,5 +1,5 @@
-//! Working robots that run their controllers in scenarios of missions: what they do there against what the controller does
-//! alone, what a breakdown comes to, and that the same seed gives the same records.
+//! Working robots that run their controllers in scenarios of missions: compared with the controller alone, after
+//! breakdowns, and with the same records for the same seed.
 
 use crate::common;
 mod files;
@@ -15,7 +15,7 @@ use runtime::program::{MissionProgram, MissionScenarioProgram, Program, Scenario
 use runtime::{Recorder, Simulation, Tick};
 use std::path::{Path, PathBuf};
 
-/// Robots that fetch, a person, and a place for workers.
+/// Serving robots, a person, and `workers`.
 fn team(workers: &str) -> String {
     format!(
         "hierarq 1
@@ -36,7 +36,7 @@ fn compiled_in(folder: &Path, text: &str) -> Compiled {
     compiler::compile(&Input { name: "day.hq", text, spelling: Spelling::Hq, folder, set: &[], package_paths: &[] })
 }
 
-/// A scenario of this name beside its mission.
+/// Returns the scenario `s` and its mission.
 fn found(compiled: &Compiled) -> (MissionProgram, MissionScenarioProgram) {
     assert_eq!(compiled.report.errors(), 0, "{}", compiled.report.to_json());
     match trial::find(None, &compiled.missions, "s") {
@@ -45,7 +45,7 @@ fn found(compiled: &Compiled) -> (MissionProgram, MissionScenarioProgram) {
     }
 }
 
-/// A scenario with this body among the examples.
+/// Compiles a scenario with this body in the folder of the examples.
 fn scenario(workers: &str, body: &str) -> (MissionProgram, MissionScenarioProgram) {
     let text = format!("{}scenario s {{ mission day  {body} }}\n", team(workers));
     found(&compiled_in(&example(""), &text))
@@ -59,7 +59,7 @@ fn summary(workers: &str, body: &str) -> MissionSummary {
     run(&scenario(workers, body)).summary
 }
 
-/// When each operation of a worker began and ended, in s; one that is lost has not ended.
+/// Returns the begin and end of each operation of a worker (s); an aborted one has no end.
 fn operations(summary: &MissionSummary, worker: &str) -> Vec<(f64, Option<f64>)> {
     let of = |text: &str| {
         let words = |h: &&runtime::missions::Happened| {
@@ -77,7 +77,7 @@ fn record<'s>(summary: &'s MissionSummary, worker: &str) -> &'s WorkerRecord {
     summary.workers.iter().find(|w| w.name == worker).expect("a record")
 }
 
-/// When a machine entered a state, in s.
+/// Entry times of a state of a machine (s).
 struct Entries {
     state: &'static str,
     inside: bool,
@@ -95,7 +95,7 @@ impl Recorder for Entries {
     }
 }
 
-/// The controller alone, whose signal is true in these times.
+/// Runs the controller alone, with its signal true in these intervals.
 fn alone(program: &Program, world: &ScenarioProgram, go: usize, works: &[(f64, f64)], duration: f64) -> Vec<f64> {
     let script = |from: f64, to: Option<f64>, value: f64| SignalScript {
         signal: go,
@@ -132,10 +132,10 @@ fn an_operation_takes_what_the_controller_alone_takes() {
         let works: Vec<(f64, f64)> =
             operations(&summary, "w1").into_iter().map(|(from, to)| (from, to.expect("an end"))).collect();
         assert_eq!(works.len(), 2);
-        // The second one began when a robot had come, at no tick of the controller.
+        // The second one began when a robot had come, between ticks of the controller.
         assert!(works[0].0 == 0.0 && works[1].0 > works[0].1);
-        let schedule = mission.schedule().expect("a schedule");
-        let (worker, controller) = schedule.running.of(2 - 1).expect("a worker that runs");
+        let member = mission.kind.members().iter().position(|member| member.name == "w1").expect("a worker");
+        let (worker, controller) = mission.running.of(member).expect("a worker that runs");
         let entered = alone(&controller.program, &worker.world, worker.go, &works, works[1].1 + 1.0);
         assert_eq!(entered.len(), works.len(), "{entered:?}");
         for (alone, (_, in_team)) in entered.iter().zip(&works) {
@@ -146,7 +146,7 @@ fn an_operation_takes_what_the_controller_alone_takes() {
     }
 }
 
-/// A folder with the spec of a controller.
+/// Creates a folder with the spec of a controller.
 fn folder(name: &str, controller: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mission_workers").join(name);
     std::fs::create_dir_all(&folder).expect("a folder");
@@ -162,7 +162,7 @@ signal go : flag
     folder
 }
 
-/// It goes to a place and back.
+/// It moves to a position and back.
 const SHUTTLE: &str = "
 task out = frame_position(tool) { position [0.55, 0.20, 0.50] m  gain 2 /s }
 task back = frame_position(tool) { position [0.45, -0.20, 0.50] m  gain 2 /s }
@@ -185,7 +185,7 @@ fn own(name: &str, controller: &str, workers: &str, body: &str) -> MissionSummar
     run(&found(&compiled_in(&folder(name, controller), &text))).summary
 }
 
-/// It waits at the place until it sees something there, which happens seldom, and by chance.
+/// It waits at the position until it detects something there, which is rare and random.
 fn uncertain() -> String {
     let looks = SHUTTLE.replace("-> home }", "-> look }  state look { stack outwards  when present(seen) -> home }");
     format!(
@@ -196,7 +196,7 @@ fn uncertain() -> String {
 
 #[test]
 fn the_same_seed_gives_the_same_records() {
-    // Every operation as long as planned but those of the worker, so that nothing else depends on the seed.
+    // Every operation except for the worker's takes its planned time, so that nothing else depends on the seed.
     let workers = OWN.replace("normal(8 s, 1 s)", "8 s").replace("go go", "scenario \"seldom\"  go go");
     let of = |seed: u64| {
         let summary = own("seeds", &uncertain(), &workers, &format!("duration 200 s  seed {seed}  travel bases"));
@@ -214,14 +214,14 @@ fn workers_that_run_the_same_spec_share_it_and_not_their_worlds() {
     let two = format!("{own}\n{}", own.replace("w1", "w2").replace("[5, 4]", "[5, 2]"));
     let text = format!("{}scenario s {{ mission day  duration 200 s }}\n", team(&two));
     let (mission, scenario) = found(&compiled_in(&folder("shared", &uncertain()), &text));
-    let running = &mission.schedule().expect("a schedule").running;
+    let running = &mission.running;
     assert_eq!((running.controllers.len(), running.workers.len()), (1, 2));
     let summary = run(&(mission, scenario)).summary;
     let of = |name: &str| record(&summary, name).operations_s.clone();
     assert!(of("w1").len() == 3 && of("w2").len() == 3 && of("w1")[0] != of("w2")[0], "{:?}", summary.workers);
 }
 
-/// Level `reach` is hard, and cannot be met where the tool would have to be.
+/// Level `reach` is hard, and infeasible for the required speed.
 const INFEASIBLE: &str = "
 task limits = joint_velocity_limits
 task stay = joint_velocity { velocity 0 rad/s }
@@ -236,13 +236,13 @@ fn a_controller_that_faults_loses_its_worker_and_says_why() {
     let bare = own("fault", INFEASIBLE, OWN, "duration 200 s");
     let broke = record(&bare, "w1").broke_down.clone().expect("it broke down");
     assert!(broke.why.contains("`reach`"), "{}", broke.why);
-    // One tick to see the signal, half a second until the velocity is asked for.
+    // One tick until the signal is evaluated, half a second until the velocity is required.
     assert!((0.5..0.6).contains(&broke.at_s), "{}", broke.at_s);
     let at = |text: &str| bare.happened.iter().find(|h| h.what.contains(text)).map(|h| h.at_s);
-    // Nothing answers the fault at the next tick.
+    // No transition handles the fault at the next tick.
     let (fault, lost) = (at("controller of w1 has a fault").expect("told"), at("w1 is lost").expect("told"));
     assert!(lost == broke.at_s && (lost - fault - 0.02).abs() < 1e-9, "{fault} {lost}");
-    // The others are served all the same, and nobody expected the loss.
+    // The others are served nevertheless, and no expectation covers the loss.
     assert!(matches!(bare.end, End::Done { .. }) && !bare.ok, "{:?}", bare.end);
     assert!(bare.trouble()[0].1.starts_with("w1 broke down: "), "{:?}", bare.trouble());
     let spoken = own(
@@ -253,7 +253,7 @@ fn a_controller_that_faults_loses_its_worker_and_says_why() {
          expect always (w1.lost implies w1.faulted)  expect always w1.served < 1",
     );
     assert!(spoken.ok, "{:?} {:?}", spoken.expectations, spoken.trouble());
-    // Mended, it begins anew, and breaks down as before.
+    // After a repair it starts again, and breaks down as before.
     let mended =
         own("fault", INFEASIBLE, OWN, "duration 200 s  happens [{ at 20 s  back w1 }]  expect eventually w1.faulted");
     let again = record(&mended, "w1").broke_down.clone().expect("again");
@@ -269,7 +269,7 @@ fn a_fault_that_the_machine_answers_loses_nobody() {
     let summary = own("answered", &answered, OWN, "duration 60 s  expect never w1.lost");
     assert!(summary.ok, "{:?}", summary.trouble());
     assert!(summary.happened.iter().any(|h| h.what.starts_with("the controller of w1 has a fault")));
-    // Whoever answers by standing still for good is lost.
+    // A worker whose machine handles the fault by stopping for good is lost.
     let ended = INFEASIBLE.replace("initial idle ", "initial idle  on fault(any) -> out  final state out ");
     let summary = own("ended", &ended, OWN, "duration 60 s");
     let broke = record(&summary, "w1").broke_down.clone().expect("it broke down");
@@ -291,14 +291,14 @@ fn a_worker_that_is_away_stands_still_and_begins_anew() {
         expect always (not w1.lost or not w1.faulted)  expect eventually done";
     let summary = own("away", SHUTTLE, OWN, body);
     assert!(summary.ok, "{:?}", summary.trouble());
-    // Three operations that end, behind one that did not.
+    // Three completed operations, after an aborted one.
     let took = &record(&summary, "w1").operations_s;
     assert_eq!(took.len(), 3, "{took:?}");
     let end = match summary.end {
         End::Done { at_s } => at_s,
         end => panic!("{end:?}"),
     };
-    // It ticks neither while it is away nor behind the end.
+    // It executes no ticks while it is away or after the end.
     let ticks = record(&summary, "w1").ticks as f64;
     assert!((ticks - 50.0 * (end - 40.0)).abs() <= 2.0, "{ticks} ticks, {end} s");
 }
@@ -312,16 +312,14 @@ fn as_planned_no_controller_runs() {
     assert!(summary.ok && summary.workers.is_empty(), "{:?}", summary.expectations);
 }
 
-/// What the machine shows in the log, in the measures, and in the summary.
+/// State of the machine in the log, in the measures, and in the summary.
 #[test]
 fn the_log_has_the_state_of_the_machine() {
     let body =
         "duration 300 s  step 200 ms  expect always (in(w1.waiting) or w1.working)  expect eventually in(w1.cut)";
     let (mission, scenario) = scenario(PICKER, body);
-    let schedule = mission.schedule().expect("a schedule");
-    let running: Vec<usize> = scenario.running(schedule).iter().map(|w| w.agent).collect();
     let mut bytes = Vec::new();
-    let mut csv = MissionCsv::new(&mut bytes, &schedule.problem, &running).expect("a log");
+    let mut csv = MissionCsv::new(&mut bytes);
     let run = runtime::missions::run(&mission, &scenario, &mut csv, &mut |_| true).expect("a run");
     csv.finish().expect("a log");
     assert!(run.summary.ok, "{:?}", run.summary.expectations);
@@ -336,7 +334,7 @@ fn the_log_has_the_state_of_the_machine() {
     assert!(rows.iter().any(|r| r[state] == "carry"));
 }
 
-/// The words of an event.
+/// The text of a random event.
 fn event() -> impl Strategy<Value = String> {
     let at = 0..60_u32;
     prop_oneof![
@@ -352,18 +350,18 @@ fn event() -> impl Strategy<Value = String> {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
-    /// Whatever happens, operations that the controller ends are those of the mission, and end at its ticks.
+    /// For any events, operations that the controller ends are those of the mission, and end at its ticks.
     #[test]
     fn random_days_keep_machine_and_mission_together(events in prop::collection::vec(event(), 0..5), seed in 0..99_u64) {
         let body = format!("duration 120 s  seed {seed}  step 500 ms  happens [{}]", events.join(", "));
         let summary = own("random", SHUTTLE, OWN, &body);
         let record = record(&summary, "w1");
         let all = operations(&summary, "w1");
-        // Who is back begins again what was not served.
+        // A worker that comes back repeats an operation that was not served.
         let again = events.iter().filter(|e| e.contains("back w1")).count();
         prop_assert!(record.operations_s.len() <= 3 + again);
         prop_assert!(record.operations_s.iter().all(|took| *took > 0.0));
-        // Those that the controller ended are among those that ended.
+        // The controller's operations are among those that ended.
         let ended: Vec<f64> = all.iter().filter_map(|(from, to)| Some((*to)? - from)).collect();
         prop_assert!(record.operations_s.iter().all(|took| ended.iter().any(|e| (e - took).abs() < 1e-9)));
         if !events.iter().any(|e| e.contains("w1")) {

@@ -22,7 +22,6 @@ mod input;
 mod lowering;
 mod named;
 mod paths;
-pub mod quantities;
 mod recording;
 mod robot_binding;
 pub mod sections;

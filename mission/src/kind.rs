@@ -14,21 +14,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::execution::Replan;
 use crate::labels::Labels;
+use crate::map::Map;
 use crate::plan::Plan;
 
 /// A mission of some kind: what is planned and executed.
 pub trait Mission {
-    /// What messages call a mission of this kind, with its article: `a schedule`.
-    fn title(&self) -> &'static str;
+    /// The entry of its kind.
+    fn kind(&self) -> &'static Kind;
 
     /// Everybody who takes part.
     fn members(&self) -> Vec<Member<'_>>;
 
     /// Text that people read in place of names.
     fn labels(&self) -> &Labels;
-
-    /// Everything that can be measured of missions of this kind.
-    fn measures(&self) -> Vec<&'static Measure>;
 
     /// True if nothing is to be done yet: a language model is to write the tasks.
     fn waits_for_tasks(&self) -> bool {
@@ -52,20 +50,106 @@ pub trait Mission {
     /// The first reason against it, in a sentence.
     fn check_run(&self, how: &Run) -> Result<(), String>;
 
-    /// Checks that an event is one of this kind and of a member that exists.
+    /// Checks that an event is one of this kind, of a member that exists, and possible in this mission.
     ///
     /// # Errors
-    /// The reason, in a sentence.
-    fn check_event(&self, event: &Event) -> Result<(), String>;
+    /// The reason.
+    fn check_event(&self, event: &Event) -> Result<(), Impossible>;
 
     /// The words for an event.
     fn describe(&self, event: &Event) -> String;
+
+    /// The words for the settings of a run.
+    fn describe_run(&self, how: &Run) -> String;
+
+    /// The map of a plan.
+    fn map(&self, plan: &Plan) -> Map;
 
     /// Plans the mission and stands at its start.
     ///
     /// # Errors
     /// The reason why there is no plan, in a sentence.
     fn execute(&self, how: &Run) -> Result<Box<dyn Execution>, String>;
+}
+
+/// The entry of a kind of mission: everything that the language, the editor and the pages derive from.
+#[derive(Debug)]
+pub struct Kind {
+    /// The word of the language, `schedule`.
+    pub name: &'static str,
+    /// Name in messages, with its article: `a schedule`.
+    pub title: &'static str,
+    /// Everything that can be measured.
+    pub measures: fn() -> Vec<&'static Measure>,
+    /// Everything that can happen in a scenario.
+    pub events: &'static [EventInfo],
+    /// Keys of scenarios and events that other kinds have and this one has not, each with the reason.
+    pub absent: &'static [(&'static str, &'static str)],
+}
+
+impl Kind {
+    /// The measure of this name of a member with a role; none: of the mission.
+    pub fn measure(&self, role: Option<&str>, name: &str) -> Option<&'static Measure> {
+        (self.measures)().into_iter().find(|measure| measure.name == name && measure.is_of(role))
+    }
+
+    /// True for the name of an event, and for a further key of one.
+    pub fn has(&self, key: &str) -> bool {
+        self.events.iter().any(|event| event.name == key || event.with.iter().any(|further| further.key == key))
+    }
+
+    /// The event of this name.
+    pub fn event(&self, name: &str) -> Option<&'static EventInfo> {
+        self.events.iter().find(|event| event.name == name)
+    }
+}
+
+/// An event of a kind.
+#[derive(Debug)]
+pub struct EventInfo {
+    /// Name: a key of the event, with the member behind it.
+    pub name: &'static str,
+    /// Further keys.
+    pub with: &'static [Further],
+    /// Roles of members that it cannot be of.
+    pub not_of: &'static [NotOf],
+}
+
+/// A further key of an event.
+#[derive(Debug)]
+pub struct Further {
+    /// The key.
+    pub key: &'static str,
+    /// If it is required: an example.
+    pub required: Option<&'static str>,
+}
+
+/// A role that an event cannot be of.
+#[derive(Debug)]
+pub struct NotOf {
+    /// The role.
+    pub role: &'static str,
+    /// Words for a member with it: `a robot that serves`.
+    pub who: &'static str,
+    /// The reason.
+    pub why: &'static str,
+}
+
+/// The reason against an event.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Impossible {
+    /// In a sentence.
+    pub text: String,
+    /// The cause, if it needs one.
+    pub note: Option<&'static str>,
+    /// A way out.
+    pub help: Option<&'static str>,
+}
+
+impl From<String> for Impossible {
+    fn from(text: String) -> Impossible {
+        Impossible { text, note: None, help: None }
+    }
 }
 
 /// A mission under way.
@@ -79,8 +163,8 @@ pub trait Execution: Send {
     /// Time of the next step that happens by itself (s), as far as it is known.
     fn next(&self) -> Option<f64>;
 
-    /// Everything is done.
-    fn is_done(&self) -> bool;
+    /// Time at which everything was done (s); none: something is to be done.
+    fn done(&self) -> Option<f64>;
 
     /// Reason why there is no plan for everything any more, if so.
     fn stranded(&self) -> Option<String>;
@@ -93,8 +177,14 @@ pub trait Execution: Send {
         self.plan().clone()
     }
 
-    /// The mission as it is now, with the changes that events made.
-    fn mission(&self) -> crate::kinds::Mission;
+    /// Text that people read in place of names.
+    fn labels(&self) -> &Labels;
+
+    /// The map of the plan.
+    fn map(&self) -> Map;
+
+    /// The words for an event.
+    fn describe(&self, event: &Event) -> String;
 
     /// An event happens at the present time.
     ///
@@ -170,6 +260,25 @@ pub struct Mistake {
     pub place: String,
     /// Reason, in a sentence.
     pub why: String,
+}
+
+impl Mistake {
+    /// A mistake in a part, unless it is `good`.
+    pub(crate) fn unless(good: bool, place: &str, why: &str) -> Result<(), Mistake> {
+        if good { Ok(()) } else { Err(Mistake { place: place.into(), why: why.into() }) }
+    }
+}
+
+impl Labels {
+    /// Checks that labels can be shown, and that people can tell the members of a mission apart by them.
+    pub(crate) fn check_among<'n>(&self, members: impl Iterator<Item = &'n str>) -> Result<(), Mistake> {
+        let unfit = |(name, why): (String, crate::labels::Unfit)| Mistake {
+            place: format!("labels.{name}"),
+            why: why.to_string(),
+        };
+        self.check().map_err(unfit)?;
+        Mistake::unless(self.mistaken(members).is_none(), "labels", "two agents are shown by the same text")
+    }
 }
 
 /// An event, by the words of the language.

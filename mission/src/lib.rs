@@ -5,13 +5,16 @@
 //! gives; a solver from outside is found at run time and may be absent.
 //!
 //! - [`kinds`]: the kinds of mission, each with its problem, its planner, its validator and its execution.
+//! - [`kind`]: the interface between a kind and everything that runs, judges, logs and shows missions.
 //! - [`execution`]: the parts of an execution that all kinds share.
 
 pub mod characters;
 pub mod engine;
 pub mod execution;
+pub mod kind;
 pub mod kinds;
 pub mod labels;
+pub mod map;
 pub mod numbers;
 pub mod plan;
 mod random;

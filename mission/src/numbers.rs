@@ -4,6 +4,8 @@ use serde::{Deserialize, Serialize};
 
 /// The largest length (m), time (s), weight or coefficient.
 pub const MAX_NUMBER: f64 = 1e6;
+/// The most operations or tasks of a batch; a larger one is never faster.
+pub const MAX_BATCH: usize = 512;
 /// The slowest speed (m/s).
 pub const MIN_SPEED: f64 = 1e-3;
 

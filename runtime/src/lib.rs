@@ -13,7 +13,6 @@ pub mod expect;
 pub mod fault;
 pub mod missions;
 mod motion;
-mod numbers;
 mod period;
 mod planning;
 pub mod program;

@@ -16,13 +16,13 @@ use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::expression::Expression;
 
-pub use crate::numbers::number;
 use crate::program::{CaptureSource, Op, Program, Simulator, Subject, TaskProgram};
 use leaves::{leaf, whole_leaf};
 pub use missions::{mission, running};
 use operations::operation;
+pub use quantities::number;
 
-/// The text of a program. `None` where the program cannot be executed.
+/// Text of a program. `None` if the program cannot be executed.
 pub fn text(program: &Program) -> Option<String> {
     program.check().ok()?;
     let mut out = String::new();
@@ -130,7 +130,7 @@ fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
         Bound::Frame(name, _) => Some(name.clone()),
         Bound::Frames(list) => Some(list.iter().map(|f| f.0.as_str()).collect::<Vec<_>>().join(", ")),
         Bound::Arm(a) => Some(format!("{} (tip {})", a.name, p.robot.model.link_ref(a.tip).name)),
-        // The rows name them.
+        // The names of the rows contain them.
         Bound::Geometries(_) => None,
         Bound::Joints(list) => {
             Some(list.iter().map(|&d| p.robot.model.dofs[d].name.as_str()).collect::<Vec<_>>().join(", "))
@@ -174,7 +174,7 @@ fn runs(p: &Program, list: &[(usize, Slot)]) -> String {
     runs.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// The numbers of a slot; moving ones as the tape's result that they read.
+/// Numbers of a slot; moving ones as the result of the tape that they read.
 fn slot(p: &Program, s: &Slot) -> String {
     let one = |at: usize| match p.values.tape.outputs.iter().find(|o| o.at == at) {
         Some(o) => format!("%{}", o.value),
@@ -225,7 +225,7 @@ fn values(p: &Program, out: &mut String) -> std::fmt::Result {
     Ok(())
 }
 
-/// The operations of an expression of the state; `$` counts within it, `%` are values of the tape.
+/// Operations of an expression of the state; `$` numbers these operations, `%` are values of the tape.
 fn expression(p: &Program, e: &Expression, out: &mut String) -> std::fmt::Result {
     let states: Vec<String> = e.leaves.iter().flat_map(|l| leaf(p, l)).collect();
     for (i, op) in e.ops.iter().enumerate() {

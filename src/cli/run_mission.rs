@@ -1,4 +1,4 @@
-//! `hierarq run SPEC --scenario NAME`, where the scenario executes a mission.
+//! `hierarq run SPEC --scenario NAME` for a scenario that executes a mission.
 
 use std::fmt::Write;
 use std::io::{BufWriter, IsTerminal};
@@ -8,18 +8,17 @@ use std::sync::atomic::Ordering;
 use comfy_table::CellAlignment;
 use files::Results;
 use hierarq::{gantt, outputs, report};
-use mission::labels::Labels;
+use mission::kind::Cell;
 use runtime::missions::csv::MissionCsv;
-use runtime::missions::layered_csv::LayeredCsv;
 use runtime::missions::{End, MissionRun};
-use runtime::program::{MAX_INSTANTS, MAX_MISSION, MAX_TICKS, MissionKind, MissionProgram, MissionScenarioProgram};
+use runtime::program::{MAX_INSTANTS, MAX_MISSION, MAX_TICKS, MissionProgram, MissionScenarioProgram};
 use runtime::quantity::quantity;
 use runtime::text::number;
 
 use super::run::Arguments;
 use super::{Outcome, interruption, output, table};
 
-/// The most lines of what happened that are shown.
+/// Maximum number of events in the output.
 const SHOWN: usize = 40;
 
 pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioProgram, sources: &[PathBuf]) -> Outcome {
@@ -42,7 +41,7 @@ pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioPr
             output::eprint(&format!("note: {what} after the end, {} s, and will not happen\n", number(d)));
         }
     }
-    let ticks = mission.schedule().filter(|_| scenario.sampled).map_or(0.0, |s| s.running.ticks(scenario.duration));
+    let ticks = if scenario.sampled { mission.running.ticks(scenario.duration) } else { 0.0 };
     if ticks > MAX_TICKS {
         let d = scenario.duration;
         return Outcome::Trouble(format!(
@@ -58,7 +57,7 @@ pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioPr
     }
 }
 
-/// Runs, writes the files and shows what came of it; tells whether all is well.
+/// Runs, writes the files and prints the results; returns true if all is well.
 fn execute(
     a: &Arguments,
     mission: &MissionProgram,
@@ -72,19 +71,9 @@ fn execute(
     let mut rows = BufWriter::new(results.part("log.csv")?);
     let interrupted = interruption::flag();
     let mut go_on = |_| !interrupted.load(Ordering::Relaxed);
-    let run = match &mission.kind {
-        MissionKind::Schedule(schedule) => {
-            let running: Vec<usize> = scenario.running(schedule).iter().map(|w| w.agent).collect();
-            let mut csv = MissionCsv::new(&mut rows, &schedule.problem, &running).map_err(failed)?;
-            let run = runtime::missions::run(mission, scenario, &mut csv, &mut go_on);
-            csv.finish().map(|()| run)
-        }
-        MissionKind::Layers(layers) => {
-            let mut csv = LayeredCsv::new(&mut rows, &layers.problem).map_err(failed)?;
-            let run = runtime::missions::run(mission, scenario, &mut csv, &mut go_on);
-            csv.finish().map(|()| run)
-        }
-    };
+    let mut csv = MissionCsv::new(&mut rows);
+    let run = runtime::missions::run(mission, scenario, &mut csv, &mut go_on);
+    let run = csv.finish().map(|()| run);
     let run = run.map_err(failed)?.map_err(|e| e.to_string())?;
     let text = serde_json::to_string_pretty(&run.summary).map_err(|e| e.to_string())? + "\n";
     results.add("log.csv", rows.into_inner().map_err(|e| failed(e.into_error()))?);
@@ -99,7 +88,7 @@ fn execute(
     Ok(run.summary.ok)
 }
 
-/// What came of a run, for the terminal.
+/// Returns the results of a run for the terminal.
 fn shown(run: &MissionRun, folder: &Path) -> String {
     let summary = &run.summary;
     let head = format!("\n{}, {}, seed {}\n", summary.mission, summary.scenario, summary.seed);
@@ -130,65 +119,39 @@ fn shown(run: &MissionRun, folder: &Path) -> String {
         End::Refused { .. } => "not planned".to_string(),
         End::Interrupted => "INTERRUPTED before its end".to_string(),
     };
-    let schedule = summary.outcome.as_ref().map(|o| (o.reschedules, o.reallocations));
-    let layers = summary.layers.as_ref().map(|o| (o.reschedules, o.reallocations));
-    let changes = schedule
-        .or(layers)
-        .map_or_else(String::new, |(moved, anew)| format!("; reschedules {moved}, reallocations {anew}"));
+    let changes = summary.results.as_ref().map_or_else(String::new, |results| {
+        format!("; reschedules {}, reallocations {}", results.reschedules, results.reallocations)
+    });
     let files = ["report.html", "log.csv", "summary.json"].map(|n| folder.join(n).display().to_string());
     let _ = writeln!(out, "{end}{changes}\nwrote {}", files.join(", "));
     let below = output::plain(&out.split_off(chart));
     out + &below
 }
 
-/// What agents and robots came to.
+/// Returns the results of the members, and of their controllers.
 fn team(run: &MissionRun) -> String {
-    if let Some(outcome) = &run.summary.layers {
-        let labels = run.layers.as_ref().map(|problem| problem.labels.clone()).unwrap_or_default();
-        return teammates(outcome, &labels);
-    }
-    let Some(outcome) = &run.summary.outcome else { return String::new() };
-    let labels = run.problem.as_ref().map(|problem| problem.labels.clone()).unwrap_or_default();
-    let shown = |name: &str| labels.member(name).to_string();
-    let mut agents = table::wide_table(&["agent", "served", "waited", "longest wait"]);
-    for a in &outcome.agents {
-        let (all, most) = (a.waits.iter().sum::<f64>(), a.waits.iter().copied().fold(0.0, f64::max));
-        agents.add_row([shown(&a.name), a.served.to_string(), quantity(all, "s"), quantity(most, "s")]);
-    }
-    let mut robots = table::wide_table(&["robot", "served", "travelled", "energy"]);
-    for r in &outcome.robots {
-        robots.add_row([shown(&r.name), r.served.to_string(), quantity(r.travelled, "m"), quantity(r.energy, "J")]);
-    }
-    for t in [&mut agents, &mut robots] {
-        for i in 1..4 {
-            if let Some(c) = t.column_mut(i) {
+    let Some(results) = &run.summary.results else { return String::new() };
+    let mut out = String::new();
+    for of in &results.tables {
+        let mut table = table::wide_table(&of.columns);
+        for row in &of.rows {
+            table.add_row(row.iter().map(|cell| match cell {
+                Cell::Text(text) => text.clone(),
+                Cell::Count(count) => count.to_string(),
+                Cell::Number(x, unit) => quantity(*x, unit),
+            }));
+        }
+        for i in 1..of.columns.len() {
+            if let Some(c) = table.column_mut(i) {
                 c.set_cell_alignment(CellAlignment::Right);
             }
         }
+        let _ = writeln!(out, "{table}");
     }
-    let mut controllers = String::new();
     for w in &run.summary.workers {
         let took: Vec<String> = w.operations_s.iter().map(|s| format!("{s:.1} s")).collect();
         let took = if took.is_empty() { "none ended".to_string() } else { took.join(", ") };
-        let _ = writeln!(controllers, "{} ran {}; its operations took: {took}", shown(&w.name), w.spec);
+        let _ = writeln!(out, "{} ran {}; its operations took: {took}", run.labels.member(&w.name), w.spec);
     }
-    format!("{agents}\n{robots}\n{controllers}")
-}
-
-/// What the agents of layers came to.
-fn teammates(outcome: &mission::kinds::layers::execution::Outcome, labels: &Labels) -> String {
-    let mut agents = table::wide_table(&["agent", "tasks", "at work", "travelled", "energy", "workload"]);
-    for a in &outcome.agents {
-        let of = |human: bool, text: String| if a.human == human { text } else { "-".to_string() };
-        let (energy, workload) = (of(false, quantity(a.energy, "J")), of(true, quantity(a.workload, "kg s")));
-        let row = [quantity(a.worked, "s"), quantity(a.travelled, "m"), energy, workload];
-        let head = [labels.member(&a.name).to_string(), a.tasks.to_string()];
-        agents.add_row(head.into_iter().chain(row));
-    }
-    for i in 1..6 {
-        if let Some(c) = agents.column_mut(i) {
-            c.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    format!("{agents}\n")
+    out
 }

@@ -11,18 +11,19 @@ use hierarq::serve::{LayersMission, LinkOf, Mission, Options, Resuming, Served, 
 use hierarq::{planned, project};
 use mission::engine::Budget;
 use mission::execution::Durations;
+use mission::kinds;
 use mission::kinds::layers;
 use mission::kinds::schedule::choose;
 use mission::kinds::schedule::execution::Settings;
-use runtime::program::{MissionKind, MissionProgram};
+use runtime::program::MissionProgram;
 use tokio::sync::watch;
 
 use super::{Outcome, SpecOptions, interruption, output};
 
-/// The longest time of one search (s), for machines on which its nodes take too long.
+/// Time limit of one search (s), for machines on which its nodes take too long.
 const LONGEST: u64 = 30;
 
-/// How often is told how far a journal has been gone through; that a mission lags five times less often.
+/// Interval of progress reports while a journal is replayed; lags are reported five times less often.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 #[derive(Args)]
@@ -116,11 +117,11 @@ fn serve(a: &Arguments, spec: &Path) -> Outcome {
             output::eprint(&format!("going through the journal: at {:.0} of {:.0} s\n", at.time, at.until));
         }
     };
-    // Before the server has threads, which would take requests to end for themselves.
+    // Installed before the server starts its threads, which would receive the signals otherwise.
     let end: Arc<OnceLock<watch::Sender<bool>>> = Arc::default();
     let ending = Arc::clone(&end);
     let interrupted = move || match ending.get() {
-        // Where nobody listens any more, it has ended already.
+        // Without a receiver, the server has ended already.
         Some(end) => drop(end.send(true)),
         None => std::process::exit(130),
     };
@@ -154,12 +155,12 @@ fn serve(a: &Arguments, spec: &Path) -> Outcome {
     }
 }
 
-/// The mission with how it is executed.
+/// Returns the mission with the settings of its execution.
 fn served(a: &Arguments, mission: &MissionProgram) -> Served {
     let (name, durations) = (mission.name.clone(), Durations::Sampled { seed: a.seed });
     let budget = |nodes| Budget { time: Duration::from_secs(LONGEST), nodes, ..Budget::default() };
     match &mission.kind {
-        MissionKind::Schedule(schedule) => {
+        kinds::Mission::Schedule(schedule) => {
             let budget = budget(a.nodes.unwrap_or(0));
             let settings = Settings {
                 durations,
@@ -170,7 +171,7 @@ fn served(a: &Arguments, mission: &MissionProgram) -> Served {
             };
             Mission { name, problem: schedule.problem.clone(), settings }.into()
         }
-        MissionKind::Layers(of) => {
+        kinds::Mission::Layers(of) => {
             let budget = budget(a.nodes.unwrap_or_else(|| layers::choose::parts_of_a_second(&of.problem)));
             let settings = layers::execution::Settings {
                 durations,
@@ -183,7 +184,7 @@ fn served(a: &Arguments, mission: &MissionProgram) -> Served {
     }
 }
 
-/// The links, and how to go on.
+/// Returns the links, with hints on how to continue.
 fn greeting(a: &Arguments, mission: &str, server: &Server) -> String {
     let mut out = format!("mission {mission} at http://{}\n", server.address());
     if let Some((time, same)) = server.resumed() {

@@ -1,11 +1,10 @@
-//! Plans as pictures: a Gantt chart for the terminal, the same as SVG, and a map of places and ways.
+//! Drawings of plans: a Gantt chart for the terminal and as SVG, and a map of positions and paths.
 //!
-//! All are functions of data: a [`mission::plan::Plan`], a problem, an instant. A chart has a row for each robot and each
-//! agent; phases differ in character or height as well as in colour. Operations count from 1 here, as people count.
+//! All are functions of data: a [`mission::plan::Plan`], a problem, an instant. A chart has a row for each robot and
+//! each agent; phases differ in character or height as well as in colour. Operations count from 1 in drawings.
 
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
-mod above;
 mod axis;
 mod frame;
 mod map;
@@ -13,20 +12,19 @@ mod rows;
 mod svg;
 mod text;
 
-pub use above::layered_map;
 pub use map::{Standing, map};
 pub use svg::{Look, picture, svg};
 pub use text::text;
 
-/// The rules of form and colour of all pictures, light and dark, for a page that shows them without their own.
+/// Style sheet of all drawings, light and dark, for a page that embeds them without their own.
 pub static STYLE: &str = include_str!("style.css");
 
-/// Columns that a text takes on a terminal: two for a wide character, none for an accent that joins the one before.
+/// Returns the number of terminal columns of a text: two for a wide character, none for a combining one.
 pub fn columns(text: &str) -> usize {
     UnicodeWidthStr::width(text)
 }
 
-/// A text in at most so many columns, with a mark where it is cut.
+/// Shortens a text to at most `most` columns, with a mark at the cut.
 fn shortened(text: &str, most: usize) -> String {
     if columns(text) <= most {
         return text.to_string();
@@ -39,7 +37,7 @@ fn shortened(text: &str, most: usize) -> String {
     text.chars().take_while(fits).chain(['…']).collect()
 }
 
-/// Numbers to a tenth of a pixel, without a zero that says nothing.
+/// Formats a number of pixels with at most one decimal.
 fn px(x: f64) -> String {
     let text = format!("{x:.1}");
     match text.strip_suffix(".0") {

@@ -1,11 +1,10 @@
 //! Indexes scenarios of missions: the members that they name, and their measured quantities.
 
-use compiler::quantities::{QUANTITIES, Whose};
-use compiler::sections::{
-    HAPPENING, HAPPENING_OF_SCHEDULES, OF_ALL_SCENARIOS, OF_MISSIONS, OF_SCHEDULES, REPLY, SCENARIO, Section,
-};
+use compiler::sections::{HAPPENING, OF_ALL_SCENARIOS, OF_MISSIONS, REPLY, SCENARIO, Section};
 use dsl::Spanned;
 use dsl::tree::{Block, Value, ValueKind};
+use mission::kind::Kind;
+use mission::kinds::{KINDS, find};
 
 use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::walk::{entries, items, used, word};
@@ -19,19 +18,23 @@ impl Walker<'_> {
             let own = |key: &&str| !OF_ALL_SCENARIOS.contains(key) && !OF_MISSIONS.contains(key);
             keys.extend(SCENARIO.entries().filter(own).map(str::to_string));
         }
-        if self.mission.as_ref().is_some_and(|mission| self.is_of_layers(mission)) {
-            let theirs: &[&str] = match () {
-                () if std::ptr::eq(section, &SCENARIO) => OF_SCHEDULES,
-                () if std::ptr::eq(section, &HAPPENING) => HAPPENING_OF_SCHEDULES,
-                () => &[],
+        if let Some(kind) = self.mission.as_ref().and_then(|mission| self.kind_of(mission)) {
+            let absent = kind.absent.iter().map(|absent| absent.0);
+            let theirs: Vec<&str> = match () {
+                () if std::ptr::eq(section, &SCENARIO) => absent.collect(),
+                () if std::ptr::eq(section, &HAPPENING) => {
+                    HAPPENING.entries().filter(|key| KINDS.iter().any(|k| k.has(key)) && !kind.has(key)).collect()
+                }
+                () => Vec::new(),
             };
-            keys.extend(theirs.iter().map(|key| (*key).to_string()));
+            keys.extend(theirs.into_iter().map(str::to_string));
         }
         keys
     }
 
-    fn is_of_layers(&self, mission: &str) -> bool {
-        self.found.missions.get(mission).is_some_and(|kind| kind == "layers")
+    /// The kind of a mission.
+    fn kind_of(&self, mission: &str) -> Option<&'static Kind> {
+        find(self.found.missions.get(mission)?)
     }
 
     /// Indexes the mission of a scenario.
@@ -90,19 +93,14 @@ impl Walker<'_> {
             return false;
         }
         let found = self.members(&["robot", "human", "worker"]).into_iter().find(|m| m.2 == *name);
-        let [whole, robot, person] = match self.is_of_layers(&mission) {
-            true => [Whose::Layers, Whose::LayersRobot, Whose::LayersHuman],
-            false => [Whose::Mission, Whose::Robot, Whose::Agent],
-        };
-        let (whose, what) = match found {
-            Some((key, "robot", _)) => (robot, What::Declared(Class::Member, key)),
-            Some((key, ..)) => (person, What::Declared(Class::Member, key)),
-            None if *name == mission => (whole, What::Declared(Class::Mission, mission)),
+        let (role, what) = match found {
+            Some((key, role, _)) => (Some(role), What::Declared(Class::Member, key)),
+            None if *name == mission => (None, What::Declared(Class::Mission, mission.clone())),
             None => return false,
         };
         self.note(name, inner.span, what);
-        let names =
-            || QUANTITIES.iter().filter(|q| q.whose == whose).map(|q| (q.name.to_string(), "measured")).collect();
+        let measures = self.kind_of(&mission).map(|kind| (kind.measures)()).unwrap_or_default();
+        let names = || measures.iter().filter(|m| m.is_of(role)).map(|m| (m.name.to_string(), "measured")).collect();
         self.marked(&field.value, || Slot::Offered(names()));
         true
     }

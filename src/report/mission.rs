@@ -70,12 +70,8 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
             writeln!(out, "<h2>{name}</h2>\n<div class=\"rolls\">\n{}</div>", gantt::picture(plan, &look))?;
         }
     }
-    let map = run.executed.as_ref().and_then(|plan| match (&run.problem, &run.layers) {
-        (Some(problem), _) => Some(gantt::map(problem, plan, &Standing::default())),
-        (None, Some(problem)) => Some(gantt::layered_map(problem, plan, &Standing::default())),
-        (None, None) => None,
-    });
-    if let Some(map) = map {
+    if let Some(map) = &run.map {
+        let map = gantt::map(map, &Standing::default());
         writeln!(out, "<h2>Places and ways</h2>\n<div class=\"rolls\">\n{map}</div>")?;
     }
     if !summary.workers.is_empty() {
@@ -88,7 +84,7 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
             let broke = w.broke_down.as_ref().map(|b| format!("at {:.1} s: {}", b.at_s, b.why));
             let class = if broke.is_some() { " class=\"bad\"" } else { "" };
             let broke = broke.unwrap_or_else(|| "-".to_string());
-            let name = run.problem.as_ref().map_or(w.name.as_str(), |problem| problem.labels.member(&w.name));
+            let name = run.labels.member(&w.name);
             let cells = [name, &w.spec, &took.join(", ")].map(escaped);
             writeln!(out, "<tr><td>{}<td>{}<td>{}<td{class}>{}", cells[0], cells[1], cells[2], escaped(&broke))?;
         }

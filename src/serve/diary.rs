@@ -1,62 +1,62 @@
-//! What pages remember of the records: the latest of them in words, measurements, services nobody has spoken of yet.
+//! History for pages: recent records as messages, measurements, and services without feedback.
 
 use mission::execution::PlanChange;
 use mission::kinds::schedule::execution::{Event, Happening, Record};
 use mission::kinds::schedule::problem::{AgentKind, Problem};
+use mission::kinds::schedule::words::of_happening;
 use mission::plan::Actor;
-use runtime::missions::of_happening;
 
 use super::messages::Messages;
 use super::view::{Ask, Measured, Message};
 use super::words;
 
-/// Messages of one person's page.
+/// Maximum number of messages of one person's page.
 const MESSAGES: usize = 12;
-/// Events of the supervisor's page.
+/// Maximum number of events of the supervisor's page.
 const EVENTS: usize = 80;
 
-/// What one person's page remembers.
+/// History for one person's page.
 #[derive(Clone, Debug)]
 pub struct Page {
     messages: Messages<Happening>,
-    /// Since when the operation under way runs (s), and how long the last one took.
+    /// Current or last operation: number, start (s), and duration (s) if it has ended.
     filling: Option<(usize, f64, Option<f64>)>,
-    /// The same of a service, as the person measures it.
+    /// Current or last measurement of a service by the person: operation, start (s), and duration (s) if it has ended.
     serving: Option<(usize, f64, Option<f64>)>,
-    /// The last service: its operation and robot, and whether the person has spoken of it.
+    /// Last service: operation, robot, and true if the person has given feedback.
     served: Option<(usize, usize, bool)>,
     human: bool,
 }
 
 impl Page {
-    /// Of somebody of whom nothing has been told.
+    /// Creates an empty history.
     fn new(human: bool) -> Page {
         Page { messages: Messages::new(MESSAGES), filling: None, serving: None, served: None, human }
     }
 
-    /// A measurement of a service runs.
+    /// Returns true while a measurement of a service runs.
     pub fn measures(&self) -> bool {
         self.serving.is_some_and(|(_, _, took)| took.is_none())
     }
 
-    /// The operation whose service is being measured.
+    /// Returns the operation whose service is being measured.
     pub fn measured_operation(&self) -> Option<usize> {
         self.serving.filter(|(_, _, took)| took.is_none()).map(|(operation, _, _)| operation)
     }
 
-    /// Begins to measure the service of an operation.
+    /// Starts the measurement of an operation's service.
     pub fn begin(&mut self, operation: usize, time: f64) {
         self.serving = Some((operation, time, None));
     }
 
-    /// Ends the measurement; how long it took (s), if one ran.
+    /// Ends the measurement; returns its duration (s), or `None` if none was running.
     pub fn end(&mut self, time: f64) -> Option<f64> {
         let (_, since, took) = self.serving.as_mut().filter(|(_, _, took)| took.is_none())?;
         *took = Some(time - *since);
         *took
     }
 
-    /// What was measured last.
+    /// Returns the last measurements.
     pub fn measured(&self) -> Vec<Measured> {
         let of = |word: &str, at: Option<(usize, f64, Option<f64>)>| {
             at.map(|(operation, _, seconds)| Measured { name: format!("{word} {}", operation + 1), seconds })
@@ -64,7 +64,7 @@ impl Page {
         of("Operation", self.filling).into_iter().chain(of("Service", self.serving)).collect()
     }
 
-    /// The service that the person has not spoken of.
+    /// Returns the question about the last service, if the person has not given feedback.
     pub fn ask(&self, problem: &Problem) -> Option<Ask> {
         let (operation, robot, spoken) = self.served.filter(|_| self.human)?;
         let text = format!(
@@ -75,18 +75,18 @@ impl Page {
         (!spoken).then_some(Ask { operation, text })
     }
 
-    /// The last operation that was served, and whether the person has spoken of it.
+    /// Returns the last operation that was served, and whether the person has given feedback.
     pub fn spoken(&self) -> Option<(usize, bool)> {
         self.served.map(|(operation, _, spoken)| (operation, spoken))
     }
 
-    /// What happened, the latest first.
+    /// Returns the messages, the latest first.
     pub fn messages(&self) -> Vec<Message> {
         self.messages.shown()
     }
 }
 
-/// All that pages remember.
+/// History for all pages.
 #[derive(Clone, Debug)]
 pub struct Diary {
     pages: Vec<Page>,
@@ -95,29 +95,29 @@ pub struct Diary {
 }
 
 impl Diary {
-    /// Of a mission in which nothing has happened.
+    /// Creates the history of a mission before its start.
     pub fn new(problem: &Problem) -> Diary {
         let page = |agent: &mission::kinds::schedule::problem::Agent| Page::new(agent.kind == AgentKind::Human);
         let pages = problem.agents.iter().map(page).collect();
         Diary { pages, events: Messages::new(EVENTS), nobody: Page::new(false) }
     }
 
-    /// What the page of this agent remembers.
+    /// Returns the history for the page of this agent.
     pub fn page(&self, agent: usize) -> &Page {
         self.pages.get(agent).unwrap_or(&self.nobody)
     }
 
-    /// The same, to be changed; none if there is no such agent.
+    /// Mutable version of [`Diary::page`]; `None` if there is no such agent.
     pub fn page_mut(&mut self, agent: usize) -> Option<&mut Page> {
         self.pages.get_mut(agent)
     }
 
-    /// What happened, the latest first.
+    /// Returns the events, the latest first.
     pub fn events(&self) -> Vec<Message> {
         self.events.shown()
     }
 
-    /// Takes note of a record.
+    /// Adds a record.
     pub fn note(&mut self, problem: &Problem, record: &Record) {
         let message = |text: String| Message { at: record.time, text };
         self.events.add(&record.what, false, message(of_happening(&record.what, problem)));
@@ -149,7 +149,7 @@ impl Diary {
                 self.change(*agent, |page| page.served = Some((*operation, *robot, false)));
             }
             Happening::Told { event: Event::Lost { who: Actor::Agent(agent) } } => {
-                // What was under way is done once more by who comes back.
+                // After it comes back, an agent repeats its current operation.
                 let over = |at: &(usize, f64, Option<f64>)| at.2.is_some();
                 self.change(*agent, |page| {
                     (page.filling, page.serving) = (page.filling.filter(over), page.serving.filter(over));

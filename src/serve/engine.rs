@@ -1,6 +1,6 @@
-//! The thread that owns a mission under way: it lets time pass, takes what is told, and publishes what pages show.
+//! The thread that owns a running mission: advances its time, applies reports, and publishes the state for pages.
 //!
-//! Planning may take a while; pages go on being served meanwhile, and what is told waits in a short queue.
+//! Planning may take a while; pages are still served then, and reports wait in a short queue.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
@@ -16,32 +16,32 @@ use super::view::{ClockView, Published};
 use super::words::written;
 use super::world::World;
 
-/// How often time passes.
+/// Interval between advances of time.
 const TICK: Duration = Duration::from_millis(50);
-/// How often pages are told where robots are.
+/// Interval between updates of the robots' positions on pages.
 const FRAME: Duration = Duration::from_millis(500);
-/// How often the journal notes that all is well.
+/// Default interval between the journal's heartbeats.
 const BEAT: Duration = Duration::from_secs(10);
-/// What takes longer than this lets others come first.
+/// Maximum duration of one advance, after which reports are processed first.
 const PATIENCE: Duration = Duration::from_millis(100);
-/// Behind its clock by so much a mission is said to lag.
+/// Delay behind the clock from which a mission counts as lagging.
 const LAGS: Duration = Duration::from_secs(1);
-/// What is told and not yet taken.
+/// Maximum number of queued reports.
 const QUEUE: usize = 64;
 
-/// Parts in which a mission is gone through again.
+/// Number of parts in which a journal is replayed.
 const STRETCHES: f64 = 500.0;
 
-/// How far a journal has been gone through.
+/// Progress of replaying a journal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resuming {
-    /// The time of the mission that is reached (s).
+    /// Mission time reached (s).
     pub time: f64,
-    /// The time at its end (s).
+    /// Mission time at the end of the journal (s).
     pub until: f64,
 }
 
-/// What became of something that was told: what to say, or why it was refused.
+/// Result of a report: a reply, or the reason for rejecting it.
 pub type Answer = Result<String, String>;
 
 struct Asked {
@@ -49,16 +49,16 @@ struct Asked {
     answer: oneshot::Sender<Answer>,
 }
 
-/// The way to the engine. It ends when the last of them is dropped.
+/// Connection to the engine, which ends when the last handle is dropped.
 #[derive(Clone)]
 pub struct Handle {
     asks: SyncSender<Asked>,
-    /// What pages show, the latest.
+    /// The latest published state.
     pub published: watch::Receiver<Arc<Published>>,
 }
 
 impl Handle {
-    /// Tells the engine something, and waits for what becomes of it. None: too much waits already, or the engine has ended.
+    /// Sends a report to the engine, and waits for the result. `None`: the queue is full, or the engine has ended.
     pub async fn tell(&self, tells: Tells) -> Option<Answer> {
         let (answer, answered) = oneshot::channel();
         match self.asks.try_send(Asked { tells, answer }) {
@@ -68,26 +68,26 @@ impl Handle {
     }
 }
 
-/// A mission under way, with its clock and its journal.
+/// A running mission with its clock and its journal.
 pub struct Engine {
     mission: Arc<str>,
     world: Box<dyn World>,
     clock: Clock,
     notes: Notes,
-    /// How often the journal notes that all is well.
+    /// Interval between the journal's heartbeats.
     beat: Duration,
 }
 
-/// What is told, written down where there is a journal.
+/// Writer of the journal, if there is one.
 #[derive(Default)]
 struct Notes {
     journal: Option<Journal>,
-    /// Why the last entry could not be written, if it could not.
+    /// Error of the last write, if it failed.
     trouble: Option<String>,
 }
 
 impl Notes {
-    /// Writes an entry down, if there is a journal. What cannot be written must have no effect.
+    /// Writes an entry, if there is a journal. On failure the entry must have no effect.
     fn write(&mut self, time: f64, entry: Entry) -> Result<(), String> {
         let Some(journal) = &mut self.journal else { return Ok(()) };
         self.trouble = journal.add(&Line { time, entry }).err().map(|e| e.to_string());
@@ -99,18 +99,18 @@ impl Notes {
 }
 
 impl Engine {
-    /// Stands at the start of a mission.
+    /// Creates an engine at the start of a mission.
     pub fn new(mission: &str, world: Box<dyn World>, speed: f64) -> Engine {
         let clock = Clock::standing(world.time(), speed);
         Engine { mission: mission.into(), world, clock, notes: Notes::default(), beat: BEAT }
     }
 
-    /// Goes through what a journal says, and goes on writing it. Gives the time that was reached (s), and false if the
-    /// execution came to another number of records than the journal notes. `tell` hears now and then how far it is.
+    /// Replays a journal, and continues writing it. Returns the time reached (s), and false if the number of records
+    /// differs from that in the journal. `tell` is called with the progress from time to time.
     ///
     /// # Errors
     ///
-    /// A line says what could never have been told.
+    /// A line contains a report that is never valid in this mission.
     pub fn resume(
         &mut self,
         journal: Journal,
@@ -135,7 +135,7 @@ impl Engine {
         Ok((self.world.time(), same))
     }
 
-    /// Begins a thread that carries the mission on; `runs` says whether the clock does from the start.
+    /// Starts the thread of the mission; the clock runs from the start if `runs` is set.
     pub fn start(mut self, runs: bool) -> (Handle, JoinHandle<()>) {
         self.clock.set(runs, Instant::now());
         let (asks, asked) = sync_channel(QUEUE);
@@ -159,7 +159,7 @@ impl Engine {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
-            // What cannot be written is tried again while the clock stands too: there may be room by then.
+            // After an error, also retry while the clock is stopped: there may be space again.
             if (self.clock.runs() || self.notes.trouble.is_some()) && now.duration_since(beat) >= self.beat {
                 beat = now;
                 self.beat();
@@ -169,7 +169,7 @@ impl Engine {
                 shown = now;
                 publish.send_replace(Arc::new(self.view()));
             }
-            // Whoever hears that it was noted finds it on the page.
+            // Publish before replying, so that the reply never precedes the page update.
             if let Some((answer, taken)) = answered {
                 let _ = answer.send(taken);
             }
@@ -178,18 +178,18 @@ impl Engine {
         publish.send_replace(Arc::new(self.view()));
     }
 
-    /// What pages are told of as soon as it changes.
+    /// State whose changes are published immediately.
     fn stands(&self) -> (usize, bool, bool) {
         (self.world.records(), self.clock.runs(), self.notes.trouble.is_some())
     }
 
     fn beat(&mut self) {
         let (time, count) = (self.world.time(), self.world.records());
-        // The notes keep why it cannot be written, and pages say it.
+        // On failure the notes keep the error, and pages show it.
         let _ = self.notes.write(time, Entry::Records(count));
     }
 
-    /// Lets time pass in short stretches, and what is left of it later where that takes long: somebody may wait.
+    /// Advances time in short steps, up to a maximum duration: reports may be waiting.
     fn advance(&mut self, to: f64) {
         let begun = Instant::now();
         let stretch = self.clock.speed() * TICK.as_secs_f64();
@@ -198,7 +198,7 @@ impl Engine {
         }
     }
 
-    /// How long the mission is behind its clock.
+    /// Returns the delay of the mission behind its clock.
     fn behind(&self) -> Duration {
         let seconds = (self.clock.at(Instant::now()) - self.world.time()) / self.clock.speed();
         Duration::try_from_secs_f64(seconds).unwrap_or_default()
@@ -234,7 +234,7 @@ impl Engine {
             people: shown.people,
             supervisor: shown.supervisor,
             plan: shown.plan,
-            ground: shown.ground,
+            map: shown.map,
         }
     }
 
@@ -266,7 +266,7 @@ impl Engine {
     }
 }
 
-/// One note behind the other.
+/// Joins two notes.
 fn joined(note: Option<String>, more: &str) -> Option<String> {
     Some(note.map_or(more.to_string(), |note| format!("{note} {more}")))
 }
@@ -279,7 +279,7 @@ mod tests {
     use crate::serve::world::{Note, Shown};
     use mission::plan::{Plan, Statistics, Status};
 
-    /// A mission in which every stretch takes longer than its time.
+    /// A mission in which every step takes longer than real time.
     struct Slow(f64);
 
     impl World for Slow {
@@ -319,7 +319,7 @@ mod tests {
                 statistics: Statistics::default(),
                 layered: None,
             };
-            Shown { people: Vec::new(), supervisor, plan: Arc::new(plan), ground: None }
+            Shown { people: Vec::new(), supervisor, plan: Arc::new(plan), map: None }
         }
         fn person(&mut self, _: usize, _: PersonTells, _: &mut Note<'_>) -> Answer {
             Ok("Noted.".into())
@@ -330,8 +330,8 @@ mod tests {
         }
     }
 
-    /// On a disk that is full nothing is noted, and pages say so, whether somebody presses or nobody does; once there is
-    /// room they stop saying it, and what was noted is there.
+    /// On a full disk nothing is recorded, and pages report that with and without presses; once there is space again,
+    /// they stop reporting it, and new entries are written.
     #[test]
     fn a_journal_that_cannot_be_written_is_said_and_tried_again() {
         let disk = Faulty::default();
@@ -353,11 +353,11 @@ mod tests {
         let note = handle.published.borrow().supervisor.note.clone();
         assert!(note.is_some_and(|note| note.contains("cannot be written down, and is refused")));
         assert_eq!(disk.holds(), "");
-        // Nobody presses, and the clock stands.
+        // No presses, with a stopped clock.
         disk.set(Faults::default());
         until(false);
         assert_eq!(press(), Ok("Noted.".into()));
-        // Nobody presses, and the clock runs.
+        // No presses, with a running clock.
         disk.set(full);
         runtime.block_on(handle.tell(Tells::Supervisor(SupervisorTells::Run {}))).expect("an answer").expect("runs");
         until(true);

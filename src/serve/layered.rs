@@ -1,15 +1,16 @@
-//! A mission of layers as the engine carries it on: people tell when tasks begin, are done, or failed.
+//! A mission of layers for the engine: people report the begin, end and failure of tasks.
 //!
-//! Pages number robots and people apart, as plans do; the execution numbers both together.
+//! Pages number robots and people separately, as plans do; the execution numbers them together.
 
 use std::sync::Arc;
 
 use mission::execution::PlanChange;
 use mission::kinds::layers::execution::{AgentView, Doing, Event, EventError, Happening, LayeredExecution};
+use mission::kinds::layers::map::map;
 use mission::kinds::layers::problem::Problem;
 use mission::kinds::layers::steps::agent_of;
+use mission::kinds::layers::words::of_happening as of_layered_happening;
 use mission::plan::Actor;
-use runtime::missions::of_layered_happening;
 
 use super::engine::Answer;
 use super::journal::Entry;
@@ -19,38 +20,38 @@ use super::schedule::{Followed, TOLD_BEFORE, said};
 use super::told::{PersonTells, SupervisorTells, longer, still};
 use super::view::Message;
 use super::words::written;
-use super::world::{Ground, Note, Shown, World};
+use super::world::{Note, Shown, World};
 
-/// Messages of one person's page.
+/// Maximum number of messages of one person's page.
 const MESSAGES: usize = 12;
-/// Events of the supervisor's page.
+/// Maximum number of events of the supervisor's page.
 const EVENTS: usize = 80;
 
-/// A mission of layers under way, with what pages remember of it.
+/// A running mission of layers, with the history for its pages.
 pub struct Layered {
     execution: LayeredExecution,
-    /// By person, the latest first.
+    /// Messages by person, the latest first.
     messages: Vec<Messages<Happening>>,
-    /// Of all, the latest first.
+    /// Events of all, the latest first.
     events: Messages<Happening>,
-    /// Records that pages have taken note of.
+    /// Number of records that the history contains.
     noted: usize,
 }
 
-/// The people of a mission, each with the index that the execution gives it.
+/// Returns the people of a mission, as indices of the execution.
 pub fn people(problem: &Problem) -> Vec<usize> {
     let number = |person| agent_of(problem, Actor::Agent(person));
     (0..).map_while(number).collect()
 }
 
-/// The robots.
+/// Returns the robots of a mission, as indices of the execution.
 pub fn robots(problem: &Problem) -> Vec<usize> {
     let number = |robot| agent_of(problem, Actor::Robot(robot));
     (0..).map_while(number).collect()
 }
 
 impl Layered {
-    /// Stands at the start of an execution.
+    /// Creates the mission at the start of an execution.
     pub fn new(execution: LayeredExecution) -> Layered {
         let messages = people(execution.problem()).iter().map(|_| Messages::new(MESSAGES)).collect();
         Layered { execution, messages, events: Messages::new(EVENTS), noted: 0 }
@@ -72,7 +73,7 @@ impl Layered {
         self.noted = self.execution.records().len();
     }
 
-    /// Writes an event down and lets it happen. Gives whether the plan has moved, or was made anew.
+    /// Records an event and applies it. Returns the change of the plan.
     fn happen(&mut self, event: Event, note: &mut Note<'_>) -> Result<Followed, String> {
         note(Entry::Layered(event))?;
         let followed = self.execution.tell(event).map(|records| Followed {
@@ -87,12 +88,12 @@ impl Layered {
         self.execution.problem().task_label(task).unwrap_or_default().to_string()
     }
 
-    /// When the task of an agent is expected to be done (s).
+    /// Returns the expected end of an agent's task (s).
     fn expected(&self, agent: usize) -> Option<f64> {
         self.execution.agent(agent)?.work.map(|work| work.expected)
     }
 
-    /// Who has done a task.
+    /// Returns true if the agent has done a task.
     fn did(&self, agent: usize, task: usize) -> bool {
         let done = Happening::Ended { agent, task };
         self.execution.records().iter().any(|record| record.what == done)
@@ -135,7 +136,7 @@ impl World for Layered {
             people: pages.map(|(agent, messages)| person(execution, agent, messages.shown(), running)).collect(),
             supervisor: supervisor(execution, self.events.shown()),
             plan: Arc::new(execution.plan().clone()),
-            ground: Some(Ground::Layers(Arc::new(self.execution.problem().clone()))),
+            map: Some(Arc::new(map(self.execution.problem(), self.execution.plan()))),
         }
     }
 

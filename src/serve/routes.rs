@@ -1,4 +1,4 @@
-//! Paths and what they answer.
+//! Routes of the server and their handlers.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -28,32 +28,31 @@ use super::rate::Bucket;
 use super::stream::stream;
 use super::told::{PersonTells, SupervisorTells, Tells};
 use super::view::{ClockView, PersonView, Published, SupervisorView};
-use super::world::Ground;
 
-/// Bytes of what is told.
+/// Maximum size of a report (bytes).
 const BODY: usize = 4096;
-/// A browser keeps a session so long (s), also where a phone ends it meanwhile: longer than any mission.
+/// Lifetime of a session cookie (s): longer than any mission, so that it survives a restart of the browser.
 const LASTS: u32 = 1_000_000;
-/// What is told must be there within this time.
+/// Timeout for the body of a report.
 const BODY_TIME: Duration = Duration::from_secs(5);
 
-/// What all requests share.
+/// Shared state of all requests.
 pub struct App {
     /// Links and sessions.
     pub access: Mutex<Access>,
-    /// Links that did not open.
+    /// Rate limit of invalid links.
     pub links: Bucket,
     /// The engine.
     pub engine: Handle,
-    /// The port, a part of the names of cookies.
+    /// The port, which is part of the names of cookies.
     pub port: u16,
-    /// For each agent whether it has a page.
+    /// For each agent, true if it has a page.
     pub paged: Vec<bool>,
 }
 
 type Shared = State<Arc<App>>;
 
-/// All paths, behind the guard.
+/// Returns the router of all paths, behind the guard.
 pub fn router(app: Arc<App>, hosts: Hosts) -> Router {
     Router::new()
         .route("/", get(root))
@@ -76,7 +75,7 @@ pub fn router(app: Arc<App>, hosts: Hosts) -> Router {
         .layer(from_fn(move |request, next| guard(hosts.clone(), request, next)))
 }
 
-/// Gives the connection of who shows a session a place among those of the session.
+/// Moves a connection that presents a session to the places of that session.
 async fn recognise(State(app): Shared, request: Request, next: Next) -> Response {
     if let Some(held) = request.extensions().get::<Held>()
         && let Some(role) = app.shown(request.headers())
@@ -114,14 +113,14 @@ impl App {
         self.access.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A role whose session the request's cookies show.
+    /// Returns a role whose session the request's cookies present.
     fn shown(&self, headers: &HeaderMap) -> Option<Role> {
         let mut roles = cookies(headers).filter_map(|(name, secret)| Some((Role::of_cookie(name, self.port)?, secret)));
         let mut access = self.access();
         roles.find(|(role, secret)| access.session(*role, std::iter::once(*secret)).is_some()).map(|(role, _)| role)
     }
 
-    /// The session of this role that the request's cookies show, as long as it does not ask too often.
+    /// Returns the session of this role that the request's cookies present, within its rate limit.
     fn session(&self, role: Role, headers: &HeaderMap) -> Result<Arc<Session>, Box<Response>> {
         let name = role.cookie(self.port);
         let secrets = cookies(headers).filter(|pair| pair.0 == name).map(|pair| pair.1);
@@ -146,7 +145,7 @@ impl App {
         }
     }
 
-    /// What a page shows: the part that changes when something happens, and the whole.
+    /// Returns the state of a page twice: only the part that changes with events, and complete.
     pub fn state(&self, role: Role, published: &Published) -> (String, String) {
         let state = match role {
             Role::Person(agent) => Shown { person: published.people.get(agent), ..Shown::of(published) },
@@ -160,7 +159,7 @@ impl App {
             }
         };
         let still = Shown { clock: ClockView { time: 0.0, ..state.clock }, ..state.clone() };
-        // Numbers that are none become null; nothing else can go wrong.
+        // Non-finite numbers become null; no other error is possible.
         let written = |shown: &Shown| serde_json::to_string(shown).unwrap_or_default();
         (written(&still), written(&state))
     }
@@ -175,13 +174,13 @@ impl App {
     }
 }
 
-/// The cookies of a request, each with its name.
+/// Returns the cookies of a request with their names.
 fn cookies(headers: &HeaderMap) -> impl Iterator<Item = (&str, &str)> {
     let cookies = headers.get_all(header::COOKIE).into_iter().filter_map(|value| value.to_str().ok());
     cookies.flat_map(|all| all.split(';')).filter_map(|pair| pair.trim().split_once('='))
 }
 
-/// What a stream sends.
+/// Content of a stream's message.
 #[derive(Clone, Serialize)]
 struct Shown<'p> {
     mission: &'p str,
@@ -237,7 +236,7 @@ async fn open(State(app): Shared, Path(token): Path<String>, headers: HeaderMap)
     }
 }
 
-/// A link cannot be made or opened. The file's name is for who runs the server, whose page and terminal say more.
+/// Error message for a link that cannot be created or opened. It omits the file name, which is for the operator only.
 fn unkept(why: &NoKeys) -> String {
     let why = match why {
         NoKeys::File { why, .. } => why.to_string(),
@@ -265,9 +264,9 @@ fn see(path: &str, cookie: Option<String>) -> Response {
     response
 }
 
-/// The agent of a path, if it is a number.
+/// Returns the role of an agent's path.
 fn agent(path: &str) -> Role {
-    // What is no number is nobody's.
+    // An invalid number is the index of no agent.
     Role::Person(path.parse().unwrap_or(usize::MAX))
 }
 
@@ -320,12 +319,8 @@ async fn gantt_svg(State(app): Shared, headers: HeaderMap) -> Response {
 async fn map_svg(State(app): Shared, headers: HeaderMap) -> Response {
     picture(&app, &headers, |published| {
         let robots = published.supervisor.robots.iter().filter_map(|robot| robot.at).collect();
-        let (plan, standing) = (&published.plan, gantt::Standing { robots, styled: false });
-        match &published.ground {
-            Some(Ground::Schedule(problem)) => gantt::map(problem, plan, &standing),
-            Some(Ground::Layers(problem)) => gantt::layered_map(problem, plan, &standing),
-            None => String::new(),
-        }
+        let standing = gantt::Standing { robots, styled: false };
+        published.map.as_ref().map_or_else(String::new, |map| gantt::map(map, &standing))
     })
 }
 
@@ -355,7 +350,7 @@ async fn supervisor_tell(State(app): Shared, request: Request) -> Response {
     }
 }
 
-/// What a request of this role tells: JSON of at most [`BODY`] bytes.
+/// Parses the report in a request of this role: JSON of at most [`BODY`] bytes.
 async fn told<T: DeserializeOwned>(app: &App, role: Role, request: Request<Body>) -> Result<T, Box<Response>> {
     app.session(role, request.headers())?;
     let kind = request.headers().get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok());

@@ -1,9 +1,10 @@
-//! A schedule as the engine carries it on: people tell when operations begin and end, and what services were like.
+//! A schedule for the engine: people report the begin and end of operations, and feedback on services.
 
 use std::sync::Arc;
 
 use mission::execution::PlanChange;
 use mission::kinds::schedule::execution::{Doing, Event, EventError, Execution, Happening, Stage};
+use mission::kinds::schedule::map::map;
 use mission::plan::Actor;
 
 use super::diary::Diary;
@@ -13,18 +14,18 @@ use super::overview::supervisor;
 use super::told::{PersonTells, SupervisorTells, longer, still};
 use super::view::person;
 use super::words::written;
-use super::world::{Ground, Note, Shown, World};
+use super::world::{Note, Shown, World};
 
-/// A schedule under way, with what pages remember of it.
+/// A running schedule, with the history for its pages.
 pub struct Schedule {
     execution: Execution,
     diary: Diary,
-    /// Records that the diary has taken note of.
+    /// Number of records that the diary contains.
     noted: usize,
 }
 
 impl Schedule {
-    /// Stands at the start of an execution.
+    /// Creates the schedule at the start of an execution.
     pub fn new(execution: Execution) -> Schedule {
         let diary = Diary::new(execution.problem());
         Schedule { execution, diary, noted: 0 }
@@ -79,7 +80,7 @@ impl World for Schedule {
             people: people.map(|index| person(execution, &self.diary, index, running)).collect(),
             supervisor: supervisor(execution, &self.diary),
             plan: Arc::new(execution.plan().clone()),
-            ground: Some(Ground::Schedule(Arc::new(execution.problem().clone()))),
+            map: Some(Arc::new(map(execution.problem(), execution.plan()))),
         }
     }
 
@@ -120,11 +121,12 @@ impl World for Schedule {
     }
 }
 
-/// What is read of a press that came twice, or late.
+/// Reply to a report that is duplicated or late.
 pub(super) const TOLD_BEFORE: &str = "That was noted before: look at when it is expected to end.";
 
 impl Schedule {
-    /// The agent that an actor serves, or is, and when what goes on there is expected to end (s).
+    /// Returns the agent of an actor (itself, or the one that a robot serves), and the expected end of its current
+    /// activity (s).
     fn under_way(&self, actor: Actor) -> Result<(usize, Option<f64>), String> {
         let agent = match actor {
             Actor::Agent(agent) => agent,
@@ -146,7 +148,7 @@ impl Schedule {
         self.noted = self.execution.records().len();
     }
 
-    /// Refuses what could never happen in this mission, whatever has happened before.
+    /// Rejects events that are never valid in this mission, in any state.
     fn could(&self, event: &Event) -> Result<(), String> {
         let problem = self.execution.problem();
         let actor = match event {
@@ -173,7 +175,7 @@ impl Schedule {
         }
     }
 
-    /// Writes an event down and lets it happen. Gives whether the plan has moved, or was made anew.
+    /// Records an event and applies it. Returns the change of the plan.
     fn happen(&mut self, event: Event, note: &mut Note<'_>) -> Result<Followed, String> {
         self.could(&event).map_err(|why| format!("That cannot be: {why}."))?;
         note(Entry::Event(event))?;
@@ -242,13 +244,13 @@ impl Schedule {
         }
     }
 
-    /// `, until 3:07`, as an agent's present doing is expected to end.
+    /// Returns the expected end of an agent's current activity: `, until 3:07`.
     fn until(&self, agent: usize) -> String {
         let until = self.execution.agent(agent).and_then(|view| view.until);
         until.map_or_else(String::new, |until| format!(", until {}", written(until)))
     }
 
-    /// A service is finished, or its measurement, or both.
+    /// Ends a service, or its measurement, or both.
     fn served(&mut self, agent: usize, operation: usize, (serves, past): (bool, bool), note: &mut Note<'_>) -> Answer {
         let measures = self.diary.page(agent).measures();
         let mut took = None;
@@ -297,15 +299,15 @@ fn nobody(agent: usize) -> String {
     EventError::NoAgent { agent }.to_string()
 }
 
-/// What an event led to, of the plan.
+/// Change of the plan by an event.
 pub(super) struct Followed {
-    /// It was made anew.
+    /// True if the plan was replaced.
     pub anew: bool,
-    /// Times of it moved.
+    /// True if times of the plan moved.
     pub moved: bool,
 }
 
-/// What the supervisor reads of it.
+/// Returns the reply to the supervisor.
 pub(super) fn said(followed: Followed) -> String {
     match followed {
         Followed { anew: true, .. } => "Noted; planned anew.".into(),

@@ -1,4 +1,4 @@
-//! What the pages show, as data: made by the engine from the execution, sent as JSON.
+//! Contents of the pages as data: created by the engine from the execution, sent as JSON.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -10,78 +10,78 @@ use serde::Serialize;
 
 use super::diary::Diary;
 use super::words::{self, written};
-use super::world::Ground;
+use mission::map::Map;
 
-/// Everything that pages need, at one instant.
+/// State of the mission for pages, at one instant.
 #[derive(Clone, Debug)]
 pub struct Published {
     /// Name of the mission.
     pub mission: Arc<str>,
-    /// Time of the mission (s), how fast it runs, and whether it does.
+    /// The clock.
     pub clock: ClockView,
-    /// How long the mission is behind its clock, where it lags.
+    /// Delay of the mission behind its clock, if it lags.
     pub behind: Option<Duration>,
-    /// Why what is told cannot be written down, where that is so.
+    /// Reason why the journal cannot be written, if so.
     pub unwritten: Option<String>,
-    /// For each agent the page of it.
+    /// Pages of the agents, by index.
     pub people: Vec<PersonView>,
     /// The page of the supervisor.
     pub supervisor: SupervisorView,
-    /// What the pictures show.
+    /// The plan for charts.
     pub plan: Arc<Plan>,
-    /// What the map shows; none where there is none.
-    pub ground: Option<Ground>,
+    /// The map; `None` if there is none.
+    pub map: Option<Arc<Map>>,
 }
 
 /// The clock of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ClockView {
-    /// What it shows (s).
+    /// Mission time (s).
     pub time: f64,
-    /// Seconds of the mission in a second.
+    /// Mission seconds per real second.
     pub speed: f64,
-    /// True unless it stands.
+    /// True if it runs.
     pub running: bool,
 }
 
 /// The page of one person.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PersonView {
-    /// Its name.
+    /// Name of the person.
     pub name: String,
-    /// What it does now, in a sentence.
+    /// Current activity, as a sentence.
     pub doing: String,
-    /// Since when (s), and until when it is planned.
+    /// Start of the current activity (s).
     pub since: Option<f64>,
-    /// See `since`.
+    /// Planned end of the current activity (s).
     pub until: Option<f64>,
-    /// What comes next, in a sentence.
+    /// Next activity, as a sentence.
     pub next: String,
-    /// When a robot is expected (s), to count down to.
+    /// Expected arrival of a robot (s), for a countdown.
     pub comes: Option<f64>,
-    /// What that robot does now.
+    /// Current activity of that robot.
     pub robot: Option<String>,
-    /// The operation that buttons are about, from 0; of layers the index of the task.
+    /// Number of the operation to which buttons refer, from 0; in a mission of layers the index of the task.
     pub at: usize,
-    /// Words over the buttons.
+    /// Heading of the operation's buttons.
     pub operation: String,
-    /// See `operation`; none where nobody is served.
+    /// Heading of the service's buttons; `None` if the agent is not served.
     pub service: Option<String>,
-    /// What may be told now.
+    /// Reports that are possible now.
     pub may: May,
-    /// What the person measured.
+    /// Measurements of the person.
     pub measured: Vec<Measured>,
-    /// The service to ask about.
+    /// The service that the page asks about.
     pub ask: Option<Ask>,
-    /// The plan in words.
+    /// The steps of the plan.
     pub steps: Vec<Step>,
-    /// What happened, the latest first.
+    /// Messages, the latest first.
     pub messages: Vec<Message>,
-    /// What stands above all else.
+    /// Notice above all other content.
     pub note: Option<String>,
 }
 
-/// Which buttons may be pressed.
+/// Enabled buttons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct May {
     /// Start of an operation.
@@ -92,117 +92,117 @@ pub struct May {
     pub serve: bool,
     /// Finish of a service.
     pub served: bool,
-    /// A service or a task failed.
+    /// Failure of a service or a task.
     pub failed: bool,
-    /// What goes on takes longer.
+    /// Delay of the current activity.
     pub longer: bool,
 }
 
-/// A time that was measured.
+/// A measured duration.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Measured {
-    /// Of what.
+    /// Name of the measured activity.
     pub name: String,
-    /// How long it took (s); none while it runs.
+    /// Duration (s); `None` while it runs.
     pub seconds: Option<f64>,
 }
 
 /// The question after a service.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Ask {
-    /// Which operation was served, from 0.
+    /// Number of the operation that was served, from 0.
     pub operation: usize,
-    /// What is asked about.
+    /// Text of the question.
     pub text: String,
 }
 
-/// A part of a person's plan.
+/// A step of a person's plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Step {
-    /// When it begins (s).
+    /// Start (s).
     pub at: f64,
-    /// What it is.
+    /// Description.
     pub text: String,
     /// `done`, `now` or `next`.
     pub state: &'static str,
 }
 
-/// Something that happened.
+/// A message about an event.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Message {
-    /// When (s).
+    /// Time (s).
     pub at: f64,
-    /// What.
+    /// Text.
     pub text: String,
 }
 
 /// The page of the supervisor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SupervisorView {
-    /// How good the plan is.
+    /// Status of the plan in words.
     pub status: String,
-    /// What has come of it so far.
+    /// Results so far.
     pub numbers: String,
-    /// Why it is over, if it is.
+    /// Reason why the mission is over, if it is.
     pub over: Option<String>,
-    /// What stands above all else of one that goes on.
+    /// Notice above all other content of a running mission.
     pub note: Option<String>,
-    /// Agents may be told to have moved to another place.
+    /// True if agents can be reported at another position.
     pub moves: bool,
     /// The agents.
     pub agents: Vec<AgentRow>,
     /// The robots.
     pub robots: Vec<RobotRow>,
-    /// What happened, the latest first.
+    /// Events, the latest first.
     pub events: Vec<Message>,
-    /// Changes when the pictures do.
+    /// Changes whenever the charts do.
     pub drawing: usize,
 }
 
-/// An agent in the table of the supervisor.
+/// An agent in the supervisor's table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AgentRow {
-    /// Its name.
+    /// Name of the agent.
     pub name: String,
-    /// What it does.
+    /// Current activity.
     pub doing: String,
-    /// Whether its page is open, in words.
+    /// State of its page, in words.
     pub page: String,
-    /// It has a page.
+    /// True if it has a page.
     pub paged: bool,
-    /// It has left.
+    /// True if it has left.
     pub lost: bool,
-    /// What may be told of what it does.
+    /// Possible reports about its activity.
     #[serde(flatten)]
     pub trouble: Trouble,
 }
 
-/// What may be told of somebody's operation, service or task that goes on.
+/// Possible reports about a member's current operation, service or task.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Trouble {
-    /// When it is expected to end (s): it may take longer. None where nothing goes on.
+    /// Expected end (s), which a report may delay. `None` without a current activity.
     pub until: Option<f64>,
-    /// It may fail.
+    /// True if it may fail.
     pub fails: bool,
 }
 
-/// A robot in the table of the supervisor.
+/// A robot in the supervisor's table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotRow {
-    /// Its name.
+    /// Name of the robot.
     pub name: String,
-    /// What it does.
+    /// Current activity.
     pub doing: String,
-    /// Where it is (m); none where there are no coordinates.
+    /// Position (m); `None` without coordinates.
     pub at: Option<[f64; 2]>,
-    /// It has broken down.
+    /// True if it has broken down.
     pub lost: bool,
-    /// What may be told of what it does.
+    /// Possible reports about its activity.
     #[serde(flatten)]
     pub trouble: Trouble,
 }
 
-/// The page of an agent; that of a name alone if there is none of this index.
+/// Returns the page of an agent; a page with only a name if the index is out of range.
 pub fn person(execution: &Execution, diary: &Diary, index: usize, running: bool) -> PersonView {
     let problem = execution.problem();
     let name = words::agent(problem, index).to_string();
@@ -304,7 +304,7 @@ fn doing(problem: &Problem, agent: &AgentView, index: usize, number: usize, tota
     }
 }
 
-/// What comes next, when the robot is there, and what that robot does now.
+/// Returns the next activity, the arrival of the robot, and the robot's current activity.
 fn next(execution: &Execution, agent: &AgentView, index: usize) -> (String, Option<f64>, Option<String>) {
     let problem = execution.problem();
     match (&agent.coming, agent.doing) {
@@ -338,7 +338,7 @@ fn way(problem: &Problem, coming: &Coming, robot: &RobotView, index: usize) -> S
     }
 }
 
-/// The operations of an agent, each with who serves at its end.
+/// Returns the operations of an agent, each with the serving robot.
 fn steps(execution: &Execution, agent: &AgentView, index: usize) -> Vec<Step> {
     let (plan, problem) = (execution.plan(), execution.problem());
     let current = agent.operation.unwrap_or(usize::MAX);

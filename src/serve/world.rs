@@ -1,8 +1,8 @@
-//! What the engine carries on: a mission of one kind or the other, with what its pages remember.
+//! Interface between the engine and a mission of either kind, with the history for its pages.
 
 use std::sync::Arc;
 
-use mission::kinds::{layers, schedule};
+use mission::map::Map;
 use mission::plan::Plan;
 
 use super::engine::Answer;
@@ -10,62 +10,53 @@ use super::journal::Entry;
 use super::told::{PersonTells, SupervisorTells};
 use super::view::{PersonView, SupervisorView};
 
-/// Writes an entry into the journal, before it has an effect; why that cannot be, if it cannot.
+/// Writes an entry into the journal, before it has an effect; returns the reason if that fails.
 pub type Note<'n> = dyn FnMut(Entry) -> Result<(), String> + 'n;
 
-/// What a map shows: where everything is.
-#[derive(Clone, Debug)]
-pub enum Ground {
-    /// Depots, places and waiting places.
-    Schedule(Arc<schedule::problem::Problem>),
-    /// Bases, objects and where they are brought.
-    Layers(Arc<layers::problem::Problem>),
-}
-
-/// What pages show of a mission.
+/// Page contents of a mission.
 pub struct Shown {
-    /// For each agent with a page of its own kind, by index, the page of it.
+    /// Pages of the agents that can have one, by index.
     pub people: Vec<PersonView>,
     /// The page of the supervisor.
     pub supervisor: SupervisorView,
-    /// What the chart shows.
+    /// The plan for the chart.
     pub plan: Arc<Plan>,
-    /// What the map shows; none where there is none.
-    pub ground: Option<Ground>,
+    /// The map; `None` if there is none.
+    pub map: Option<Arc<Map>>,
 }
 
-/// A mission under way.
+/// A running mission.
 pub trait World: Send {
-    /// Time of the mission (s).
+    /// Returns the mission time (s).
     fn time(&self) -> f64;
 
-    /// How much has happened.
+    /// Returns the number of records.
     fn records(&self) -> usize;
 
-    /// Lets time pass until then (s), which is later than now.
+    /// Advances to this time (s), which is later than now.
     fn advance(&mut self, to: f64);
 
-    /// Does again at the present time what a journal says was told. What was refused then is refused now.
+    /// Applies a journal entry again at the present time. A report that was rejected then is rejected again.
     ///
     /// # Errors
     ///
-    /// Why this could never be told of this mission.
+    /// The reason why the report is never valid in this mission.
     fn replay(&mut self, entry: &Entry) -> Result<(), String>;
 
-    /// What pages show; `running` says whether the clock does.
+    /// Returns the page contents; `running` is the state of the clock.
     fn shown(&self, running: bool) -> Shown;
 
-    /// Takes what a person tells.
+    /// Applies a report of a person.
     ///
     /// # Errors
     ///
-    /// Why it cannot be, in words for the person.
+    /// The reason for rejecting it, in words for the person.
     fn person(&mut self, agent: usize, tells: PersonTells, note: &mut Note<'_>) -> Answer;
 
-    /// Takes what the supervisor tells of the mission.
+    /// Applies a report of the supervisor.
     ///
     /// # Errors
     ///
-    /// Why it cannot be, in words for the supervisor.
+    /// The reason for rejecting it, in words for the supervisor.
     fn supervisor(&mut self, tells: SupervisorTells, note: &mut Note<'_>) -> Answer;
 }

@@ -1,15 +1,14 @@
-//! The task library of Hierarq: one file per task type, holding its parameters, equations, rows and tests.
+//! The task library of Hierarq: one file per task type, with its parameters, equations, rows and tests.
 //!
-//! A task type is an entry of [`kinds::KINDS`]. The compiler binds what a spec says into [`bound::BoundParams`]; the
-//! type's `build` turns them into a [`task::Task`]; the controller asks the task for its rows at every tick.
-//! This crate knows robots, and nothing of the language, solvers or state machines.
+//! A task type is an entry of [`kinds::KINDS`]. The compiler binds the parameters of a spec as [`bound::BoundParams`];
+//! the type's `build` turns them into a [`task::Task`]; the controller computes the task's rows at every tick. This
+//! crate depends on robots, but not on the language, solvers or state machines.
 
 pub mod apart;
 pub mod bound;
 pub mod build;
 pub mod clearance;
 pub mod compliance;
-pub mod dimension;
 pub mod expression;
 pub mod field;
 pub mod geometry;
@@ -24,6 +23,8 @@ pub mod state;
 pub mod task;
 pub mod tracking;
 pub mod written;
+
+pub use quantities::dimension;
 
 pub use kinds::{KINDS, find};
 pub use task::{Task, TaskKind};

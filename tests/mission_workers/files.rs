@@ -1,15 +1,14 @@
-//! The files of missions whose workers run controllers: what is compiled, what is written and read again, what refers to what.
+//! Files of missions whose workers run controllers: compilation, serialization, and references.
 
 use compiler::Input;
 use dsl::Spelling;
-use mission::kinds::schedule::problem::AgentKind;
-use runtime::program::{CompiledFile, MissionKind, MissionProgram, MissionScenarioProgram, ScheduleProgram};
+use runtime::program::{CompiledFile, MissionProgram, MissionScenarioProgram, Running};
 
 use super::common::example;
 use super::{OWN, PICKER, SHUTTLE, compiled_in, folder, team};
 
-/// Something that is wrong with a file.
-type Damage = fn(&mut ScheduleProgram, &mut MissionScenarioProgram);
+/// A modification of a file.
+type Damage = fn(&mut Running, &mut MissionScenarioProgram);
 
 #[test]
 fn a_compiled_file_keeps_controllers_and_refuses_damage() {
@@ -18,30 +17,28 @@ fn a_compiled_file_keeps_controllers_and_refuses_damage() {
     let json = CompiledFile::to_json("day", None, &missions).expect("a text");
     assert_eq!(CompiledFile::read(&json).expect("a file").missions, missions);
     let damaged: [(&str, Damage); 9] = [
-        ("workers[0]", |s, _| s.running.workers[0].agent = 0),
-        ("workers[0]", |s, _| s.running.workers[0].controller = 1),
-        ("workers[0].go", |s, _| s.running.workers[0].go = 99),
-        ("workers[0].done", |s, _| s.running.workers[0].done = 99),
-        ("workers[0].done", |s, _| s.running.workers[0].done = 0),
-        ("workers[0].world", |s, _| s.running.workers[0].world.start.clear()),
-        ("controllers[0]", |s, _| s.running.controllers[0].program.machine = None),
+        ("workers[0]", |s, _| s.workers[0].member = 0),
+        ("workers[0]", |s, _| s.workers[0].controller = 1),
+        ("workers[0].go", |s, _| s.workers[0].go = 99),
+        ("workers[0].done", |s, _| s.workers[0].done = 99),
+        ("workers[0].done", |s, _| s.workers[0].done = 0),
+        ("workers[0].world", |s, _| s.workers[0].world.start.clear()),
+        ("controllers[0]", |s, _| s.controllers[0].program.machine = None),
         ("scenarios[0]", |_, s| s.duration = 9e5),
-        ("scenarios[0]", |s, _| s.running = Default::default()),
+        ("scenarios[0]", |s, _| *s = Running::default()),
     ];
     for (place, change) in damaged {
         let mut other = missions.clone();
-        let MissionProgram { kind: MissionKind::Schedule(schedule), scenarios, .. } = &mut other[0] else {
-            panic!("a schedule")
-        };
-        change(schedule, &mut scenarios[0]);
+        let MissionProgram { running, scenarios, .. } = &mut other[0];
+        change(running, &mut scenarios[0]);
         let found = other[0].check().expect_err("refused").place;
         assert!(found.contains(place), "{found}, not {place}");
     }
-    let kinds = missions[0].schedule().map(|s| s.problem.agents.iter().map(|a| a.kind).collect::<Vec<_>>());
-    assert_eq!(kinds, Some(vec![AgentKind::Human, AgentKind::Worker]));
+    let roles: Vec<&str> = missions[0].kind.members().iter().map(|member| member.role).collect();
+    assert_eq!(roles, ["robot", "robot", "human", "worker"]);
 }
 
-/// However many specs are named, only so many are compiled.
+/// The number of compiled specs is limited, for any number of named ones.
 #[test]
 fn specs_that_are_run_are_bounded() {
     let folder = folder("many", "no spec at all");
@@ -55,7 +52,7 @@ fn specs_that_are_run_are_bounded() {
     assert_eq!(report.sources.iter().filter(|(_, s)| s.name.starts_with("own_")).count(), 16);
 }
 
-/// What `watch` looks at, and what the editor has open.
+/// The dependencies that `watch` and the editor use.
 #[test]
 fn a_spec_rests_on_those_that_its_workers_run() {
     let text = team(PICKER);
@@ -70,7 +67,7 @@ fn a_spec_rests_on_those_that_its_workers_run() {
     assert!(compiled.report.errors() > 0);
 }
 
-/// A spec that runs a mission, whose worker runs this spec again: of each only its controller counts for the other.
+/// A spec with a mission whose worker runs this spec again: each only uses the other's controller.
 #[test]
 fn specs_that_run_each_other_end() {
     let folder =
@@ -82,7 +79,7 @@ fn specs_that_run_each_other_end() {
     assert_eq!(compiled.missions.len(), 1);
 }
 
-/// The command line: what runs is said, and what became of it stands in all that is written.
+/// The command line reports the controllers that run, and all outputs contain their results.
 #[test]
 fn the_command_line_says_what_workers_ran() {
     let folder = folder("command_line", SHUTTLE);
@@ -117,7 +114,7 @@ fn the_command_line_says_what_workers_ran() {
     assert!(code != Some(0), "{out}");
 }
 
-/// Paths are those of the file that names them, also where a mission is imported.
+/// Paths are relative to the file that names them, also for an imported mission.
 #[test]
 fn a_mission_that_is_imported_brings_its_controllers() {
     let below = folder("imported/below", SHUTTLE);
@@ -126,9 +123,9 @@ fn a_mission_that_is_imported_brings_its_controllers() {
     let text = "hierarq 1\nimport \"below/day.hq\" { day }\n";
     let compiled = compiled_in(above, text);
     assert_eq!(compiled.report.errors(), 0, "{}", compiled.report.to_json());
-    let running = &compiled.missions[0].schedule().expect("a schedule").running;
+    let running = &compiled.missions[0].running;
     assert_eq!(running.controllers[0].spec, "below/own.hq");
-    // What is wrong there is shown there.
+    // Mistakes in that file are shown there.
     let broken = std::fs::read_to_string(below.join("own.hq")).expect("a text").replace("-> away", "-> awy");
     std::fs::write(below.join("own.hq"), broken).expect("a file");
     let report = compiled_in(above, text).report;

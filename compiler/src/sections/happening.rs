@@ -14,52 +14,64 @@ pub const DISTANCES: &[&str] = &["very_far", "far", "ok", "close", "very_close"]
 
 const SOMEBODY: Holds = Holds::Name(Named::Member);
 
-const WAIT: Key = Key::optional("wait", Holds::Choice(WAITS), "What the wait for the robot was; `ok` where left out.");
-const APPROACH: Key = Key::optional("approach", Holds::Choice(APPROACHES), "How the robot came; `ok` where left out.");
-const DISTANCE: Key =
-    Key::optional("distance", Holds::Choice(DISTANCES), "How far away the robot waited; `ok` where left out.");
-
-/// Entries of what happens that only schedules have.
-pub const HAPPENING_OF_SCHEDULES: &[&str] =
-    &["moved", "to", "served", "begun", "feedback", "wait", "approach", "distance"];
+const WAIT: Key = Key::optional("wait", Holds::Choice(WAITS), "Rating of the wait for the robot; default: `ok`.");
+const APPROACH: Key =
+    Key::optional("approach", Holds::Choice(APPROACHES), "Rating of the speed at which the robot came; default: `ok`.");
+const DISTANCE: Key = Key::optional(
+    "distance",
+    Holds::Choice(DISTANCES),
+    "Rating of the distance at which the robot waited; default: `ok`.",
+);
 
 /// Something that happens.
 pub static HAPPENING: Section = Section {
     name: "an event of a mission",
     keys: &[
-        Key::required("at", Holds::Number(Quantity::at_least(TIME, 0.0)), "When, from the start of the mission."),
+        Key::required(
+            "at",
+            Holds::Number(Quantity::at_least(TIME, 0.0)),
+            "Time of the event, from the start of the mission.",
+        ),
         Key::optional(
             "late",
             SOMEBODY,
-            "The operation, service or task under way of this agent, or the service that this robot gives, takes longer than it \
-             would have, `by` a time.",
+            "The current operation, service or task of this agent, or the current service of this robot, takes longer \
+             by the time `by`.",
         ),
-        Key::optional("by", Holds::Number(Quantity::any(TIME)), "Of `late`: how much longer; below 0 shorter."),
+        Key::optional(
+            "by",
+            Holds::Number(Quantity::any(TIME)),
+            "Of `late`: the additional time; negative if the activity is shorter.",
+        ),
         Key::optional(
             "moved",
             SOMEBODY,
-            "Of a schedule: this agent works at another place from then on, `to` a point of the ground.",
+            "Of a schedule: from then on, this agent works at another place, given by `to`, a point on the ground.",
         ),
         Key::optional("to", Holds::Pair(LENGTH), "Of `moved`: the new place."),
         Key::optional("lost", SOMEBODY, "This robot breaks down, or this agent leaves."),
-        Key::optional("back", SOMEBODY, "Who was lost is back: a robot at its depot, an agent at its place or base."),
+        Key::optional(
+            "back",
+            SOMEBODY,
+            "The lost participant is back: a robot at its depot, an agent at its place or base.",
+        ),
         Key::optional(
             "failed",
             SOMEBODY,
-            "The service that this robot gives, or this agent is given, fails and is done again; of layers the task under way of \
-             this agent.",
+            "The service by this robot, or the service of this agent, fails and is repeated; in a mission of layers, \
+             the current task of this agent.",
         ),
         Key::optional(
             "begun",
             SOMEBODY,
-            "Of a schedule: this agent begins its next operation, though the plan lets it begin later.",
+            "Of a schedule: this agent begins its next operation, even if the plan would begin it later.",
         ),
         Key::optional("done", SOMEBODY, "The operation or task of this agent ends."),
-        Key::optional("served", SOMEBODY, "Of a schedule: the service of this agent ends, earlier than its time."),
+        Key::optional("served", SOMEBODY, "Of a schedule: the service of this agent ends early."),
         Key::optional(
             "feedback",
             Holds::Name(Named::Person),
-            "Of a schedule: this person says what the last service was like.",
+            "Of a schedule: this person gives feedback on the last service.",
         ),
         WAIT,
         APPROACH,

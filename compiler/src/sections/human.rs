@@ -15,7 +15,7 @@ pub static HUMAN: Section = Section {
         Key::required(
             "points",
             Holds::List(&Holds::NewName),
-            "Names of the points that are tracked: `points [chest, left_wrist]`. Each is a position in the world, `NAME.chest`.",
+            "Names of the tracked points: `points [chest, left_wrist]`. Each is a position in the world, `NAME.chest`.",
         ),
         Key::optional(
             "links",
@@ -26,28 +26,30 @@ pub static HUMAN: Section = Section {
             "timeout",
             Holds::Number(Quantity::above(TIME, 0.0)),
             "0.2 s",
-            "How long a reading counts after it was received.",
+            "Time for which a reading is valid after it was received.",
         ),
         Key::or(
             "velocity",
             Holds::Choice(&["estimated", "measured", "none"]),
             "estimated",
-            "How fast points move between readings: estimated from successive positions, sent by the host behind each position, or not at all.",
+            "Velocity of the points between readings: estimated from successive positions, sent by the host after each \
+             position, or none.",
         ),
         Key::or(
             "cutoff",
             Holds::Number(Quantity::above(RATE, 0.0)),
             "5 Hz",
-            "Of the first-order low-pass behind an estimated velocity.",
+            "Cutoff of the first-order low-pass filter of an estimated velocity.",
         ),
-        Key::optional("max_speed", A_SPEED, "The largest speed that is believed; faster ones are shortened to it."),
+        Key::optional("max_speed", A_SPEED, "The largest plausible speed; a larger velocity is shortened to it."),
         Key::or(
             "lost",
             Holds::Choice(&["fault", "hold"]),
             "fault",
-            "What becomes of a point when its readings stop: it is absent, which is the fault `stale`; or its last position counts on, at rest, and `uncertainty(NAME)` grows.",
+            "Treatment of a point when its readings stop: it is absent, which is the fault `stale`; or its last \
+             position remains valid, at rest, and `uncertainty(NAME)` grows.",
         ),
-        Key::or("growth", A_SPEED, "1.6 m/s", "How fast the uncertainty of a held point grows."),
+        Key::or("growth", A_SPEED, "1.6 m/s", "Growth rate of the uncertainty of a held point."),
     ],
 };
 
@@ -58,30 +60,32 @@ pub static HUMAN_SCRIPT: Section = Section {
         Key::optional(
             "value",
             Holds::Vector(LENGTH),
-            "Where the body stands all the time; `shape` says where its points are.",
+            "Constant position of the body; `shape` gives the positions of its points.",
         ),
         Key::optional(
             "path",
             Holds::List(&Holds::Block(&WAYPOINT)),
-            "Where the body goes: `[{ at 0 s  value [..] m }, ..]`, on straight lines, without turning; `shape` says where its points are.",
+            "Path of the body: `[{ at 0 s  value [..] m }, ..]`, along straight lines, without rotation; `shape` gives \
+             the positions of its points.",
         ),
         Key::optional(
             "shape",
             Holds::Each(&Holds::Vector(LENGTH)),
-            "Where each point is from where the body is, along the axes of the world.",
+            "Where each point is relative to the body, along the axes of the world.",
         ),
         Key::optional(
             "points",
             Holds::Each(&Holds::Block(&HUMAN_POINT)),
-            "Instead of a body, the way of each point by itself.",
+            "Instead of a body, a script for each point.",
         ),
         Key::optional(
             "file",
             Holds::Text,
-            "Instead of both, a recorded file of comma-separated values: a head `time,chest.x,chest.y,chest.z,..`, then lines in s and m.",
+            "Instead of both, a recording as a file of comma-separated values: a header \
+             `time,chest.x,chest.y,chest.z,..`, then lines in s and m.",
         ),
-        Key::or("from", A_TIME, "0 s", "When the first reading is sent."),
-        Key::optional("to", A_TIME, "From when on none is sent; the end of the run where left out."),
+        Key::or("from", A_TIME, "0 s", "Time of the first reading."),
+        Key::optional("to", A_TIME, "Time after which no reading is sent; default: the end of the run."),
         Key::or(
             "noise",
             Holds::Number(Quantity::at_least(LENGTH, 0.0)),
@@ -93,15 +97,19 @@ pub static HUMAN_SCRIPT: Section = Section {
             "drop",
             Holds::Number(Quantity { min: 0.0, max: 1.0, ..Quantity::any(NONE) }),
             "0",
-            "The share of readings that are lost on the way, of all points together, from 0 to 1.",
+            "Fraction of the readings that are lost in transmission, for all points together, from 0 to 1.",
         ),
-        Key::or("period", A_TIME, "0 s", "Time from a reading to the next; 0 for one at every tick."),
+        Key::or("period", A_TIME, "0 s", "Time between two readings; 0 for one at every tick."),
         Key::optional(
             "nan",
             Holds::Numbers(Quantity::at_least(TIME, 0.0)),
-            "Instants at which a reading that is not a number is sent.",
+            "Times at which a reading is sent that is not a number.",
         ),
-        Key::optional("lost", Holds::Blocks(&LOST), "Spans of time in which nobody sees the person, who goes on."),
+        Key::optional(
+            "lost",
+            Holds::Blocks(&LOST),
+            "Intervals in which nobody sees the person, who continues to move.",
+        ),
     ],
 };
 
@@ -109,11 +117,11 @@ pub static HUMAN_SCRIPT: Section = Section {
 pub static HUMAN_POINT: Section = Section {
     name: "the way of a point",
     keys: &[
-        Key::optional("value", Holds::Vector(LENGTH), "Where it is all the time."),
+        Key::optional("value", Holds::Vector(LENGTH), "Constant position of the point."),
         Key::optional(
             "path",
             Holds::List(&Holds::Block(&WAYPOINT)),
-            "Where it goes: `[{ at 0 s  value [..] m }, ..]`.",
+            "Path of the point: `[{ at 0 s  value [..] m }, ..]`.",
         ),
     ],
 };

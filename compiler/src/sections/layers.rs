@@ -10,18 +10,21 @@ const PER_MASS: Dimension = Dimension { kg: -1, ..NONE };
 
 const A_LENGTH: Holds = Holds::Number(Quantity::at_least(LENGTH, 0.0));
 const A_WEIGHT: Holds = Holds::Number(Quantity::at_least(NONE, 0.0));
-const PLACE: Key =
-    Key::required("place", Holds::Spot, "Its base, a position or a place: where every task begins and ends.");
+const PLACE: Key = Key::required(
+    "place",
+    Holds::Spot,
+    "Base of the agent, a position or a named place: every task begins and ends there.",
+);
 const SKILLS: Key = Key::required(
     "skills",
     Holds::Each(&Holds::Number(Quantity::at_least(TIME, 0.0))),
-    "What it is able to do, each with the time that this takes beside moving: `skills { pick_and_place 2 s }`.",
+    "Skills of the agent, each with the time that it takes in addition to the motion: `skills { pick_and_place 2 s }`.",
 );
-const REACH: Key = Key::optional("reach", A_LENGTH, "How far from its base it gets; everywhere where left out.");
+const REACH: Key = Key::optional("reach", A_LENGTH, "Largest distance from its base; default: unlimited.");
 const PAYLOAD: Key = Key::optional(
     "payload",
     Holds::Number(Quantity::at_least(MASS, 0.0)),
-    "The heaviest object that it handles; any where left out.",
+    "Mass of the heaviest object that it handles; default: unlimited.",
 );
 const CANNOT: Key =
     Key::optional("cannot", Holds::List(&Holds::NewName), "Features of objects that it cannot handle: `[fragile]`.");
@@ -30,42 +33,44 @@ const SPREAD: Key = Key::or(
     "spread",
     Holds::Number(Quantity::between(NONE, 0.0, 1.0)),
     "0",
-    "How much its tasks take longer or shorter than planned when they are executed with `operations sampled`: the standard \
-     deviation of their time, relative to it. Plans do not count with it.",
+    "Relative standard deviation of the durations of its tasks when they are executed with `operations sampled`. Plans \
+     do not use it.",
 );
 
 /// A mission of the kind `layers`.
 pub static LAYERS: Section = Section {
     name: "a mission of layers",
     keys: &[
-        Key::optional("weights", Holds::Block(&LAYERS_WEIGHTS), "What counts how much in the cost of a plan."),
+        Key::optional("weights", Holds::Block(&LAYERS_WEIGHTS), "Weights of the terms in the cost of a plan."),
         Key::optional(
             "batch",
             Holds::Number(Quantity::at_least(NONE, 1.0)),
-            "How many tasks are planned at a time, a whole number; all at once where left out.",
+            "Number of tasks that are planned at a time, a whole number; default: all at once.",
         ),
         Key::or(
             "reallocate_above",
             A_WEIGHT,
             "0.1",
-            "While a plan is executed: what has not begun is planned anew when the cost has changed by more than this share.",
+            "During the execution of a plan: tasks that have not begun are planned again when the cost has changed by \
+             more than this fraction.",
         ),
         Key::optional(
             "instruction",
             Holds::Text,
-            "What is to be done, for a language model that is asked for the layers: `hierarq context`. Then layers may be left out.",
+            "Instruction for a language model that writes the layers, `hierarq context`. With an instruction, the \
+             layers may be omitted.",
         ),
         Key::optional(
             "directives",
             Holds::List(&Holds::Text),
-            "What the model must obey, a sentence each: `[\"Objects must not overlap.\"]`.",
+            "Rules that the language model must follow, one sentence each: `[\"Objects must not overlap.\"]`.",
         ),
         Key::optional(
             "layers_from",
             Holds::Text,
-            "A file of layers, in JSON, in place of `layer`: what `hierarq context` writes, or a person.",
+            "A JSON file of layers, in place of `layer`, written by `hierarq context` or by a person.",
         ),
-        Key::or("returns", Holds::Flag, "true", "Whether the way back to the base is a part of each task."),
+        Key::or("returns", Holds::Flag, "true", "True if the way back to the base is part of each task."),
         Key::optional(
             "robot",
             Holds::Block(&LAYERS_ROBOT),
@@ -85,29 +90,35 @@ pub static LAYERS: Section = Section {
         Key::optional(
             "object",
             Holds::Block(&OBJECT),
-            "Something that a task uses: `object NAME { place [x, y, z] m  features [cube, red] }`. One task uses it.",
+            "An object that a task uses: `object NAME { place [x, y, z] m  features [cube, red] }`. Only one task can \
+             use it.",
         )
         .at(Place::Hq),
-        Key::optional("objects", Holds::Each(&Holds::Block(&OBJECT)), "What tasks use, by name; one task uses each.")
-            .at(Place::Yaml),
+        Key::optional(
+            "objects",
+            Holds::Each(&Holds::Block(&OBJECT)),
+            "Objects that tasks use, by name; only one task can use each.",
+        )
+        .at(Place::Yaml),
         Key::optional(
             "place",
             Holds::Block(&LAYERS_PLACE),
-            "A place with a name: `place NAME { at [x, y, z] m }`. Tasks go there, agents and objects stand there.",
+            "A named place: `place NAME { at [x, y, z] m }`. Tasks, agents and objects can refer to it.",
         )
         .at(Place::Hq),
-        Key::optional("places", Holds::Each(&Holds::Block(&LAYERS_PLACE)), "Places with names.").at(Place::Yaml),
+        Key::optional("places", Holds::Each(&Holds::Block(&LAYERS_PLACE)), "Named places.").at(Place::Yaml),
         Key::optional(
             "layer",
             Holds::Block(&LAYER),
-            "Tasks that may be done in any order: `layer NAME { task NAME = SKILL { .. } }`. It begins when those before it \
-             are done.",
+            "Tasks without an order among them: `layer NAME { task NAME = SKILL { .. } }`. A layer begins when the \
+             layers before it are done.",
         )
         .at(Place::Hq),
         Key::optional(
             "layers",
             Holds::Each(&Holds::Block(&LAYER)),
-            "Tasks that may be done in any order, by the name of their layer; a layer begins when those before it are done.",
+            "Layers of tasks by name. The tasks of a layer have no order among them; a layer begins when the layers \
+             before it are done.",
         )
         .at(Place::Yaml),
     ],
@@ -117,9 +128,9 @@ pub static LAYERS: Section = Section {
 pub static LAYERS_WEIGHTS: Section = Section {
     name: "`weights` of layers",
     keys: &[
-        Key::or("workload", A_WEIGHT, "1", "Of the workload of people, `beta`."),
-        Key::or("energy", A_WEIGHT, "1", "Of the energy of robots, `gamma`."),
-        Key::or("makespan", A_WEIGHT, "1", "Of the time until all is done, `eta`."),
+        Key::or("workload", A_WEIGHT, "1", "Weight of the workload of people, `beta`."),
+        Key::or("energy", A_WEIGHT, "1", "Weight of the energy of robots, `gamma`."),
+        Key::or("makespan", A_WEIGHT, "1", "Weight of the makespan, `eta`."),
     ],
 };
 
@@ -132,7 +143,7 @@ pub static LAYERS_ROBOT: Section = Section {
         Key::required(
             "speed",
             Holds::Range(Quantity::above(VELOCITY, 0.0)),
-            "How fast it may move, `[least, greatest]`; one number for a fixed speed.",
+            "Range of its speed, `[lowest, highest]`; one number for a fixed speed.",
         ),
         SKILLS,
         REACH,
@@ -148,7 +159,7 @@ pub static LAYERS_ROBOT: Section = Section {
         Key::optional(
             "energy",
             Holds::Block(&ENERGY),
-            "What it draws while it moves, `standby + friction v + drag v^2`. Only ratios matter.",
+            "Power during motion, `standby + friction v + drag v^2`. Only ratios matter.",
         ),
     ],
 };
@@ -162,19 +173,19 @@ pub static LAYERS_HUMAN: Section = Section {
         Key::required(
             "speed",
             Holds::Number(Quantity::above(VELOCITY, 0.0)),
-            "How fast the person moves at most, with the lightest object.",
+            "Highest speed of the person, with the lightest object.",
         ),
         SKILLS,
         Key::optional(
             "paces",
             Holds::Each(&Holds::Number(Quantity::between(NONE, 0.0, 1.0))),
-            "The share of that speed that a skill allows: `paces { inspect 0.5 }`; 1 where left out, `kappa`.",
+            "Fraction of that speed during a skill, `kappa`: `paces { inspect 0.5 }`; default: 1.",
         ),
         Key::or(
             "slowing",
             Holds::Number(Quantity::at_least(PER_MASS, 0.0)),
             "0 /kg",
-            "How much heavier objects slow, `alpha`: each kg above the lightest.",
+            "Reduction of the speed by heavier objects, `alpha`: for each kg above the lightest object.",
         ),
         REACH,
         PAYLOAD,
@@ -188,24 +199,24 @@ pub static OBJECT: Section = Section {
     name: "an object",
     keys: &[
         LABEL,
-        Key::required("place", Holds::Spot, "Where it is, a position or a place."),
-        Key::or("mass", Holds::Number(Quantity::at_least(MASS, 0.0)), "0 kg", "How heavy it is."),
-        Key::optional("features", Holds::List(&Holds::NewName), "Words for what it is: `[cube, red]`."),
+        Key::required("place", Holds::Spot, "Position of the object, or a named place."),
+        Key::or("mass", Holds::Number(Quantity::at_least(MASS, 0.0)), "0 kg", "Mass of the object."),
+        Key::optional("features", Holds::List(&Holds::NewName), "Words that describe the object: `[cube, red]`."),
     ],
 };
 
 /// A place with a name.
 pub static LAYERS_PLACE: Section =
-    Section { name: "a place", keys: &[LABEL, Key::required("at", Holds::Vector(LENGTH), "Where it is.")] };
+    Section { name: "a place", keys: &[LABEL, Key::required("at", Holds::Vector(LENGTH), "Position of the place.")] };
 
 /// A layer.
 pub static LAYER: Section = Section {
     name: "a layer",
     keys: &[
         LABEL,
-        Key::required("task", Holds::Block(&LAYERS_TASK), "Something to do: `task NAME = SKILL { features [cube] }`.")
+        Key::required("task", Holds::Block(&LAYERS_TASK), "A task: `task NAME = SKILL { features [cube] }`.")
             .at(Place::Hq),
-        Key::required("tasks", Holds::Each(&Holds::Block(&LAYERS_TASK)), "What is to do: `NAME: { SKILL: { .. } }`.")
+        Key::required("tasks", Holds::Each(&Holds::Block(&LAYERS_TASK)), "Tasks by name: `NAME: { SKILL: { .. } }`.")
             .at(Place::Yaml),
     ],
 };
@@ -218,23 +229,29 @@ pub static LAYERS_TASK: Section = Section {
         Key::optional(
             "features",
             Holds::List(&Holds::NewName),
-            "What the object that is used must be, `[cube, red]`; without it and without `object` none is used.",
+            "Features that the object of the task must have, `[cube, red]`. Without `features` and `object`, the task \
+             uses no object.",
         ),
         Key::optional(
             "to",
             Holds::Spot,
-            "Where the task ends, a position or a place; where the object is, where left out.",
+            "End of the task, a position or a named place; default: the place of the object.",
         ),
         Key::optional(
             "via",
             Holds::List(&Holds::Spot),
-            "Where it passes on the way from the object to the end, in order: `[[0, 0, 1], [1, 0, 1]] m`, `[shelf, table]`.",
+            "Intermediate points on the way from the object to the end, in order: `[[0, 0, 1], [1, 0, 1]] m`, `[shelf, \
+             table]`.",
         ),
         Key::optional(
             "object",
             Holds::Name(Named::Member),
-            "The object that must be used; any with the features else.",
+            "The object that must be used; default: any object with the features.",
         ),
-        Key::optional("agent", Holds::Name(Named::Member), "Who must do it; anybody who is able to where left out."),
+        Key::optional(
+            "agent",
+            Holds::Name(Named::Member),
+            "The agent that must do the task; default: any agent that is able to.",
+        ),
     ],
 };

@@ -9,15 +9,38 @@ use super::{Holds, Key, Named, Section};
 pub static SIGNAL: Section = Section {
     name: "a signal",
     keys: &[
-        Key::required("type", Holds::Choice(&["event", "flag", "wrench", "point", "length"]), "What it carries: `event`, `flag`, `wrench`, or the type of a quantity such as `point`. A `?` behind it says that the signal may be absent.").at(super::Place::Yaml),
+        Key::required(
+            "type",
+            Holds::Choice(&["event", "flag", "wrench", "point", "length"]),
+            "Type of the value: `event`, `flag`, `wrench`, or the type of a quantity such as `point`. With a `?` after \
+             the type, the signal may be absent.",
+        )
+        .at(super::Place::Yaml),
         Key::optional(
             "timeout",
             Holds::Number(Quantity::above(TIME, 0.0)),
-            "How long a value counts after it was received. Then the signal is absent; one without `?` that the state needs is the fault `stale`.",
+            "How long a value counts after it was received. After this time the signal is absent; if the state needs a \
+             signal without `?`, this is the fault `stale`.",
         ),
-        Key::optional("frame", Holds::Link, "Of a wrench: the link in whose axes the sensor gives force and moment, with the moment about its origin; the tip of an arm for its name. They are turned into the axes of the world at the observed configuration. Without it they come in the axes of the world."),
-        Key::optional("bias", Holds::Block(&WRENCH), "Of a wrench: what the sensor shows that nothing touches, in its own axes; taken away first. `tare(NAME)` replaces it while the machine runs."),
-        Key::optional("low_pass", Holds::Number(Quantity::above(RATE, 0.0)), "Cutoff frequency of a filter of first order, of a number, a vector or a wrench; it comes last, and begins anew when the signal was absent."),
+        Key::optional(
+            "frame",
+            Holds::Link,
+            "Of a wrench: the link in whose axes the sensor gives force and moment, with the moment about the link's \
+             origin; the name of an arm is that of its tip. The wrench is rotated into the axes of the world at the \
+             observed configuration. Default: the sensor gives the wrench in the axes of the world.",
+        ),
+        Key::optional(
+            "bias",
+            Holds::Block(&WRENCH),
+            "Of a wrench: the sensor's reading without contact, in the sensor's axes; it is subtracted first. \
+             `tare(NAME)` replaces it while the machine runs.",
+        ),
+        Key::optional(
+            "low_pass",
+            Holds::Number(Quantity::above(RATE, 0.0)),
+            "Cutoff frequency of a first-order low-pass filter for a number, a vector or a wrench. It is applied last, \
+             and starts again after the signal was absent.",
+        ),
     ],
 };
 
@@ -34,8 +57,19 @@ pub static WRENCH: Section = Section {
 pub static VARIABLE: Section = Section {
     name: "a variable",
     keys: &[
-        Key::required("type", Holds::Choice(&["number", "flag", "point", "length"]), "What it holds: `flag`, or the type of a quantity such as `number`. A `?` behind it says that the variable may be absent.").at(super::Place::Yaml),
-        Key::optional("value", Holds::Sent, "What it holds at the start; without it one with `?` is absent then.").at(super::Place::Yaml),
+        Key::required(
+            "type",
+            Holds::Choice(&["number", "flag", "point", "length"]),
+            "Type of the value: `flag`, or the type of a quantity such as `number`. With a `?` after the type, the \
+             variable may be absent.",
+        )
+        .at(super::Place::Yaml),
+        Key::optional(
+            "value",
+            Holds::Sent,
+            "Initial value; a variable with `?` and without a value is absent at the start.",
+        )
+        .at(super::Place::Yaml),
     ],
 };
 
@@ -43,40 +77,68 @@ pub static VARIABLE: Section = Section {
 pub static MACHINE: Section = Section {
     name: "a machine",
     keys: &[
-        Key::required("initial", Holds::Name(Named::State), "The state in which it begins."),
+        Key::required("initial", Holds::Name(Named::State), "The initial state."),
         Key::optional("blend", Holds::Number(Quantity::at_least(TIME, 0.0)), BLEND),
         Key::optional("transitions", Holds::List(&Holds::Block(&TRANSITION)), TRANSITIONS).at(super::Place::Yaml),
         Key::required("states", Holds::Each(&Holds::Block(&STATE)), "States by name.").at(super::Place::Yaml),
         Key::required("state", Holds::Block(&STATE), "A state: `state NAME { stack NAME  on EVENT -> NEXT }`.")
             .at(super::Place::Hq),
         Key::optional("final", Holds::Block(&STATE), FINAL).at(super::Place::Hq),
-        Key::optional("on", Holds::Declarations, "A transition that holds in all states: `on fault(any) -> stopped`.")
+        Key::optional("on", Holds::Declarations, "A transition of all states: `on fault(any) -> stopped`.")
             .at(super::Place::Hq),
     ],
 };
 
 const FINAL: &str = "A state in which the machine has come to its end: `final state NAME { stack NAME }`.";
-const BLEND: &str = "How long the command takes to go over to that of another stack, for the transitions that stand in here; where left out, what the state around it says, else it goes over at once.";
-const TRANSITIONS: &str = "Ways out, in order: `- { on: found, to: grasp }`, `- { when: CONDITION, for: 3 s, to: grasp, blend: 1 s }`, `- { after: 10 s, to: ask }`.";
+const BLEND: &str = "Time for the command to go over to that of another stack, for the transitions in this block. \
+     Default: the `blend` of the enclosing state, or else no transition time.";
+const TRANSITIONS: &str = "Transitions, in the order of their evaluation: `- { on: found, to: grasp }`, \
+     `- { when: CONDITION, for: 3 s, to: grasp, blend: 1 s }`, `- { after: 10 s, to: ask }`.";
 
 /// A state.
 pub static STATE: Section = Section {
     name: "a state",
     keys: &[
-        Key::optional("stack", Holds::Name(Named::Stack), "The stack that runs in it: `stack NAME`, or `stack NAME(..)` for one with parameters. Without one, that of the state around it goes on, or the robot stands.").at(super::Place::Word),
+        Key::optional(
+            "stack",
+            Holds::Name(Named::Stack),
+            "The stack that runs in it: `stack NAME`, or `stack NAME(..)` for one with parameters. Default: the stack \
+             of the enclosing state continues; if there is none, the robot stands still.",
+        )
+        .at(super::Place::Word),
         Key::optional("initial", Holds::Name(Named::State), "The state inside it that is entered with it."),
         Key::optional("blend", Holds::Number(Quantity::at_least(TIME, 0.0)), BLEND),
-        Key::optional("final", Holds::Flag, "The machine has come to its end in it.").at(super::Place::Yaml),
-        Key::optional("enter", Holds::Declarations, "What is done on entering: `enter say \"text\"`.").at(super::Place::Word),
-        Key::optional("do", Holds::Declarations, "What is begun on entering and called off on leaving: `do capture(head_camera)`.").at(super::Place::Word),
-        Key::optional("exit", Holds::Declarations, "What is done on leaving.").at(super::Place::Word),
-        Key::optional("on", Holds::Declarations, "A way out when something happens: `on EVENT -> STATE`, `on reached(TASK, 5 mm, 2 deg) -> STATE`, `on fault(KIND) -> STATE`.").at(super::Place::Hq),
-        Key::optional("when", Holds::Declarations, "A way out while something holds: `when CONDITION for 3 s -> STATE`.").at(super::Place::Hq),
-        Key::optional("after", Holds::Declarations, "A way out after a time in the state: `after 10 s -> STATE`.").at(super::Place::Hq),
+        Key::optional("final", Holds::Flag, "True if the machine has come to its end in this state.")
+            .at(super::Place::Yaml),
+        Key::optional("enter", Holds::Declarations, "Actions on entering: `enter say \"text\"`.")
+            .at(super::Place::Word),
+        Key::optional(
+            "do",
+            Holds::Declarations,
+            "An action that is started on entering and called off on leaving: `do capture(head_camera)`.",
+        )
+        .at(super::Place::Word),
+        Key::optional("exit", Holds::Declarations, "Actions on leaving.").at(super::Place::Word),
+        Key::optional(
+            "on",
+            Holds::Declarations,
+            "A transition at an event: `on EVENT -> STATE`, `on reached(TASK, 5 mm, 2 deg) -> STATE`, `on fault(KIND) \
+             -> STATE`.",
+        )
+        .at(super::Place::Hq),
+        Key::optional(
+            "when",
+            Holds::Declarations,
+            "A transition while something holds: `when CONDITION for 3 s -> STATE`.",
+        )
+        .at(super::Place::Hq),
+        Key::optional("after", Holds::Declarations, "A transition after a time in the state: `after 10 s -> STATE`.")
+            .at(super::Place::Hq),
         Key::optional("transitions", Holds::List(&Holds::Block(&TRANSITION)), TRANSITIONS).at(super::Place::Yaml),
         Key::optional("state", Holds::Block(&STATE), "A state inside it.").at(super::Place::Hq),
         Key::optional("final", Holds::Block(&STATE), FINAL).at(super::Place::Hq),
-        Key::optional("states", Holds::Each(&Holds::Block(&STATE)), "States inside it, by name.").at(super::Place::Yaml),
+        Key::optional("states", Holds::Each(&Holds::Block(&STATE)), "States inside it, by name.")
+            .at(super::Place::Yaml),
     ],
 };
 
@@ -84,22 +146,23 @@ pub static STATE: Section = Section {
 pub static TRANSITION: Section = Section {
     name: "a transition",
     keys: &[
-        Key::optional("on", Holds::Text, "What happens: an event, `reached(TASK, ..)`, `fault(KIND)`.")
+        Key::optional("on", Holds::Text, "The trigger: an event, `reached(TASK, ..)`, `fault(KIND)`.")
             .at(super::Place::Yaml),
-        Key::optional("when", Holds::Value, "What must hold.").at(super::Place::Yaml),
+        Key::optional("when", Holds::Value, "The condition that must hold.").at(super::Place::Yaml),
         Key::optional(
             "for",
             Holds::Number(Quantity::at_least(TIME, 0.0)),
-            "How long it must have held without a break.",
+            "Time for which the condition must have held without a break.",
         )
         .at(super::Place::Yaml),
         Key::optional("after", Holds::Number(Quantity::at_least(TIME, 0.0)), "Time in the state.")
             .at(super::Place::Yaml),
-        Key::required("to", Holds::Name(Named::State), "The state that it leads to.").at(super::Place::Yaml),
+        Key::required("to", Holds::Name(Named::State), "The state that the transition leads to.")
+            .at(super::Place::Yaml),
         Key::optional(
             "blend",
             Holds::Number(Quantity::at_least(TIME, 0.0)),
-            "How long the command takes to go over to that of another stack.",
+            "Time for the command to go over to that of another stack.",
         ),
     ],
 };

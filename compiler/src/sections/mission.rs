@@ -20,7 +20,7 @@ const A_CONFIDENCE: Quantity = Quantity::between(NONE, 1e-6, 1.0 - 1e-6);
 pub(super) const LABEL: Key = Key::optional(
     "label",
     Holds::Text,
-    "What people read in place of the name, in any script: `label \"Łukasz\"`; the name where left out.",
+    "Text that people read in place of the name, in any script: `label \"Łukasz\"`; default: the name.",
 );
 
 /// A mission, by its kind.
@@ -37,7 +37,7 @@ pub static MISSION: Section = Section {
         Key::optional(
             "layers",
             Holds::Block(&LAYERS),
-            "Who does which task with which object: layers of tasks, one after the other.",
+            "Assignment of tasks and objects to agents: layers of tasks, one after the other.",
         )
         .at(Place::Word),
     ],
@@ -51,31 +51,37 @@ pub static SCHEDULE: Section = Section {
             "confidence",
             Holds::Number(A_CONFIDENCE),
             "0.9",
-            "The probability with which an operation ends within the time that is planned for it.",
+            "The probability that an operation ends within its planned duration.",
         ),
         Key::optional(
             "weights",
             Holds::Block(&SCHEDULE_WEIGHTS),
-            "What counts how much in the cost of a plan, beside the waits of people, which have weights of their own.",
+            "Weights of the terms in the cost of a plan, in addition to the waits of people, which have weights of \
+             their own.",
         ),
         Key::or(
             "reallocate_above",
             A_WEIGHT,
             "0.1",
-            "While a plan is executed: it is made anew when what is left of it has changed its cost by more than this share.",
+            "During the execution of a plan: it is planned again when the cost of its remaining part has changed by \
+             more than this fraction.",
         ),
         Key::or(
             "batch",
             Holds::Number(Quantity::at_least(NONE, 1.0)),
             "4",
-            "How many operations are planned at a time where there are too many for all at once; a whole number.",
+            "Number of operations that are planned at a time if there are too many for all at once; a whole number.",
         ),
-        Key::optional("adaptation", Holds::Block(&ADAPTATION), "How strongly a plan follows what people say of it."),
+        Key::optional(
+            "adaptation",
+            Holds::Block(&ADAPTATION),
+            "Constants of the adaptation of a plan to the feedback of people.",
+        ),
         Key::optional(
             "distances",
             Holds::Each(&Holds::Each(&Holds::Number(Quantity::at_least(LENGTH, 0.0)))),
-            "Lengths of the ways from the depot of each robot to each agent, `distances { m1 { h1 12 m  h2 15 m } }`; the \
-             straight line where left out.",
+            "Lengths of the paths from the depot of each robot to each agent, `distances { m1 { h1 12 m  h2 15 m } }`; \
+             default: straight lines.",
         ),
         Key::required(
             "robot",
@@ -122,20 +128,26 @@ pub static SCHEDULE_WEIGHTS: Section = Section {
 pub static ADAPTATION: Section = Section {
     name: "an adaptation",
     keys: &[
-        Key::or("memory", A_SHARE, "0.5", "How much the latest feedback counts against earlier ones, `theta`."),
-        Key::or("wait_gain", A_WEIGHT, "1", "How fast feedback on waits changes their weights, `k_alpha`."),
-        Key::or("approach_gain", A_WEIGHT, "1", "How fast feedback on approaches changes their weights, `k_zeta`."),
+        Key::or("memory", A_SHARE, "0.5", "Weight of the latest feedback relative to earlier ones, `theta`."),
+        Key::or("wait_gain", A_WEIGHT, "1", "Rate at which feedback on waits changes their weights, `k_alpha`."),
+        Key::or(
+            "approach_gain",
+            A_WEIGHT,
+            "1",
+            "Rate at which feedback on approaches changes their weights, `k_zeta`.",
+        ),
         Key::or(
             "margin",
             A_SHARE,
             "0.01",
-            "The least relative distance that is left between the ends of a range of speeds, `c_epsilon`.",
+            "Smallest relative distance between the ends of a range of speeds, `c_epsilon`.",
         ),
         Key::or(
             "wait_step",
             A_TIME,
             "30 s",
-            "By how much a person's `wait_limit` moves with `too_short` (longer) or `too_long` (shorter); half with `short` and `long`.",
+            "Change of a person's `wait_limit` by the feedback `too_short` (longer) or `too_long` (shorter); half of \
+             it by `short` and `long`.",
         ),
     ],
 };
@@ -145,16 +157,16 @@ pub static SCHEDULE_ROBOT: Section = Section {
     name: "a robot of a schedule",
     keys: &[
         LABEL,
-        Key::required("depot", Holds::Pair(LENGTH), "Where it starts, and where every service ends."),
-        Key::required("speed", SPEEDS, "How fast it may go, `[least, greatest]`; one number for a fixed speed."),
+        Key::required("depot", Holds::Pair(LENGTH), "Position where it starts, and where every service ends."),
+        Key::required("speed", SPEEDS, "Range of its speed, `[lowest, highest]`; one number for a fixed speed."),
         Key::optional(
             "proximity_speed",
             SPEEDS,
-            "How fast it may come near an agent. Where left out, from 0.8 of the least to 0.75 of the greatest speed of all \
-             robots of the mission.",
+            "Range of its speed near an agent. Default: from 0.8 times the lowest to 0.75 times the highest speed of \
+             all robots of the mission.",
         ),
-        Key::required("serve", A_TIME, "How long serving an agent takes."),
-        Key::or("deposit", A_TIME, "0 s", "How long it is busy at its depot after each service."),
+        Key::required("serve", A_TIME, "Time to serve an agent."),
+        Key::or("deposit", A_TIME, "0 s", "Time that it is busy at its depot after each service."),
         Key::or(
             "factor",
             Holds::Number(Quantity::above(NONE, 0.0)),
@@ -164,7 +176,7 @@ pub static SCHEDULE_ROBOT: Section = Section {
         Key::optional(
             "energy",
             Holds::Block(&ENERGY),
-            "What it draws while it moves, `standby + friction v + drag v^2`. Only ratios matter: between these three, and \
+            "Power during motion, `standby + friction v + drag v^2`. Only ratios matter: between these three, and \
              between the robots.",
         ),
     ],
@@ -174,45 +186,46 @@ pub static SCHEDULE_ROBOT: Section = Section {
 pub static ENERGY: Section = Section {
     name: "the energy of a robot",
     keys: &[
-        Key::or("standby", Holds::Number(Quantity::at_least(POWER, 0.0)), "1 W", "What it always draws."),
+        Key::or("standby", Holds::Number(Quantity::at_least(POWER, 0.0)), "1 W", "Constant power."),
         Key::optional(
             "friction",
             Holds::Number(Quantity::at_least(FORCE, 0.0)),
-            "What grows with the speed; 20 N times the factor where left out.",
+            "Coefficient of the speed; default: 20 N times the factor.",
         ),
         Key::optional(
             "drag",
             Holds::Number(Quantity::at_least(DAMPING, 0.0)),
-            "What grows with its square; 400 N s/m times the factor where left out.",
+            "Coefficient of the squared speed; default: 400 N s/m times the factor.",
         ),
     ],
 };
 
-const PLACE: Key = Key::required("place", Holds::Pair(LENGTH), "Where the agent works and is served.");
+const PLACE: Key = Key::required("place", Holds::Pair(LENGTH), "Position where the agent works and is served.");
 const OPERATIONS: Key = Key::or(
     "operations",
     Holds::Number(Quantity::at_least(NONE, 0.0)),
     "1",
-    "How many operations it has, a whole number; a robot comes at the end of each.",
+    "Number of its operations, a whole number; a robot comes at the end of each.",
 );
 const DURATION: Key = Key::required(
     "duration",
     Holds::Spread(Quantity::above(TIME, 0.0)),
-    "How long an operation takes: `250 s`, or `normal(204 s, 20 s)` with its mean and standard deviation.",
+    "Duration of an operation: `250 s`, or `normal(204 s, 20 s)` with its mean and standard deviation.",
 );
-const WAIT_DISTANCE: Key =
-    Key::or("wait_distance", A_LENGTH, "1 m", "How far from the agent a robot waits for the end of the operation.");
+const WAIT_DISTANCE: Key = Key::or(
+    "wait_distance",
+    A_LENGTH,
+    "1 m",
+    "Distance from the agent at which a robot waits for the end of the operation.",
+);
 const APPROACH_WEIGHTS: Key = Key::or(
     "approach_weights",
     WEIGHTS,
     "1",
     "Weights of the energy near the agent: one for all operations, or a list with one for each.",
 );
-const APPROACHES: Key = Key::optional(
-    "approaches",
-    Holds::Each(EACH_APPROACH),
-    "What is different for single robots, by the name of the robot.",
-);
+const APPROACHES: Key =
+    Key::optional("approaches", Holds::Each(EACH_APPROACH), "Exceptions for single robots, by the name of the robot.");
 const EACH_APPROACH: &Holds = &Holds::Block(&APPROACH);
 
 /// A person of a schedule.
@@ -227,7 +240,8 @@ pub static SCHEDULE_HUMAN: Section = Section {
             "severity",
             A_SHARE,
             "0",
-            "How severe the working conditions are, from 0 to 1: what such a person says counts more.",
+            "Severity of the working conditions, from 0 to 1; a higher severity increases the effect of the person's \
+             feedback.",
         ),
         WAIT_DISTANCE,
         Key::or(
@@ -240,8 +254,8 @@ pub static SCHEDULE_HUMAN: Section = Section {
             "wait_limit",
             A_TIME,
             "60 s",
-            "How long waits may become where what the person says makes them count less: what goes beyond counts as much as it \
-             did at first. Feedback on waits moves it by `wait_step`.",
+            "Limit of waits for a person whose feedback reduces the weight of waits: the time beyond the limit has at \
+             least the initial weight. Feedback on waits changes the limit by `wait_step`.",
         ),
         APPROACH_WEIGHTS,
         APPROACHES,
@@ -262,8 +276,8 @@ pub static SCHEDULE_WORKER: Section = Section {
         Key::optional(
             "runs",
             Holds::Block(&RUNS),
-            "The controller that it runs in scenarios: how long an operation takes is then what its machine makes of it, and \
-             `duration` what is planned with.",
+            "The controller that it runs in scenarios. The duration of an operation is then what its machine makes of \
+             it, and plans use `duration`.",
         ),
     ],
 };
@@ -276,19 +290,19 @@ pub static RUNS: Section = Section {
         Key::required(
             "go",
             Holds::Name(Named::SignalThere),
-            "A signal of that spec, a flag: true while an operation goes on, false between two.",
+            "A signal of that spec, a flag: true while an operation goes on, false between two operations.",
         ),
         Key::required(
             "done",
             Holds::Name(Named::StateThere),
-            "A state of its machine: when it is entered, the operation under way has ended.",
+            "A state of its machine; the current operation ends when this state is entered.",
         ),
         Key::optional(
             "scenario",
             Holds::Text,
-            "A scenario of that spec, whose world is around the robot: its start, its simulator, people, signals but `go`, \
-             outcomes of actions. What it expects, and its duration, do not count. Without it nothing happens there, and \
-             every action comes out at once.",
+            "A scenario of that spec that defines the environment of the robot: its start, its simulator, people, \
+             signals other than `go`, outcomes of actions. Its expectations and its duration are ignored. Default: no \
+             events, and every action ends immediately.",
         ),
     ],
 };
@@ -297,7 +311,7 @@ pub static RUNS: Section = Section {
 pub static APPROACH: Section = Section {
     name: "the approach of a robot",
     keys: &[
-        Key::optional("speed", SPEEDS, "How fast it may come; as the robot says where left out."),
-        Key::optional("wait_distance", A_LENGTH, "How far away it waits; as the agent says where left out."),
+        Key::optional("speed", SPEEDS, "Range of its speed near this agent; default: the robot's."),
+        Key::optional("wait_distance", A_LENGTH, "Distance at which it waits; default: the agent's."),
     ],
 };

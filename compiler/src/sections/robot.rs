@@ -15,11 +15,11 @@ pub static ROBOT: Section = Section {
         Key::optional(
             "from",
             Holds::Name(Named::Robot),
-            "The robot that this one is made from; a key of its own replaces the other one's.",
+            "The robot from which this one is made; keys of this robot replace those of the other.",
         )
         .at(Place::Yaml),
-        Key::required("urdf", Holds::Urdf, "The path of the URDF, from the folder of the spec."),
-        Key::or("base", Holds::Choice(BASES), "fixed", "What carries the root link."),
+        Key::required("urdf", Holds::Urdf, "Path of the URDF, relative to the folder of the spec."),
+        Key::or("base", Holds::Choice(BASES), "fixed", "Mobility of the root link."),
         Key::required(
             "rate",
             Holds::Number(Quantity { min: 0.1, max: 1e5, ..Quantity::any(RATE) }),
@@ -49,12 +49,12 @@ pub static ROBOT: Section = Section {
         Key::optional(
             "home",
             Holds::Positions,
-            "The configuration at the start. A joint that is left out stands at zero, or at the limit nearest to it.",
+            "Initial configuration. A joint that is not named starts at zero, or at the limit nearest to it.",
         ),
         Key::optional(
             "lock",
             Holds::Locks,
-            "Joints that are taken out of the model: held at `home`, or where a position says.",
+            "Joints that are removed from the model: fixed at `home`, or at a given position.",
         ),
         Key::optional(
             "limits",
@@ -64,18 +64,19 @@ pub static ROBOT: Section = Section {
         Key::optional(
             "deadline",
             Holds::Number(Quantity::above(TIME, 0.0)),
-            "A tick that comes later than this after the one before is the fault `deadline`: more than a period, two where left out.",
+            "Maximum time between two ticks; a longer one is the fault `deadline`. More than a period; default: two \
+             periods.",
         ),
         Key::or(
             "tracking_gain",
             Holds::Number(Quantity::at_least(RATE, 0.0)),
             "0 /s",
-            "How strongly the measured configuration is pulled to the reference, up to the rate of control.",
+            "Gain that pulls the measured configuration to the reference, at most the rate of control.",
         ),
         Key::optional(
             "package_path",
             Holds::Text,
-            "A folder in which `package://` addresses of the URDF are looked for, from the folder of the spec.",
+            "Folder for `package://` addresses of the URDF, relative to the folder of the spec.",
         ),
     ],
 };
@@ -91,12 +92,8 @@ pub static ARM: Section = Section {
         ),
         Key::optional("elbow", Holds::Link, "The link at the elbow; `swivel_angle` needs it."),
         Key::optional("wrist", Holds::Link, "The link at the wrist; `swivel_angle` needs it."),
-        Key::required("tip", Holds::Link, "The link at the end. The arm's name stands for it where a frame is wanted."),
-        Key::optional(
-            "points",
-            Holds::Geometries,
-            "Points, segments and links that the groups `arms` and `arms.NAME` stand for.",
-        ),
+        Key::required("tip", Holds::Link, "The link at the end. The arm's name stands for it in place of a frame."),
+        Key::optional("points", Holds::Geometries, "Points, segments and links of the groups `arms` and `arms.NAME`."),
     ],
 };
 
@@ -104,8 +101,8 @@ pub static ARM: Section = Section {
 pub static POINT: Section = Section {
     name: "a point",
     keys: &[
-        Key::required("link", Holds::Link, "The link that carries it."),
-        Key::or("offset", Holds::Vector(LENGTH), "[0, 0, 0] m", "Where it is in the frame of the link."),
+        Key::required("link", Holds::Link, "The link that carries the point."),
+        Key::or("offset", Holds::Vector(LENGTH), "[0, 0, 0] m", "Position in the frame of the link."),
     ],
 };
 
@@ -113,7 +110,7 @@ pub static POINT: Section = Section {
 pub static SEGMENT: Section = Section {
     name: "a segment",
     keys: &[
-        Key::required("link", Holds::Link, "The link that carries it."),
+        Key::required("link", Holds::Link, "The link that carries the segment."),
         Key::required("from", Holds::Vector(LENGTH), "One end in the frame of the link."),
         Key::required("to", Holds::Vector(LENGTH), "The other end in the frame of the link."),
     ],
@@ -125,6 +122,6 @@ pub static LIMIT: Section = Section {
     keys: &[
         Key::optional("lower", Holds::OfJoint { speed: false }, "The lowest position."),
         Key::optional("upper", Holds::OfJoint { speed: false }, "The highest position."),
-        Key::optional("velocity", Holds::OfJoint { speed: true }, "The greatest speed, more than zero."),
+        Key::optional("velocity", Holds::OfJoint { speed: true }, "The highest speed, more than zero."),
     ],
 };

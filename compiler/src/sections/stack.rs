@@ -9,18 +9,18 @@ use super::{Holds, Key, Named, Place, Section};
 pub static STACK: Section = Section {
     name: "a stack",
     keys: &[
-        Key::optional("lock", Holds::Joints, "Joints, groups and patterns that stand still while this stack runs."),
+        Key::optional("lock", Holds::Joints, "Joints, groups and patterns that are held still while this stack runs."),
         Key::optional(
             "from",
             Holds::Name(Named::Stack),
-            "The stack that this one is made from: a name, or `NAME(..)`.",
+            "The stack from which this one is made: a name, or `NAME(..)`.",
         )
         .at(Place::Yaml),
         Key::optional(
             "changes",
             Holds::List(&Holds::Block(&CHANGE)),
-            "What it changes in the stack that it is made from: `- { replace: NAME, tasks: [..] }`, `- { add: NAME, before: \
-             NAME, tasks: [..] }`, `- { remove: NAME }`.",
+            "Changes of the stack from which this one is made: `- { replace: NAME, tasks: [..] }`, `- { add: NAME, \
+             before: NAME, tasks: [..] }`, `- { remove: NAME }`.",
         )
         .at(Place::Yaml),
         Key::optional(
@@ -38,19 +38,19 @@ pub static STACK: Section = Section {
         Key::optional(
             "replace",
             Holds::Block(&LEVEL),
-            "In a stack `from` another one: another level in the place of one, `replace NAME { .. }`.",
+            "In a stack `from` another one: replaces a level, `replace NAME { .. }`.",
         )
         .at(Place::Hq),
         Key::optional(
             "add",
             Holds::Block(&LEVEL),
-            "In a stack `from` another one: one more level, `add NAME { .. } before OTHER`.",
+            "In a stack `from` another one: adds a level, `add NAME { .. } before OTHER`.",
         )
         .at(Place::Hq),
         Key::optional(
             "remove",
             Holds::Name(Named::Level),
-            "In a stack `from` another one: a level less, `remove NAME`.",
+            "In a stack `from` another one: removes a level, `remove NAME`.",
         )
         .at(Place::Hq),
     ],
@@ -60,11 +60,11 @@ pub static STACK: Section = Section {
 pub static CHANGE: Section = Section {
     name: "a change of a stack",
     keys: &[
-        Key::optional("replace", Holds::Name(Named::Level), "The level that this one stands for.").at(Place::Yaml),
-        Key::optional("add", Holds::NewName, "The name of one more level.").at(Place::Yaml),
-        Key::optional("remove", Holds::Name(Named::Level), "The level that is left out.").at(Place::Yaml),
-        Key::optional("before", Holds::Name(Named::Level), "The level that the new one stands before.").at(Place::Yaml),
-        Key::optional("after", Holds::Name(Named::Level), "The level that the new one stands behind.").at(Place::Yaml),
+        Key::optional("replace", Holds::Name(Named::Level), "The level that is replaced by this one.").at(Place::Yaml),
+        Key::optional("add", Holds::NewName, "The name of the added level.").at(Place::Yaml),
+        Key::optional("remove", Holds::Name(Named::Level), "The level that is removed.").at(Place::Yaml),
+        Key::optional("before", Holds::Name(Named::Level), "The level below the added one.").at(Place::Yaml),
+        Key::optional("after", Holds::Name(Named::Level), "The level above the added one.").at(Place::Yaml),
     ],
 };
 
@@ -73,14 +73,14 @@ pub static LEVEL: Section = Section {
     name: "a level",
     keys: &[
         Key::required("name", Holds::NewName, "The name of the level, for tables and logs.").at(Place::Yaml),
-        Key::or("hard", Holds::Flag, "false", "This level takes no slack: it is met, or the run has a fault.")
+        Key::or("hard", Holds::Flag, "false", "A hard level takes no slack: it is met, or the run has a fault.")
             .at(Place::Word),
         Key::or(
             "damping",
             Holds::NumberOr(Quantity::at_least(NONE, 0.0), &["auto", "none"]),
             "auto",
-            "What keeps the level from chasing what it cannot reach. `auto`: exact where the level can be met, damped where \
-             it cannot. `none`: exact always. A number of zero or more: `damping · |v|²` in the cost of the level, met or not.",
+            "Treatment of a level that cannot be met. `auto`: exact if the level can be met, damped if it cannot. \
+             `none`: always exact. A number of zero or more: `damping · |v|²` in the cost of the level, met or not.",
         ),
         Key::required(
             "tasks",
@@ -100,7 +100,7 @@ pub static MEMBER: Section = Section {
             "weight",
             Holds::Number(Quantity::above(NONE, 0.0)),
             "1",
-            "What the squared slack of this task counts against that of the others of its level.",
+            "Weight of the squared slack of this task relative to the other tasks of its level.",
         )
         .at(Place::Word),
     ],

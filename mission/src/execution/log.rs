@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// The largest index that is logged: it is infinite where a cost of zero became another.
+pub(super) const LARGE: f64 = 1e6;
+
 /// An entry of the log. `H` is the kind's own list of what can happen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record<H> {
@@ -39,6 +42,31 @@ pub enum PlanChange {
         /// Reason.
         why: NoFeasiblePlan,
     },
+}
+
+impl PlanChange {
+    /// True if assignments changed, or could not.
+    pub fn is_notable(&self) -> bool {
+        !matches!(self, PlanChange::Rescheduled { .. })
+    }
+
+    /// The change in words; `stranded` are the words for a plan that is gone.
+    pub fn describe(&self, stranded: &str) -> String {
+        match self {
+            PlanChange::Rescheduled { index } => format!("times of the plan move; its cost {}", changed(*index)),
+            PlanChange::Reallocated { index: Some(index), .. } => {
+                format!("planned anew, as the cost {}", changed(*index))
+            }
+            PlanChange::Reallocated { index: None, .. } => "planned anew".to_string(),
+            PlanChange::Refused { why } => format!("no better plan: {why}"),
+            PlanChange::Stranded { why } => format!("{stranded}: {why}"),
+        }
+    }
+}
+
+/// The words for a relative change of the cost.
+fn changed(index: f64) -> String {
+    if index < LARGE { format!("has changed by {:.1} %", 100.0 * index) } else { "was nothing before".to_string() }
 }
 
 /// Reason why there is no plan for everything any more.

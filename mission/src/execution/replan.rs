@@ -7,10 +7,7 @@
 use crate::plan::Plan;
 
 use super::Replan;
-use super::log::{Log, NoFeasiblePlan, PlanChange};
-
-/// The largest index that is logged: it is infinite where a cost of zero became another.
-const LARGE: f64 = 1e6;
+use super::log::{LARGE, Log, NoFeasiblePlan, PlanChange};
 
 /// Condition under which the part of a plan that has not begun is planned anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -76,11 +76,11 @@ impl MissionJudge {
     }
 
     /// Takes an instant, at which `value` gives the number of a measure.
-    pub(super) fn instant(&mut self, time: f64, value: &dyn Fn(MissionMeasure) -> f64) -> Result<(), PushError> {
+    pub(super) fn instant(&mut self, time: f64, value: &dyn Fn(&MissionMeasure) -> f64) -> Result<(), PushError> {
         self.table[PredicateTable::T] = time;
         self.table[PredicateTable::TIME] = time;
         for (k, measure) in self.measures.iter().enumerate() {
-            self.table[self.layout.measure(k)] = value(*measure);
+            self.table[self.layout.measure(k)] = value(measure);
         }
         for (ready, out) in self.predicates.iter_mut().zip(&mut self.row) {
             *out = ready.value(&self.table);

@@ -5,56 +5,46 @@
 //! panics: what cannot be planned, or cannot happen when it should, is said in the summary.
 
 pub mod csv;
-mod gauge;
 mod judge;
-mod layered;
-pub mod layered_csv;
-mod layered_words;
 mod summary;
-mod words;
 mod workers;
 
-use mission::kinds::layers::execution::LayeredExecution;
-use mission::kinds::schedule::execution::{Event, EventError, Execution, Happening, Stage};
-use mission::kinds::schedule::problem::Problem;
-use mission::plan::{Plan, Target};
+use mission::kind::{Event, Execution};
+use mission::labels::Labels;
+use mission::map::Map;
+use mission::plan::Plan;
 
-use crate::program::{MissionKind, MissionProgram, MissionScenarioProgram, Occurrence, ProgramError};
-use gauge::Gauge;
+use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram, ProgramError};
 use judge::MissionJudge;
 
-pub use layered_words::{doing as layered_doing, of_event as of_layered_event, of_happening as of_layered_happening};
 pub use summary::{End, Happened, MissionSummary, Untaken};
-pub use words::{of_event, of_happening};
 pub use workers::{BrokeDown, WorkerRecord, Workers};
 
 /// An instant of a run.
 pub struct Instant<'r> {
     /// Since the start of the mission, in s.
     pub time: f64,
-    /// The execution as it stands.
-    pub execution: &'r Execution,
-    /// Total waits of the agents so far, in s.
-    pub waited: &'r [f64],
-    /// Working robots that run controllers.
+    /// The execution as it is now.
+    pub execution: &'r dyn Execution,
+    /// Members that run controllers.
     pub workers: &'r Workers,
 }
 
 /// Something that is shown every instant of a run.
 pub trait MissionRecorder {
+    /// The run begins; `running` are the names of the members that run controllers.
+    ///
+    /// # Errors
+    /// It cannot be written down.
+    fn begin(&mut self, _execution: &dyn Execution, _running: &[String]) -> std::io::Result<()> {
+        Ok(())
+    }
+
     /// An instant.
     ///
     /// # Errors
     /// It cannot be written down.
     fn instant(&mut self, instant: &Instant) -> std::io::Result<()>;
-
-    /// An instant of a mission of layers, `time` s after its start.
-    ///
-    /// # Errors
-    /// It cannot be written down.
-    fn layered(&mut self, _time: f64, _execution: &LayeredExecution) -> std::io::Result<()> {
-        Ok(())
-    }
 }
 
 /// A recorder of nothing.
@@ -69,16 +59,16 @@ impl MissionRecorder for Nothing {
 /// A run of a scenario.
 #[derive(Clone, Debug)]
 pub struct MissionRun {
-    /// What it came to.
+    /// Its results.
     pub summary: MissionSummary,
-    /// The problem of a schedule as it was at the start; none of a mission of layers.
-    pub problem: Option<Problem>,
-    /// The problem of layers; none of a schedule.
-    pub layers: Option<mission::kinds::layers::problem::Problem>,
-    /// The plan that was made before anything happened; none where there was none.
+    /// Text that people read in place of names.
+    pub labels: Labels,
+    /// The plan that was made before anything happened; none: there was none.
     pub planned: Option<Plan>,
-    /// What was done, and what is still planned; none where there was no plan.
+    /// Activities that were done or are still planned; none: there was no plan.
     pub executed: Option<Plan>,
+    /// The map of these; none: there was no plan.
+    pub map: Option<Map>,
 }
 
 /// Why a run cannot be made, or was not finished.
@@ -124,22 +114,19 @@ pub fn run(
     recorder: &mut dyn MissionRecorder,
     go_on: &mut dyn FnMut(u32) -> bool,
 ) -> Result<MissionRun, MissionError> {
-    let schedule = match &mission.kind {
-        MissionKind::Schedule(schedule) => schedule,
-        MissionKind::Layers(layers) => return layered::run((mission, layers), scenario, recorder, go_on),
-    };
     let mut judge = MissionJudge::new(scenario)?;
-    let workers = Workers::new(schedule, scenario)?;
-    let problem = schedule.problem.clone();
-    let execution = match Execution::new(problem.clone(), scenario.settings(schedule)) {
+    let workers = Workers::new(mission, scenario)?;
+    let labels = mission.kind.labels().clone();
+    let execution = match mission.kind.execute(&scenario.run(mission)) {
         Ok(execution) => execution,
         Err(why) => {
-            let summary = MissionSummary::refused(mission, scenario, why.to_string(), judge.finish());
-            return Ok(MissionRun { summary, problem: Some(problem), layers: None, planned: None, executed: None });
+            let summary = MissionSummary::refused(mission, scenario, why, judge.finish());
+            return Ok(MissionRun { summary, labels, planned: None, executed: None, map: None });
         }
     };
     let planned = execution.plan().clone();
     let mut world = World::new(scenario, execution, workers);
+    recorder.begin(&*world.execution, &world.workers.names())?;
     let (mut instants, mut interrupted) = (0, false);
     for k in 0..scenario.instants() {
         if !go_on(k) {
@@ -148,49 +135,57 @@ pub fn run(
         }
         let time = f64::from(k) * scenario.step;
         world.drive(time);
-        let World { execution, gauge, workers, .. } = &mut world;
-        gauge.look(execution);
-        judge.instant(time, &|measure| gauge.value(measure, execution, workers)).map_err(std::io::Error::other)?;
-        recorder.instant(&Instant { time, execution, waited: gauge.waited(), workers })?;
+        let World { execution, workers, .. } = &world;
+        judge.instant(time, &|measure| value(measure, &**execution, workers)).map_err(std::io::Error::other)?;
+        recorder.instant(&Instant { time, execution: &**execution, workers })?;
         instants = k + 1;
     }
-    let World { execution, untaken, workers, .. } = world;
     let outcomes = judge.finish();
-    let end = if interrupted { End::Interrupted } else { End::of(&execution) };
-    let summary = MissionSummary::new(mission, scenario, (&execution, end, instants), (untaken, &workers), outcomes);
-    let executed = Some(execution.plan().clone());
-    Ok(MissionRun { summary, problem: Some(problem), layers: None, planned: Some(planned), executed })
+    let end = if interrupted { End::Interrupted } else { End::of(&*world.execution) };
+    let map = Some(world.execution.map());
+    let executed = Some(world.execution.carried_out());
+    let summary = MissionSummary::new(mission, scenario, world, RunEnd { end, instants, outcomes });
+    Ok(MissionRun { summary, labels, planned: Some(planned), executed, map })
 }
 
-/// What happens beside the mission itself.
+/// The end of a run.
+struct RunEnd {
+    end: End,
+    /// Number of instants that were judged.
+    instants: u32,
+    /// Results of the expectations.
+    outcomes: Vec<crate::expect::Outcome>,
+}
+
+/// The value of a measure at the present instant; NaN for a measure of nobody.
+fn value(measure: &MissionMeasure, execution: &dyn Execution, workers: &Workers) -> f64 {
+    let truth = |holds: bool| if holds { 1.0 } else { -1.0 };
+    match measure {
+        MissionMeasure::Value { name, member, axis } => {
+            execution.measure(name, *member).get(*axis).copied().unwrap_or(f64::NAN)
+        }
+        MissionMeasure::Faulted(member) => truth(workers.has_faulted(*member)),
+        // If operations take as long as planned, no machine is in any state.
+        MissionMeasure::In(member, state) => truth(workers.is_in(*member, *state).unwrap_or(false)),
+    }
+}
+
+/// The mission with everything beside it that makes events.
 struct World<'s> {
     scenario: &'s MissionScenarioProgram,
-    execution: Execution,
+    execution: Box<dyn Execution>,
     workers: Workers,
-    gauge: Gauge,
-    /// How much of the script has happened.
+    /// Number of events of the script that have happened.
     happened: usize,
-    /// Records that were looked at for services.
+    /// Length of the log that the workers know.
     heard: usize,
-    /// How often each person has answered.
-    answers: Vec<usize>,
     untaken: Vec<Untaken>,
 }
 
 impl<'s> World<'s> {
-    fn new(scenario: &'s MissionScenarioProgram, execution: Execution, mut workers: Workers) -> World<'s> {
-        let agents = execution.problem().agents.len();
-        workers.look(&execution);
-        World {
-            scenario,
-            gauge: Gauge::new(agents),
-            execution,
-            workers,
-            happened: 0,
-            heard: 0,
-            answers: vec![0; agents],
-            untaken: Vec::new(),
-        }
+    fn new(scenario: &'s MissionScenarioProgram, execution: Box<dyn Execution>, mut workers: Workers) -> World<'s> {
+        workers.look(&*execution);
+        World { scenario, execution, workers, happened: 0, heard: 0, untaken: Vec::new() }
     }
 
     /// Lets time pass, with everything that happens on the way.
@@ -199,9 +194,9 @@ impl<'s> World<'s> {
             let scripted = self.scenario.happens.get(self.happened).filter(|h| h.at <= to);
             let target = scripted.map_or(to, |h| h.at);
             let now = self.execution.time();
-            // What follows at once from what was told comes before anything else.
+            // An event may have steps that follow at the same time, and these come before anything else.
             self.advance(now);
-            // A service that ends on the way is answered when it ends.
+            // The mission stops at each of its steps: people answer at the time of the step that they answer to.
             let stop = self.execution.next().filter(|t| *t > now && *t < target).unwrap_or(target);
             if self.work(stop, false) {
                 continue;
@@ -213,22 +208,20 @@ impl<'s> World<'s> {
             match scripted {
                 Some(happens) => {
                     self.happened += 1;
-                    self.occurs(happens.what);
-                    self.listen();
+                    self.handle(&happens.what);
                 }
-                // What is known at an instant is what controllers came to at it.
+                // An instant is judged after the ticks of the controllers at its time.
                 None if self.work(to, true) => {}
                 None => return,
             }
         }
     }
 
-    /// Lets controllers tick until a time, or until one of them has something for the mission: true then, and it is told.
+    /// Lets controllers tick until a time, or until one of them reports an event, which is handled; true then.
     fn work(&mut self, until: f64, inclusive: bool) -> bool {
         let Some((at, event)) = self.workers.work(until, inclusive) else { return false };
         self.advance(at);
-        self.tell(event);
-        self.listen();
+        self.handle(&event);
         true
     }
 
@@ -237,51 +230,21 @@ impl<'s> World<'s> {
         self.listen();
     }
 
-    fn occurs(&mut self, what: Occurrence) {
-        let (robot, becomes) = match what {
-            Occurrence::Event(event) => return self.tell(event),
-            Occurrence::FailedBy { robot } => (robot, "fails"),
-            Occurrence::LateBy { robot, .. } => (robot, "takes longer"),
-            // Of a mission of layers, which a checked program does not have here.
-            Occurrence::Layered(_) => return,
-        };
-        let view = self.execution.robot(robot).filter(|view| view.stage == Stage::Serving);
-        match (view.and_then(|view| view.target), what) {
-            (Some(Target { agent, .. }), Occurrence::LateBy { by, .. }) => self.tell(Event::Late { agent, by }),
-            (Some(Target { agent, .. }), _) => self.tell(Event::Failed { agent }),
-            (None, _) => {
-                let name = self.execution.problem().robot_label(robot).unwrap_or_default();
-                let (event, why) =
-                    (format!("the service that {name} gives {becomes}"), format!("{name} serves nobody"));
-                self.untaken.push(Untaken { at_s: self.execution.time(), event, why });
-            }
+    fn handle(&mut self, event: &Event) {
+        if let Err(why) = self.execution.handle(event) {
+            let event = self.execution.describe(event);
+            self.untaken.push(Untaken { at_s: self.execution.time(), event, why });
         }
+        self.listen();
     }
 
-    fn tell(&mut self, event: Event) {
-        let told: Result<(), EventError> = self.execution.tell(event).map(|_| ());
-        if let Err(why) = told {
-            let event = of_event(&event, self.execution.problem());
-            self.untaken.push(Untaken { at_s: self.execution.time(), event, why: why.to_string() });
-        }
-    }
-
-    /// Lets people who were served say what it was like, and working robots know what goes on.
+    /// Lets members that run controllers know what goes on.
     fn listen(&mut self) {
-        let from = self.heard;
-        while let Some(record) = self.execution.records().get(self.heard) {
-            self.heard += 1;
-            let Happening::Served { agent, .. } = record.what else { continue };
-            let Some(replies) = self.scenario.replies.iter().find(|r| r.agent == agent) else { continue };
-            let Some(count) = self.answers.get_mut(agent) else { continue };
-            let reply = replies.services.get(*count).or(replies.services.last());
-            *count += 1;
-            if let Some(Some(reply)) = reply {
-                self.tell(reply.of(agent));
-            }
-        }
-        if self.heard > from {
-            self.workers.look(&self.execution);
+        let rejected = self.execution.take_rejected().into_iter();
+        self.untaken.extend(rejected.map(|r| Untaken { at_s: r.time, event: r.event, why: r.why }));
+        let log = self.execution.log_len();
+        if std::mem::replace(&mut self.heard, log) < log {
+            self.workers.look(&*self.execution);
         }
     }
 }

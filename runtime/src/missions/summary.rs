@@ -1,15 +1,12 @@
 //! What a scenario of a mission came to.
 
-use mission::execution::PlanChange;
-use mission::kinds::layers::execution::{self as layered, LayeredExecution};
-use mission::kinds::schedule::execution::{Execution, Happening, Outcome as Numbers};
 use serde::Serialize;
 
-use super::layered_words::of_happening as of_layered;
-use super::words::of_happening;
-use super::{WorkerRecord, Workers};
+use mission::kind::Execution;
+
+use super::{RunEnd, WorkerRecord, Workers, World};
 use crate::expect::{Outcome, Verdict};
-use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram, OfAgent, OfLayers, OfMission};
+use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram};
 use crate::record::expectations::{ExpectationRecord, records_of};
 
 /// How a run ended.
@@ -38,27 +35,12 @@ pub enum End {
 }
 
 impl End {
-    /// How an execution stands at the end of its time.
-    pub(super) fn of(execution: &Execution) -> End {
-        if let Some(why) = execution.stranded() {
-            return End::Stranded { why: why.to_string() };
-        }
-        let done = execution.records().iter().rev().find(|r| r.what == Happening::Done);
-        match done.filter(|_| execution.done()) {
-            Some(record) => End::Done { at_s: record.time },
-            None => End::Unfinished,
-        }
-    }
-
-    /// The same of a mission of layers.
-    pub(super) fn of_layers(execution: &LayeredExecution) -> End {
-        if let Some(why) = execution.stranded() {
-            return End::Stranded { why: why.to_string() };
-        }
-        let done = execution.records().iter().rev().find(|r| r.what == layered::Happening::Done);
-        match done.filter(|_| execution.done()) {
-            Some(record) => End::Done { at_s: record.time },
-            None => End::Unfinished,
+    /// The end of an execution whose time is over.
+    pub(super) fn of(execution: &dyn Execution) -> End {
+        match (execution.stranded(), execution.done()) {
+            (Some(why), _) => End::Stranded { why },
+            (None, Some(at_s)) => End::Done { at_s },
+            (None, None) => End::Unfinished,
         }
     }
 }
@@ -86,48 +68,21 @@ pub struct Happened {
     pub notable: bool,
 }
 
-fn is_notable(what: &Happening) -> bool {
-    use Happening as H;
-    matches!(
-        what,
-        H::Told { .. }
-            | H::HeldUp { .. }
-            | H::BrokenOff { .. }
-            | H::Plan(PlanChange::Reallocated { .. })
-            | H::Plan(PlanChange::Refused { .. })
-            | H::Plan(PlanChange::Stranded { .. })
-            | H::Done
-    )
-}
-
-/// Working robots that broke down and whose loss no expectation speaks of.
-fn broken(scenario: &MissionScenarioProgram, (execution, workers): (&Execution, &Workers)) -> Vec<(f64, String)> {
-    let (agents, labels) = (&execution.problem().agents, &execution.problem().labels);
+/// Members whose controllers broke down and whose loss no expectation speaks of.
+fn broken(mission: &MissionProgram, scenario: &MissionScenarioProgram, workers: &Workers) -> Vec<(f64, String)> {
+    let (members, labels) = (mission.kind.members(), mission.kind.labels());
     let spoken = |name: &str| {
         let of = |measure: &MissionMeasure| match measure {
-            MissionMeasure::Agent(i, OfAgent::Lost | OfAgent::Faulted) => {
-                agents.get(*i).is_some_and(|a| a.name == name)
-            }
-            _ => false,
+            MissionMeasure::Value { name: lost, member: Some(member), .. } if lost == "lost" => Some(*member),
+            MissionMeasure::Faulted(member) => Some(*member),
+            _ => None,
         };
-        scenario.measures.iter().any(of)
+        let mut of = scenario.measures.iter().filter_map(of);
+        of.any(|member| members.get(member).is_some_and(|member| member.name == name))
     };
     let all = workers.records().into_iter().filter(|w| !spoken(&w.name));
     all.filter_map(|w| w.broke_down.map(|b| (b.at_s, format!("{} broke down: {}", labels.member(&w.name), b.why))))
         .collect()
-}
-
-fn is_notable_of_layers(what: &layered::Happening) -> bool {
-    use layered::Happening as H;
-    matches!(
-        what,
-        H::Told { .. }
-            | H::Dropped { .. }
-            | H::Plan(PlanChange::Reallocated { .. })
-            | H::Plan(PlanChange::Refused { .. })
-            | H::Plan(PlanChange::Stranded { .. })
-            | H::Done
-    )
 }
 
 /// What a scenario of a mission came to.
@@ -145,12 +100,12 @@ pub struct MissionSummary {
     pub ok: bool,
     /// How it ended.
     pub end: End,
-    /// Makespan, waits, ways, energy, how often the plan changed; none where there was no plan.
+    /// Results of the kind of mission, such as makespan, paths and energy; none: there was no plan.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub outcome: Option<Numbers>,
-    /// The same of a mission of layers: makespan, tasks, ways, energy, workload, how often the plan changed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub layers: Option<layered::Outcome>,
+    pub outcome: Option<serde_json::Value>,
+    /// The same for people, with the numbers of repairs and of new plans.
+    #[serde(skip)]
+    pub results: Option<mission::kind::Outcome>,
     /// What could not happen when it should.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub untaken: Vec<Untaken>,
@@ -182,7 +137,7 @@ impl MissionSummary {
             ok: false,
             end: End::Refused { why },
             outcome: None,
-            layers: None,
+            results: None,
             untaken: Vec::new(),
             workers: Vec::new(),
             broken: Vec::new(),
@@ -191,80 +146,45 @@ impl MissionSummary {
         }
     }
 
-    /// Of an execution that was judged at so many instants.
+    /// Of a world at the end of its run.
     pub(super) fn new(
         mission: &MissionProgram,
         scenario: &MissionScenarioProgram,
-        (execution, end, instants): (&Execution, End, u32),
-        (untaken, workers): (Vec<Untaken>, &Workers),
-        outcomes: Vec<Outcome>,
+        world: World,
+        run: RunEnd,
     ) -> MissionSummary {
+        let World { execution, workers, untaken, .. } = world;
+        let RunEnd { end, instants, outcomes } = run;
         let said = workers.notes.iter().map(|(at_s, what)| Happened { at_s: *at_s, what: what.clone(), notable: true });
-        let done = execution.records().iter().map(|r| Happened {
-            at_s: r.time,
-            what: of_happening(&r.what, execution.problem()),
-            notable: is_notable(&r.what),
-        });
-        let mut happened: Vec<Happened> = said.chain(done).collect();
+        let entry = |e: mission::kind::Entry| Happened { at_s: e.time, what: e.text, notable: e.notable };
+        let mut happened: Vec<Happened> = said.chain(execution.log().into_iter().map(entry)).collect();
         happened.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
-        let summary = MissionSummary::of(mission, scenario, (end, instants), (untaken, outcomes), happened);
-        let broken = broken(scenario, (execution, workers));
-        let (ok, workers) = (summary.ok && broken.is_empty(), workers.records());
-        MissionSummary { ok, workers, broken, outcome: Some(execution.statistics()), ..summary }
-    }
-
-    /// Of an execution of layers that was judged at so many instants.
-    pub(super) fn layered(
-        mission: &MissionProgram,
-        scenario: &MissionScenarioProgram,
-        (execution, end, instants): (&LayeredExecution, End, u32),
-        untaken: Vec<Untaken>,
-        outcomes: Vec<Outcome>,
-    ) -> MissionSummary {
-        let happened = execution.records().iter().map(|r| Happened {
-            at_s: r.time,
-            what: of_layered(&r.what, execution.problem()),
-            notable: is_notable_of_layers(&r.what),
-        });
-        let happened = happened.collect();
-        let summary = MissionSummary::of(mission, scenario, (end, instants), (untaken, outcomes), happened);
-        MissionSummary { layers: Some(execution.statistics()), ..summary }
-    }
-
-    /// Without the numbers of the kind of mission.
-    fn of(
-        mission: &MissionProgram,
-        scenario: &MissionScenarioProgram,
-        (end, instants): (End, u32),
-        (untaken, outcomes): (Vec<Untaken>, Vec<Outcome>),
-        happened: Vec<Happened>,
-    ) -> MissionSummary {
         let expectations = records_of(&scenario.expectations, &outcomes, scenario.step);
-        let measured = |measure| scenario.measures.contains(&measure);
         let good_end = match &end {
             End::Done { .. } => true,
             End::Refused { .. } | End::Interrupted => false,
-            // Who expects something speaks of the end where it matters.
+            // A scenario with expectations says itself whether the end matters.
             End::Unfinished => !scenario.expectations.is_empty(),
             End::Stranded { .. } => {
-                let schedule = [OfMission::Stranded, OfMission::Done].map(MissionMeasure::Mission);
-                let layers = [OfLayers::Stranded, OfLayers::Done].map(MissionMeasure::Layers);
-                schedule.into_iter().chain(layers).any(measured)
+                let measured = |name| scenario.measures.contains(&MissionMeasure::of_mission(name));
+                measured("stranded") || measured("done")
             }
         };
         let held = expectations.iter().all(|e| e.verdict == Verdict::Holds);
+        let broken = broken(mission, scenario, &workers);
+        let results = execution.outcome();
         MissionSummary {
             mission: mission.name.clone(),
             scenario: scenario.name.clone(),
             seed: scenario.seed,
             duration_s: f64::from(instants.saturating_sub(1)) * scenario.step,
-            ok: held && good_end && untaken.is_empty(),
+            ok: held && good_end && untaken.is_empty() && broken.is_empty(),
             end,
-            outcome: None,
-            layers: None,
+            outcome: Some(results.data.clone()),
+            results: Some(results),
             untaken,
-            workers: Vec::new(),
-            broken: Vec::new(),
+            workers: workers.records(),
+            broken,
             expectations,
             happened,
         }

@@ -4,15 +4,13 @@
 //! machine that an operation goes on; when the machine enters a state, the operation has ended. What keeps a robot from
 //! ever going on makes it lost. Nothing ticks while a robot is lost, or behind the end of the mission.
 
-use mission::kinds::schedule::execution::{Doing, Event, Execution};
-use mission::kinds::schedule::problem::Problem;
-use mission::plan::Actor;
+use mission::kind::{Event, Execution, WorkState};
 use serde::Serialize;
 
 use crate::closed_loop::ClosedLoop;
 use crate::controller::Controller;
 use crate::fault::Fault;
-use crate::program::{MissionScenarioProgram, ProgramError, Running, ScheduleProgram, WorkerProgram, error};
+use crate::program::{MissionProgram, MissionScenarioProgram, ProgramError, WorkerProgram, error};
 
 /// The most faults of a controller that are told of.
 const MOST_FAULTS: usize = 100;
@@ -50,21 +48,9 @@ enum Came {
     Broken(String),
 }
 
-/// What the mission knows of a working robot, as far as its controller needs it.
-#[derive(Clone, Copy, PartialEq)]
-enum Standing {
-    /// An operation goes on.
-    Works,
-    /// None does, and one is to come.
-    Waits,
-    /// None is to come any more.
-    Over,
-    Lost,
-}
-
 /// A working robot.
 struct Worker {
-    agent: usize,
+    member: usize,
     name: String,
     label: String,
     spec: String,
@@ -76,7 +62,7 @@ struct Worker {
     /// When its clock showed 0, in s of the mission.
     base: f64,
     ticks: u64,
-    standing: Standing,
+    standing: WorkState,
     /// When the operation under way began, in s.
     began: f64,
     /// It stood in the state that ends an operation at the last tick, or has not ticked yet.
@@ -97,34 +83,38 @@ pub struct Workers {
     still: bool,
 }
 
-/// The seed of the world around an agent.
-fn seed_of(seed: u64, agent: usize) -> u64 {
-    let mut x = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (agent as u64).wrapping_add(1);
+/// The seed of the world around the member of this number.
+fn seed_of(seed: u64, number: usize) -> u64 {
+    let mut x = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (number as u64).wrapping_add(1);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     x ^ (x >> 31)
 }
 
 impl Worker {
-    fn new(w: &WorkerProgram, running: &Running, (seed, problem): (u64, &Problem)) -> Result<Worker, ProgramError> {
+    fn new(w: &WorkerProgram, mission: &MissionProgram, seed: u64) -> Result<Worker, ProgramError> {
         let missing = || error("workers", "a controller does not exist");
-        let of = running.controller(w).ok_or_else(missing)?;
+        let of = mission.running.controller(w).ok_or_else(missing)?;
+        let members = mission.kind.members();
+        let name = members.get(w.member).map(|member| member.name.to_string()).unwrap_or_default();
+        // Robots that serve have no world of their own: another one in the team changes no seed.
+        let number = members.iter().take(w.member).filter(|member| member.role != "robot").count();
         let mut world = w.world.clone();
-        world.run.simulator.seed = seed_of(seed, w.agent);
+        world.run.simulator.seed = seed_of(seed, number);
         let program = world.program(&of.program);
         let closed = ClosedLoop::new(&program, Some(&world))?;
         let machine = closed.controller.machine();
         Ok(Worker {
-            agent: w.agent,
-            name: problem.agents.get(w.agent).map(|a| a.name.clone()).unwrap_or_default(),
-            label: problem.agent_label(w.agent).unwrap_or_default().to_string(),
+            member: w.member,
+            label: mission.kind.labels().member(&name).to_string(),
+            name,
             spec: of.spec.clone(),
             go: w.go,
             ends: (0..machine.states.len()).map(|s| machine.path(s).any(|s| s == w.done)).collect(),
             period: program.robot.period,
             base: 0.0,
             ticks: 0,
-            standing: Standing::Waits,
+            standing: WorkState::Waits,
             began: 0.0,
             inside: true,
             faulty: false,
@@ -137,7 +127,7 @@ impl Worker {
 
     /// When its next tick is, in s of the mission; none while it is lost.
     fn next(&self) -> Option<f64> {
-        (self.standing != Standing::Lost).then_some(self.base + self.ticks as f64 * self.period)
+        (self.standing != WorkState::Lost).then_some(self.base + self.ticks as f64 * self.period)
     }
 
     /// Its clock, which stood for a time, goes on at this time of the mission.
@@ -148,7 +138,7 @@ impl Worker {
     fn tick(&mut self, notes: &mut Vec<(f64, String)>) -> Option<Came> {
         let (now, time) = (self.next()?, self.ticks as f64 * self.period);
         self.ticks += 1;
-        let (works, go) = (self.standing == Standing::Works, self.go);
+        let (works, go) = (self.standing == WorkState::Works, self.go);
         self.closed.tick(time, &mut || 0.0, |controller| {
             controller.signals().set(go, &[if works { 1.0 } else { -1.0 }], time);
         });
@@ -160,8 +150,8 @@ impl Worker {
         let faulty = std::mem::replace(&mut self.faulty, fault.is_some());
         let text = fault.filter(|_| !faulty).map(|fault| controller.describe(&fault));
         let came = match self.standing {
-            Standing::Works if entered => Some(Came::Ended),
-            Standing::Over => None,
+            WorkState::Works if entered => Some(Came::Ended),
+            WorkState::Over => None,
             _ => broken(controller, fault),
         };
         if let Some(text) = text.filter(|_| self.faults < MOST_FAULTS) {
@@ -187,10 +177,15 @@ impl Workers {
     ///
     /// # Errors
     /// A controller cannot be run; those of compiled missions always can.
-    pub(super) fn new(schedule: &ScheduleProgram, scenario: &MissionScenarioProgram) -> Result<Workers, ProgramError> {
-        let one = |w| Worker::new(w, &schedule.running, (scenario.seed, &schedule.problem));
-        let all = scenario.running(schedule).iter().map(one).collect::<Result<_, _>>()?;
+    pub(super) fn new(mission: &MissionProgram, scenario: &MissionScenarioProgram) -> Result<Workers, ProgramError> {
+        let one = |w| Worker::new(w, mission, scenario.seed);
+        let all = scenario.running(mission).iter().map(one).collect::<Result<_, _>>()?;
         Ok(Workers { all, notes: Vec::new(), still: false })
+    }
+
+    /// Their names, in the order of [`MissionScenarioProgram::running`].
+    pub fn names(&self) -> Vec<String> {
+        self.all.iter().map(|w| w.name.clone()).collect()
     }
 
     /// The states that their machines are in, in the order of [`MissionScenarioProgram::running`].
@@ -199,40 +194,32 @@ impl Workers {
     }
 
     /// Whether the machine of an agent is in a state, or in one inside it; none where it runs none.
-    pub(super) fn is_in(&self, agent: usize, state: usize) -> Option<bool> {
-        let controller = &self.of(agent)?.closed.controller;
+    pub(super) fn is_in(&self, member: usize, state: usize) -> Option<bool> {
+        let controller = &self.of(member)?.closed.controller;
         Some(controller.machine().path(controller.state_index()).any(|s| s == state))
     }
 
     /// Whether the controller of an agent has broken down.
-    pub(super) fn has_faulted(&self, agent: usize) -> bool {
-        self.of(agent).is_some_and(|w| w.broke_down.is_some() && w.standing == Standing::Lost)
+    pub(super) fn has_faulted(&self, member: usize) -> bool {
+        self.of(member).is_some_and(|w| w.broke_down.is_some() && w.standing == WorkState::Lost)
     }
 
-    fn of(&self, agent: usize) -> Option<&Worker> {
-        self.all.iter().find(|w| w.agent == agent)
+    fn of(&self, member: usize) -> Option<&Worker> {
+        self.all.iter().find(|w| w.member == member)
     }
 
     /// Looks at what the mission has come to.
-    pub(super) fn look(&mut self, execution: &Execution) {
+    pub(super) fn look(&mut self, execution: &dyn Execution) {
         let now = execution.time();
-        let went = std::mem::replace(&mut self.still, execution.done()) && !self.still;
+        let went = std::mem::replace(&mut self.still, execution.done().is_some()) && !self.still;
         for w in &mut self.all {
-            let Some(view) = execution.agent(w.agent) else { continue };
-            let operations = execution.problem().agents.get(w.agent).map_or(0, |a| a.operations);
-            let last = view.operation.is_none_or(|o| o + 1 >= operations);
-            let standing = match view.doing {
-                Doing::Working => Standing::Works,
-                Doing::Lost => Standing::Lost,
-                Doing::Finished => Standing::Over,
-                Doing::Waiting | Doing::Served if last => Standing::Over,
-                _ => Standing::Waits,
-            };
+            let Some(work) = execution.work(w.member) else { continue };
+            let standing = work.state;
             let before = std::mem::replace(&mut w.standing, standing);
-            if standing == Standing::Works && before != Standing::Works {
-                w.began = view.since;
+            if standing == WorkState::Works && before != WorkState::Works {
+                w.began = work.since;
             }
-            if before == Standing::Lost && standing != Standing::Lost {
+            if before == WorkState::Lost && standing != WorkState::Lost {
                 // Whoever brought it back has mended it, and started it anew.
                 w.closed.controller.restart();
                 (w.inside, w.faulty) = (true, false);
@@ -260,11 +247,11 @@ impl Workers {
                 None => {}
                 Some(Came::Ended) => {
                     w.operations.push(now - w.began);
-                    return Some((now, Event::Done { agent: w.agent }));
+                    return Some((now, Event::of("done", w.member)));
                 }
                 Some(Came::Broken(why)) => {
                     w.broke_down = Some(BrokeDown { at_s: now, why });
-                    return Some((now, Event::Lost { who: Actor::Agent(w.agent) }));
+                    return Some((now, Event::of("lost", w.member)));
                 }
             }
         }

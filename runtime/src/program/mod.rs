@@ -10,7 +10,6 @@ mod check_machine;
 mod check_scenario;
 mod formula;
 mod gain;
-mod layers_scenario;
 mod machine;
 mod mission;
 mod mission_scenario;
@@ -31,14 +30,13 @@ pub use check::ProgramError;
 pub(crate) use check::error;
 pub use formula::{Formula, MAX_NODES, Node, Unit};
 pub use gain::overshoots;
-pub use layers_scenario::{OfLayers, OfTeammate};
 pub use machine::{
     ActionProgram, FaultPattern, MachineProgram, MeasuredProgram, OwnAction, StateProgram, TransitionProgram, Trigger,
 };
-pub use mission::{CompiledFile, LayersProgram, MAX_BATCH, MissionKind, MissionProgram, ScheduleProgram};
+pub use mission::{CompiledFile, MissionProgram};
 pub use mission_scenario::{
-    Happens, MAX_HAPPENINGS, MAX_INSTANTS, MAX_MISSION, MissionMeasure, MissionScenarioProgram, Occurrence, OfAgent,
-    OfMission, OfRobot, Replies, Reply, ends_with_step, step_within,
+    Happens, MAX_HAPPENINGS, MAX_INSTANTS, MAX_MISSION, MissionMeasure, MissionScenarioProgram, ends_with_step,
+    step_within,
 };
 pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
@@ -51,7 +49,7 @@ pub use window::{Window, WindowError};
 pub use worker::{ControllerProgram, MAX_RUNNING, MAX_TICKS, Running, WorkerProgram};
 
 /// The version of the format; a program of another version is refused.
-pub const FORMAT: u32 = 4;
+pub const FORMAT: u32 = 5;
 
 /// A compiled spec.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! Working robots of a schedule that run controllers of their own while the mission is executed.
 
-use mission::kinds::schedule::problem::{AgentKind, Problem};
+use mission::kind::Mission;
 use serde::{Deserialize, Serialize};
 
 use super::check::ensure;
@@ -24,8 +24,8 @@ pub struct ControllerProgram {
 /// A working robot that runs a controller.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorkerProgram {
-    /// Index of the agent, a worker.
-    pub agent: usize,
+    /// Index of the member, a worker.
+    pub member: usize,
     /// Index of the controller among those of the mission.
     pub controller: usize,
     /// The signal of the controller, a flag, that is true while an operation goes on.
@@ -59,8 +59,8 @@ impl Running {
     }
 
     /// The working robot that is this agent, with its controller.
-    pub fn of(&self, agent: usize) -> Option<(&WorkerProgram, &ControllerProgram)> {
-        let worker = self.workers.iter().find(|w| w.agent == agent)?;
+    pub fn of(&self, member: usize) -> Option<(&WorkerProgram, &ControllerProgram)> {
+        let worker = self.workers.iter().find(|w| w.member == member)?;
         Some((worker, self.controller(worker)?))
     }
 
@@ -71,17 +71,18 @@ impl Running {
     }
 
     /// Makes sure that all can be run; what the compiler gives always can.
-    pub(super) fn check(&self, problem: &Problem) -> Result<(), ProgramError> {
+    pub(super) fn check(&self, mission: &dyn Mission) -> Result<(), ProgramError> {
         ensure(self.workers.len() <= MAX_RUNNING, "workers", "more than 16 run controllers")?;
         for (i, c) in self.controllers.iter().enumerate() {
             let own = |e: ProgramError| error(format!("controllers[{i}].{}", e.place), e.message);
             c.program.check().map_err(own)?;
             ensure(c.program.run.subject == Subject::Machine, &format!("controllers[{i}]"), "runs no machine")?;
         }
+        let members = mission.members();
         for (i, w) in self.workers.iter().enumerate() {
             let place = format!("workers[{i}]");
-            let known = problem.agents.get(w.agent).is_some_and(|a| a.kind == AgentKind::Worker);
-            let again = self.workers[..i].iter().any(|o| o.agent == w.agent);
+            let known = members.get(w.member).is_some_and(|m| m.role == "worker");
+            let again = self.workers[..i].iter().any(|o| o.member == w.member);
             ensure(known && !again, &place, "is no worker, or another one too")?;
             let controller = self.controller(w).ok_or_else(|| error(&place, "its controller does not exist"))?;
             w.check(&controller.program, &place)?;
@@ -94,8 +95,8 @@ impl Running {
         let few = !scenario.sampled || self.ticks(scenario.duration) <= MAX_TICKS;
         ensure(few, &format!("{place}.duration"), "the controllers of working robots would have more than 2e7 ticks")?;
         for measure in &scenario.measures {
-            let MissionMeasure::In(agent, state) = *measure else { continue };
-            let machine = self.of(agent).and_then(|(_, c)| c.program.machine.as_ref());
+            let MissionMeasure::In(member, state) = *measure else { continue };
+            let machine = self.of(member).and_then(|(_, c)| c.program.machine.as_ref());
             let good = machine.is_some_and(|m| state < m.states.len());
             ensure(good, &format!("{place}.measures"), "measures a state that does not exist")?;
         }

@@ -2,15 +2,15 @@
 
 use std::fmt::Write;
 
+use mission::kinds::layers::Layers;
 use mission::kinds::layers::choose::{Options, choose};
 use mission::kinds::layers::problem::{Agent, Body, Problem, Task};
 use mission::kinds::layers::scales::Scales;
 
 use super::missions::range;
 use super::{number, wrapped};
-use crate::program::LayersProgram;
 
-pub(super) fn layers(name: &str, of: &LayersProgram, out: &mut String) -> std::fmt::Result {
+pub(super) fn layers(name: &str, of: &Layers, out: &mut String) -> std::fmt::Result {
     let p = &of.problem;
     writeln!(out, "mission {name} : layers")?;
     writeln!(out, "  {} tasks in {} layers, {} objects", p.tasks.len(), p.layers.len(), p.objects.len())?;

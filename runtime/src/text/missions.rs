@@ -2,32 +2,31 @@
 
 use std::fmt::Write;
 
-use mission::kinds::layers::problem::Problem as Team;
+use mission::kinds::Mission;
+use mission::kinds::schedule::Schedule;
 use mission::kinds::schedule::chance::nominal;
 use mission::kinds::schedule::choose::{Options, choose};
 use mission::kinds::schedule::problem::{AgentKind, Distances, Problem, Scales, WAIT_LIMIT};
 use mission::numbers::Range;
 
 use super::{layers, number, wrapped};
-use crate::missions::{of_event, of_layered_event};
-use crate::program::{MissionKind, MissionProgram, MissionScenarioProgram, Occurrence, ScheduleProgram};
+use crate::program::{MissionProgram, MissionScenarioProgram};
 
 /// The text of a mission, for people to review and for snapshots to hold.
 pub fn mission(mission: &MissionProgram) -> String {
     let mut out = String::new();
     // Writing to a String does not fail.
     let _ = match &mission.kind {
-        MissionKind::Schedule(of) => schedule(&mission.name, of, &mut out)
-            .and_then(|()| mission.scenarios.iter().try_for_each(|s| scenario(s, &of.problem, &mut out))),
-        MissionKind::Layers(of) => layers::layers(&mission.name, of, &mut out)
-            .and_then(|()| mission.scenarios.iter().try_for_each(|s| scenario_of_layers(s, &of.problem, &mut out))),
+        Mission::Schedule(of) => schedule(mission, of, &mut out),
+        Mission::Layers(of) => layers::layers(&mission.name, of, &mut out),
     };
+    let _ = mission.scenarios.iter().try_for_each(|s| scenario(s, mission, &mut out));
     out
 }
 
-fn schedule(name: &str, of: &ScheduleProgram, out: &mut String) -> std::fmt::Result {
+fn schedule(mission: &MissionProgram, of: &Schedule, out: &mut String) -> std::fmt::Result {
     let p = &of.problem;
-    writeln!(out, "mission {name} : schedule")?;
+    writeln!(out, "mission {} : schedule", mission.name)?;
     writeln!(
         out,
         "  {} operations, each planned to end in time with probability {}",
@@ -73,14 +72,15 @@ fn schedule(name: &str, of: &ScheduleProgram, out: &mut String) -> std::fmt::Res
         number(a.margin),
         number(a.wait_step)
     )?;
-    running(of).iter().try_for_each(|line| writeln!(out, "  {line}"))
+    running(mission).iter().try_for_each(|line| writeln!(out, "  {line}"))
 }
 
-/// Which working robots run controllers, a sentence each.
-pub fn running(of: &ScheduleProgram) -> Vec<String> {
+/// The members that run controllers, a sentence each.
+pub fn running(of: &MissionProgram) -> Vec<String> {
+    let (members, labels) = (of.kind.members(), of.kind.labels());
     let mut all = Vec::new();
     for w in &of.running.workers {
-        let (Some(who), Some(c)) = (of.problem.agents.get(w.agent), of.running.controller(w)) else { continue };
+        let (Some(who), Some(c)) = (members.get(w.member), of.running.controller(w)) else { continue };
         let go = c.program.interface.signals.get(w.go).map_or("?", |s| &s.name);
         let machine = c.program.machine.as_ref();
         let done = machine.and_then(|m| m.states.get(w.done)).map_or("?", |s| &s.name);
@@ -88,9 +88,9 @@ pub fn running(of: &ScheduleProgram) -> Vec<String> {
             if w.world.name.is_empty() { String::new() } else { format!(", in the world of \"{}\"", w.world.name) };
         all.push(format!(
             "{} runs {} at {} Hz in scenarios{world}: go is `{go}`, done is `{done}`",
-            match of.problem.labels.members.get(&who.name) {
+            match labels.members.get(who.name) {
                 Some(label) => format!("{label} ({})", who.name),
-                None => who.name.clone(),
+                None => who.name.to_string(),
             },
             c.spec,
             number(1.0 / c.program.robot.period)
@@ -99,52 +99,19 @@ pub fn running(of: &ScheduleProgram) -> Vec<String> {
     all
 }
 
-/// How a mission is executed in a scenario, what happens there, and what is expected.
-fn scenario(s: &MissionScenarioProgram, p: &Problem, out: &mut String) -> std::fmt::Result {
-    let operations = if s.sampled { "sampled" } else { "planned" };
-    let travel = if s.bases { "as bases" } else { "as planned" };
+/// A scenario: how the mission is executed, the events, and the expectations.
+fn scenario(s: &MissionScenarioProgram, of: &MissionProgram, out: &mut String) -> std::fmt::Result {
     let (duration, step) = (number(s.duration), number(s.step));
-    writeln!(
-        out,
-        "\nscenario \"{}\": for {duration} s in steps of {step} s, seed {}, operations {operations}, robots travel {travel}",
-        s.name, s.seed
-    )?;
+    let durations = of.kind.describe_run(&s.run(of));
+    writeln!(out, "\nscenario \"{}\": for {duration} s in steps of {step} s, seed {}, {durations}", s.name, s.seed)?;
     for happens in &s.happens {
-        let what = match happens.what {
-            Occurrence::Event(event) => of_event(&event, p),
-            Occurrence::FailedBy { robot } => {
-                format!("the service that {} gives fails", p.robots.get(robot).map_or("?", |m| &m.name))
-            }
-            Occurrence::LateBy { robot, by } => {
-                let who = p.robots.get(robot).map_or("?", |m| &m.name);
-                format!("the service that {who} gives takes {} s longer", number(by))
-            }
-            Occurrence::Layered(_) => continue,
-        };
-        writeln!(out, "  at {} s: {what}", number(happens.at))?;
+        writeln!(out, "  at {} s: {}", number(happens.at), of.kind.describe(&happens.what))?;
     }
     for replies in &s.replies {
         for (i, reply) in replies.services.iter().enumerate() {
             if let Some(reply) = reply {
-                writeln!(out, "  after service {}: {}", i + 1, of_event(&reply.of(replies.agent), p))?;
+                writeln!(out, "  after service {}: {}", i + 1, of.kind.describe(reply))?;
             }
-        }
-    }
-    expectations(s, out)
-}
-
-/// The same of a mission of layers.
-fn scenario_of_layers(s: &MissionScenarioProgram, p: &Team, out: &mut String) -> std::fmt::Result {
-    let durations = if s.sampled { "sampled" } else { "planned" };
-    let (duration, step) = (number(s.duration), number(s.step));
-    writeln!(
-        out,
-        "\nscenario \"{}\": for {duration} s in steps of {step} s, seed {}, tasks take as long as {durations}",
-        s.name, s.seed
-    )?;
-    for happens in &s.happens {
-        if let Occurrence::Layered(event) = happens.what {
-            writeln!(out, "  at {} s: {}", number(happens.at), of_layered_event(&event, p))?;
         }
     }
     expectations(s, out)

@@ -16,17 +16,17 @@ use context::transcript::{self, Exchange, Replay};
 use files::Target;
 use hierarq::plan_data::{Found, PlanData};
 use hierarq::{outputs, planned, project};
+use mission::kinds::Mission;
 use mission::kinds::layers::cost::cost;
 use mission::kinds::layers::json::{Imported, Mode, export, export_plan};
 use mission::kinds::layers::steps::from_plan;
-use runtime::program::MissionKind;
 
 use super::{Outcome, SpecOptions, output, plan};
 
-/// The variable in which a key is looked for.
+/// Name of the environment variable for the key.
 const KEY: &str = "HIERARQ_API_KEY";
 
-/// Largest transcript that is replayed, in bytes.
+/// Maximum size of a replayed transcript (bytes).
 const MAX_TRANSCRIPT: u64 = 256 << 20;
 
 #[derive(Args)]
@@ -80,7 +80,7 @@ pub struct Arguments {
     temperature: Option<f64>,
 }
 
-/// How much is left to the model.
+/// Decisions of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Decides {
     /// Tasks and their layers; the rest is optimised.
@@ -111,7 +111,7 @@ pub fn run(a: &Arguments) -> Outcome {
         Ok(mission) => mission,
         Err(message) => return Outcome::Trouble(format!("{}: {message}", a.spec.display())),
     };
-    let MissionKind::Layers(program) = &mission.kind else {
+    let Mission::Layers(program) = &mission.kind else {
         let text = format!(
             "the mission `{}` is a schedule; a model is asked for the layers of a mission of layers",
             mission.name
@@ -149,7 +149,7 @@ pub fn run(a: &Arguments) -> Outcome {
         }
         return Outcome::Good;
     }
-    // Before anybody is asked.
+    // Checked before the model is asked.
     let sources = [a.spec.clone()];
     let target = a.out.as_deref().map(|path| Target::new("--out", path, outputs::LAYERS, &sources)).transpose();
     let target = match target {
@@ -162,7 +162,7 @@ pub fn run(a: &Arguments) -> Outcome {
     }
 }
 
-/// Asks the server, or the transcript.
+/// Asks the server, or replays the transcript.
 fn ask(a: &Arguments, mission: &str, wish: &Wish) -> Result<Imported, Outcome> {
     let mut talk = talk(a, mission)?;
     let answered = layers(talk.chat.as_mut(), wish, &bounds(a, 5), |exchange| talk.kept.keep(exchange));
@@ -177,23 +177,23 @@ fn ask(a: &Arguments, mission: &str, wish: &Wish) -> Result<Imported, Outcome> {
     })
 }
 
-/// Who is asked, and where what is said is kept.
+/// The model, and the writer of the transcript.
 struct Talk {
     chat: Box<dyn Chat>,
     kept: Kept,
 }
 
-/// The transcript that is written, if one is.
+/// File and path of the written transcript, if any.
 struct Kept(Option<(File, PathBuf)>);
 
 impl Kept {
-    /// Says what became of an exchange, and keeps it.
+    /// Reports the result of an exchange, and writes it.
     fn keep(&mut self, exchange: &Exchange) -> std::io::Result<()> {
         say(exchange);
         self.0.as_mut().map_or(Ok(()), |(file, _)| transcript::write(file, exchange))
     }
 
-    /// Says where everything is.
+    /// Reports the path of the transcript.
     fn tell(&self) {
         if let Some((_, path)) = &self.0 {
             output::eprint(&format!("everything that was said: {}\n", path.display()));
@@ -201,14 +201,14 @@ impl Kept {
     }
 }
 
-/// How often is asked; `usual` answers are looked at where nothing is said.
+/// Returns the limits of a conversation; `usual` is the default number of attempts.
 fn bounds(a: &Arguments, usual: u32) -> Bounds {
     let attempts = usize::try_from(a.attempts.unwrap_or(usual)).unwrap_or(usize::MAX);
     let pause = if a.replay.is_some() { Duration::ZERO } else { Bounds::default().pause };
     Bounds { attempts, pause, ..Bounds::default() }
 }
 
-/// The server or the transcript, and the file for a new transcript.
+/// Opens the server or the transcript, and the file of a new transcript.
 fn talk(a: &Arguments, mission: &str) -> Result<Talk, Outcome> {
     let chat: Box<dyn Chat> = match (&a.replay, &a.endpoint) {
         (Some(path), _) => {
@@ -245,7 +245,7 @@ fn server(a: &Arguments, address: &str) -> Result<Endpoint, Outcome> {
     })
 }
 
-/// What became of an attempt, for who waits.
+/// Reports the result of an attempt.
 fn say(exchange: &Exchange) {
     let Exchange { attempt, seconds, answered, refused, .. } = exchange;
     let text = match answered {
@@ -261,10 +261,10 @@ fn say(exchange: &Exchange) {
     output::eprint(&(text + "\n"));
 }
 
-/// Why a plan that a model gave was not planned.
+/// Reason for the choice if the model decided the complete plan.
 const GIVEN: Found<'static> = Found { formulation: "given", why: "the model decided everything" };
 
-/// Writes the layers, or the whole plan with what it costs.
+/// Writes the layers, or the complete plan with its cost.
 fn finish(a: &Arguments, target: Option<Target>, mission: &str, imported: &Imported) -> Outcome {
     let problem = &imported.problem;
     let text = match &imported.plan {

@@ -1,5 +1,6 @@
-//! `hierarq context --trials N`: the same question asked anew, each answer planned, and the table of thesis 6.4.4 (Tables 6.3
-//! to 6.8): valid plans, times, relative errors (6.17) against the plans of the layers alone, the cost J and its parts.
+//! `hierarq context --trials N`: repeats a question, plans each answer, and prints the table of thesis 6.4.4 (Tables
+//! 6.3 to 6.8): valid plans, times, relative errors (6.17) against the plans with model-generated layers only, the cost
+//! J and its parts.
 
 use std::time::Instant;
 
@@ -8,27 +9,27 @@ use context::generate::{Bounds, GenerateError};
 use context::layers::layers;
 use context::prompt::{VERSION, Wish};
 use hierarq::planned;
+use mission::kinds::layers::Layers;
 use mission::kinds::layers::choose::Options;
 use mission::kinds::layers::cost::{Cost, cost};
 use mission::kinds::layers::json::Imported;
 use mission::kinds::layers::steps::from_plan;
-use runtime::program::LayersProgram;
 
 use super::super::{Outcome, output, plan};
 use super::{Arguments, Decides, Kept, Talk, bounds, talk};
 
-/// What came of one trial.
+/// Result of a trial.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Trial {
-    /// The cost of its plan; none: no answer could be used.
+    /// Cost of its plan; `None` without a usable answer.
     cost: Option<Cost>,
-    /// How long the model took (s).
+    /// Time of the model (s).
     model: f64,
-    /// How long the planner took (s).
+    /// Time of the planner (s).
     planner: f64,
 }
 
-/// What came of all trials in which a model decides so much.
+/// Results of all trials with the same decisions of the model.
 #[derive(Clone, Debug, PartialEq)]
 struct Case {
     decides: Decides,
@@ -38,7 +39,7 @@ struct Case {
 /// Runs the trials of each case, and prints the table.
 pub(super) fn run<'w>(
     a: &Arguments,
-    (mission, program): (&str, &LayersProgram),
+    (mission, program): (&str, &Layers),
     count: u32,
     wish: &impl Fn(Decides) -> Wish<'w>,
 ) -> Outcome {
@@ -73,8 +74,8 @@ pub(super) fn run<'w>(
     Outcome::Good
 }
 
-/// One conversation, and the plan of what came of it.
-fn trial(talk: &mut Talk, wish: &Wish, bounds: &Bounds, program: &LayersProgram) -> Result<Trial, GenerateError> {
+/// Runs one conversation, and plans its result.
+fn trial(talk: &mut Talk, wish: &Wish, bounds: &Bounds, program: &Layers) -> Result<Trial, GenerateError> {
     let Talk { chat, kept } = talk;
     chat.begin();
     let (mut model, mut exchanges) = (0.0, 0);
@@ -93,15 +94,15 @@ fn trial(talk: &mut Talk, wish: &Wish, bounds: &Bounds, program: &LayersProgram)
             }
             Ok(Trial { cost, model, planner })
         }
-        // A conversation that was recorded with fewer answers ends there.
+        // The replayed conversation had fewer answers.
         Err(GenerateError::Refused { .. }) => Ok(Trial { model, ..Trial::default() }),
         Err(GenerateError::Server(AskError::RecordingEnds)) if exchanges > 0 => Ok(Trial { model, ..Trial::default() }),
         Err(error) => Err(error),
     }
 }
 
-/// The cost of the plan: the one that was given, or the one that is made of the layers.
-fn priced(imported: &Imported, program: &LayersProgram) -> Option<Cost> {
+/// Returns the cost of the given plan, or of a plan made for the layers.
+fn priced(imported: &Imported, program: &Layers) -> Option<Cost> {
     let problem = &imported.problem;
     if let Some(plan) = &imported.plan {
         return Some(cost(problem, &from_plan(problem, plan)));
@@ -123,7 +124,7 @@ fn word(decides: Decides) -> &'static str {
     }
 }
 
-/// The table, with what it needs to be read.
+/// Returns the table with its caption.
 fn table(mission: &str, model: &str, bounds: &Bounds, cases: &[Case]) -> String {
     let header = ["decides", "trials", "f %", "CP s", "LLM s", "eps_m", "eps_M", "J", "mu", "omega", "e"];
     let reference = cases.iter().find(|case| case.decides == Decides::Layers);
@@ -168,7 +169,7 @@ fn row(case: &Case, reference: Option<&Case>) -> Vec<String> {
     ]
 }
 
-/// (6.17) for each trial in which both have a plan.
+/// Computes (6.17) for each trial in which both have a plan.
 fn errors(of: &[Trial], reference: &[Trial]) -> Vec<f64> {
     let both = of.iter().zip(reference).filter_map(|(one, other)| Some((one.cost.as_ref()?, other.cost.as_ref()?)));
     let all = both.map(|(one, other)| (one.total() - other.total()) / other.total());
@@ -179,7 +180,7 @@ fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Mean and standard deviation; of one value there is no deviation.
+/// Returns mean and standard deviation; only the mean for a single value.
 fn spread(values: &[f64]) -> String {
     let Some(mean) = mean(values) else { return "-".to_string() };
     if values.len() < 2 {

@@ -1,25 +1,21 @@
-//! Planning layers of tasks, and the plan for people and as data.
+//! Planning of layers of tasks, and the output of the plan as text and as data.
 
 use std::fmt::Write;
 
 use hierarq::gantt;
 use hierarq::plan_data::{Found, PlanData};
 use hierarq::planned::{self, PlannedLayers};
+use mission::kinds::layers::Layers;
 use mission::kinds::layers::choose::{Formulation, Options};
 use mission::kinds::layers::cost::Cost;
 use mission::kinds::layers::problem::Problem;
-use runtime::program::{LayersProgram, MissionProgram};
+use runtime::program::MissionProgram;
 
 use super::super::output;
 use super::{Arguments, Pictures, aligned, asked, batch, budget, coloured, data, refused, status};
 
-/// Plans layers; what is printed of them.
-pub(super) fn plan(
-    a: &Arguments,
-    mission: &MissionProgram,
-    of: &LayersProgram,
-    pictures: Pictures,
-) -> Result<String, String> {
+/// Plans layers; returns the output.
+pub(super) fn plan(a: &Arguments, mission: &MissionProgram, of: &Layers, pictures: Pictures) -> Result<String, String> {
     if of.problem.tasks.is_empty() {
         let name = &mission.name;
         return Err(format!(
@@ -35,8 +31,7 @@ pub(super) fn plan(
         options.budget = budget(a)?;
     }
     let planned = planned::layers(&of.problem, &options).map_err(|why| refused(&why))?;
-    let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
-    pictures.draw(&planned.plan, &|| gantt::layered_map(&of.problem, &planned.plan, &standing))?;
+    pictures.draw(&planned.plan, &mission.kind)?;
     Ok(match a.json {
         true => {
             let found = Found { formulation: planned.choice.formulation.name(), why: &planned.choice.why.to_string() };
@@ -47,7 +42,7 @@ pub(super) fn plan(
     })
 }
 
-/// The plan of layers for people.
+/// Returns the plan of layers as text.
 fn text(mission: &MissionProgram, problem: &Problem, p: &PlannedLayers) -> String {
     let end = p.plan.end().unwrap_or(0.0);
     let mut out = format!("mission {}: {} tasks, all done after {end:.1} s\n", mission.name, p.steps.len());
@@ -87,7 +82,7 @@ fn text(mission: &MissionProgram, problem: &Problem, p: &PlannedLayers) -> Strin
     out + &below
 }
 
-/// The cost of a plan of layers, term by term.
+/// Returns the cost of a plan of layers, term by term.
 pub fn cost(c: &Cost) -> String {
     format!(
         "cost {:.4}, from workload {:.4}, energy {:.4} and makespan {:.4}, each before its weight",

@@ -1,4 +1,4 @@
-//! `hierarq plan SPEC [MISSION]`: what is asked for, and what all kinds of mission have in common.
+//! `hierarq plan SPEC [MISSION]`: the arguments, and the common parts of all kinds of mission.
 
 mod layered;
 mod schedule;
@@ -18,15 +18,16 @@ use hierarq::planned::{self, Unplanned};
 use hierarq::{gantt, outputs, project};
 use mission::engine::Engine;
 use mission::engine::{Budget, EngineError};
+use mission::kinds::Mission;
 use mission::kinds::layers;
 use mission::kinds::schedule::choose::{Formulation, Refusal};
+use mission::numbers::MAX_BATCH;
 use mission::plan::{Limit, Plan, Status};
-use runtime::program::{MAX_BATCH, MissionKind};
 use runtime::text::number;
 
 use super::{Outcome, SpecOptions, output};
 
-/// The longest time that a planner is given (s).
+/// Maximum time limit of a planner (s).
 const LONGEST: f64 = 1e6;
 
 #[derive(Args)]
@@ -65,7 +66,7 @@ fn engines() -> impl TypedValueParser<Value = Engine> {
         .map(|s| Engine::ALL.into_iter().find(|e| e.name() == s).unwrap_or_default())
 }
 
-/// The formulations of all kinds of mission.
+/// Returns the formulations of all kinds of mission.
 fn formulations() -> PossibleValuesParser {
     let of_layers = layers::choose::Formulation::ALL.map(layers::choose::Formulation::name);
     let mut all: Vec<&str> = Formulation::ALL.map(Formulation::name).to_vec();
@@ -85,14 +86,14 @@ pub fn run(a: &Arguments) -> Outcome {
         Ok(mission) => mission,
         Err(message) => return Outcome::Trouble(format!("{}: {message}", a.spec.display())),
     };
-    // Before the search, which may take its time.
+    // Checked before the search, which may take a while.
     let pictures = match Pictures::new(a, &project::sources(&a.spec, &compiled.report)) {
         Ok(pictures) => pictures,
         Err(trouble) => return Outcome::Trouble(trouble),
     };
     let done = match &mission.kind {
-        MissionKind::Schedule(of) => schedule::plan(a, mission, of, pictures),
-        MissionKind::Layers(of) => layered::plan(a, mission, of, pictures),
+        Mission::Schedule(of) => schedule::plan(a, mission, of, pictures),
+        Mission::Layers(of) => layered::plan(a, mission, of, pictures),
     };
     match done {
         Ok(printed) => {
@@ -107,7 +108,7 @@ pub fn run(a: &Arguments) -> Outcome {
     }
 }
 
-/// The formulation that was asked for, if this kind of mission has it.
+/// Returns the requested formulation, if this kind of mission has it.
 fn asked<F: Copy, const N: usize>(
     a: &Arguments,
     what: &str,
@@ -130,13 +131,13 @@ fn budget(a: &Arguments) -> Result<Budget, String> {
         let time = Duration::try_from_secs_f64(seconds).ok().filter(|t| !t.is_zero() && seconds <= LONGEST);
         budget.time =
             time.ok_or_else(|| format!("--budget {seconds} s: a time above zero, and at most {LONGEST} s"))?;
-        // Who says how long it may take means that, and no count of steps.
+        // With an explicit time limit, the number of nodes is unlimited.
         budget.nodes = u64::MAX;
     }
     Ok(budget)
 }
 
-/// Why there is no plan.
+/// Returns the reason why there is no plan.
 pub fn refused(why: &Unplanned) -> String {
     match why {
         Unplanned::Refused(Refusal::Engine(e @ EngineError::Missing { .. }))
@@ -165,13 +166,13 @@ pub fn refused(why: &Unplanned) -> String {
     }
 }
 
-/// A plan as JSON.
+/// Returns a plan as JSON.
 pub fn data(plan: &PlanData) -> String {
-    // Names, numbers and lists of them, which JSON has.
+    // Serialization cannot fail: the data are names, numbers and lists.
     serde_json::to_string_pretty(plan).unwrap_or_default() + "\n"
 }
 
-/// Where pictures of the plan are to be written.
+/// Output files of the drawings of a plan.
 struct Pictures {
     gantt: Option<Target>,
     map: Option<Target>,
@@ -190,10 +191,11 @@ impl Pictures {
         Ok(Pictures { gantt: target("--gantt", &a.gantt)?, map: target("--map", &a.map)? })
     }
 
-    /// Draws what is to be drawn; `map` draws places and ways.
-    fn draw(self, plan: &Plan, map: &dyn Fn() -> String) -> Result<(), String> {
+    /// Draws the requested drawings.
+    fn draw(self, plan: &Plan, mission: &Mission) -> Result<(), String> {
+        let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
         self.gantt.map_or(Ok(()), |target| target.write(&gantt::svg(plan)))?;
-        self.map.map_or(Ok(()), |target| target.write(&map()))
+        self.map.map_or(Ok(()), |target| target.write(&gantt::map(&mission.map(plan), &standing)))
     }
 }
 
@@ -209,7 +211,7 @@ fn limit(stopped: Limit) -> &'static str {
     }
 }
 
-/// How sure the planner is.
+/// Returns the status of a plan as a sentence.
 fn status(status: &Status) -> String {
     match status {
         Status::Proven { bound } => format!("proven: no plan costs less than {}", number(*bound)),
@@ -228,7 +230,7 @@ fn status(status: &Status) -> String {
     }
 }
 
-/// Rows below a header, each column as wide as its longest cell, the first `left` to the left and numbers to the right.
+/// Returns aligned rows below a header: the first `left` columns left-aligned, numbers right-aligned.
 pub fn aligned(header: &[&str], rows: &[Vec<String>], left: usize) -> String {
     let width = |i: usize| {
         let cells = rows.iter().filter_map(|row| row.get(i)).map(|cell| gantt::columns(cell));

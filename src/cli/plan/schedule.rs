@@ -1,37 +1,37 @@
-//! Planning a schedule, and the plan for people and as data.
+//! Planning of a schedule, and the output of the plan as text and as data.
 
 use std::fmt::Write;
 
 use hierarq::gantt;
 use hierarq::plan_data::PlanData;
 use hierarq::planned::{self, Planned};
+use mission::kinds::schedule::Schedule;
 use mission::kinds::schedule::choose::{Formulation, Options};
 use mission::kinds::schedule::cost::Cost;
-use runtime::program::{MissionProgram, ScheduleProgram};
+use runtime::program::MissionProgram;
 
 use super::super::output;
 use super::{Arguments, Pictures, aligned, asked, batch, budget, coloured, data, refused, status};
 
-/// Plans a schedule; what is printed of it.
+/// Plans a schedule; returns the output.
 pub(super) fn plan(
     a: &Arguments,
     mission: &MissionProgram,
-    of: &ScheduleProgram,
+    of: &Schedule,
     pictures: Pictures,
 ) -> Result<String, String> {
     let formulation = asked(a, "a schedule", Formulation::ALL, Formulation::name)?;
     let options = Options { formulation, engine: a.engine, batch: batch(a).unwrap_or(of.batch), budget: budget(a)? };
     let planned = planned::schedule(&of.problem, &options).map_err(|why| refused(&why))?;
-    let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
-    pictures.draw(&planned.plan, &|| gantt::map(&of.problem, &planned.plan, &standing))?;
+    pictures.draw(&planned.plan, &mission.kind)?;
     Ok(if a.json {
         data(&PlanData::of_schedule(&a.spec.display().to_string(), &mission.name, &of.problem, &planned))
     } else {
-        text(mission, &planned, &runtime::text::running(of))
+        text(mission, &planned, &runtime::text::running(mission))
     })
 }
 
-/// The plan for people.
+/// Returns the plan as text.
 fn text(mission: &MissionProgram, p: &Planned, runs: &[String]) -> String {
     let mut out = format!("mission {}: {}\n", mission.name, mission_end(p));
     let _ = writeln!(out, "planned by {} ({}): {}", p.choice.formulation.name(), p.plan.engine, p.choice.why);
@@ -52,7 +52,7 @@ fn mission_end(p: &Planned) -> String {
     format!("{} services, all done after {end:.1} s", p.services.len())
 }
 
-/// The table of services.
+/// Returns the table of services.
 fn services(p: &Planned) -> String {
     let header =
         ["robot", "serves", "leaves", "waits", "comes", "serves", "goes", "done", "speed", "near", "back", "waited"];
@@ -83,7 +83,7 @@ fn services(p: &Planned) -> String {
            near the agent and back, in m/s; how long the agent waited, in s)\n"
 }
 
-/// The cost, term by term.
+/// Returns the cost, term by term.
 fn cost(c: &Cost) -> String {
     format!(
         "cost {:.4}: waits of people {:.4}, of workers {:.4}, makespan {:.4},\n  energy of going {:.4}, of approaching \

@@ -1,4 +1,4 @@
-//! Follows a target pose as a body with mass, damping and stiffness that gives way to a wrench.
+//! Follows a target pose as a body with mass, damping and stiffness that yields to a wrench.
 
 use nalgebra::Vector3;
 use robot::LinkId;
@@ -16,7 +16,7 @@ use crate::task::{
 use crate::tracking;
 
 crate::params! {
-    /// Where the frame goes while nothing touches it.
+    /// Target pose of the frame without contact.
     pub struct Target {
         /// Target position of the frame's origin in the world; it may move with time.
         position: Input<3> = ParamType::Vector(LENGTH), Presence::Default("initial(position)");
@@ -30,15 +30,15 @@ crate::params! {
     pub struct Params {
         /// The frame: a link of the robot, or an arm, which stands for its tip.
         frame: (String, LinkId) = ParamType::Frame, Presence::Required;
-        /// Where the frame goes while nothing touches it; where it was on entering the stack, if left out.
+        /// Target pose of the frame without contact. Default: its pose at the entry of the stack.
         target: BoundParams = ParamType::Group(Target::INFO), Presence::Default("{}");
-        /// Km: how slowly the frame takes up a motion.
+        /// Km: virtual mass and inertia of the frame.
         mass: BoundParams = ParamType::Group(Mass::INFO), Presence::Required;
-        /// Kd: what slows its motion against the target's.
+        /// Kd: virtual damping of its motion relative to that of the target.
         damping: BoundParams = ParamType::Group(Damping::INFO), Presence::Required;
-        /// Kp: what pulls it to the target.
+        /// Kp: virtual stiffness towards the target.
         stiffness: BoundParams = ParamType::Group(Stiffness::INFO), Presence::Required;
-        /// h: what a person or the surroundings exert on the robot at the frame.
+        /// h: wrench that a person or the environment exerts on the robot at the frame.
         wrench: BoundParams = ParamType::Group(Wrench::INFO), Presence::Required;
     }
 }
@@ -47,34 +47,47 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "admittance",
     summary: "follows a target pose, and gives way to a wrench like a mass on a spring with a damper",
-    docs: "Six equality rows, three of the position and three of the orientation, in the world's axes. They let the frame move \
-as a body would,\n\n\
-```text\nKm (a_d - a) + Kd (v_d - v) + Kp e = -h\n```\n\n\
-where `h` is the wrench exerted **on** the robot: a push towards +x has a positive first number. With \
-`a = (v - v_prev) / T` and the control period T, and each row divided by `Km/T + Kd`, they are\n\n\
-```text\nJ v = (Km (v_prev + T a_d) + T (Kd v_d + Kp e + h)) / (Km + T Kd)      [m/s], [rad/s]\n```\n\n\
-- A steady force h displaces the frame by `h / Kp`, and it comes back when the force ends. `Kd = 2 sqrt(Km Kp)` brings it \
-back as fast as it goes without overshooting.\n\
-- `e` is `p_d - p`, and `log(R_d R^T)` as in `frame_orientation`: a rotation vector in rad, so that a moment μ turns the \
-frame by `μ / Kp`. The thesis takes the quaternion's vector part, which is half of it for small angles: its angular \
+    docs: "Six equality rows, three for the position and three for the orientation, in the world's axes. They \
+let the frame move like a body with mass, damping and stiffness,\n\n\
+```text\n\
+Km (a_d - a) + Kd (v_d - v) + Kp e = -h\n\n\
+a, v        m/s^2, m/s or rad/s^2, rad/s   acceleration and velocity of the frame, along an axis of the world\n\
+a_d, v_d    the same units                 those of the target\n\
+e           m or rad                       error: p_d - p for the position, log(R_d R^T) for the orientation\n\
+h           N or N m                       wrench at the frame's origin, exerted on the robot\n\
+Km, Kd, Kp  one for each axis              mass [kg, kg m^2], damping [N s/m, N m s/rad], stiffness [N/m, N m/rad]\n\
+```\n\n\
+A push towards +x has a positive first number in `h`. With `a = (v - v_prev) / T` and the control period T, and \
+each row divided by `Km/T + Kd`, the rows are\n\n\
+```text\n\
+J v = (Km (v_prev + T a_d) + T (Kd v_d + Kp e + h)) / (Km + T Kd)      [m/s], [rad/s]\n\
+```\n\n\
+with the 6×n Jacobian `J` of the frame in the world's axes, at its origin, linear rows first. On the left side, \
+`v` is the n×1 velocity of the degrees of freedom.\n\n\
+- A steady force h displaces the frame by `h / Kp`; the frame returns when the force ends. With `Kd = 2 sqrt(Km \
+Kp)` it returns as fast as possible without overshooting.\n\
+- `log(R_d R^T)` is the rotation vector of `frame_orientation` in rad, so a moment μ rotates the frame by `μ / \
+Kp`. The thesis uses the vector part of the quaternion, which is half of it for small angles: its angular \
 stiffness of 60 N m is one of 30 N m here.\n\
-- Radians may be left out: angular stiffness is in `N m` or `N m/rad`, angular damping in `N m s` or `N m s/rad`.\n\
-- `v_d` is the exact time derivative of the target. `a_d` is its change since the last tick over T, zero at the \
-first tick.\n\
-- `v_prev` is `J v_stack`: the frame's velocity now for the velocity that the stack returned at the last tick; at its \
-first tick, for the one that the reference moved with. So limits wind nothing up, another stack may have moved the robot \
-before, and mass, damping and stiffness may change at any time, with the stack or with time: the velocity goes on from where \
-it is, and only its slope has a corner. The offset by which a `blend` moves the reference is not part of `v_prev`, and \
-the law acts from the second tick of a blend on.\n\
-- A sensor measures along its own axes: `force (f in wrist) in world` turns what it says into the world's. The moment \
-counts about the frame's origin; a sensor elsewhere measures another: add `r x f`. A wrench without `moment` leaves the \
-orientation to spring and damper.\n\n\
-Mass and damping are stable with any period. The spring pulls with the error at the beginning of a tick, and is stable exactly \
-where\n\n\
-```text\nKp T^2  <  4 Km + 2 Kd T\n```\n\n\
-on each axis; a larger stiffness is refused when the spec is compiled, or is a fault where it moves with time. Stay well below: \
-a motion is followed closely where `T sqrt(Kp / Km)` and `T Kd / Km` are much smaller than 1. A wrench that is not finite is a \
-fault.\n\n\
+- Radians may be omitted: angular stiffness is in `N m` or `N m/rad`, angular damping in `N m s` or `N m s/rad`.\n\
+- `v_d` is the exact time derivative of the target. `a_d` is its change since the last tick divided by T, zero at \
+the first tick.\n\
+- `v_prev` is `J v_stack`, with the Jacobian of this tick and the velocity that the stack returned at the last \
+tick; at the first tick of the stack, with the velocity of the reference. Limits therefore cause no windup, \
+another stack may have moved the robot before, and mass, damping and stiffness may change at any time, with the \
+stack or with time: the velocity is continuous, and only its slope changes abruptly. The offset by which a `blend` \
+moves the reference is not part of `v_prev`, and the law acts from the second tick of a blend on.\n\
+- A sensor measures along its own axes: `force (f in wrist) in world` converts its reading to the world's axes. \
+The moment is about the frame's origin; a sensor at another place measures another moment: add `r x f`. Without \
+`moment`, only spring and damper act on the orientation.\n\n\
+Mass and damping are stable with any period. The spring acts on the error at the beginning of a tick, and is \
+stable if and only if\n\n\
+```text\n\
+Kp T^2  <  4 Km + 2 Kd T\n\
+```\n\n\
+on each axis. The compiler rejects a larger stiffness; if the numbers change with time, a larger stiffness is a \
+fault. Stay well below this bound: the law follows the continuous motion closely if `T sqrt(Kp / Km)` and `T Kd \
+/ Km` are much smaller than 1. A wrench that is not finite is a fault.\n\n\
 Source: thesis (4.36)-(4.45). The sign of `h`, and with it those of (4.42)-(4.44), is corrected, and the rows are not \
 scaled by `Km/T + Kd`.",
     example: "task comply = admittance(tool) {\n  \
@@ -97,7 +110,7 @@ wrench { force [20, 0, 0] N * smoothstep(t/(1 s)) }\n}",
 struct Admittance {
     body: Body,
     target: Target,
-    /// The target's linear and angular velocity at the last tick; none at the first.
+    /// Linear and angular velocity of the target at the last tick; `None` at the first.
     before: Option<[Vector3<f64>; 2]>,
 }
 

@@ -4,8 +4,8 @@
 //! p_a = α p_l + (1 - α) p_r                    absolute position      thesis (3.27)
 //! R_a = R_l exp((1 - α) log(R_l^T R_r))        absolute orientation   thesis (3.28)
 //! p_rel = p_r - β p_l        in the world      thesis (3.29), (3.31)
-//!       = R_l^T (p_r - p_l)  in the left tool  where β = 1 and `relative_to left`
-//! R_rel = R_l^T R_r  where β = 1,  R_r  where β = 0
+//!       = R_l^T (p_r - p_l)  in the left tool  if β = 1 and `relative_to left`
+//! R_rel = R_l^T R_r  if β = 1,  R_r  if β = 0
 //! ```
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -28,11 +28,11 @@ use crate::tracking::{self, axes};
 crate::params! {
     /// Target pose of the right tip relative to the left one.
     pub struct Relative {
-        /// Target position; it may move with time. It counts along the axes of the left tip, with `relative_to world` or
-        /// `beta 0` along those of the world.
+        /// Target position; it may move with time. It is expressed in the axes of the left tip; with
+        /// `relative_to world` or `beta 0`, in those of the world.
         position: Input<3> = ParamType::Vector(LENGTH), Presence::Required;
-        /// Target orientation; it may move with time. It turns the axes of the right tip into those of the left one, with
-        /// `beta 0` into those of the world.
+        /// Target orientation; it may move with time. It rotates the axes of the right tip into those of the left one;
+        /// with `beta 0`, into those of the world.
         orientation: Input<4> = ParamType::Rotation, Presence::Required;
     }
 }
@@ -44,12 +44,13 @@ crate::params! {
         left_arm: Arm = ParamType::Arm, Presence::Default("left");
         /// The right arm.
         right_arm: Arm = ParamType::Arm, Presence::Default("right");
-        /// α: where the absolute frame lies. 1 is the left tip, 0 the right one. It may move with time.
+        /// α: position of the absolute frame between the tips. 1 is the left tip, 0 the right one. It may move with
+        /// time.
         alpha: Input<1> = ParamType::Scalar(Quantity::between(NONE, 0.0, 1.0)), Presence::Default("0.5");
         /// β: 1 couples the arms, 0 makes the relative pose that of the right tip in the world.
         beta: Input<1> = ParamType::Scalar(Quantity::between(NONE, 0.0, 1.0).constant()), Presence::Default("1");
-        /// The frame of the relative position where β = 1: the left tip's, or the world's axes as in the thesis,
-        /// where a turn of torso or base reads as relative motion.
+        /// The axes of the relative position for β = 1: those of the left tip, or those of the world as in the thesis,
+        /// in which a rotation of torso or base appears as relative motion.
         relative_to: String = ParamType::Choice(&["left", "world"]), Presence::Default("left");
         /// Target pose of the absolute frame in the world.
         absolute: BoundParams = ParamType::Group(Pose::INFO), Presence::Required;
@@ -60,14 +61,14 @@ crate::params! {
     }
 }
 
-/// The axes of the relative position.
+/// Axes of the relative position.
 const POSITION: Along = Along::Tip {
     arm: "left_arm",
     when: &[Is::Number("beta", 1.0), Is::Word("relative_to", "left")],
     text: "counts along the axes of the left tip; with `relative_to world`, or `beta 0`, along those of the world",
 };
 
-/// The axes into which the relative orientation turns those of the right tip.
+/// Axes into which the relative orientation turns those of the right tip.
 const ORIENTATION: Along = Along::Tip {
     arm: "left_arm",
     when: &[Is::Number("beta", 1.0)],
@@ -78,23 +79,35 @@ const ORIENTATION: Along = Along::Tip {
 pub static KIND: TaskKind = TaskKind {
     name: "cooperative_motion",
     summary: "moves two arms together: an absolute frame between them and a relative one",
-    docs: "Twelve equality rows `J v = x_d' + K e`: absolute position and orientation, relative position and orientation.\n\n\
+    docs: "Twelve equality rows `J v = x_d' + K e`: absolute position and orientation, relative position and \
+orientation.\n\n\
 ```text\n\
 p_a = α p_l + (1 - α) p_r\n\
 R_a = R_l exp((1 - α) log(R_l^T R_r))\n\
 p_rel = R_l^T (p_r - p_l)   relative_to left,  β = 1\n\
 p_rel = p_r - β p_l         relative_to world, or β = 0\n\
-R_rel = R_l^T R_r  for β = 1,   R_r  for β = 0\n\
+R_rel = R_l^T R_r  for β = 1,   R_r  for β = 0\n\n\
+p_l, p_r  3×1  m              positions of the left and right tip in the world\n\
+R_l, R_r  3×3                 orientations of the left and right tip in the world\n\
+e         m or rad            p_d - p for positions, log(R_d R^T) for orientations (rotation vector)\n\
+x_d'      m/s or rad/s        time derivative of a target position, angular velocity ω_d of a target orientation\n\
+J         12×n                Jacobian of these values (angular velocities for orientations)\n\
+v         n×1  rad/s or m/s   velocity of the n degrees of freedom\n\
+K         1/s                 gain: linear for positions, angular for orientations\n\
 ```\n\n\
-`initial(relative.position)` and the target of the relative position count along the same axes: those of the left tip, or \
-the world's where `relative_to world` or `beta 0` says so. So do the orientations, which turn the axes of the right tip into \
-those of the left one, or into the world's with `beta 0`; `relative_to` says nothing of them. A value in other axes is refused.\n\n\
+The rows of the absolute frame are in the world's axes. If α moves, its part of the velocity is subtracted from \
+`x_d'`: `α' (p_l - p_r)` for the position, and the last term of the angular velocity below for the orientation.\n\n\
+`initial(relative.position)` and the target of the relative position are expressed in the same axes: those of \
+the left tip, or those of the world with `relative_to world` or `beta 0`. The relative orientations rotate the \
+axes of the right tip into those of the left one, or into those of the world with `beta 0`; `relative_to` does \
+not affect them. A value in other axes is rejected.\n\n\
 `alpha 1` is the left tip and `alpha 0` the right one (the sentence after thesis (3.28) has them exchanged). \
 With `beta 0`, `alpha 1` the two arms are independent.\n\n\
-The angular velocity of the absolute frame is `ω_l + R_l M R_l^T (ω_r - ω_l) - α' R_l log(R_l^T R_r)` with \
-`M = s J_l(s φ) J_l(φ)^-1`, `s = 1 - α`; thesis (3.32) has `s I` in place of `M`, which is right only for turns about \
-the axis of `φ = log(R_l^T R_r)`. \
-At a relative turn of exactly pi the shortest way is not unique and the absolute orientation jumps: keep the tools apart from it.\n\n\
+The angular velocity of the absolute frame is `ω_l + R_l M R_l^T (ω_r - ω_l) - α' R_l log(R_l^T R_r)` with `M = \
+s J_l(s φ) J_l(φ)^-1`, `s = 1 - α`, the left Jacobian `J_l` of SO(3), and the angular velocities `ω_l`, `ω_r` of \
+the tips; thesis (3.32) has `s I` in place of `M`, which is correct only for rotations about the axis of `φ = \
+log(R_l^T R_r)`. At a relative rotation of exactly pi the shortest way is not unique and the absolute \
+orientation jumps: keep the tools away from it.\n\n\
 Source: thesis (3.26)-(3.34).",
     example: "task motion = cooperative_motion {\n  \
 absolute { position initial(absolute.position) + [0.1, 0, 0] m  orientation initial(absolute.orientation) }\n  \

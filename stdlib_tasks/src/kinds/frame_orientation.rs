@@ -1,4 +1,4 @@
-//! Pulls a frame to a target orientation; its position stays free.
+//! Pulls a frame to a target orientation; its position is free.
 
 use robot::LinkId;
 
@@ -28,9 +28,19 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "frame_orientation",
     summary: "pulls a frame to a target orientation",
-    docs: "Three equality rows in the world's axes:\n\n```text\nJ_o v = ω_d + K log(R_d R^T)\n```\n\n\
-`log` is the rotation vector with an angle of at most pi: the shortest way. At exactly pi both ways are equally \
-short and either may be taken.\n\nSource: thesis (2.5), (3.33), (3.34).",
+    docs: "Three equality rows in the world's axes; the position of the frame stays free:\n\n\
+```text\n\
+J_o v = ω_d + K log(R_d R^T)      [rad/s]\n\n\
+R, R_d  3×3                    orientation of the frame in the world, and its target\n\
+ω_d     3×1  rad/s             angular velocity of the target in the world's axes\n\
+J_o     3×n  rad/rad or rad/m  Jacobian of the frame's angular velocity in the world's axes\n\
+log     3×1  rad               rotation vector, with an angle of at most pi: the shortest way\n\
+v       n×1  rad/s or m/s      velocity of the n degrees of freedom\n\
+K       1/s                    gain\n\
+```\n\n\
+At an angle of exactly pi both ways are equally short, and either may be taken. The task reports the error \
+`|log(R_d R^T)|` in rad.\n\n\
+Source: thesis (2.5), (3.33), (3.34).",
     example: "task level_tool = frame_orientation(tool) { orientation rpy(0 deg, 90 deg, 0 deg) }",
     nature: Nature::Target,
     params: Params::INFO,

@@ -30,10 +30,22 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "frame_pose",
     summary: "pulls a frame to a target pose",
-    docs: "Six equality rows, three of the position and three of the orientation, in the world's axes:\n\n\
-```text\nJ_p v = p_d' + K_linear  (p_d - p)\nJ_o v = ω_d  + K_angular log(R_d R^T)\n```\n\n\
-`p_d'` and `ω_d` are the exact time derivatives of the target. `initial(position)` and `initial(orientation)` \
-are the frame's own pose at the moment the stack became active.\n\nSource: thesis (2.5), (3.33), (3.34).",
+    docs: "Six equality rows, three for the position and three for the orientation, in the world's axes:\n\n\
+```text\n\
+J_p v = p_d' + K_linear  (p_d - p)        [m/s]\n\
+J_o v = ω_d  + K_angular log(R_d R^T)     [rad/s]\n\n\
+p, p_d     3×1  m                    position of the frame's origin in the world, and its target\n\
+R, R_d     3×3                       orientation of the frame in the world, and its target\n\
+J_p        3×n  m/rad or m/m         Jacobian of the frame's origin in the world's axes\n\
+J_o        3×n  rad/rad or rad/m     Jacobian of the frame's angular velocity in the world's axes\n\
+p_d', ω_d  3×1  m/s, rad/s           exact time derivative and angular velocity of the target\n\
+log        3×1  rad                  rotation vector, with an angle of at most pi: the shortest way\n\
+v          n×1  rad/s or m/s         velocity of the n degrees of freedom\n\
+K          1/s                       gain\n\
+```\n\n\
+The task reports the errors `|p_d - p|` in m and `|log(R_d R^T)|` in rad. `initial(position)` and \
+`initial(orientation)` are the frame's own pose at the moment the stack became active.\n\n\
+Source: thesis (2.5), (3.33), (3.34).",
     example: "task reach = frame_pose(tool) { position initial(position) + [0, 0, 0.1] m  gain { linear 5 /s  angular 2 /s } }",
     nature: Nature::Target,
     params: Params::INFO,
@@ -75,7 +87,7 @@ pub(crate) fn pose_measures(prefix: &str) -> Vec<Measure> {
     ]
 }
 
-/// The pose of a link as `initial(position)` or `initial(orientation)` captures it.
+/// Writes the pose of a link as `initial(position)` or `initial(orientation)` captures it; false for another part.
 pub(crate) fn actual_pose(part: &str, link: LinkId, state: &State, out: &mut [f64]) -> bool {
     let pose = state.data.pose(link);
     match part {

@@ -1,4 +1,4 @@
-//! Pulls the origin of a frame to a target position; its orientation stays free.
+//! Pulls the origin of a frame to a target position; its orientation is free.
 
 use robot::LinkId;
 
@@ -28,7 +28,16 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "frame_position",
     summary: "pulls the origin of a frame to a target position",
-    docs: "Three equality rows in the world's axes:\n\n```text\nJ_p v = p_d' + K (p_d - p)\n```\n\n\
+    docs: "Three equality rows in the world's axes; the orientation of the frame stays free:\n\n\
+```text\n\
+J_p v = p_d' + K (p_d - p)        [m/s]\n\n\
+p, p_d  3×1  m              position of the frame's origin in the world, and its target\n\
+p_d'    3×1  m/s            exact time derivative of the target\n\
+J_p     3×n  m/rad or m/m   Jacobian of the frame's origin in the world's axes\n\
+v       n×1  rad/s or m/s   velocity of the n degrees of freedom\n\
+K       1/s                 gain\n\
+```\n\n\
+The task reports the error `|p_d - p|` in m.\n\n\
 Source: thesis (2.5), (3.33), (3.34).",
     example: "task reach = frame_position(tool) { position initial(position) + [0, 0, 0.1] m }",
     nature: Nature::Target,

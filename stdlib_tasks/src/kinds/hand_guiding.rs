@@ -1,4 +1,4 @@
-//! Lets a person lead a frame by hand: a body with mass and damping that goes where it is pushed, and stays there.
+//! Lets a person lead a frame by hand: a body with mass and damping that moves where it is pushed, and stays there.
 
 use robot::LinkId;
 
@@ -15,11 +15,11 @@ crate::params! {
     pub struct Params {
         /// The frame: a link of the robot, or an arm, which stands for its tip.
         frame: (String, LinkId) = ParamType::Frame, Presence::Required;
-        /// Km: how slowly the frame takes up a motion.
+        /// Km: virtual mass and inertia of the frame.
         mass: BoundParams = ParamType::Group(Mass::INFO), Presence::Required;
-        /// Kd: what slows its motion; a steady force f moves it at `f / Kd`.
+        /// Kd: virtual damping of its motion; a steady force f moves it at `f / Kd`.
         damping: BoundParams = ParamType::Group(Damping::INFO), Presence::Required;
-        /// h: what a person exerts on the robot at the frame.
+        /// h: wrench that a person exerts on the robot at the frame.
         wrench: BoundParams = ParamType::Group(Wrench::INFO), Presence::Required;
     }
 }
@@ -28,17 +28,25 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "hand_guiding",
     summary: "lets a person lead a frame by hand",
-    docs: "Six equality rows, three of the position and three of the orientation, in the world's axes: those of `admittance` \
-without a target and without stiffness. With the control period T, the wrench `h` exerted **on** the robot, and \
-`v_prev = J v_stack` of the velocity that the stack returned at the last tick,\n\n\
-```text\nJ v = (Km v_prev + T h) / (Km + T Kd)      [m/s], [rad/s]\n```\n\n\
-A steady force leads to the velocity `h / Kd` within some `Km / Kd` seconds, for any period T; when it ends the frame comes to \
-rest where it is, after that time. Without `moment` the orientation comes to rest and then stays. The errors that are \
-reported are the differences between the velocities that the rows ask for and those that were chosen: not zero where \
-limits or more important levels hold the frame back.\n\n\
-A `blend` neither pushes nor holds the frame: `v_stack` does not contain its offset. For wrench, units, changes of mass and damping at run time, and faults see `admittance`.\n\n\
-Source: thesis (4.46) with `Kp = 0`, `a_d = v_d = 0`; the signs of its right side are corrected, and the rows are not scaled by \
-`Km/T + Kd`.",
+    docs: "Six equality rows, three for the position and three for the orientation, in the world's axes: those \
+of `admittance` without a target and without stiffness,\n\n\
+```text\n\
+J v = (Km v_prev + T h) / (Km + T Kd)      [m/s], [rad/s]\n\n\
+J       6×n  m/rad, rad/rad  Jacobian of the frame at its origin, in the world's axes, linear rows first\n\
+v       n×1  rad/s or m/s    velocity of the n degrees of freedom\n\
+h       N or N m             wrench at the frame's origin, exerted on the robot\n\
+v_prev  m/s or rad/s         J v_stack, with the velocity v_stack that the stack returned at the last tick\n\
+Km, Kd  one for each axis    mass [kg, kg m^2] and damping [N s/m, N m s/rad]\n\
+T       s                    control period\n\
+```\n\n\
+A steady force leads to the velocity `h / Kd` within a few times `Km / Kd`, for any period T. When the force \
+ends, the frame comes to rest within the same time and stays there. Without `moment`, the orientation comes to \
+rest and stays. The task reports as errors the differences between the velocities that the rows require and \
+those that the hierarchy returned: they are not zero if limits or more important levels hold the frame back.\n\n\
+A `blend` neither pushes nor holds the frame: `v_stack` does not contain its offset. The page of `admittance` \
+describes wrench, units, changes of mass and damping at run time, and faults.\n\n\
+Source: thesis (4.46) with `Kp = 0`, `a_d = v_d = 0`; the signs of its right side are corrected, and the rows are not \
+scaled by `Km/T + Kd`.",
     example: "task lead = hand_guiding(tool) {\n  \
 mass { linear 20 kg  angular 3 kg m^2 }\n  \
 damping { linear 253 N s/m  angular 27 N m s }\n  \

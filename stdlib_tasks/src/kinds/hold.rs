@@ -24,7 +24,14 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "hold",
     summary: "keeps frames where they were when the stack became active",
-    docs: "Six equality rows a frame, those of `frame_pose` with the pose at entry as a constant target.\n\n\
+    docs: "Six equality rows for each frame, in the world's axes: those of `frame_pose` with a constant target,\n\n\
+```text\n\
+J_p v = K_linear  (p_0 - p)        [m/s]\n\
+J_o v = K_angular log(R_0 R^T)     [rad/s]\n\
+```\n\n\
+where `p_0`, `R_0` are the position and orientation of the frame in the world at the moment the stack became \
+active. The other symbols, frames and units are those of `frame_pose`. The task reports the two errors of each \
+frame.\n\n\
 Source: thesis (3.33), (3.34) with a constant desired value.",
     example: "task still = hold(left, right)",
     nature: Nature::Target,

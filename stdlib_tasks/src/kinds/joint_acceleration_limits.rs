@@ -1,4 +1,4 @@
-//! Keeps joint accelerations inside limits: the velocity may change by so much from tick to tick.
+//! Keeps joint accelerations inside limits: bounds the change of the velocity from tick to tick.
 
 use crate::bound::{BoundParams, Slot};
 use crate::build::check;
@@ -10,16 +10,17 @@ use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Ta
 crate::params! {
     /// Parameters of `joint_acceleration_limits`.
     pub struct Params {
-        /// The joints; where left out all that `max` gives a limit to, the base included, or all for which the URDF has a limit
-        /// of acceleration or speed.
+        /// The joints. Default: all to which `max` gives a limit, including the base; without `max`, all for which the
+        /// URDF has a limit of acceleration or speed.
         joints: Option<Vec<usize>> = ParamType::Joints, Presence::Optional;
-        /// Largest accelerations: one value for all of these joints that have its unit, or one for each joint or group:
-        /// constants. Where left out, that of the URDF for each joint; for one without, ten times its speed limit a second.
+        /// Largest accelerations; constants. One value for all of these joints that have its unit, or one for each
+        /// joint or group. Default: the limit of the URDF for each joint; for a joint without one, `10 /s` times its
+        /// speed limit.
         max: Option<Vec<(usize, Slot)>> = ParamType::JointAccelerations, Presence::Optional;
     }
 }
 
-/// The acceleration limit of a joint without one of its own, as a multiple of its speed limit, in 1/s: that of braking
+/// Acceleration limit of a joint without one of its own, as a multiple of its speed limit, in 1/s: that of braking
 /// along the barrier of `joint_position_limits` with its default gain.
 const OF_SPEED: f64 = 10.0;
 
@@ -27,24 +28,33 @@ const OF_SPEED: f64 = 10.0;
 pub static KIND: TaskKind = TaskKind {
     name: "joint_acceleration_limits",
     summary: "keeps joint accelerations inside limits",
-    docs: "One two-sided row a joint, with the control period T:\n\n\
-```text\nv_last - a_max T  <=  v  <=  v_last + a_max T\n```\n\n\
-`v_last` is the velocity that the reference moved with since the last tick, whatever level or stack chose it; it is \
-zero at the beginning. The margin is `a_max - |v - v_last| / T` of the velocity that was chosen. Without `max` \
-a joint gets the limit of its URDF: the lower one of `acceleration` and `deceleration` of `<limit>`, which URDF 1.2 has. Most \
-files have none; a joint then gets `10 /s` times its speed limit: it may go from rest to its \
-speed limit in 0.1 s, and can brake before its position limit with the gain that `joint_position_limits` has by \
-default.\n\n\
-**Together with `joint_position_limits`.** Along its rows `v <= φ h` with the distance `h` to a limit, a joint that was \
-allowed the velocity `v_last` has `h - T v_last` left, and may move at `φ h - φ T v_last >= v_last - φ T v_last` now: it \
-brakes by `φ v_last` at most. One hard level of limits of positions, velocities and accelerations can therefore always be \
-met, for joints alone, where\n\n\
-```text\na_max  >=  φ v_max\n```\n\n\
-with the gain φ of the position limits and the speed limit `v_max` of the joint. With less, a joint that runs fast towards \
-its limit cannot brake any more, and a hard level ends in a fault: raise `max`, lower the gain or the speed, or put this \
-task on a soft level below the limits of positions. Limits of distances (`virtual_wall`, `self_collision`, `keep`) bend, and \
-no such bound is enough for all of them: put limits of accelerations below them, on a soft level, where the fault \
-`infeasible` is worse than a velocity that jumps.\n\n\
+    docs: "One two-sided row for each joint:\n\n\
+```text\n\
+v_last - a_max T  <=  v  <=  v_last + a_max T\n\n\
+v        rad/s or m/s       velocity of the joint: the Jacobian is a unit row\n\
+v_last   rad/s or m/s       velocity of the reference since the last tick, from any level or stack; zero at the \
+beginning\n\
+a_max    rad/s^2 or m/s^2   its acceleration limit, a constant\n\
+T        s                  control period\n\
+```\n\n\
+The margin is `a_max - |v - v_last| / T` for the velocity that the hierarchy returned. Without `max`, a joint \
+has the limit of its URDF: the lower one of `acceleration` and `deceleration` of `<limit>`, which URDF 1.2 \
+defines. Most files have none. The limit is then `10 /s` times the speed limit: the joint can accelerate from \
+rest to its speed limit in 0.1 s, and can brake before its position limit with the default gain of \
+`joint_position_limits`.\n\n\
+**Together with `joint_position_limits`.** The rows of that task are `v <= φ h`, with the distance `h` to a \
+limit. After a tick with `v_last <= φ h`, the joint has the distance `h - T v_last` left and may move at `φ h - \
+φ T v_last >= v_last - φ T v_last`. It therefore decelerates by at most `φ v_last`. A hard level with limits of \
+positions, velocities and accelerations can always be met, for joints alone, if\n\n\
+```text\n\
+a_max  >=  φ v_max\n\
+```\n\n\
+with the gain φ of the position limits and the speed limit `v_max` of the joint. If `a_max` is smaller, a joint \
+that moves fast towards its limit cannot brake in time, and a hard level ends in a fault. Raise `max`, lower the \
+gain or the speed limit, or put this task on a soft level below the position limits. The margins of distance \
+limits (`virtual_wall`, `self_collision`, `keep`) are curved, and no such bound is sufficient for all of them. \
+If the fault `infeasible` is worse than a velocity that jumps, put the acceleration limits on a soft level below \
+them.\n\n\
 Source: thesis (4.41), the difference quotient of the velocity; the rows are ours.",
     example: "task gentle = joint_acceleration_limits { max 5 rad/s^2 }",
     nature: Nature::Limit,
@@ -60,7 +70,7 @@ struct JointAccelerationLimits {
     rows: Vec<(usize, f64)>,
     info: Vec<RowInfo>,
     period: f64,
-    /// The velocity that the rows of this tick began with, one number a row.
+    /// Velocity at which the rows of this tick begin, one number per row.
     last: Vec<f64>,
 }
 
@@ -77,7 +87,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         let own = || known(d.acceleration).or(known(d.velocity).map(|v| OF_SPEED * v));
         let found = if given.is_some() { replaced(&given, dof, ctx.values) } else { own() };
         let Some(max) = found else {
-            // Without `joints`, those that are meant are those that `max` names, or that have a speed limit.
+            // Without `joints`, the task limits the joints that `max` names, or that have a limit of their own.
             if params.joints.is_none() {
                 continue;
             }

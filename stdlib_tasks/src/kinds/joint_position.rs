@@ -21,9 +21,17 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "joint_position",
     summary: "pulls joints to target positions",
-    docs: "One equality row a joint:\n\n```text\nv = q_d' + K (q_d - q)\n```\n\n\
-The feed-forward `q_d'` is the exact time derivative of the target. The error is the Euclidean norm over the joints; \
-where revolute and prismatic joints mix, it mixes rad and m.\n\nSource: thesis (2.5) with `J = I`.",
+    docs: "One equality row for each joint:\n\n\
+```text\n\
+v = q_d' + K (q_d - q)\n\n\
+q, q_d  rad or m       position of the joint, and its target\n\
+q_d'    rad/s or m/s   feed-forward: the exact time derivative of the target\n\
+v       rad/s or m/s   velocity of the joint: the Jacobian is a unit row\n\
+K       1/s            gain\n\
+```\n\n\
+The task reports the error as the Euclidean norm of `q_d - q` over the joints; for revolute and prismatic joints \
+together, the norm mixes rad and m.\n\n\
+Source: thesis (2.5) with `J = I`.",
     example: "task posture = joint_position { target { torso_lift 0.15 m } gain 2 /s }",
     nature: Nature::Target,
     params: Params::INFO,
@@ -68,7 +76,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     Ok(Box::new(JointPosition { rows, info, gain: params.gain }))
 }
 
-/// The dimension that all rows share, or that of the first.
+/// Dimension of the first row, which all rows share unless revolute and prismatic joints mix.
 pub(crate) fn common_dimension(info: &[RowInfo]) -> Dimension {
     info.first().map_or(crate::dimension::NONE, |r| r.dimension)
 }

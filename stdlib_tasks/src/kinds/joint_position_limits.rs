@@ -11,13 +11,13 @@ use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Ta
 crate::params! {
     /// Parameters of `joint_position_limits`.
     pub struct Params {
-        /// The joints; all that have a limit where left out. A single value of `lower` or `upper` is for all of them.
+        /// The joints. Default: all that have a limit. A single value of `lower` or `upper` applies to all of them.
         joints: Option<Vec<usize>> = ParamType::Joints, Presence::Optional;
-        /// Lower limits that replace the robot's: constants.
+        /// Lower limits that replace the robot's; constants.
         lower: Option<Vec<(usize, Slot)>> = ParamType::JointPositions, Presence::Optional;
-        /// Upper limits that replace the robot's: constants.
+        /// Upper limits that replace the robot's; constants.
         upper: Option<Vec<(usize, Slot)>> = ParamType::JointPositions, Presence::Optional;
-        /// φ: how fast the distance to a limit may be used up.
+        /// φ: how fast the distance to a limit may decrease, relative to its size.
         gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0)), Presence::Default("10 /s");
     }
 }
@@ -26,12 +26,19 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "joint_position_limits",
     summary: "keeps joints inside their position limits",
-    docs: "Two barrier functions a joint, `h_low = q - q_min` and `h_up = q_max - q` in rad or m, safe where both are \
-not negative, give one two-sided row:\n\n\
-```text\n-φ (q - q_min)  <=  v  <=  φ (q_max - q)\n```\n\n\
-A joint that already stands outside a limit is driven back at the rate φ.\n\n\
-Limits come from the URDF unless `lower` or `upper` replace them; a joint without any limit gets no row. \
-With a control period T, `φ T <= 1` keeps `h >= 0` exactly, because `h` is linear.\n\n\
+    docs: "Two barrier functions for each joint, which give one two-sided row:\n\n\
+```text\n\
+h_low = q - q_min,  h_up = q_max - q       safe where both are >= 0\n\
+-φ (q - q_min)  <=  v  <=  φ (q_max - q)\n\n\
+q             rad or m       position of the joint\n\
+q_min, q_max  rad or m       its limits, constants\n\
+v             rad/s or m/s   its velocity: the Jacobian is a unit row\n\
+φ             1/s            gain\n\
+```\n\n\
+A joint that is outside a limit is driven back at the rate φ. The margin is the smaller of `h_low` and `h_up`.\n\n\
+The limits are those of the robot (URDF, or `limits` of the robot) unless `lower` or `upper` replace them. A \
+joint without any limit gets no row. With a control period T, `φ T <= 1` keeps `h >= 0` exactly, because `h` is \
+linear in the position.\n\n\
 Source: thesis (3.13)-(3.15); the lower bound of (3.15) lacks its minus sign there.",
     example: "task position_limits = joint_position_limits { gain 10 /s }",
     nature: Nature::Limit,
@@ -99,7 +106,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     Ok(Box::new(JointPositionLimits { rows, info, gain: params.gain }))
 }
 
-/// Refuses values for joints that `joints` leaves out: they would have no effect.
+/// Rejects values for joints that `joints` leaves out: they would have no effect.
 pub(crate) fn among(
     name: &str,
     list: &Option<Vec<(usize, Slot)>>,
@@ -117,12 +124,12 @@ pub(crate) fn among(
     }
 }
 
-/// The value given for a degree of freedom, if any.
+/// Value that is given for a degree of freedom, if there is one.
 pub(crate) fn replaced(list: &Option<Vec<(usize, Slot)>>, dof: usize, values: &[f64]) -> Option<f64> {
     list.iter().flatten().find(|(d, _)| *d == dof).and_then(|(_, slot)| values.get(slot.at).copied())
 }
 
-/// rad or m.
+/// Dimension of the position of a degree of freedom: rad or m.
 pub(crate) fn dof_dimension(model: &Model, dof: usize) -> crate::dimension::Dimension {
     match model.dofs.get(dof).map(|d| d.unit) {
         Some(robot::DofUnit::Metre) => LENGTH,

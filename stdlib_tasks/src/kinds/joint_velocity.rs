@@ -19,8 +19,14 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "joint_velocity",
     summary: "drives joints at given velocities",
-    docs: "One equality row a joint, `v = v_d`. The error is the Euclidean norm of `v_d - v` for the velocity that was \
-chosen; where revolute and prismatic joints mix, it mixes rad/s and m/s.\n\n\
+    docs: "One equality row for each joint:\n\n\
+```text\n\
+v = v_d\n\n\
+v    rad/s or m/s   velocity of the joint: the Jacobian is a unit row\n\
+v_d  rad/s or m/s   its target\n\
+```\n\n\
+The task reports the error as the Euclidean norm of `v_d - v` for the velocity that the hierarchy returned; for \
+revolute and prismatic joints together, the norm mixes rad/s and m/s.\n\n\
 Source: thesis 3.5.1.1, (3.43).",
     example: "task sine = joint_velocity { velocity { arm_left 0.75*sin(2*pi*t/(25 s)) rad/s } }",
     nature: Nature::Target,

@@ -10,10 +10,10 @@ use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Ta
 crate::params! {
     /// Parameters of `joint_velocity_limits`.
     pub struct Params {
-        /// The joints; all that have a velocity limit where left out, the base included.
+        /// The joints. Default: all that have a velocity limit, including the base.
         joints: Option<Vec<usize>> = ParamType::Joints, Presence::Optional;
-        /// Largest speeds that replace the robot's: one value for all of these joints that have its unit (the base
-        /// included, where `joints` is left out), or one for each joint or group: constants.
+        /// Largest speeds that replace the robot's; constants. One value for all of these joints that have its unit
+        /// (including the base, if `joints` is omitted), or one for each joint or group.
         max: Option<Vec<(usize, Slot)>> = ParamType::JointVelocities, Presence::Optional;
     }
 }
@@ -22,9 +22,15 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "joint_velocity_limits",
     summary: "keeps joint velocities inside their limits",
-    docs: "One two-sided row a joint:\n\n```text\n-v_max  <=  v  <=  v_max\n```\n\n\
-Limits come from the URDF unless `max` replaces them; a joint whose limit is missing, zero or absurd in the URDF \
-gets no row unless `max` gives it one. The margin is `v_max - |v|` of the velocity that was chosen.\n\n\
+    docs: "One two-sided row for each joint:\n\n\
+```text\n\
+-v_max  <=  v  <=  v_max\n\n\
+v       rad/s or m/s   velocity of the joint: the Jacobian is a unit row\n\
+v_max   rad/s or m/s   its speed limit, a constant\n\
+```\n\n\
+The limits are those of the robot (URDF, or `limits` of the robot) unless `max` replaces them. A joint whose \
+limit is missing, zero or implausible in the URDF gets no row unless `max` gives it one. The margin is `v_max - \
+|v|` for the velocity that the hierarchy returned.\n\n\
 Source: thesis (3.12), (3.16).",
     example: "task velocity_limits = joint_velocity_limits { max 0.5 rad/s }",
     nature: Nature::Limit,

@@ -1,11 +1,11 @@
-//! Keeps a value that the spec writes as an expression within limits.
+//! Keeps a value that the spec defines by an expression within limits.
 //!
 //! ```text
 //! h = y - min                      safe where h >= 0;  likewise max - y
 //! (J_y - J_min) v >= -φ (h - δ) + d/dt min - d/dt y    thesis (3.19) for any h; δ: the sampled-time reserve
 //! ```
 //!
-//! where `J` is the derivative in the robot's configuration and `d/dt` that in time while the robot stands still.
+//! where `J` is the derivative in the robot's configuration and `d/dt` the one in time while the robot stands still.
 
 use std::cell::RefCell;
 
@@ -22,15 +22,15 @@ use crate::written::{Gain, actual, dimension, fault, row_names};
 crate::params! {
     /// Parameters of `keep`.
     pub struct Params {
-        /// y: what is kept, a number or a vector. Of a vector, each of the three numbers is kept.
+        /// y: the value that is kept within limits, a number or a vector; of a vector, each of the three numbers.
         value: Operand = ParamType::Expression(Form::Value { orientation: false }), Presence::Required;
-        /// The smallest that the value may be; it may move. One of `min` and `max` must be given.
+        /// The smallest allowed value; it may move. One of `min` and `max` must be given.
         min: Option<Operand> = ParamType::Expression(Form::Like("value")), Presence::Optional;
-        /// The largest that the value may be; it may move.
+        /// The largest allowed value; it may move.
         max: Option<Operand> = ParamType::Expression(Form::Like("value")), Presence::Optional;
-        /// φ: how fast the margin may be used up.
+        /// φ: how fast the margin may decrease, relative to its size.
         gain: Operand = ParamType::Expression(Form::Number(Quantity::above(RATE, 0.0))), Presence::Default("5 /s");
-        /// δ: held in reserve for what sampling in time can lose.
+        /// δ: reserve against the margin that sampling in time can lose.
         sampled_margin: Input<1> = ParamType::Expression(Form::Size("value")), Presence::Default("0");
     }
 }
@@ -42,17 +42,23 @@ pub static KIND: TaskKind = TaskKind {
     docs: "One inequality row for a number, three (x, y, z) for a vector:\n\n\
 ```text\n\
 h = y - min                                                safe where h >= 0\n\
-(J_y - J_min) v  >=  -φ (h - δ) + d/dt min - d/dt y        likewise max - y\n\
+(J_y - J_min) v  >=  -φ (h - δ) + d/dt min - d/dt y        likewise max - y\n\n\
+y, min, max, h, δ  unit of the value          value, limits, margin, and reserve `sampled_margin`\n\
+J_y, J_min         1×n  that unit/rad or /m   exact derivatives with respect to the configuration\n\
+d/dt               that unit/s                derivative in time while the robot stands still\n\
+v                  n×1  rad/s or m/s          velocity of the n degrees of freedom\n\
+φ                  1/s                        gain\n\
 ```\n\n\
-`value` is any expression in which the robot's present state stands: `frame(F).position`, `frame(F).orientation`, \
-`point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`, `com`. `J` is its exact derivative in the robot's configuration, \
-`d/dt` that in time. The state may stand in `min`, `max` and `gain` too; a value with both limits, one of which depends on the \
-state, has a row for each.\n\n\
-Where the value has no derivative (`norm` of zero, the corner of a `min`) the row is that of the branch that the value \
-takes, or zero; the page on expressions lists these points. A row that is zero cannot be met by moving.\n\n\
-A row is held over a period, and a curved value can fall below its limit by a little in that time: by `A T / (2 φ)`, where \
-A is how fast it can bend. `sampled_margin` holds so much in reserve. How much a written value can bend is not worked out: \
-there is no `auto` as for `self_collision` and `virtual_wall`.\n\n\
+`value` is any expression that contains the present state of the robot: `frame(F).position`, \
+`frame(F).orientation`, `point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`, `com`. `min`, `max` and `gain` \
+may contain the state too. A value with two limits, one of which depends on the state, has a separate row for \
+each limit.\n\n\
+If the value has no derivative (`norm` of zero, the corner of a `min`), the row is that of the branch that the \
+value takes, or zero; the page on expressions lists these points. No motion can meet a row that is zero.\n\n\
+A row is held over a period, and a curved value can fall slightly below its limit in that time: by `A T / (2 \
+φ)`, with the control period T and a bound A of its curvature in time. `sampled_margin` is a reserve against \
+this loss. The compiler does not compute A for an expression: there is no `auto` as for `self_collision` and \
+`virtual_wall`.\n\n\
 Source: thesis (3.19) for any h; the derivative by reverse accumulation is ours.",
     example: "task gap = keep(norm(frame(left_tool).position - frame(right_tool).position)) { min 0.3 m  gain 5 /s }",
     nature: Nature::Limit,
@@ -71,7 +77,7 @@ struct Keep {
     gain: Gain,
     dimension: Dimension,
     reserve: f64,
-    /// One row holds both sides.
+    /// True if one row contains both sides.
     joint: bool,
 }
 
@@ -102,7 +108,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
 }
 
 impl Keep {
-    /// One row for number `c`: the lower side, the upper side, or both.
+    /// Writes row `i` for number `c`: the lower side, the upper side, or both.
     fn row(
         &mut self,
         state: &State,
@@ -117,7 +123,7 @@ impl Keep {
         let value = self.value.get_mut();
         let y = value.value(state, c);
         let still = value.add_row(state, &plus, rows.row(i));
-        // A side that depends on the state stands in a row of its own, and its coefficients belong there.
+        // A side that depends on the state has a row of its own, which contains its coefficients.
         let mut margin = f64::INFINITY;
         if let Some(min) = self.min.as_mut().filter(|_| sides.0) {
             let h = y - min.value(state, c);
@@ -136,7 +142,7 @@ impl Keep {
             ((true, false), Some(side), _) | ((false, true), _, Some(side)) => settle(rows.row(i), &[value, side]),
             _ => settle(rows.row(i), &[value]),
         }
-        // Comparisons with NaN are false: what is not a number passes neither test.
+        // Comparisons with NaN are false, so NaN passes neither test.
         let side = |x: f64, given: bool| !given || x.is_finite();
         let good = y.is_finite() && margin.is_finite();
         if !good

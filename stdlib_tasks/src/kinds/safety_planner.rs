@@ -1,11 +1,11 @@
-//! Lets another task give way, so that a safety field stays above a threshold: scales its clock, deviates its path, and
-//! moves the robot inside its null space. Thesis 4.2.3, Algorithm 1.
+//! Lets another task give way, so that a safety field stays above a threshold: scales its clock, deviates from its
+//! path, and moves the robot inside its null space. Thesis 4.2.3, Algorithm 1.
 //!
 //! ```text
 //! v = u_n        one row for each degree of freedom, thesis (4.34)
 //! ```
 //!
-//! What is decided, and what it does to the protected task, is worked out by the runtime, which knows both tasks.
+//! The runtime, which has both tasks, computes the decision and its effect on the protected task.
 
 use crate::bound::{Bound, BoundParams};
 use crate::build::check;
@@ -16,16 +16,16 @@ use crate::task::{
     BuildError, Context, Measure, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind, Told,
 };
 
-/// A weight in the planner's cost.
+/// Range of a weight in the planner's cost.
 const WEIGHT: Quantity = Quantity::above(NONE, 0.0).constant();
 
-/// What decides.
+/// Names of the methods that decide.
 const METHODS: &[&str] = &["planner", "evasive", "stop"];
 
 crate::params! {
-    /// How the clock of the protected task is scaled.
+    /// Scaling of the clock of the protected task.
     pub struct Scaling {
-        /// Weight of `(u_c - 1)^2`: large, and the planner rather deviates than slows down.
+        /// Weight of `(u_c - 1)^2`: with a large weight, the planner deviates rather than slows down.
         weight: Input<1> = ParamType::Scalar(WEIGHT), Presence::Default("1");
     }
 }
@@ -33,20 +33,23 @@ crate::params! {
 crate::params! {
     /// Motion in the null space of the protected task.
     pub struct Internal {
-        /// k_n: how much of the field's gradient is followed while nothing forces it; 0 for none.
+        /// k_n: gain of the motion along the field's gradient while nothing requires another motion; 0 for none.
         gain: Input<1> = ParamType::Scalar(Quantity::at_least(NONE, 0.0).constant()), Presence::Default("1");
-        /// Weight of `|u_n - k_n dF/dq|^2`.
+        /// Weight of the squared norm of `u_n - k_n dF/dq`.
         weight: Input<1> = ParamType::Scalar(WEIGHT), Presence::Default("1");
     }
 }
 
-/// A parameter of a deviation that both kinds have.
+/// Parameters of a deviation that both kinds share.
 macro_rules! deviation {
     ($speed:expr, $size:expr) => {
         &[
             ParamInfo {
                 name: "along",
-                doc: &["Where it leads, in the axes of the parameter; the length does not count. Left out: where the field grows fastest."],
+                doc: &[
+                    "Direction of the deviation, in the axes of the parameter; its length has no effect. Default: the \
+                     direction in which the field increases fastest.",
+                ],
                 ty: ParamType::Expression(Form::Vector(LENGTH)),
                 presence: Presence::Optional,
             },
@@ -64,7 +67,7 @@ macro_rules! deviation {
             },
             ParamInfo {
                 name: "return",
-                doc: &["T: how fast it goes back to the nominal path by itself."],
+                doc: &["T: how fast the deviation decays by itself."],
                 ty: ParamType::Scalar(Quantity::above(RATE, 0.0).constant()),
                 presence: Presence::Default("2 /s"),
             },
@@ -78,34 +81,34 @@ macro_rules! deviation {
     };
 }
 
-/// What a deviation of a position is described by.
+/// Parameters of a deviation of a position.
 pub static PATH: &[ParamInfo] = deviation!(VELOCITY, LENGTH);
-/// What a deviation of an orientation is described by.
+/// Parameters of a deviation of an orientation.
 pub static TURN: &[ParamInfo] = deviation!(ANGULAR_VELOCITY, ANGLE);
 
 crate::params! {
     /// Parameters of `safety_planner`.
     pub struct Params {
-        /// The task that gives way: any that pulls towards a target. It stands in the same stack, on a level above.
+        /// The protected task, which gives way: any task with a target. It is in the same stack, on a level above.
         task: usize = ParamType::Task, Presence::Required;
         /// F: a declared `safety_field`.
         field: crate::params::FieldIndex = ParamType::Field, Presence::Required;
-        /// F_min: what the field is kept above. It may move with time.
+        /// F_min: the threshold of the field. It may move with time.
         min: Input<1> = ParamType::Scalar(Quantity::above(LENGTH, 0.0)), Presence::Required;
-        /// k_f: how fast the margin F - F_min may be used up.
+        /// k_f: how fast the margin F - F_min may decrease, relative to its size.
         gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0).constant()), Presence::Default("10 /s");
-        /// The planner, or one of the two it is compared with: `evasive` motion (4.50), or a `stop` (4.52).
+        /// The planner, or one of two methods for comparison: `evasive` motion (4.50), or a `stop` (4.52).
         method: String = ParamType::Choice(METHODS), Presence::Default("planner");
-        /// Of `evasive`: half the width of the band about `min` in which the task fades, as a share of `min`.
+        /// Of `evasive`: half the width of the band about `min` in which the task fades out, as a fraction of `min`.
         epsilon: Input<1> = ParamType::Scalar(Quantity { min_included: false, ..Quantity::between(NONE, 0.0, 0.99) }.constant()), Presence::Default("0.1");
-        /// The clock of the task.
+        /// Scaling of the clock of the task.
         scaling: BoundParams = ParamType::Group(Scaling::INFO), Presence::Default("{}");
-        /// Positions and orientations of the task's target that may leave their path, under the names that they have in
-        /// the task.
+        /// Positions and orientations of the task's target that may deviate from their path, by their names in the
+        /// task.
         deviate: Option<BoundParams> = ParamType::Deviations, Presence::Optional;
         /// Motion in the null space of the task.
         internal: BoundParams = ParamType::Group(Internal::INFO), Presence::Default("{}");
-        /// q_w: weight of the slack of the row that keeps the field; large against the others.
+        /// q_w: weight of the slack of the row that keeps the field; large compared with the other weights.
         relax: Input<1> = ParamType::Scalar(WEIGHT), Presence::Default("1e6");
     }
 }
@@ -113,15 +116,15 @@ crate::params! {
 /// Parameters of a deviation, once bound.
 #[derive(Clone, Debug)]
 pub struct DeviationParams {
-    /// Where it leads; none for the gradient of the field.
+    /// Its direction; `None` for the gradient of the field.
     pub along: Option<crate::params::Operand>,
-    /// The greatest input, m/s or rad/s.
+    /// Largest input, m/s or rad/s.
     pub speed: Input<1>,
     /// Its weight.
     pub weight: Input<1>,
     /// T, 1/s.
     pub back: Input<1>,
-    /// The greatest deviation, m or rad.
+    /// Largest deviation, m or rad.
     pub most: Option<Input<1>>,
 }
 
@@ -138,13 +141,13 @@ impl DeviationParams {
         })
     }
 
-    /// Whether a group of bound parameters is a deviation, and no group of them.
+    /// Returns true if a group of bound parameters is a deviation, and not a group of deviations.
     pub fn is_one(bound: &BoundParams) -> bool {
         bound.contains_key("speed")
     }
 }
 
-/// What the controller tells of a planner, which decides beside its task.
+/// Outputs of a planner. The controller computes them, since the decision is made outside of this task.
 pub const TELLS: [Told; 5] = [
     Told { name: "scaling", dimension: NONE, is: "u_c, how fast the clock goes" },
     Told { name: "deviation", dimension: LENGTH, is: "the size of the largest deviation; rad count as m" },
@@ -161,34 +164,50 @@ pub const TELLS: [Told; 5] = [
     Told { name: "field", dimension: LENGTH, is: "F; absent while there is nobody" },
 ];
 
-/// People move its field.
+/// People move its field, so the rate of `field` counts.
 const RECKONS: Reckons = Reckons { rate: |param, _| param == "field", ..Reckons::LIMIT };
 
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
     name: "safety_planner",
     summary: "lets another task give way so that a safety field stays above a threshold",
-    docs: "Equality rows `v = u_n`, one for each degree of freedom: what the protected task leaves free. The protected task \
-itself is no longer followed in time, but on a clock `c` of its own, and may leave its path:\n\n\
+    docs: "Equality rows `v = u_n`, one for each degree of freedom: the motion that the protected task leaves \
+free. The target of the protected task no longer follows the time, but a clock `c` of its own, and it may \
+deviate from its path:\n\n\
 ```text\n\
 c' = u_c                                    0 <= u_c <= 1\n\
 target = nominal target at c, deviated      d' = -T d + psi u\n\
 min  q_c (u_c - 1)^2 + sum q u^2 + q_n |u_n - k_n dF/dq|^2 + q_w w^2\n\
-     mu_1 u_c + mu_2 u + mu_3 u_n + w >= F_min' - k_f (F - F_min) - mu_4\n\
+mu_1 u_c + mu_2 u + mu_3 u_n + w >= F_min' - k_f (F - F_min) - mu_4\n\n\
+F, F_min       m                    safety field, and its threshold `min`\n\
+dF/dq          1×n  m/rad or m/m    gradient of the field with respect to the configuration\n\
+u_c            1                    rate of the clock\n\
+d              3×1  m or rad        deviation of a position or an orientation, in the axes of its parameter\n\
+psi            3×1                  unit direction `along` of the deviation\n\
+u              m/s or rad/s         input of the deviation, at most `speed`\n\
+u_n            n×1  rad/s or m/s    velocity of the degrees of freedom in the null space of the task\n\
+w              m/s                  slack\n\
+T, k_f         1/s                  `return` of a deviation, and `gain`\n\
+k_n            1                    `internal.gain`\n\
+q_c, q, q_n, q_w                    weights: `scaling.weight`, `weight` of a deviation, `internal.weight`, `relax`\n\
 ```\n\n\
-where `F' = mu_1 u_c + mu_2 u + mu_3 u_n + mu_4` is what each of them does to the field, exactly. The program has one row and \
-a slack, so it always has a solution, which is found in one pass. Where levels above the protected task would withhold \
-what it asks for, they are taken into the program. What is guaranteed, and what is not, stands in \
-[Safety field and planner](mathematics/safety_field.md).\n\n\
-`t` and `time` in the target of the protected task are its own clock, and trajectories in it step with that clock. On \
-entering the stack the clock stands where `t` does, at 0, without a deviation. A signal in the target must not move by itself \
-(a tracked point of a person does).\n\n\
-`admittance` and `hand_guiding` may be protected. Their wrench and the velocity that they go on from are those of now; what the \
-clock scales is the motion of the target, so that `hand_guiding`, which has none, gives way in its null space alone, and `method stop` \
-does not hold it. Targets with a mass behind them do not deviate, and neither do expressions that `track` follows.\n\n\
-`method evasive` is `v = m v_task + (I - m J^+ J) k_n dF/dq` with `m` from 1 to 0 in a band about `min`; `method stop` stops the \
-clock while the field is not above `min`. Both are there to be compared with.\n\n\
-The error is the Euclidean norm of `u_n - v`; levels above take from it what they need.\n\n\
+The row is exact: `F' = mu_1 u_c + mu_2 u + mu_3 u_n + mu_4`, with the coefficients `mu_1` of the clock, `mu_2` \
+of the deviations and `mu_3` (1×n) of the internal motion, and the rest `mu_4`, which includes the motion of \
+people. The program has one row with a slack, so it always has a solution, and it is solved in one pass. If \
+levels above the protected task would withhold the required velocity, the program includes these levels. [Safety \
+field and planner](mathematics/safety_field.md) describes the guarantees and their conditions.\n\n\
+`t` and `time` in the target of the protected task are its own clock, and trajectories in the target advance \
+with that clock. At the entry of the stack, the clock is at 0, like `t`, without a deviation. A signal in the \
+target must not move by itself (a tracked point of a person does).\n\n\
+`admittance` and `hand_guiding` may be protected. Their wrench, and the velocity from which they continue, are \
+those of the present tick. The clock scales only the motion of the target. `hand_guiding` has no target: it \
+gives way only in its null space, and `method stop` does not hold it. Targets of tasks with a mass cannot \
+deviate, and neither can the expressions of `track`.\n\n\
+`method evasive` is `v = m v_task + (I - m J^+ J) k_n dF/dq`, with the pseudoinverse `J^+` of the task's \
+Jacobian and `m` from 1 to 0 in a band about `min`. `method stop` stops the clock while the field is not above \
+`min`. Both methods are for comparison.\n\n\
+The task reports as error the Euclidean norm of `u_n - v`, which is not zero if levels above use a part of the \
+motion.\n\n\
 Source: thesis 4.2.3, (4.5)-(4.34), 4.4.1.3, with the corrections of Safety field and planner.",
     example: "task guard = safety_planner(hands) {\n  field nearness  min 0.75 m  gain 10 /s\n  scaling { weight 10 }\n  \
 deviate { absolute { position { along operator.chest - frame(left_tool).position  speed 0.4 m/s  most 0.3 m } } }\n  internal { gain 0.1 }\n}",
@@ -201,10 +220,10 @@ deviate { absolute { position { along operator.chest - frame(left_tool).position
     build,
 };
 
-/// Most groups within each other in which a parameter may stand.
+/// Largest nesting depth of groups that contain a parameter.
 const GROUPS: usize = 8;
 
-/// Whether there are deviations, and nothing else, in groups at most so deep.
+/// Returns true if there are deviations, and nothing else, in groups of at most this depth.
 fn is_sound(deviate: &BoundParams, deep: usize) -> bool {
     let one = |b: &Bound| match b {
         Bound::Group(group) if DeviationParams::is_one(group) => DeviationParams::from_bound(group).is_some(),

@@ -24,9 +24,9 @@ crate::params! {
         between: Vec<Geometry> = ParamType::Geometries, Presence::Required;
         /// The other side, likewise.
         and: Vec<Geometry> = ParamType::Geometries, Presence::Required;
-        /// d_min: the closest the two sides may come.
+        /// d_min: smallest distance between the two sides.
         d_min: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0)), Presence::Required;
-        /// φ: how fast the margin may be used up.
+        /// φ: how fast the margin may decrease, relative to its size.
         gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0)), Presence::Default("10 /s");
         /// δ: held in reserve for what sampling in time can lose; `auto` computes it from the hard speed limits.
         sampled_margin: Auto = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Default("0 m");
@@ -37,20 +37,29 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "self_collision",
     summary: "keeps parts of the robot apart",
-    docs: "One inequality row for each pair of a part of `between` and a part of `and`, parts that cannot move against each \
-other excepted:\n\n\
+    docs: "One inequality row for each pair of a part j of `between` and a part l of `and`, except pairs that \
+cannot move relative to each other:\n\n\
 ```text\n\
 h = |p_j - p_l| - d_min                   [m]     safe where h >= 0\n\
-n·(J_j - J_l) v  >=  d_min' - φ (h - δ)   [m/s]   n = (p_j - p_l)/|p_j - p_l|\n\
+n·(J_j - J_l) v  >=  d_min' - φ (h - δ)   [m/s]   n = (p_j - p_l)/|p_j - p_l|\n\n\
+p_j, p_l  3×1  m              closest points of the two parts in the world\n\
+n         3×1                 unit vector from p_l to p_j in the world\n\
+J_j, J_l  3×n  m/rad or m/m   Jacobians of p_j and p_l in the world's axes\n\
+v         n×1  rad/s or m/s   velocity of the n degrees of freedom\n\
+d_min'         m/s            time derivative of d_min\n\
+φ              1/s            gain\n\
+δ              m              reserve, `sampled_margin`\n\
 ```\n\n\
-`p_j`, `p_l` are the closest points: exact closed forms for points, segments, spheres, capsules and boxes in all pairs. \
-A cylinder of the URDF counts as the capsule that contains it, a mesh as its bounding capsule. Where two parts touch so \
-deeply that no direction leads apart (a distance of zero between their cores), the last valid direction and closest \
-points are kept; if there were none, that is a fault.\n\n\
-`sampled_margin auto` sets `δ = A T / (2 φ)`, where A bounds the relative acceleration at the speeds that \
-`joint_velocity_limits` on hard levels down to that of the task let through: \
-then `h` stays at or above zero at every tick, for a point or sphere against any part, while `φ T <= 1` and `d_min` \
-moves at a steady rate if at all. Between two long parts that turn parallel the closest points can jump, and more can be lost.\n\n\
+The closest points have exact closed forms for all pairs of points, segments, spheres, capsules and boxes. A \
+cylinder of the URDF is replaced by the capsule that contains it, a mesh by its bounding capsule. The distance \
+is negative if the surfaces overlap. If the cores of two parts (the points, segments or boxes inside their \
+radii) meet, no direction leads apart: the task keeps the last valid direction and closest points. If there were \
+none, this is a fault.\n\n\
+`sampled_margin auto` sets `δ = A T / (2 φ)` with the control period T. A bounds the relative acceleration at \
+the speeds that `joint_velocity_limits` allow, on the hard levels down to that of the task. For a point or a \
+sphere against any part, `h` then stays at or above zero at every tick, if `φ T <= 1` and `d_min` is constant or \
+moves at a constant rate. If two long parts become parallel, the closest points can jump, and the margin can \
+lose more.\n\n\
 Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which would bound the distance from above.",
     example: "task arms_apart = self_collision { between left_elbow  and right_elbow  d_min 0.2 m  gain 10 /s }",
     nature: Nature::Limit,
@@ -97,8 +106,8 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     Ok(Box::new(SelfCollision { pairs, d_min: params.d_min, gain: params.gain, reserve }))
 }
 
-/// How fast the distance of a pair can curve downwards, in m/s²: a ball's centre is seen from the other part, which is
-/// convex. Of two long parts either may be the moving one.
+/// Bound on the downward acceleration of the distance of a pair, in m/s². For a ball, it is that of its centre relative
+/// to the other part, which is convex. Of two long parts either may be the moving one.
 fn bend(p: &Pair, model: &Model, speed: &[f64]) -> f64 {
     let seen = |from: &Geometry, to: &Geometry| {
         clearance::acceleration_bound(model, Some(from.link), to.link, extent(to), speed)

@@ -1,11 +1,11 @@
-//! Slows parts of the robot that move towards a person, so that they stand before they are too near.
+//! Slows parts of the robot that move towards a person, so that they come to rest before they are too near.
 //!
 //! ```text
 //! S_p(v_r) = v_h (T_r + T_s) + v_r T_r + S_s(v_r) + C + Z_d + Z_r     [m]    ISO/TS 15066:2016, 5.5.4.2.3
 //! n·J_p v >= -v_max(d)     S_p(v_max(d)) = d                          [m/s]  n from the person to the part
 //! ```
 //!
-//! It tells how things stand, so that a machine can stop and go on: see `TELLS`. With `method watch` it does only that.
+//! Its outputs (`TELLS`) allow a machine to stop and to continue. With `method watch` the task has outputs only.
 //!
 //! `S_p` rises with `v_r`, so `d >= S_p` is a bound on the speed towards the person, in closed form: the barrier for
 //! `d - S_p`, whose row is met as soon as it is written and needs no gain.
@@ -25,31 +25,33 @@ crate::params! {
     pub struct Params {
         /// The parts of the robot: points, segments, links with their collision shapes, groups of them.
         parts: Vec<Geometry> = ParamType::Geometries, Presence::Required;
-        /// Where the person is, in the world; its rate is how fast they move.
+        /// Position of the person in the world; its time derivative is the velocity of the person.
         from: Input<3> = ParamType::Vector(LENGTH), Presence::Required;
-        /// `slow` bounds the speed of the parts; `watch` leaves them free and only tells, for a machine that stops the robot.
+        /// `slow` bounds the speed of the parts; `watch` does not bound it and only computes the outputs, for a machine
+        /// that stops the robot.
         method: String = ParamType::Choice(&["slow", "watch"]), Presence::Default("slow");
-        /// Whether `human_speed` is taken for how fast they come, or the rate of `from`. Where that has none, because
-        /// the human has `velocity none`, `measured` takes them to stand.
+        /// Speed of the person: `assumed` uses `human_speed`, `measured` the time derivative of `from`. If the human
+        /// has `velocity none`, this derivative is zero, so `measured` assumes that the person stands still.
         human: String = ParamType::Choice(&["assumed", "measured"]), Presence::Default("assumed");
-        /// v_h: how fast they come where that is assumed; 1.6 m/s is the walking speed of ISO 13855.
+        /// v_h: assumed speed of the person towards the robot; 1.6 m/s is the walking speed of ISO 13855.
         human_speed: Input<1> = ParamType::Scalar(Quantity::at_least(VELOCITY, 0.0)), Presence::Default("1.6 m/s");
-        /// T_r: from the moment of the reading until the robot begins to stop. The control period is added, with `watch` two.
+        /// T_r: time from the reading until the robot begins to stop. The task adds one control period, with `watch`
+        /// two.
         reaction: Input<1> = ParamType::Scalar(Quantity::at_least(TIME, 0.0).constant()), Presence::Required;
-        /// T_s: how long it takes to stand, at any speed.
+        /// T_s: time until the robot stands, at any speed.
         stopping: Option<Input<1>> = ParamType::Scalar(Quantity::at_least(TIME, 0.0).constant()), Presence::Optional;
-        /// a: instead of `stopping`, how fast its parts lose speed at least.
+        /// a: instead of `stopping`, the smallest deceleration of the parts.
         deceleration: Option<Input<1>> = ParamType::Scalar(Quantity::above(ACCELERATION, 0.0).constant()), Presence::Optional;
-        /// C: how far a part of the body reaches before it is seen, ISO 13855.
+        /// C: intrusion distance of ISO 13855, how far a part of the body reaches before it is detected.
         intrusion: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Required;
-        /// Z_d: how wrong the position of the person may be; it may move, as `uncertainty(operator)` does.
+        /// Z_d: uncertainty of the person's position; it may move, as `uncertainty(operator)` does.
         human_uncertainty: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0)), Presence::Default("0 m");
-        /// Z_r: how wrong that of the robot may be.
+        /// Z_r: uncertainty of the robot's position.
         robot_uncertainty: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Default("0 m");
     }
 }
 
-/// What the task tells.
+/// Outputs of the task.
 const TELLS: [Told; 4] = [
     Told { name: "distance", dimension: LENGTH, is: "d, of the part for which it exceeds `required` by the least" },
     Told { name: "required", dimension: LENGTH, is: "S_p of that part, at the velocity that the hierarchy gave" },
@@ -61,7 +63,7 @@ const TELLS: [Told; 4] = [
     Told { name: "speed_limit", dimension: VELOCITY, is: "v_max, the least of all parts" },
 ];
 
-/// How fast people come is measured, where it is not assumed.
+/// The velocity of people is measured unless it is assumed.
 const RECKONS: Reckons = Reckons {
     rate: |_, params| !matches!(params.get("human"), Some(Bound::Choice(human)) if human == "assumed"),
     lacking: "nothing is added to the distance for how fast they come",
@@ -72,41 +74,47 @@ const RECKONS: Reckons = Reckons {
 pub static KIND: TaskKind = TaskKind {
     name: "speed_separation",
     summary: "slows parts of the robot towards a person, so that they stand before they are too near",
-    docs: "Speed and separation monitoring: the distance `d` between a part and the person must not be less than the \
-protective separation distance\n\n\
+    docs: "Speed and separation monitoring: the distance `d` between a part and the person must not be less than \
+the protective separation distance\n\n\
 ```text\n\
-S_p = S_h + S_r + S_s + C + Z_d + Z_r\n\
+S_p = S_h + S_r + S_s + C + Z_d + Z_r      [m]\n\
 S_h = v_h (T_r + T_s)      the person, until the robot stands\n\
 S_r = v_r T_r              the robot, until it begins to stop\n\
 S_s = v_r T_s              the robot, until it stands; with `deceleration a`: v_r^2 / (2 a), and T_s = v_r / a\n\
 ```\n\n\
-with the speeds `v_h`, `v_r` of person and robot towards each other. `S_p` rises with `v_r`, so this is a bound on that speed, \
-`v_r <= v_max(d)` with `S_p(v_max) = d`: one inequality row for each part,\n\n\
+with the speeds `v_h`, `v_r` [m/s] of person and robot towards each other; a speed away from each other counts \
+as zero. `S_p` increases with `v_r`, so this is a bound on that speed, `v_r <= v_max(d)` with `S_p(v_max) = d`. \
+It gives one inequality row for each part:\n\n\
 ```text\n\
-n·J_p v  >=  -v_max(d)       n from the person to the nearest point of the part\n\
+n·J_p v  >=  -v_max(d)     [m/s]\n\n\
+d      m                   distance between the part and the person\n\
+n      3×1                 unit vector in the world, from the person to the nearest point p of the part\n\
+J_p    3×n  m/rad or m/m   Jacobian of p in the world's axes\n\
+v      n×1  rad/s or m/s   velocity of the n degrees of freedom\n\
+v_max  m/s                 largest speed towards the person\n\
 ```\n\n\
-It needs no gain, and zero velocity meets it always: on a hard level it can never be the one that is infeasible. Where not \
-even a robot at rest is far enough, `v_max` is zero: the part may go away from the person, and no nearer. The margin is `d - S_p` \
-at the velocity that the hierarchy gave.\n\n\
-For a protective stop a machine goes to a state in which the robot stands, and comes back once there is room:\n\n\
+The row needs no gain, and zero velocity always meets it: on a hard level, this row by itself is never \
+infeasible. If even a robot at rest is too close, `v_max` is zero: the part may move away from the person, but \
+no nearer. The margin is `d - S_p` at the velocity that the hierarchy returned.\n\n\
+For a protective stop, a machine changes to a state in which the robot stands, and back when there is room:\n\n\
 ```text\n\
 state work  { stack working   when separation.room < 0 m -> stop blend 0 s }\n\
 state stop  { stack standing  when separation.room > 0.2 m for 0.5 s -> work }\n\
 ```\n\n\
-Both stacks hold the task: it tells nothing while no stack with it runs. While the row of `slow` acts, `d` is `S_p` up to \
-rounding, so that only `room` is fit for a condition. With `method watch` the robot moves as fast as it likes until \
-`when separation.distance < separation.required -> stop`; a condition is looked at one tick later than the row, for which \
-a second control period is added to `T_r`. A machine may also answer a margin below zero with \
-`on fault(limit(TASK)) -> ..`.\n\n\
-`T_s` and `a` are of the whole stop: a transition with a `blend` lets the velocity go over for that long, which then belongs \
-into `stopping`.\n\n\
-It keeps a person from being hit by a robot that moves. It does not make the robot go out of the way: for that, `keep` a distance or \
-the value of a safety field. The person is a point; for several, write the task in a `for`. Parts that are not named are not \
-watched.\n\n\
-What comes out is as good as the distances and times that go in, and the standard asks for a rated controller and rated \
-sensors: this is a rule of motion, and no safety function.\n\n\
-Source: ISO/TS 15066:2016, 5.5.4.2.3, formulas (1) to (4); ISO 13855 for `human_speed` and `intrusion`. The row in closed form \
-is ours.",
+Both stacks must contain the task: its outputs are absent while no stack with it runs. While the row of `slow` \
+is active, `d` equals `S_p` up to rounding, so only `room` is suitable for a condition. With `method watch` the \
+robot moves without a bound until `when separation.distance < separation.required -> stop`. A condition is \
+evaluated one tick later than the row, so `T_r` includes a second control period. A machine may also handle a \
+negative margin with `on fault(limit(TASK)) -> ..`.\n\n\
+`T_s` and `a` refer to the whole stop. A transition with a `blend` changes the velocity over that time, which \
+must be included in `stopping`.\n\n\
+The task protects a person from a robot that moves. It does not move the robot out of the way: for that, `keep` \
+a distance or the value of a safety field. The person is a point; for several points, write the task in a `for`. \
+Parts that are not named are not monitored.\n\n\
+The result is as accurate as the given distances and times, and the standard requires a rated controller and \
+rated sensors: this is a rule of motion, not a safety function.\n\n\
+Source: ISO/TS 15066:2016, 5.5.4.2.3, formulas (1) to (4); ISO 13855 for `human_speed` and `intrusion`. The row in \
+closed form is ours.",
     example: "task slow = speed_separation(left_elbow) { from [2, 0, 1] m  reaction 0.1 s  deceleration 3 m/s^2  intrusion 0.1 m }",
     nature: Nature::Limit,
     params: Params::INFO,
@@ -117,10 +125,10 @@ is ours.",
     build,
 };
 
-/// A part, and what is known of the way from the person to it.
+/// A part, and its separation from the person.
 struct Part {
     geometry: Geometry,
-    /// From the person to the part, in the world; none where none was found yet.
+    /// Direction from the person to the part, in the world; `None` before one was found.
     normal: Option<Vector3<f64>>,
     /// d of this tick, in m.
     distance: f64,
@@ -132,12 +140,12 @@ struct SpeedSeparation {
     parts: Vec<Part>,
     from: Input<3>,
     measured: bool,
-    /// It bounds the speed, and does not only tell.
+    /// True if it bounds the speed; otherwise it has outputs only.
     slows: bool,
     human_speed: Input<1>,
     human_uncertainty: Input<1>,
     rule: SpeedAndSeparation,
-    /// The rows of this tick, `nv` numbers each.
+    /// Rows of this tick, `nv` numbers each.
     jacobian: Vec<f64>,
     nv: usize,
 }
@@ -172,9 +180,9 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         "watch" => false,
         _ => return Err(BuildError::new("method", "`method` is `slow` or `watch`")),
     };
-    // The distance of a tick counts until the next one; a machine acts on it one more tick later.
+    // The distance of a tick is used until the next one; a machine acts on it one more tick later.
     let reaction = one(params.reaction) + ctx.period * if slows { 1.0 } else { 2.0 };
-    // Z_d may move, and is taken off the distance at each tick.
+    // Z_d may move, and is subtracted from the distance at each tick.
     let rule = SpeedAndSeparation::new(reaction, stopping, one(params.intrusion), 0.0, one(params.robot_uncertainty))
         .map_err(|e| BuildError::new("", e.to_string()))?;
     let nv = ctx.model.nv();
@@ -204,7 +212,7 @@ impl SpeedSeparation {
         self.rule.allowed_speed(part.distance - uncertainty, part.human).unwrap_or(0.0)
     }
 
-    /// The parts, each with its speed away from the person in m/s when the robot moves with `v`.
+    /// Parts, each with its speed away from the person in m/s when the robot moves with `v`.
     fn moving<'t>(&'t self, v: &'t [f64]) -> impl Iterator<Item = (&'t Part, f64)> {
         let away = move |row: &[f64]| row.iter().zip(v).map(|(j, v)| j * v).sum();
         self.parts.iter().zip(self.jacobian.chunks_exact(self.nv.max(1)).map(away))
@@ -242,7 +250,7 @@ impl Task for SpeedSeparation {
                     part.distance = way.distance;
                     (way.on_a, way.normal)
                 }
-                // The person is inside: no way leads out, and the last one that did still counts.
+                // The person is inside the part, which leaves no direction: the last valid one is used.
                 Err(_) => {
                     part.distance = 0.0;
                     (at, part.normal.ok_or(TaskFault::Overlap { row: i })?)

@@ -6,14 +6,15 @@
 //! ```
 //!
 //! `A = a×c` and `B = b×d = c×d` are the normals of the vertical plane through shoulder and wrist and of the plane of
-//! the arm. Both are square to `c`, so that φ is the angle from A to B about `c`, and the two equations are one:
+//! the arm. Both are perpendicular to `c`, so that φ is the angle from A to B about `c`, and the two equations become
+//! one:
 //!
 //! ```text
 //! φ = atan2((A×B)·c, |c| A·B)         because (A×B)·c = |c|² a·B = |c|² (a×b)·c
 //! ```
 //!
-//! φ is pi less the dihedral angle of the points (s + a, s, w, e), whose gradient is that of
-//! Blondel and Karplus, J. Comput. Chem. 17 (1996).
+//! φ is pi minus the dihedral angle of the points (s + a, s, w, e), whose gradient is that of Blondel and Karplus, J.
+//! Comput. Chem. 17 (1996).
 
 use nalgebra::Vector3;
 use robot::LinkId;
@@ -40,14 +41,22 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "swivel_angle",
     summary: "turns the elbow about the line from shoulder to wrist",
-    docs: "One equality row an arm, `J_sw v = φ_d' + k (φ_d - φ)`, with the error taken the short way round.\n\n\
+    docs: "One equality row for each arm, `J_sw v = φ_d' + k (φ_d - φ)` in rad/s, with the error taken the short \
+way round:\n\n\
 ```text\n\
 a = z,  b = s - e,  c = s - w,  d = e - w\n\
-φ = sgn(a×b · c) arccos( (a×c)·(b×d) / (|a×c| |b×d|) )\n\
+φ = sgn(a×b · c) arccos( (a×c)·(b×d) / (|a×c| |b×d|) )\n\n\
+s, e, w    3×1  m                 positions of the arm's shoulder, elbow and wrist in the world\n\
+z          3×1                    vertical axis of the world\n\
+φ, φ_d     rad                    swivel angle in [-pi, pi], and its target;  φ_d' its time derivative, rad/s\n\
+J_sw       1×n  rad/rad or rad/m  derivative of φ with respect to the configuration\n\
+v          n×1  rad/s or m/s      velocity of the n degrees of freedom\n\
+k          1/s                    gain\n\
 ```\n\n\
-`s`, `e`, `w` are the arm's shoulder, elbow and wrist. φ is undefined where the wrist stands straight above or below \
-the shoulder, or the arm is stretched: there the row is left free, and `run` counts those ticks; `initial(angle.ARM)` has no value \
-there. The sign is that of the thesis; mirrored arms have opposite angles.\n\n\
+φ is the angle from the vertical plane through shoulder and wrist to the plane of the arm. It is undefined if \
+the wrist is vertically above or below the shoulder, or if the arm is stretched. The row is then left free, and \
+`run` counts these ticks; `initial(angle.ARM)` has no value there. The sign is that of the thesis; mirrored arms \
+have opposite angles.\n\n\
 Source: thesis (3.35)-(3.42). The gradient is that of the dihedral angle, checked by central differences.",
     example: "task elbows = swivel_angle { angle { left 45 deg  right 45 deg }  gain 1 /s }",
     nature: Nature::Target,
@@ -101,9 +110,9 @@ pub struct Swivel {
     pub by_wrist: Vector3<f64>,
 }
 
-/// The swivel angle of three points in the world (m). `None` where it is undefined: shoulder and wrist are nearer than
-/// 1e-6 m, the line between them is within 1e-4 rad of the vertical, or the elbow is nearer to that line than 1e-4 of
-/// its length.
+/// Swivel angle of three points in the world (m). `None` if it is undefined: shoulder and wrist are closer than 1e-6 m,
+/// the line between them is within 1e-4 rad of the vertical, or the distance of the elbow from that line is below 1e-4
+/// of its length.
 pub fn swivel(s: &Vector3<f64>, e: &Vector3<f64>, w: &Vector3<f64>) -> Option<Swivel> {
     let (up, c, d) = (Vector3::z(), s - w, e - w);
     let (a, b) = (up.cross(&c), c.cross(&d));
@@ -113,13 +122,13 @@ pub fn swivel(s: &Vector3<f64>, e: &Vector3<f64>, w: &Vector3<f64>) -> Option<Sw
     }
     let (a2, b2) = (a.norm_squared(), b.norm_squared());
     let by_elbow = b * (length / b2);
-    // The shoulder carries the vertical with it: the two parts that turn A about c cancel.
+    // The vertical moves with the shoulder: the two parts that turn A about c cancel.
     let by_shoulder = -(a * (up.dot(&c) / (a2 * length)) + b * (d.dot(&c) / (b2 * length)));
     Some(Swivel {
         angle: a.cross(&b).dot(&c).atan2(length * a.dot(&b)),
         by_shoulder,
         by_elbow,
-        // shifting all three points changes nothing
+        // Moving all three points together changes nothing.
         by_wrist: -by_shoulder - by_elbow,
     })
 }
@@ -177,7 +186,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// thesis (3.39), to the letter.
+    /// Thesis (3.39), literally.
     fn printed(s: Vector3<f64>, e: Vector3<f64>, w: Vector3<f64>) -> f64 {
         let (a, b, c, d) = (Vector3::z(), s - e, s - w, e - w);
         let (ac, bd) = (a.cross(&c), b.cross(&d));

@@ -1,12 +1,12 @@
-//! Pulls a value that the spec writes as an expression to a target.
+//! Pulls a value that the spec defines by an expression to a target.
 //!
 //! ```text
 //! (J_y - J_d) v = d/dt y_d - d/dt y + K (y_d - y)          thesis (2.5) for any y
 //! ```
 //!
-//! where `J` is the derivative in the robot's configuration and `d/dt` that in time while the robot stands still. Of an
-//! orientation, the derivatives are angular velocities and the error is the rotation vector of `R_d R^T`. A pose has the
-//! rows of its position and those of its orientation.
+//! where `J` is the derivative in the robot's configuration and `d/dt` the one in time while the robot stands still.
+//! For an orientation, the derivatives are angular velocities and the error is the rotation vector of `R_d R^T`. A pose
+//! has the rows of its position and those of its orientation.
 
 use std::cell::RefCell;
 
@@ -27,9 +27,9 @@ use crate::written::{Gain, actual, dimension, fault, row_names};
 crate::params! {
     /// Parameters of `track`.
     pub struct Params {
-        /// y: what is pulled, a number, a vector, an orientation or a pose.
+        /// y: the value that is pulled to the target: a number, a vector, an orientation or a pose.
         value: Operand = ParamType::Expression(Form::Value { orientation: true }), Presence::Required;
-        /// y_d: what the value is pulled to; it may move.
+        /// y_d: the target of the value; it may move.
         target: Operand = ParamType::Expression(Form::Like("value")), Presence::Required;
         /// K: how fast the error decays.
         gain: Operand = ParamType::Expression(Form::Number(Quantity::at_least(RATE, 0.0))), Presence::Default("2 /s");
@@ -40,20 +40,28 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "track",
     summary: "pulls a value, written as an expression, to a target",
-    docs: "One equality row for a number, three for a vector (x, y, z) or an orientation (rx, ry, rz, in the world's axes), six for a pose:\n\n\
+    docs: "One equality row for a number, three for a vector (x, y, z) or an orientation (rx, ry, rz, in the \
+world's axes), six for a pose:\n\n\
 ```text\n\
 (J_y - J_d) v = d/dt y_d - d/dt y + K (y_d - y)      numbers, vectors, positions\n\
-(J_y - J_d) v = ω_d - ω_y + K log(R_d R^T)           orientations\n\
+(J_y - J_d) v = ω_d - ω_y + K log(R_d R^T)           orientations\n\n\
+y, y_d    unit of the value          value and target;  R, R_d for orientations\n\
+J_y, J_d  1×n  that unit/rad or /m   exact derivatives with respect to the configuration, one row per number\n\
+d/dt      that unit/s                derivative in time while the robot stands still\n\
+ω_y, ω_d  3×1  rad/s                 that derivative of an orientation: angular velocity in the world's axes\n\
+log       3×1  rad                   rotation vector, with an angle of at most pi\n\
+v         n×1  rad/s or m/s          velocity of the n degrees of freedom\n\
+K         1/s                        gain\n\
 ```\n\n\
-`value` is any expression in which the robot's present state stands: `frame(F).position`, `frame(F).orientation`, \
-`frame(F).pose`, `point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`. `J` is its exact derivative in the robot's configuration, `d/dt` \
-(for orientations ω) that in time. The state may stand in `target` and `gain` too.\n\n\
-Where the value has no derivative (`norm` of zero, the corner of a `min`) the row is that of the branch that the value \
-takes, or zero; the page on expressions lists these points. A row that is zero asks for nothing. `log` is the \
-rotation vector with an angle of at most pi.\n\n\
-A direction (a vector of length 1) has three numbers and two freedoms. Where the target is a direction that moves with the \
-robot too, the three rows come the closer to depending on each other the smaller the error: track two numbers instead, \
-such as `dot` with two axes, or a place in the robot's own frame, \
+`value` is any expression that contains the present state of the robot: `frame(F).position`, \
+`frame(F).orientation`, `frame(F).pose`, `point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`. `target` and \
+`gain` may contain the state too. For an orientation, `J_y` and `J_d` map `v` to angular velocities. The task \
+reports the norm of the error.\n\n\
+If the value has no derivative (`norm` of zero, the corner of a `min`), the row is that of the branch that the \
+value takes, or zero; the page on expressions lists these points. A row that is zero has no effect.\n\n\
+A direction (a vector of length 1) has three numbers and two degrees of freedom. If the target is a direction \
+that moves with the robot too, the three rows approach linear dependence as the error becomes small. Track two \
+numbers instead, such as `dot` with two axes, or a position in the robot's own frame, \
 `inverse(frame(F).orientation)*(p - frame(F).position)`.\n\n\
 Source: thesis (2.5) for any y; the derivative by reverse accumulation is ours.",
     example: "task pointing = track(frame(tool).orientation*[0, 0, 1]) { target [0, 0, -1]  gain 2 /s }",
@@ -85,7 +93,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     Ok(Box::new(Track { value: RefCell::new(value), target, gain, dimension }))
 }
 
-/// How many numbers of a value are rows as they are, and whether an orientation follows them.
+/// Returns how many numbers of a value have a row each, and true if an orientation follows them.
 fn form(len: usize) -> (usize, bool) {
     match len {
         4 => (0, true),
@@ -95,7 +103,7 @@ fn form(len: usize) -> (usize, bool) {
 }
 
 impl Track {
-    /// Rows of a number, a vector or a position; gives the norm of the error.
+    /// Writes the rows of a number, a vector or a position; returns the norm of the error.
     fn linear(&mut self, state: &State, rows: &mut Rows, n: usize, gain: f64) -> f64 {
         let value = self.value.get_mut();
         let mut squares = 0.0;
@@ -111,7 +119,7 @@ impl Track {
         squares.sqrt()
     }
 
-    /// Rows of an orientation, which stands behind `first` other numbers; gives the angle of the error.
+    /// Writes the rows of an orientation that follows `first` other numbers; returns the angle of the error.
     fn angular(&mut self, state: &State, rows: &mut Rows, first: usize, gain: f64) -> f64 {
         let value = self.value.get_mut();
         let (q, d) = (value.quaternion(state), self.target.quaternion(state));

@@ -42,8 +42,14 @@ crate::params! {
 pub static KIND: TaskKind = TaskKind {
     name: "uncooperative_motion",
     summary: "moves two arms independently of each other",
-    docs: "Twelve equality rows: the pose of the left tip, then that of the right one, each as in `frame_pose`. \
-It is `cooperative_motion` with `beta 0` and `alpha 1`.\n\n\
+    docs: "Twelve equality rows in the world's axes: the pose of the left tip, then that of the right tip. For \
+each tip they are the six rows of `frame_pose`,\n\n\
+```text\n\
+J_p v = p_d' + K_linear  (p_d - p)        [m/s]\n\
+J_o v = ω_d  + K_angular log(R_d R^T)     [rad/s]\n\
+```\n\n\
+with the symbols, frames and units of that page, for the pose (p, R) of the tip in the world. The task reports \
+the two errors of each tip. It is `cooperative_motion` with `beta 0` and `alpha 1`.\n\n\
 Source: thesis (3.7), (3.25), (3.33), (3.34).",
     example: "task motion = uncooperative_motion {\n  \
 left  { position initial(left.position)   orientation initial(left.orientation) }\n  \

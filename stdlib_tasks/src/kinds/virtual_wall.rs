@@ -5,8 +5,8 @@
 //! n·J_p v >= d_min' - φ (h - δ)       [m/s]  δ: the sampled-time reserve  thesis (3.19), (3.20)
 //! ```
 //!
-//! where n and a are constants of the world or of the link that carries the plane, and `J_p` is then the Jacobian of the
-//! point relative to that link.
+//! where n and a are constants of the world or of the link that carries the plane, and `J_p` is in the latter case the
+//! Jacobian of the point relative to that link.
 
 use nalgebra::{Point3, Vector3};
 use robot::{LinkId, Model, geometry};
@@ -36,16 +36,16 @@ impl FromBound for ThreePoints {
 crate::params! {
     /// Parameters of `virtual_wall`.
     pub struct Params {
-        /// What is kept away: points, segments, links with their collision shapes, groups of them.
+        /// The parts that are kept away: points, segments, links with their collision shapes, groups of them.
         points: Vec<Geometry> = ParamType::Geometries, Presence::Required;
         /// Three points of the plane, not on one line. Seen from the free side they go round anticlockwise:
         /// the normal is `(p2 - p1) x (p3 - p1)`.
         through: ThreePoints = ParamType::Vectors(3, LENGTH), Presence::Required;
-        /// The link that carries the plane; `through` is then in that link's frame. The world where left out.
+        /// The link that carries the plane; `through` is then in that link's frame. Default: the world.
         on: Option<(String, LinkId)> = ParamType::Frame, Presence::Optional;
-        /// d_min: the closest a point may come to the plane.
+        /// d_min: smallest distance of a point from the plane.
         d_min: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0)), Presence::Default("0 m");
-        /// φ: how fast the margin may be used up.
+        /// φ: how fast the margin may decrease, relative to its size.
         gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0)), Presence::Default("5 /s");
         /// δ: held in reserve for what sampling in time can lose; `auto` computes it from the hard speed limits.
         sampled_margin: Auto = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Default("0 m");
@@ -60,14 +60,24 @@ pub static KIND: TaskKind = TaskKind {
 ```text\n\
 n = (p2 - p1)×(p3 - p1) / |..|\n\
 h = n·(p - p1) - d_min        [m]     safe where h >= 0\n\
-n·J_p v  >=  d_min' - φ (h - δ)       [m/s]\n\
+n·J_p v  >=  d_min' - φ (h - δ)       [m/s]\n\n\
+p1, p2, p3  3×1  m              points of the plane in the world, `through`\n\
+n           3×1                 unit normal of the plane in the world, towards the free side\n\
+p           3×1  m              the point in the world\n\
+J_p         3×n  m/rad or m/m   Jacobian of p in the world's axes\n\
+v           n×1  rad/s or m/s   velocity of the n degrees of freedom\n\
+d_min'           m/s            time derivative of d_min\n\
+φ                1/s            gain\n\
+δ                m              reserve, `sampled_margin`\n\
 ```\n\n\
-For a shape, `p` is its point nearest to the plane; of an edge or a face that lies flat, the middle. \
-With `on LINK` the plane moves with the link and its motion is part of the row.\n\n\
-`sampled_margin auto` sets `δ = A T / (2 φ)`, where A bounds the acceleration of the point at the speeds that \
-`joint_velocity_limits` on hard levels down to that of the task let through: \
-then `h` stays at or above zero at every tick, for points and spheres, while `φ T <= 1` and `d_min` moves at a steady \
-rate if at all. Flat shapes that turn parallel to the plane can lose more, because the nearest point jumps.\n\n\
+For a shape, `p` is its point nearest to the plane; for an edge or a face that is parallel to the plane, its \
+middle. With `on LINK`, the plane moves with the link: `p1`, `p2`, `p3` are given in the link's frame, and `J_p` \
+is the Jacobian of `p` relative to the link.\n\n\
+`sampled_margin auto` sets `δ = A T / (2 φ)` with the control period T. A bounds the acceleration of the point \
+at the speeds that `joint_velocity_limits` allow, on the hard levels down to that of the task. For points and \
+spheres, `h` then stays at or above zero at every tick, if `φ T <= 1` and `d_min` is constant or moves at a \
+constant rate. A flat shape that rotates into a position parallel to the plane can lose more, because its \
+nearest point jumps.\n\n\
 Source: thesis (3.17)-(3.20); the Jacobian has the sign that follows from `h`, not the printed one.",
     example: "task deck = virtual_wall { points left_elbow  through [[0, 0, 0.4], [1, 0, 0.4], [0, 1, 0.4]] m  d_min 0.3 m }",
     nature: Nature::Limit,
@@ -100,7 +110,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let p = |i: usize| Vector3::new(t[3 * i], t[3 * i + 1], t[3 * i + 2]);
     let (u, v) = (p(1) - p(0), p(2) - p(0));
     let normal = u.cross(&v);
-    // sin of the angle at p1: below a thousandth of a degree nobody means a plane
+    // Sine of the angle at p1: three points with less than a thousandth of a degree are on a line.
     let is_plane = normal.norm() > 1e-5 * u.norm() * v.norm() && normal.norm().is_finite();
     if !is_plane {
         return Err(BuildError::new("through", "the three points lie on one line, and no plane is given by them")

@@ -1,65 +1,76 @@
-//! Who takes part in a mission that a scenario executes, by name, and what is measured of whom.
+//! The mission that a scenario executes, as names see it: its members with their roles, and examples for messages.
 
-use mission::kinds::layers::problem::Problem as Layers;
-use mission::kinds::schedule::problem::Problem as Schedule;
-use runtime::program::{MissionKind, MissionMeasure, OfLayers, OfMission};
+use mission::kind::{Kind, Measure, Mission};
 
-use crate::quantities::Whose;
-
-/// What is executed.
+/// A mission that is executed.
 #[derive(Clone, Copy)]
-pub(super) enum Executed<'p> {
-    /// Robots that serve agents.
-    Schedule(&'p Schedule),
-    /// A team that does layers of tasks.
-    Layers(&'p Layers),
+pub(super) struct Executed<'m> {
+    /// Its name in the spec.
+    pub name: &'m str,
+    /// The mission.
+    pub mission: &'m dyn Mission,
 }
 
-impl<'p> Executed<'p> {
-    /// What a mission plans.
-    pub fn of(kind: &'p MissionKind) -> Executed<'p> {
-        match kind {
-            MissionKind::Schedule(schedule) => Executed::Schedule(&schedule.problem),
-            MissionKind::Layers(layers) => Executed::Layers(&layers.problem),
-        }
-    }
+/// The owner of a measure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Owner {
+    /// The mission.
+    Mission,
+    /// A member, by index, with its role.
+    Member(usize, &'static str),
+}
 
-    /// The mission itself.
-    pub fn whole(self) -> Whose {
+impl Owner {
+    /// The role; none: it is the mission.
+    pub fn role(self) -> Option<&'static str> {
         match self {
-            Executed::Schedule(_) => Whose::Mission,
-            Executed::Layers(_) => Whose::Layers,
+            Owner::Mission => None,
+            Owner::Member(_, role) => Some(role),
         }
     }
 
-    /// That everything is done.
-    pub fn done(self) -> MissionMeasure {
+    /// The index of the member; none: it is the mission.
+    pub fn member(self) -> Option<usize> {
         match self {
-            Executed::Schedule(_) => MissionMeasure::Mission(OfMission::Done),
-            Executed::Layers(_) => MissionMeasure::Layers(OfLayers::Done),
+            Owner::Mission => None,
+            Owner::Member(member, _) => Some(member),
         }
     }
 
-    /// Everybody, by name, each with an index of its own kind.
-    pub fn members(self) -> Vec<(&'p str, Whose, usize)> {
-        match self {
-            Executed::Schedule(problem) => {
-                let robots = problem.robots.iter().enumerate().map(|(i, m)| (m.name.as_str(), Whose::Robot, i));
-                let agents = problem.agents.iter().enumerate().map(|(i, a)| (a.name.as_str(), Whose::Agent, i));
-                robots.chain(agents).collect()
-            }
-            Executed::Layers(problem) => {
-                let whose = |human: bool| if human { Whose::LayersHuman } else { Whose::LayersRobot };
-                let agents = problem.agents.iter().enumerate();
-                agents.map(|(i, who)| (who.name.as_str(), whose(who.is_human()), i)).collect()
-            }
-        }
+    /// The owner in words: `a schedule`, `a robot of a schedule`.
+    pub fn describe(self, kind: &Kind) -> String {
+        self.role().map_or(kind.title.to_string(), |role| format!("a {role} of {}", kind.title))
+    }
+}
+
+impl<'m> Executed<'m> {
+    /// The entry of its kind.
+    pub fn kind(self) -> &'static Kind {
+        self.mission.kind()
     }
 
-    /// Two names, for an example.
-    pub fn example(self) -> (&'p str, &'p str) {
+    /// The owner of this name: a member before the mission.
+    pub fn owner(self, name: &str) -> Option<Owner> {
+        let members = self.mission.members();
+        let found = members.iter().position(|member| member.name == name);
+        let member = found.map(|index| Owner::Member(index, members[index].role));
+        member.or((name == self.name).then_some(Owner::Mission))
+    }
+
+    /// Names of all members.
+    pub fn members(self) -> Vec<&'m str> {
+        self.mission.members().into_iter().map(|member| member.name).collect()
+    }
+
+    /// Everything that is measured of an owner.
+    pub fn measures(self, of: Owner) -> impl Iterator<Item = &'static Measure> {
+        (self.kind().measures)().into_iter().filter(move |measure| measure.is_of(of.role()))
+    }
+
+    /// Two names of members, for an example.
+    pub fn example(self) -> (&'m str, &'m str) {
         let members = self.members();
-        let name = |i: usize| members.get(i).map(|member| member.0);
+        let name = |i: usize| members.get(i).copied();
         (name(0).unwrap_or("m1"), name(1).or(name(0)).unwrap_or("m2"))
     }
 }

@@ -15,7 +15,6 @@ use crate::expr::Graph;
 
 /// What the expectations of a scenario speak of.
 struct OfMissions<'b> {
-    mission: &'b str,
     of: Executed<'b>,
     machines: &'b Machines,
     scenario: &'b mut MissionScenarioProgram,
@@ -28,12 +27,12 @@ impl Lowerer<'_> {
     pub(super) fn mission_expectations(
         &mut self,
         written: (&[Expect], &[String]),
-        (mission, of, machines): (&str, Executed, &Machines),
+        (of, machines): (Executed, &Machines),
         scenario: &mut MissionScenarioProgram,
         at: Span,
     ) {
         let ticks = Ticks { period: scenario.step, count: scenario.instants(), at };
-        let mut source = OfMissions { mission, of, machines, scenario, measures: Vec::new() };
+        let mut source = OfMissions { of, machines, scenario, measures: Vec::new() };
         let expectations = self.formulas(written, ticks, &mut source);
         scenario.expectations = expectations;
     }
@@ -59,10 +58,10 @@ impl Source for OfMissions<'_> {
     fn predicate(&mut self, lowerer: &mut Lowerer, value: &Value) -> Option<usize> {
         let width = lowerer.interface.width();
         let Lowerer { graph, table, params, diagnostics, .. } = lowerer;
-        let done = measure(graph, width, &mut self.measures, self.of.done());
-        let (mission, of, measures) = (self.mission, self.of, &mut self.measures);
+        let done = measure(graph, width, &mut self.measures, MissionMeasure::of_mission("done"));
+        let (of, measures) = (self.of, &mut self.measures);
         let machines = (self.machines, self.scenario.sampled);
-        let mut scope = Watch { params, mission, of, machines, measures, width, done };
+        let mut scope = Watch { params, of, machines, measures, width, done };
         let (node, unit) = number(value, graph, &mut scope, diagnostics)?;
         let node = if is_strict(value) && matches!(unit, Unit::Quantity(_)) { strictly(graph, node) } else { node };
         let before = self.scenario.measures.len();

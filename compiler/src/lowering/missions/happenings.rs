@@ -1,34 +1,30 @@
-//! What happens in a scenario of a mission, and what people say in it.
+//! Events of a scenario of a mission, and the feedback of people. The events of a kind are those of its entry.
 
 use dsl::tree::{Block, Entry, Value, ValueKind};
 use dsl::{Diagnostic, Spanned, Spelling};
-use mission::kinds::schedule::execution::Event;
-use mission::kinds::schedule::problem::{AgentKind, Distances, Problem};
+use mission::kind::{Detail, Event, EventInfo, Replies};
+use mission::kinds::KINDS;
 use mission::numbers::MAX_NUMBER;
-use mission::plan::Actor;
 use names::{list, suggest};
-use runtime::program::{Happens, MAX_HAPPENINGS, Occurrence, Replies, Reply};
+use runtime::program::{Happens, MAX_HAPPENINGS};
 use stdlib_tasks::dimension::TIME;
 use stdlib_tasks::params::Quantity;
 
 use super::super::Lowerer;
-use super::executed::Executed;
+use super::executed::{Executed, Owner};
 use super::reading::Keys;
 use crate::forms::{block_of, check_keys, items_of, text_of};
-use crate::sections::{APPROACHES, DISTANCES, HAPPENING, REPLY, WAITS};
+use crate::sections::{APPROACHES, DISTANCES, HAPPENING, Holds, REPLY, WAITS};
 
-/// What can happen, each with the keys that say more of it.
-const EVENTS: [(&str, &[&str]); 9] = [
-    ("begun", &[]),
-    ("done", &[]),
-    ("late", &["by"]),
-    ("served", &[]),
-    ("failed", &[]),
-    ("moved", &["to"]),
-    ("feedback", &["wait", "approach", "distance"]),
-    ("lost", &[]),
-    ("back", &[]),
-];
+/// True for the name of an event of some kind.
+fn is_event(key: &str) -> bool {
+    KINDS.iter().any(|kind| kind.event(key).is_some())
+}
+
+/// True for a further key of an event of some kind.
+fn is_further(key: &str) -> bool {
+    KINDS.iter().flat_map(|kind| kind.events).flat_map(|event| event.with).any(|further| further.key == key)
+}
 
 impl Lowerer<'_> {
     /// What happens, by time.
@@ -47,10 +43,7 @@ impl Lowerer<'_> {
             check_keys(block, &HAPPENING, self.diagnostics);
             let keys = Keys { block, section: &HAPPENING, at: item.span };
             let at = self.happens_at(keys, duration);
-            let what = match of {
-                Executed::Schedule(problem) => self.happening(block, keys, problem),
-                Executed::Layers(problem) => self.happening_of_layers(block, keys, problem),
-            };
+            let what = self.event_of_mission(block, keys, of);
             if let (Some(at), Some(what)) = (at, what) {
                 all.push(Happens { at, what });
             }
@@ -78,17 +71,92 @@ impl Lowerer<'_> {
         Some(at)
     }
 
-    /// What happens, of which a block says one thing.
-    fn happening(&mut self, block: &Block, keys: Keys, problem: &Problem) -> Option<Occurrence> {
-        let names: Vec<&str> = EVENTS.iter().map(|(name, _)| *name).collect();
+    /// The event of a block.
+    fn event_of_mission(&mut self, block: &Block, keys: Keys, of: Executed) -> Option<Event> {
+        let kind = of.kind();
+        let names: Vec<&str> = kind.events.iter().map(|event| event.name).collect();
         let e = self.said(block, keys, &names)?;
-        let actor = self.actor(&e.value, problem)?;
-        self.event_of(e, actor, keys, problem)
+        let name = e.key.value.as_str();
+        let Some(info) = kind.event(name) else {
+            let d = Diagnostic::error("HQ0922", e.key.span, format!("`{name}` makes no sense in {}", kind.title));
+            let why = kind.absent.iter().find(|absent| absent.0 == name).map(|absent| absent.1);
+            let d = why.map_or(d.clone(), |why| d.note(why));
+            self.push(d.help(format!("leave it out; there is {}", list(names.iter().copied(), 9))));
+            return None;
+        };
+        if !self.no_further(block, e, info) {
+            return None;
+        }
+        let (member, role) = self.member(&e.value, of)?;
+        if let Some(not) = info.not_of.iter().find(|not| not.role == role) {
+            let text = format!("`{name}` makes no sense for {}", not.who);
+            let d = Diagnostic::error("HQ0922", e.value.span, text).note(not.why);
+            self.push(d.help("name somebody else, or leave it out"));
+            return None;
+        }
+        let mut event = Event::of(name, member);
+        for further in info.with {
+            if further.required.is_some_and(|example| self.lacks_further(e, keys, further.key, example)) {
+                return None;
+            }
+            if let Some(detail) = self.detail(keys, further.key)? {
+                event = event.and(further.key, detail);
+            }
+        }
+        if !info.with.is_empty() && event.with.is_empty() {
+            let d = Diagnostic::error("HQ0922", e.key.span, format!("this {name} says nothing"));
+            self.push(d.help("say what of it was how: `wait too_long`, `approach very_fast`, `distance close`"));
+            return None;
+        }
+        if let Err(not) = of.mission.check_event(&event) {
+            let d = Diagnostic::error("HQ0922", e.key.span, not.text);
+            let d = not.note.map_or(d.clone(), |note| d.note(note));
+            self.push(not.help.map_or(d.clone(), |help| d.help(help)));
+            return None;
+        }
+        Some(event)
     }
 
-    /// The one entry that says what happens. `names` are the events that there are.
-    pub(super) fn said<'b>(&mut self, block: &'b Block, keys: Keys, names: &[&str]) -> Option<&'b Entry> {
-        let event = |e: &&Entry| EVENTS.iter().any(|(name, _)| e.key.value == *name);
+    /// Reports a further key that the event does not have.
+    fn no_further(&mut self, block: &Block, e: &Entry, info: &EventInfo) -> bool {
+        let has = |key: &str| info.with.iter().any(|further| further.key == key);
+        let of_others = |entry: &&Entry| !has(&entry.key.value) && is_further(&entry.key.value);
+        let Some(wrong) = block.entries.iter().find(of_others) else { return true };
+        let text = format!("`{}` has no `{}`", info.name, wrong.key.value);
+        let d = Diagnostic::error("HQ0922", wrong.key.span, text);
+        let has = match info.with {
+            [] => "leave it out".to_string(),
+            with => format!("it says more with {}", list(with.iter().map(|further| further.key), 4)),
+        };
+        self.push(d.label(e.key.span, "what happens").help(has));
+        false
+    }
+
+    /// Reports a further key that is missing; true then.
+    fn lacks_further(&mut self, e: &Entry, keys: Keys, key: &str, example: &str) -> bool {
+        if keys.entry(key).is_some() {
+            return false;
+        }
+        if !keys.misspells(key) {
+            let d = Diagnostic::error("HQ0206", e.key.span, format!("`{}` needs `{key}`", e.key.value));
+            self.push(d.help(format!("write for instance `{example}` behind it")));
+        }
+        true
+    }
+
+    /// The value of a further key; `Some(None)` if it is left out.
+    fn detail(&mut self, keys: Keys, key: &str) -> Option<Option<Detail>> {
+        let Some(e) = keys.entry(key) else { return Some(None) };
+        Some(Some(match HAPPENING.key(key, Spelling::Hq).map(|key| &key.holds)? {
+            Holds::Pair(_) => Detail::Point(self.key_pair(keys, key)?),
+            Holds::Choice(_) => Detail::Number(f64::from(self.step(keys, key)?)),
+            _ => Detail::Number(self.delay(e)?),
+        }))
+    }
+
+    /// The one entry that says what happens. `names` are the events of the kind.
+    fn said<'b>(&mut self, block: &'b Block, keys: Keys, names: &[&str]) -> Option<&'b Entry> {
+        let event = |e: &&Entry| is_event(&e.key.value);
         let mut events = block.entries.iter().filter(event);
         let Some(e) = events.next() else {
             // A word that no event has was reported, and may be the one that is meant.
@@ -105,130 +173,33 @@ impl Lowerer<'_> {
             self.push(d.label(e.key.span, "the first").help("write it as an entry of its own, `{ at ..  .. }`"));
             return None;
         }
-        let name = e.key.value.as_str();
-        let parts = EVENTS.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, parts)| parts);
-        let of_others = |entry: &&Entry| {
-            let key = entry.key.value.as_str();
-            !parts.contains(&key) && EVENTS.iter().any(|(_, parts)| parts.contains(&key))
-        };
-        if let Some(wrong) = block.entries.iter().find(of_others) {
-            let d = Diagnostic::error("HQ0922", wrong.key.span, format!("`{name}` has no `{}`", wrong.key.value));
-            let has = match parts {
-                [] => "leave it out".to_string(),
-                parts => format!("it says more with {}", list(parts.iter().copied(), 4)),
-            };
-            self.push(d.label(e.key.span, "what happens").help(has));
-            return None;
-        }
         Some(e)
     }
 
-    /// The event of an actor, where that makes sense for it.
-    fn event_of(&mut self, e: &Entry, actor: Actor, keys: Keys, problem: &Problem) -> Option<Occurrence> {
-        let agent = match (e.key.value.as_str(), actor) {
-            ("lost", who) => return Some(Occurrence::Event(Event::Lost { who })),
-            ("back", who) => return Some(Occurrence::Event(Event::Back { who })),
-            ("failed", Actor::Robot(robot)) => return Some(Occurrence::FailedBy { robot }),
-            ("late", Actor::Robot(robot)) => {
-                let Some(by) = keys.entry("by") else {
-                    self.needs(e, keys, "by", "by 10 s");
-                    return None;
-                };
-                return Some(Occurrence::LateBy { robot, by: self.delay(by)? });
-            }
-            (_, Actor::Agent(agent)) => agent,
-            (name, Actor::Robot(_)) => {
-                let why = match name {
-                    "feedback" => "only people say what a service was like",
-                    "moved" => "where a robot is comes from its plan",
-                    _ => "it has no operations: it serves those of agents",
-                };
-                self.senseless(e, "a robot that serves", why);
-                return None;
-            }
-        };
-        let event = match e.key.value.as_str() {
-            "begun" => Event::Begun { agent },
-            "done" => Event::Done { agent },
-            "served" => Event::Served { agent },
-            "failed" => Event::Failed { agent },
-            "late" => {
-                let Some(by) = keys.entry("by") else {
-                    self.needs(e, keys, "by", "by 60 s");
-                    return None;
-                };
-                Event::Late { agent, by: self.delay(by)? }
-            }
-            "moved" => {
-                if keys.entry("to").is_none() {
-                    self.needs(e, keys, "to", "to [2, 0] m");
-                    return None;
-                }
-                let place = self.key_pair(keys, "to")?;
-                if problem.distances != Distances::Straight {
-                    let d = Diagnostic::error("HQ0922", e.key.span, "nobody moves in this mission")
-                        .note("the lengths of the ways come from `distances`, and say nothing of other places");
-                    self.push(d.help("leave it out, or leave `distances` out of the mission for straight lines"));
-                    return None;
-                }
-                Event::Moved { agent, place }
-            }
-            _ => {
-                if !self.is_person(e, agent, problem) {
-                    return None;
-                }
-                let Some(reply) = self.reply(keys)? else {
-                    let d = Diagnostic::error("HQ0922", e.key.span, "this feedback says nothing");
-                    self.push(
-                        d.help("say what of it was how: `wait too_long`, `approach very_fast`, `distance close`"),
-                    );
-                    return None;
-                };
-                reply.of(agent)
-            }
-        };
-        Some(Occurrence::Event(event))
-    }
-
-    fn senseless(&mut self, e: &Entry, who: &str, why: &str) {
-        let text = format!("`{}` makes no sense for {who}", e.key.value);
-        self.push(
-            Diagnostic::error("HQ0922", e.value.span, text)
-                .note(why.to_string())
-                .help("name somebody else, or leave it out"),
-        );
-    }
-
-    pub(super) fn needs(&mut self, e: &Entry, keys: Keys, part: &str, example: &str) {
-        if keys.misspells(part) {
-            return;
-        }
-        let d = Diagnostic::error("HQ0206", e.key.span, format!("`{}` needs `{part}`", e.key.value));
-        self.push(d.help(format!("write for instance `{example}` behind it")));
-    }
-
-    fn is_person(&mut self, e: &Entry, agent: usize, problem: &Problem) -> bool {
-        let person = problem.agents.get(agent).is_some_and(|a| a.kind == AgentKind::Human);
-        if !person {
-            self.senseless(e, "a working robot", "only people say what a service was like");
-        }
-        person
-    }
-
     /// By how much something is late, in s.
-    pub(super) fn delay(&mut self, by: &Entry) -> Option<f64> {
+    fn delay(&mut self, by: &Entry) -> Option<f64> {
         let within = Quantity { min: -MAX_NUMBER, max: MAX_NUMBER, ..Quantity::any(TIME) };
         self.number_within(&by.value, "by", &within)
     }
 
-    /// Who is named.
-    fn actor(&mut self, value: &Value, problem: &Problem) -> Option<Actor> {
+    /// The member of a name: its index and role.
+    fn member(&mut self, value: &Value, of: Executed) -> Option<(usize, &'static str)> {
         let name = self.somebody(value)?;
-        self.actor_named(&name, problem)
+        self.participant(&name, of)
+    }
+
+    fn participant(&mut self, name: &Spanned<String>, of: Executed) -> Option<(usize, &'static str)> {
+        match of.owner(&name.value) {
+            Some(Owner::Member(member, role)) => Some((member, role)),
+            _ => {
+                self.nobody_called(name, of);
+                None
+            }
+        }
     }
 
     /// A name where one is needed.
-    pub(super) fn somebody(&mut self, value: &Value) -> Option<Spanned<String>> {
+    fn somebody(&mut self, value: &Value) -> Option<Spanned<String>> {
         if let Some(name) = text_of(value) {
             return Some(Spanned::new(name.to_string(), value.span));
         }
@@ -239,20 +210,10 @@ impl Lowerer<'_> {
         None
     }
 
-    fn actor_named(&mut self, name: &Spanned<String>, problem: &Problem) -> Option<Actor> {
-        let robot = problem.robots.iter().position(|m| m.name == name.value).map(Actor::Robot);
-        let agent = || problem.agents.iter().position(|a| a.name == name.value).map(Actor::Agent);
-        let found = robot.or_else(agent);
-        if found.is_none() {
-            self.nobody_called(name, Executed::Schedule(problem));
-        }
-        found
-    }
-
     /// Reports a name that nobody has.
-    pub(super) fn nobody_called(&mut self, name: &Spanned<String>, of: Executed) {
+    fn nobody_called(&mut self, name: &Spanned<String>, of: Executed) {
         let members = of.members();
-        let names = || members.iter().map(|member| member.0);
+        let names = || members.iter().copied();
         let d = Diagnostic::error("HQ0201", name.span, format!("nobody in the mission is called `{}`", name.value));
         self.push(match suggest(&name.value, names()) {
             Some(near) => d.help(format!("did you mean `{near}`?")),
@@ -260,46 +221,40 @@ impl Lowerer<'_> {
         });
     }
 
-    /// What is said of a service; `Some(None)` where nothing is.
-    fn reply(&mut self, keys: Keys) -> Option<Option<Reply>> {
-        let mut step = |name: &str, words: &[&str]| -> Option<Option<i8>> {
-            if keys.entry(name).is_none() {
-                return Some(None);
-            }
-            let word = self.key_word(keys, name)?;
-            let place = words.iter().position(|w| *w == word)?;
-            Some(Some(i8::try_from(place).ok()? - 2))
-        };
-        let (wait, approach) = (step("wait", WAITS), step("approach", APPROACHES));
-        let distance = step("distance", DISTANCES);
-        let (wait, approach, distance) = (wait?, approach?, distance?);
-        if wait.or(approach).or(distance).is_none() {
-            return Some(None);
-        }
-        let right = |said: Option<i8>| said.unwrap_or(0);
-        Some(Some(Reply { wait: right(wait), approach: right(approach), distance: right(distance) }))
+    /// A step of feedback, from -2 to 2.
+    fn step(&mut self, keys: Keys, key: &str) -> Option<i8> {
+        let words = [("wait", WAITS), ("approach", APPROACHES), ("distance", DISTANCES)];
+        let words = words.into_iter().find(|(name, _)| *name == key)?.1;
+        let word = self.key_word(keys, key)?;
+        let place = words.iter().position(|w| *w == word)?;
+        Some(i8::try_from(place).ok()? - 2)
     }
 
-    /// What people say after they were served.
-    pub(super) fn replies(&mut self, keys: Keys, problem: &Problem) -> Vec<Replies> {
+    /// The feedback of a person about a service; `Some(None)` if it is empty.
+    fn reply(&mut self, keys: Keys, member: usize) -> Option<Option<Event>> {
+        let mut event = Event::of("feedback", member);
+        let mut good = true;
+        for key in ["wait", "approach", "distance"] {
+            match self.detail(keys, key) {
+                Some(Some(detail)) => event = event.and(key, detail),
+                Some(None) => {}
+                None => good = false,
+            }
+        }
+        good.then(|| (!event.with.is_empty()).then_some(event))
+    }
+
+    /// The feedback of people after each service. Reports it for a kind that has none.
+    pub(super) fn replies(&mut self, keys: Keys, of: Executed) -> Vec<Replies> {
         let mut all = Vec::new();
         let Some(e) = keys.entry("feedback") else { return all };
+        let Some(info) = of.kind().event("feedback") else { return all };
         let Some(block) = block_of(&e.value, "`feedback`", self.diagnostics) else { return all };
         for e in &block.entries {
-            let agent = match self.actor_named(&e.key, problem) {
-                Some(Actor::Agent(agent)) => agent,
-                Some(Actor::Robot(_)) => {
-                    let d =
-                        Diagnostic::error("HQ0922", e.key.span, "`feedback` makes no sense for a robot that serves");
-                    self.push(d.note("only people say what a service was like").help("name a person"));
-                    continue;
-                }
-                None => continue,
-            };
-            let person = problem.agents.get(agent).is_some_and(|a| a.kind == AgentKind::Human);
-            if !person {
-                let d = Diagnostic::error("HQ0922", e.key.span, "`feedback` makes no sense for a working robot");
-                self.push(d.note("only people say what a service was like").help("name a person"));
+            let Some((member, role)) = self.participant(&e.key, of) else { continue };
+            if let Some(not) = info.not_of.iter().find(|not| not.role == role) {
+                let text = format!("`feedback` makes no sense for {}", not.who);
+                self.push(Diagnostic::error("HQ0922", e.key.span, text).note(not.why).help("name a person"));
                 continue;
             }
             let mut services = Vec::new();
@@ -307,12 +262,27 @@ impl Lowerer<'_> {
                 let Some(block) = block_of(item, "what is said of a service", self.diagnostics) else { continue };
                 check_keys(block, &REPLY, self.diagnostics);
                 let keys = Keys { block, section: &REPLY, at: item.span };
-                services.extend(self.reply(keys));
+                services.extend(self.reply(keys, member));
             }
             if !services.is_empty() {
-                all.push(Replies { agent, services });
+                all.push(Replies { member, services });
             }
         }
         all
+    }
+
+    /// Reports keys of scenarios that a kind does not have.
+    pub(super) fn absent_keys(&mut self, keys: Keys, of: Executed) {
+        let kind = of.kind();
+        for (key, why) in kind.absent {
+            let Some(e) = keys.entry(key) else { continue };
+            let text = format!("a scenario of {} has no `{key}`", kind.title);
+            let d = Diagnostic::error("HQ0921", e.key.span, text);
+            let d = match keys.entry("mission") {
+                Some(mission) => d.label(mission.value.span, format!("this is {}", kind.title)),
+                None => d,
+            };
+            self.push(d.note(*why).help("leave it out"));
+        }
     }
 }

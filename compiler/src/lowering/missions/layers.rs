@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::Diagnostic;
 use dsl::tree::{Mission, MissionMember, Value, ValueKind};
+use mission::kinds::layers::Layers;
 use mission::kinds::layers::check::{Item, Key};
 use mission::kinds::layers::problem::{Agent, Object, Problem, Task, Weights};
-use runtime::program::LayersProgram;
 
 use super::super::Lowerer;
 use super::super::declared::twice;
@@ -19,7 +19,7 @@ use crate::sections::{LAYER, LAYERS, LAYERS_TASK, LAYERS_WEIGHTS};
 
 impl Lowerer<'_> {
     /// A mission of layers. `None` where it cannot be planned; the diagnostics say why.
-    pub(super) fn layers(&mut self, m: &Mission) -> Option<LayersProgram> {
+    pub(super) fn layers(&mut self, m: &Mission) -> Option<Layers> {
         let before = self.errors();
         let mut places = Places::new(m.name.span);
         places.note(Item::Mission, None, m.name.span);
@@ -70,7 +70,7 @@ impl Lowerer<'_> {
         if self.errors() > before {
             return None;
         }
-        Some(LayersProgram { problem, batch: batch?, reallocate_above: reallocate_above?, instruction, directives })
+        Some(Layers { problem, batch: batch?, reallocate_above: reallocate_above?, instruction, directives })
     }
 
     fn layers_weights(&mut self, keys: Keys) -> Option<Weights> {

@@ -5,7 +5,6 @@ pub(super) mod controllers;
 mod executed;
 mod expectations;
 mod happenings;
-mod happenings_layers;
 mod labels;
 mod layers;
 mod layers_file;
@@ -25,8 +24,9 @@ mod watch;
 
 use dsl::tree::{Mission, MissionMember};
 use dsl::{Diagnostic, Spelling};
+use mission::kinds;
 use names::{list, suggest};
-use runtime::program::{MissionKind, MissionProgram};
+use runtime::program::{MissionProgram, Running};
 
 use super::Lowerer;
 use crate::expand::Expanded;
@@ -37,19 +37,20 @@ impl Lowerer<'_> {
     pub(super) fn missions(&mut self, missions: &[Mission]) -> Vec<MissionProgram> {
         let mut all = Vec::new();
         for m in missions {
-            all.extend(self.mission(m).map(|kind| MissionProgram {
+            all.extend(self.mission(m).map(|(kind, running)| MissionProgram {
                 name: m.name.value.clone(),
                 kind,
+                running,
                 scenarios: Vec::new(),
             }));
         }
         all
     }
 
-    fn mission(&mut self, m: &Mission) -> Option<MissionKind> {
+    fn mission(&mut self, m: &Mission) -> Option<(kinds::Mission, Running)> {
         match m.kind.value.as_str() {
-            "schedule" => self.schedule(m).map(MissionKind::Schedule),
-            "layers" => self.layers(m).map(MissionKind::Layers),
+            "schedule" => self.schedule(m).map(|(schedule, running)| (kinds::Mission::Schedule(schedule), running)),
+            "layers" => self.layers(m).map(|layers| (kinds::Mission::Layers(layers), Running::default())),
             // The reader has said that the kind is missing.
             "" => None,
             other => {

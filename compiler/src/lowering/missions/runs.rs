@@ -7,7 +7,7 @@ use names::{list, suggest};
 use runtime::Program;
 use runtime::program::{
     ControllerProgram, MAX_RUNNING, MAX_TICKS, MachineProgram, MissionScenarioProgram, Running, ScenarioProgram,
-    ScheduleProgram, Subject, Trigger, WorkerProgram, WorldProgram,
+    Subject, Trigger, WorkerProgram, WorldProgram,
 };
 
 use super::super::Lowerer;
@@ -21,10 +21,9 @@ use crate::sections::RUNS;
 pub(super) struct Machines(Vec<(usize, MachineProgram)>);
 
 impl Machines {
-    /// Of a schedule.
-    pub fn of(schedule: &ScheduleProgram) -> Machines {
-        let running = &schedule.running;
-        let one = |w: &WorkerProgram| Some((w.agent, running.controller(w)?.program.machine.clone()?));
+    /// The machines of a mission.
+    pub fn of(running: &Running) -> Machines {
+        let one = |w: &WorkerProgram| Some((w.member, running.controller(w)?.program.machine.clone()?));
         Machines(running.workers.iter().filter_map(one).collect())
     }
 
@@ -78,7 +77,8 @@ impl Lowerer<'_> {
             into.controllers.push(ControllerProgram { spec: spec.to_string(), program });
             into.controllers.len() - 1
         });
-        into.workers.push(WorkerProgram { agent, controller, go, done, world });
+        let member = problem.robots.len() + agent;
+        into.workers.push(WorkerProgram { member, controller, go, done, world });
     }
 
     /// A text or a name behind a key.

@@ -4,9 +4,9 @@
 use dsl::tree::{Block, Entry, Scenario};
 use dsl::{Diagnostic, Span};
 use mission::execution::Replan;
-use mission::kinds::schedule::problem::Distances;
+use mission::kind::Run;
 use names::{list, suggest};
-use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionKind, MissionScenarioProgram, step_within};
+use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionScenarioProgram, step_within};
 use runtime::text::number;
 
 use super::super::Lowerer;
@@ -60,24 +60,22 @@ impl Lowerer<'_> {
             check_scenario_keys(&s.body, true, self.diagnostics);
             let Some(index) = self.mission_of(s, expanded) else { continue };
             let Some(of) = self.planned.get(index) else { continue };
-            let (name, kind) = (of.name.clone(), of.kind.clone());
-            let of = Executed::of(&kind);
-            if matches!(of, Executed::Layers(problem) if problem.tasks.is_empty()) {
+            let planned = of.clone();
+            let name = &planned.name;
+            let of = Executed { name, mission: &*planned.kind };
+            if of.mission.waits_for_tasks() {
                 let at = s.body.get("mission").map_or(s.name.span, |e| e.value.span);
                 let text = format!("`{name}` has no layers yet, so that this scenario fails");
                 let d = Diagnostic::warning("HQ0924", at, text);
                 self.push(d.help("ask a language model for them, `hierarq context`, or write them"));
             }
-            let (machines, per_second) = match &kind {
-                MissionKind::Schedule(schedule) => (Machines::of(schedule), schedule.running.ticks(1.0)),
-                MissionKind::Layers(_) => (Machines::default(), 0.0),
-            };
+            let (machines, per_second) = (Machines::of(&planned.running), planned.running.ticks(1.0));
             let Some((mut scenario, at)) = self.mission_scenario(s, of) else { continue };
             let duration = s.body.get("duration").map_or(s.name.span, |e| e.value.span);
             if !self.ticks_fit(&scenario, per_second, duration) {
                 continue;
             }
-            self.mission_expectations((&s.expects, texts), (&name, of, &machines), &mut scenario, at);
+            self.mission_expectations((&s.expects, texts), (of, &machines), &mut scenario, at);
             if let Some(of) = self.planned.get_mut(index) {
                 of.scenarios.push(scenario);
             }
@@ -138,9 +136,12 @@ impl Lowerer<'_> {
             Some("reschedule") => Replan::Reschedule,
             _ => Replan::Both,
         };
-        if bases && matches!(of, Executed::Schedule(problem) if problem.distances != Distances::Straight) {
-            let d = Diagnostic::error("HQ0924", at("travel"), "bases need to know where things are")
-                .note("the lengths of the ways come from `distances`, and a length says nothing of what lies where");
+        let run = Run { bases, ..Run::default() };
+        if bases
+            && of.kind().absent.iter().all(|absent| absent.0 != "travel")
+            && let Err(why) = of.mission.check_run(&run)
+        {
+            let d = Diagnostic::error("HQ0924", at("travel"), why);
             self.push(d.help("leave `distances` out of the mission, or write `travel planned`"));
         }
         let duration = duration?;
@@ -156,13 +157,8 @@ impl Lowerer<'_> {
         }
         let settled = self.errors() == before;
         let happens = self.happenings(keys, of, duration);
-        let replies = match of {
-            Executed::Schedule(problem) => self.replies(keys, problem),
-            Executed::Layers(_) => {
-                self.nobody_serves(keys);
-                Vec::new()
-            }
-        };
+        let replies = self.replies(keys, of);
+        self.absent_keys(keys, of);
         // What is wrong with an event is no matter of what is expected: both are told at once. Settings are.
         if !settled {
             return None;

@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 
 use dsl::Diagnostic;
 use dsl::tree::{Block, Mission, MissionMember};
+use mission::kinds::schedule::Schedule;
 use mission::kinds::schedule::adapt::Adaptation;
 use mission::kinds::schedule::check::{Item, Key};
 use mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Problem, Robot, Weights};
+use mission::numbers::MAX_BATCH;
 use names::list;
-use runtime::program::{MAX_BATCH, ScheduleProgram};
+use runtime::program::Running;
 use stdlib_tasks::dimension::LENGTH;
 use stdlib_tasks::params::Quantity;
 
@@ -24,7 +26,7 @@ const MOST_NAMED: usize = 6;
 
 impl Lowerer<'_> {
     /// A schedule. `None` where it cannot be planned; the diagnostics say why.
-    pub(super) fn schedule(&mut self, m: &Mission) -> Option<ScheduleProgram> {
+    pub(super) fn schedule(&mut self, m: &Mission) -> Option<(Schedule, Running)> {
         let before = self.errors();
         let mut places = Places::new(m.name.span);
         places.note(Item::Mission, None, m.name.span);
@@ -63,13 +65,8 @@ impl Lowerer<'_> {
             return None;
         }
         self.schedule_warnings(m, &problem, &places);
-        Some(ScheduleProgram {
-            problem,
-            adaptation: adaptation?,
-            reallocate_above: reallocate_above?,
-            batch: batch?,
-            running,
-        })
+        let (adaptation, reallocate_above, batch) = (adaptation?, reallocate_above?, batch?);
+        Some((Schedule { problem, adaptation, reallocate_above, batch }, running))
     }
 
     /// Who takes part: robots, then people, then working robots, each in the order written.

@@ -2,25 +2,23 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
+use mission::kind::{Form, Measure};
 use names::{list, suggest};
 use runtime::program::{MachineProgram, MissionMeasure, Op};
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE};
 
 use super::super::predicates::measure;
 use super::super::states::state;
-use super::executed::Executed;
+use super::executed::{Executed, Owner};
 use super::runs::Machines;
 use crate::expr::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Symbol, Typed};
 use crate::forms::{path_of, text_of, written};
-use crate::quantities::{Form, MissionQuantity, Whose, find, instead};
 
 /// The scope of an expectation of a mission.
 pub(super) struct Watch<'s> {
     /// Declared parameters.
     pub params: &'s mut Params,
-    /// The name of the mission in the spec.
-    pub mission: &'s str,
     /// What is executed.
     pub of: Executed<'s>,
     /// The machines that working robots run, and whether they do in this scenario.
@@ -36,30 +34,36 @@ pub(super) struct Watch<'s> {
 const PRESENT: &str = "of a mission is measured what its agents and robots come to, and no robot's joints or tasks";
 
 impl Watch<'_> {
-    /// Who is called so.
-    fn who(&self, name: &str) -> Option<(Whose, usize)> {
-        let found = self.of.members().into_iter().find(|member| member.0 == name);
-        found.map(|(_, whose, i)| (whose, i)).or((name == self.mission).then_some((self.of.whole(), 0)))
+    /// The owner of a name.
+    fn who(&self, name: &str) -> Option<Owner> {
+        self.of.owner(name)
     }
 
     fn members(&self) -> Vec<&str> {
-        self.of.members().into_iter().map(|member| member.0).chain([self.mission]).collect()
+        self.of.members().into_iter().chain([self.of.name]).collect()
     }
 
     fn unknown(&self, what: &str, name: &str, at: Span) -> Diagnostic {
-        let d = Diagnostic::error("HQ0201", at, format!("there is no {what} `{name}` in mission `{}`", self.mission));
+        let d = Diagnostic::error("HQ0201", at, format!("there is no {what} `{name}` in mission `{}`", self.of.name));
         match suggest(name, self.members().iter().copied()) {
             Some(near) => d.help(format!("did you mean `{near}`?")),
             None => d.help(format!("there is {}", list(self.members().iter().copied(), 12))),
         }
     }
 
-    fn quantity(&mut self, graph: &mut Graph, q: &MissionQuantity, index: usize, span: Span) -> Typed {
-        let measures = q.measures(index).into_iter().flatten();
-        let mut nodes: Vec<usize> = measures.map(|wanted| measure(graph, self.width, self.measures, wanted)).collect();
+    fn quantity(&mut self, graph: &mut Graph, q: &Measure, of: Owner, span: Span) -> Typed {
+        let value = |axis| MissionMeasure::Value { name: q.name.into(), member: of.member(), axis };
+        let wanted = match (q.form, of) {
+            (Form::OfController, Owner::Member(member, _)) => vec![MissionMeasure::Faulted(member)],
+            (Form::Point, _) if self.of.mission.has_height() => (0..3).map(value).collect(),
+            (Form::Point, _) => (0..2).map(value).collect(),
+            _ => vec![value(0)],
+        };
+        let mut nodes: Vec<usize> =
+            wanted.into_iter().map(|wanted| measure(graph, self.width, self.measures, wanted)).collect();
         let (kind, dimension) = match q.form {
             Form::Number(dimension) => (Kind::Scalar, dimension),
-            Form::Truth => (Kind::Truth, NONE),
+            Form::Truth | Form::OfController => (Kind::Truth, NONE),
             Form::Point => (Kind::Vector, LENGTH),
         };
         if nodes.len() == 2 {
@@ -76,7 +80,7 @@ impl Watch<'_> {
             return machine;
         }
         let members = self.of.members();
-        let who = members.iter().find(|m| m.1 == Whose::Agent && m.2 == agent).map_or("", |m| m.0);
+        let who = members.get(agent).copied().unwrap_or_default();
         let d = Diagnostic::error("HQ0312", at, format!("`{who}` runs no controller in this scenario"));
         diagnostics.push(match machine {
             Some(_) => d
@@ -110,7 +114,7 @@ impl Watch<'_> {
             return None;
         };
         let agent = match self.who(who) {
-            Some((Whose::Agent, agent)) => agent,
+            Some(Owner::Member(member, "human" | "worker")) => member,
             Some(_) => {
                 let text = format!("`{who}` is no worker, and has no states");
                 diagnostics.push(Diagnostic::error("HQ0312", argument.span, text).help(FORM));
@@ -142,10 +146,10 @@ impl Watch<'_> {
             diagnostics.push(d.help(format!("write for instance `distance({a}, {b})`")));
             return None;
         };
-        let who = self.who(name).filter(|who| !who.0.is_mission());
-        let found = who.and_then(|(whose, index)| Some((find(whose, "position")?, index)));
+        let who = self.who(name).filter(|who| *who != Owner::Mission);
+        let found = who.and_then(|who| Some((self.of.kind().measure(who.role(), "position")?, who)));
         match found {
-            Some((q, index)) => Some(self.quantity(graph, q, index, value.span)),
+            Some((q, who)) => Some(self.quantity(graph, q, who, value.span)),
             None if self.who(name).is_some() => {
                 let (a, b) = self.of.example();
                 let d = Diagnostic::error("HQ0304", value.span, format!("`{name}` is a mission, which has no place"));
@@ -182,11 +186,9 @@ impl Scope for Watch<'_> {
     }
 
     fn instead(&self, name: &str) -> Option<String> {
-        let example = match self.who(name)?.0 {
-            Whose::Mission | Whose::Layers => "makespan",
-            Whose::Agent => "waited",
-            Whose::Robot | Whose::LayersRobot | Whose::LayersHuman => "position",
-        };
+        let who = self.who(name)?;
+        let has = |name: &&str| self.of.kind().measure(who.role(), name).is_some();
+        let example = ["makespan", "waited", "position"].into_iter().find(has).unwrap_or("lost");
         Some(format!("name what of it is meant, for instance `{name}.{example}`"))
     }
 
@@ -202,22 +204,30 @@ impl Scope for Watch<'_> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Option<Typed>> {
         let name = written(of);
-        let Some((whose, index)) = self.who(name) else {
+        let Some(who) = self.who(name) else {
             if self.params.knows(of) {
                 return None;
             }
             diagnostics.push(self.unknown("robot or agent", name, at));
             return Some(None);
         };
-        let Some(q) = find(whose, &field.value) else {
-            let text = format!("nothing called `{}` is measured of {}", field.value, whose.describe());
-            diagnostics.push(Diagnostic::error("HQ0201", field.span, text).help(instead(whose, &field.value)));
+        let kind = self.of.kind();
+        let Some(q) = kind.measure(who.role(), &field.value) else {
+            let text = format!("nothing called `{}` is measured of {}", field.value, who.describe(kind));
+            let names = || self.of.measures(who).map(|measure| measure.name);
+            let d = Diagnostic::error("HQ0201", field.span, text);
+            diagnostics.push(match suggest(&field.value, names()) {
+                Some(near) => d.help(format!("did you mean `{near}`?")),
+                None => d.help(format!("there is {}", list(names(), 12))),
+            });
             return Some(None);
         };
-        if q.name == "faulted" && self.machine(index, at.to(field.span), diagnostics).is_none() {
+        if let (Form::OfController, Owner::Member(member, _)) = (q.form, who)
+            && self.machine(member, at.to(field.span), diagnostics).is_none()
+        {
             return Some(None);
         }
-        Some(Some(self.quantity(graph, q, index, at.to(field.span))))
+        Some(Some(self.quantity(graph, q, who, at.to(field.span))))
     }
 
     fn initial(&mut self, _: &mut Graph, _: &Value, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
@@ -261,7 +271,7 @@ impl Scope for Watch<'_> {
             graph.push(Op::Mul(d, d))
         };
         let (x, y) = (squared(0), squared(1));
-        let height = matches!(self.of, Executed::Layers(_)).then(|| squared(2));
+        let height = self.of.mission.has_height().then(|| squared(2));
         let mut sum = graph.push(Op::Add(x, y));
         if let Some(z) = height {
             sum = graph.push(Op::Add(sum, z));
@@ -284,7 +294,8 @@ impl Scope for Watch<'_> {
         let text = format!("`{}(..)` has no meaning in a scenario of a mission", function.value);
         let d = Diagnostic::error("HQ0312", span, text).note(PRESENT);
         let (a, b) = self.of.example();
-        let of_state = if matches!(self.of, Executed::Schedule(_)) { " or `in(w1.STATE)`" } else { "" };
+        let works = self.of.mission.members().iter().any(|member| member.role == "worker");
+        let of_state = if works { " or `in(w1.STATE)`" } else { "" };
         diagnostics.push(d.help(format!("write for instance `{a}.position`, `distance({a}, {b})`{of_state}")));
         None
     }

@@ -1,8 +1,8 @@
-//! Layered task plans: who of a team performs which task, with which object, when and how fast, thesis chapter 6.
+//! Layered task plans: assignment of tasks to the agents of a team, with objects, times and speeds, thesis chapter 6.
 //!
-//! [`problem::Problem`] says who and what there is, [`check`] what cannot be planned, [`choose::plan`] plans,
-//! [`validate::validate`] checks a plan from the problem alone, [`execution`] is the world in which one is carried out, and the plan that follows what happens.
-//! [`json`] reads layers and gives them out.
+//! [`problem::Problem`] describes the team and its tasks, [`check`] reports mistakes, [`choose::plan`] plans,
+//! [`validate::validate`] checks a plan against the problem alone, [`execution`] simulates the world in which a plan is
+//! executed and replans after events. [`json`] imports and exports layers.
 
 mod ability;
 mod assignment;
@@ -13,17 +13,24 @@ pub mod choose;
 pub mod cost;
 mod describe;
 mod dual;
+mod event;
 pub mod execution;
 mod feasible;
 mod improve;
 mod instance;
 pub mod json;
+pub mod map;
 pub mod matching;
+mod mission;
 mod mixed;
 pub mod problem;
 pub mod reason;
+mod run;
 pub mod scales;
 mod speeds;
 pub mod steps;
 mod timeline;
 pub mod validate;
+pub mod words;
+
+pub use self::mission::{KIND, Layers};

@@ -1,7 +1,8 @@
 //! Schedules: service robots assist agents at the end of each of their operations, thesis chapter 5.
 //!
-//! [`problem::Problem`] says who there is, [`choose::plan`] plans, [`validate::validate`] checks a plan from the problem
-//! alone. While a plan is executed, [`adapt`] takes what people say, [`reschedule`] repairs and [`reallocate`] plans anew.
+//! [`problem::Problem`] describes the team, [`choose::plan`] plans, [`validate::validate`] checks a plan against the
+//! problem alone. During execution, [`adapt`] applies feedback of people, [`reschedule`] repairs the plan and
+//! [`reallocate`] replans.
 
 pub mod adapt;
 pub mod adaptation_index;
@@ -16,9 +17,12 @@ mod constraint;
 mod construct;
 pub mod cost;
 mod curve;
+pub mod event;
 mod exact;
 pub mod execution;
 pub(crate) mod instance;
+pub mod map;
+mod mission;
 mod orders;
 mod position;
 mod prices;
@@ -28,6 +32,10 @@ mod relaxation;
 pub mod reschedule;
 mod retime;
 mod routes;
+mod run;
 mod subsets;
 mod timing;
 pub mod validate;
+pub mod words;
+
+pub use self::mission::{KIND, Schedule};

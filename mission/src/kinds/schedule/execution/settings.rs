@@ -131,7 +131,7 @@ pub enum Refusal {
         high: f64,
     },
     /// Bases need to know where things are.
-    #[error("lengths come from a table: bases that avoid each other need places")]
+    #[error("bases need to know where things are, and the lengths of the ways come from a table")]
     NoPlaces,
     /// A robot could never get there.
     #[error("the obstacle at ({:.2}, {:.2}) m covers {what}", .obstacle.place[0], .obstacle.place[1])]

@@ -1,14 +1,10 @@
 //! What happens in a mission, in words. Operations count from 1 here, as people count.
 
-use mission::execution::PlanChange;
-use mission::kinds::schedule::execution::{Event, Happening};
-use mission::kinds::schedule::problem::Problem;
-use mission::plan::Actor;
+use super::execution::{Doing, Event, Happening, Stage};
+use super::problem::Problem;
+use crate::plan::Actor;
 
-use crate::numbers::number;
-
-/// An index that stands for infinity: what cost nothing costs something.
-const LARGE: f64 = 1e6;
+use quantities::number;
 
 fn agent_name(problem: &Problem, index: usize) -> &str {
     problem.agent_label(index).unwrap_or("somebody")
@@ -91,20 +87,34 @@ pub fn of_happening(what: &Happening, problem: &Problem) -> String {
             format!("{} breaks off the service of {}", by(*robot), of(*agent, *operation))
         }
         Happening::Told { event } => of_event(event, problem),
-        Happening::Plan(PlanChange::Rescheduled { index }) => {
-            format!("times of the plan move; its cost {}", changed(*index))
-        }
-        Happening::Plan(PlanChange::Reallocated { index: Some(index), .. }) => {
-            format!("planned anew, as the cost {}", changed(*index))
-        }
-        Happening::Plan(PlanChange::Reallocated { index: None, .. }) => "planned anew".to_string(),
-        Happening::Plan(PlanChange::Refused { why }) => format!("no better plan: {why}"),
-        Happening::Plan(PlanChange::Stranded { why }) => format!("there is no plan any more: {why}"),
+        Happening::Plan(change) => change.describe("there is no plan any more"),
         Happening::Done => "everything is done".to_string(),
     }
 }
 
-/// By how much a cost has changed: `index` is the share of what it was.
-pub(super) fn changed(index: f64) -> String {
-    if index < LARGE { format!("has changed by {:.1} %", 100.0 * index) } else { "was nothing before".to_string() }
+/// The word for what a robot does.
+pub fn stage(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Home => "home",
+        Stage::Going => "going",
+        Stage::Waiting => "waiting",
+        Stage::Approaching => "approaching",
+        Stage::Serving => "serving",
+        Stage::Returning => "returning",
+        Stage::Unloading => "unloading",
+        Stage::Recalled => "recalled",
+        Stage::Lost => "lost",
+    }
+}
+
+/// The word for what an agent does.
+pub fn doing(doing: Doing) -> &'static str {
+    match doing {
+        Doing::Ready => "ready",
+        Doing::Working => "working",
+        Doing::Waiting => "waiting",
+        Doing::Served => "served",
+        Doing::Finished => "finished",
+        Doing::Lost => "lost",
+    }
 }

@@ -1,11 +1,9 @@
 //! What happens in a mission of layers, in words.
 
-use mission::execution::PlanChange;
-use mission::kinds::layers::execution::{Doing, Event, Happening};
-use mission::kinds::layers::problem::Problem;
+use super::execution::{Doing, Event, Happening};
+use super::problem::Problem;
 
-use super::words::changed;
-use crate::numbers::number;
+use quantities::number;
 
 fn name(problem: &Problem, agent: usize) -> &str {
     problem.agent_label(agent).unwrap_or("somebody")
@@ -54,15 +52,7 @@ pub fn of_happening(what: &Happening, problem: &Problem) -> String {
             format!("layer {} is done", problem.layer_label(*layer).unwrap_or_default())
         }
         Happening::Told { event } => of_event(event, problem),
-        Happening::Plan(PlanChange::Rescheduled { index }) => {
-            format!("times of the plan move; its cost {}", changed(*index))
-        }
-        Happening::Plan(PlanChange::Reallocated { index: Some(index), .. }) => {
-            format!("planned anew, as the cost {}", changed(*index))
-        }
-        Happening::Plan(PlanChange::Reallocated { index: None, .. }) => "planned anew".to_string(),
-        Happening::Plan(PlanChange::Refused { why }) => format!("no better plan: {why}"),
-        Happening::Plan(PlanChange::Stranded { why }) => format!("there is no plan for everything any more: {why}"),
+        Happening::Plan(change) => change.describe("there is no plan for everything any more"),
         Happening::Done => "everything is done".to_string(),
     }
 }

@@ -30,6 +30,10 @@ pub const LENGTH: Dimension = dimension(1, 0, 0, 0);
 pub const ANGLE: Dimension = dimension(0, 0, 0, 1);
 /// Second.
 pub const TIME: Dimension = dimension(0, 0, 1, 0);
+/// Joule.
+pub const ENERGY: Dimension = dimension(2, 1, -2, 0);
+/// Kilogram second: time at work times the mass that is carried.
+pub const WORKLOAD: Dimension = dimension(0, 1, 1, 0);
 /// One over second.
 pub const RATE: Dimension = dimension(0, 0, -1, 0);
 /// Metre over second.

@@ -1,0 +1,155 @@
+//! Layers as a [`Mission`](kind::Mission): their parts, their checks, and how they are executed.
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::Budget;
+use crate::execution::Durations;
+use crate::kind::{self, Event, EventInfo, Further, Impossible, Kind, Member, Mistake, Run};
+use crate::labels::Labels;
+use crate::map::Map;
+use crate::numbers::MAX_BATCH;
+use crate::plan::Plan;
+
+use super::choose::{Options, parts_of_a_second};
+use super::execution::{LayeredExecution, Settings};
+use super::problem::Problem;
+use super::reason::Reason;
+use super::run::{Executed, MEASURES};
+use super::{event, map};
+
+/// The longest time of a plan, the first one and each that is made anew: far longer than the parts of the branch and bound
+/// that end it at the same place in every run.
+const LONGEST: Duration = Duration::from_secs(60);
+
+/// The entry of the kind.
+pub static KIND: Kind = Kind {
+    name: "layers",
+    title: "a mission of layers",
+    measures: || MEASURES.iter().map(|(measure, _)| measure).collect(),
+    events: &[
+        EventInfo { name: "late", with: &[Further { key: "by", required: Some("by 5 s") }], not_of: &[] },
+        EventInfo { name: "failed", with: &[], not_of: &[] },
+        EventInfo { name: "lost", with: &[], not_of: &[] },
+        EventInfo { name: "back", with: &[], not_of: &[] },
+        EventInfo { name: "done", with: &[], not_of: &[] },
+    ],
+    absent: &[
+        ("travel", "agents of layers go the ways of their tasks, each from its base and back"),
+        ("moved", "every task begins and ends at the base of its agent, which stays where it is"),
+        ("begun", "an agent begins its next task as soon as it is free and the layers before are done"),
+        ("served", "in a mission of layers nobody is served"),
+        ("feedback", "people say what a service was like, and in a mission of layers nobody is served"),
+    ],
+};
+
+/// Layers of tasks to be planned and executed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Layers {
+    /// The problem of the planner.
+    pub problem: Problem,
+    /// Tasks planned at a time, 1 to [`MAX_BATCH`]; none: all at once.
+    pub batch: Option<usize>,
+    /// In an execution: the relative change of its cost above which the part that has not begun is planned anew. Zero or
+    /// more.
+    #[serde(default = "a_tenth")]
+    pub reallocate_above: f64,
+    /// Instruction for a language model that is asked for the layers. With it there may be no tasks yet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instruction: Option<String>,
+    /// Rules that the model must obey, a sentence each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub directives: Vec<String>,
+}
+
+fn a_tenth() -> f64 {
+    0.1
+}
+
+impl Layers {
+    /// The settings of a run.
+    pub fn settings(&self, how: &Run) -> Settings {
+        let budget = Budget { time: LONGEST, nodes: parts_of_a_second(&self.problem), gap: 1e-4 };
+        Settings {
+            durations: how.sampled.map_or(Durations::Planned, |seed| Durations::Sampled { seed }),
+            replan: how.replan,
+            reallocate_above: self.reallocate_above,
+            planning: Options { batch: self.batch, budget, ..Options::default() },
+            told: how.reporting.clone(),
+        }
+    }
+}
+
+/// Everybody who takes part.
+pub(super) fn members(problem: &Problem) -> Vec<Member<'_>> {
+    let role = |human: bool| if human { "human" } else { "robot" };
+    problem.agents.iter().map(|agent| Member { name: &agent.name, role: role(agent.is_human()) }).collect()
+}
+
+impl kind::Mission for Layers {
+    fn kind(&self) -> &'static Kind {
+        &KIND
+    }
+
+    fn members(&self) -> Vec<Member<'_>> {
+        members(&self.problem)
+    }
+
+    fn labels(&self) -> &Labels {
+        &self.problem.labels
+    }
+
+    fn waits_for_tasks(&self) -> bool {
+        self.problem.tasks.is_empty()
+    }
+
+    fn has_height(&self) -> bool {
+        true
+    }
+
+    fn check(&self) -> Result<(), Mistake> {
+        let waits = |m: &super::check::Mistake| self.instruction.is_some() && m.reason == Reason::NoTask;
+        if let Some(mistake) = self.problem.check().iter().find(|m| !waits(m)) {
+            return Err(Mistake { place: "the mission".into(), why: mistake.describe(&self.problem).0 });
+        }
+        self.problem.labels.check_among(members(&self.problem).iter().map(|member| member.name))?;
+        let usual = self.reallocate_above.is_finite() && self.reallocate_above >= 0.0;
+        Mistake::unless(usual, "reallocate_above", "it is zero or more")?;
+        let good = self.batch.is_none_or(|batch| (1..=MAX_BATCH).contains(&batch));
+        Mistake::unless(good, "batch", "it is a whole number from 1 to 512")
+    }
+
+    fn check_run(&self, how: &Run) -> Result<(), String> {
+        if let Some(mistake) = self.problem.check().first() {
+            return Err(mistake.describe(&self.problem).0);
+        }
+        if how.bases || !how.replies.is_empty() {
+            return Err("nobody travels as bases or is served in a mission of layers".into());
+        }
+        self.settings(how).check(&self.problem).map_err(|why| why.to_string())
+    }
+
+    fn check_event(&self, of: &Event) -> Result<(), Impossible> {
+        event::typed(&self.problem, of).map(|_| ()).map_err(Impossible::from)
+    }
+
+    fn describe(&self, of: &Event) -> String {
+        event::describe(&self.problem, of)
+    }
+
+    fn describe_run(&self, how: &Run) -> String {
+        let durations = if how.sampled.is_some() { "sampled" } else { "planned" };
+        format!("tasks take as long as {durations}")
+    }
+
+    fn map(&self, plan: &Plan) -> Map {
+        map::map(&self.problem, plan)
+    }
+
+    fn execute(&self, how: &Run) -> Result<Box<dyn kind::Execution>, String> {
+        let execution =
+            LayeredExecution::new(self.problem.clone(), self.settings(how)).map_err(|why| why.to_string())?;
+        Ok(Box::new(Executed::new(execution)))
+    }
+}

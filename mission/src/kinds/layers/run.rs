@@ -1,0 +1,278 @@
+//! The execution of layers behind the interface of all kinds: measures, logs and results.
+
+use quantities::dimension::{ENERGY, LENGTH, NONE, TIME, WORKLOAD};
+
+use crate::kind::{self, Cell, Entry, Event, Form, Measure, Outcome, Table, Work, WorkState, number, truth};
+use crate::labels::Labels;
+use crate::map::Map;
+use crate::plan::Plan;
+
+use super::event;
+use super::execution::{AgentOutcome, AgentView, Doing, Happening, LayeredExecution};
+use super::map::map;
+use super::words::{doing, of_happening};
+
+const EVERYBODY: &[&str] = &["robot", "human"];
+
+/// The value of a measure; the index is that of the agent.
+type Value = fn(&LayeredExecution, usize) -> Option<[f64; 3]>;
+
+/// The results of an agent so far.
+fn agent(of: &LayeredExecution, index: usize) -> Option<(AgentView, AgentOutcome)> {
+    Some((of.agent(index)?, of.statistics().agents.into_iter().nth(index)?))
+}
+
+/// Everything that is measured of missions of layers.
+pub(super) static MEASURES: &[(Measure, Value)] = &[
+    (Measure::whole("done", Form::Truth, "Every task is done. `done` alone says the same."), |of, _| {
+        Some(truth(of.done()))
+    }),
+    (
+        Measure::whole("stranded", Form::Truth, "There is no plan for everything any more: nobody is left for a task."),
+        |of, _| Some(truth(of.stranded().is_some())),
+    ),
+    (Measure::whole("makespan", Form::Number(TIME), "From the start to the end of the last task so far."), |of, _| {
+        Some(number(of.statistics().makespan))
+    }),
+    (Measure::whole("cost", Form::Number(NONE), "What the plan costs, as it stands."), |of, _| {
+        Some(number(of.plan().cost))
+    }),
+    (
+        Measure::whole(
+            "energy",
+            Form::Number(ENERGY),
+            "The energy of all robots, in tasks that have ended or were dropped.",
+        ),
+        |of, _| Some(number(of.statistics().agents.iter().map(|agent| agent.energy).sum())),
+    ),
+    (Measure::whole("workload", Form::Number(WORKLOAD), "The workload of all people."), |of, _| {
+        Some(number(of.statistics().agents.iter().map(|agent| agent.workload).sum()))
+    }),
+    (Measure::whole("layer", Form::Number(NONE), "How many layers are done."), |of, _| {
+        Some(number(of.statistics().layers as f64))
+    }),
+    (Measure::whole("tasks", Form::Number(NONE), "How many tasks are done."), |of, _| {
+        Some(number(of.statistics().tasks as f64))
+    }),
+    (
+        Measure::whole("dropped", Form::Number(NONE), "How often a task failed, or was dropped by who was lost."),
+        |of, _| Some(number(of.statistics().dropped as f64)),
+    ),
+    (
+        Measure::whole(
+            "reschedules",
+            Form::Number(NONE),
+            "How often times of the plan moved, and who does what stayed.",
+        ),
+        |of, _| Some(number(of.statistics().reschedules as f64)),
+    ),
+    (Measure::whole("reallocations", Form::Number(NONE), "How often what had not begun was planned anew."), |of, _| {
+        Some(number(of.statistics().reallocations as f64))
+    }),
+    (Measure::of(EVERYBODY, "working", Form::Truth, "It is at work."), |of, index| {
+        Some(truth(of.agent(index)?.doing == Doing::Working))
+    }),
+    (Measure::of(EVERYBODY, "lost", Form::Truth, "It takes no part any more."), |of, index| {
+        Some(truth(of.agent(index)?.doing == Doing::Lost))
+    }),
+    (Measure::of(EVERYBODY, "tasks", Form::Number(NONE), "How many tasks it has done."), |of, index| {
+        Some(number(agent(of, index)?.1.tasks as f64))
+    }),
+    (
+        Measure::of(EVERYBODY, "worked", Form::Number(TIME), "How long it was at work, the task under way with it."),
+        |of, index| {
+            let (view, so_far) = agent(of, index)?;
+            Some(number(so_far.worked + view.work.map_or(0.0, |work| of.time() - work.start)))
+        },
+    ),
+    (
+        Measure::of(
+            EVERYBODY,
+            "position",
+            Form::Point,
+            "Where it is: on its way from its base to the object, along the path and back, or at its base.",
+        ),
+        |of, index| Some(of.agent(index)?.position),
+    ),
+    (
+        Measure::of(
+            EVERYBODY,
+            "travelled",
+            Form::Number(LENGTH),
+            "The way that it has gone, in tasks that have ended or were dropped.",
+        ),
+        |of, index| Some(number(agent(of, index)?.1.travelled)),
+    ),
+    (Measure::of(&["robot"], "energy", Form::Number(ENERGY), "The energy that these ways took."), |of, index| {
+        Some(number(agent(of, index)?.1.energy))
+    }),
+    (
+        Measure::of(
+            &["human"],
+            "workload",
+            Form::Number(WORKLOAD),
+            "Its workload: of each task that has ended or was dropped the time, times the mass of the object.",
+        ),
+        |of, index| Some(number(agent(of, index)?.1.workload)),
+    ),
+];
+
+/// Layers under way.
+pub(super) struct Executed {
+    execution: LayeredExecution,
+}
+
+impl Executed {
+    pub fn new(execution: LayeredExecution) -> Executed {
+        Executed { execution }
+    }
+}
+
+impl kind::Execution for Executed {
+    fn time(&self) -> f64 {
+        self.execution.time()
+    }
+
+    fn advance(&mut self, to: f64) {
+        self.execution.advance(to);
+    }
+
+    fn next(&self) -> Option<f64> {
+        self.execution.next()
+    }
+
+    fn done(&self) -> Option<f64> {
+        let records = self.execution.records();
+        let done = records.iter().rev().find(|record| record.what == Happening::Done);
+        done.filter(|_| self.execution.done()).map(|record| record.time)
+    }
+
+    fn stranded(&self) -> Option<String> {
+        self.execution.stranded().map(ToString::to_string)
+    }
+
+    fn plan(&self) -> &Plan {
+        self.execution.plan()
+    }
+
+    fn carried_out(&self) -> Plan {
+        let mut begun = vec![false; self.execution.problem().tasks.len()];
+        for record in self.execution.records() {
+            let (task, is) = match record.what {
+                Happening::Began { task, .. } => (task, true),
+                Happening::Dropped { task, .. } => (task, false),
+                _ => continue,
+            };
+            if let Some(slot) = begun.get_mut(task) {
+                *slot = is;
+            }
+        }
+        let mut plan = self.execution.plan().clone();
+        for activity in &mut plan.activities {
+            activity.begun = activity.work.is_some_and(|work| begun.get(work.task) == Some(&true));
+        }
+        plan
+    }
+
+    fn labels(&self) -> &Labels {
+        &self.execution.problem().labels
+    }
+
+    fn map(&self) -> Map {
+        map(self.execution.problem(), self.execution.plan())
+    }
+
+    fn describe(&self, of: &Event) -> String {
+        event::describe(self.execution.problem(), of)
+    }
+
+    fn handle(&mut self, of: &Event) -> Result<(), String> {
+        let event = event::typed(self.execution.problem(), of)?;
+        self.execution.tell(event).map(|_| ()).map_err(|why| why.to_string())
+    }
+
+    fn log_len(&self) -> usize {
+        self.execution.records().len()
+    }
+
+    fn log(&self) -> Vec<Entry> {
+        let entry = |record: &super::execution::Record| Entry {
+            time: record.time,
+            text: of_happening(&record.what, self.execution.problem()),
+            notable: match &record.what {
+                Happening::Told { .. } | Happening::Dropped { .. } | Happening::Done => true,
+                Happening::Plan(change) => change.is_notable(),
+                _ => false,
+            },
+        };
+        self.execution.records().iter().map(entry).collect()
+    }
+
+    fn measure(&self, name: &str, member: Option<usize>) -> [f64; 3] {
+        let of = &self.execution;
+        let role = member.and_then(|member| of.problem().agents.get(member)).map(|who| match who.is_human() {
+            true => "human",
+            false => "robot",
+        });
+        if member.is_some() != role.is_some() {
+            return number(f64::NAN);
+        }
+        let found = MEASURES.iter().find(|(measure, _)| measure.name == name && measure.is_of(role));
+        found.and_then(|(_, value)| value(of, member.unwrap_or(0))).unwrap_or(number(f64::NAN))
+    }
+
+    fn outcome(&self) -> Outcome {
+        let outcome = self.execution.statistics();
+        let rows = outcome.agents.iter().map(|a| {
+            let only = |human: bool, x: f64, unit: &'static str| match a.human == human {
+                true => Cell::Number(x, unit),
+                false => Cell::Text("-".into()),
+            };
+            vec![
+                Cell::Text(self.labels().member(&a.name).to_string()),
+                Cell::Count(a.tasks),
+                Cell::Number(a.worked, "s"),
+                Cell::Number(a.travelled, "m"),
+                only(false, a.energy, "J"),
+                only(true, a.workload, "kg s"),
+            ]
+        });
+        let columns = vec!["agent", "tasks", "at work", "travelled", "energy", "workload"];
+        Outcome {
+            reschedules: outcome.reschedules,
+            reallocations: outcome.reallocations,
+            tables: vec![Table { columns, rows: rows.collect() }],
+            data: serde_json::to_value(&outcome).unwrap_or_default(),
+        }
+    }
+
+    fn columns(&self) -> Vec<String> {
+        let of = |name: &String| ["x", "y", "z", "doing", "task", "object", "tasks"].map(|of| format!("{name}.{of}"));
+        self.execution.problem().agents.iter().flat_map(|who| of(&who.name)).collect()
+    }
+
+    fn row(&self) -> Vec<Cell> {
+        let (of, mut row) = (&self.execution, Vec::new());
+        let problem = of.problem();
+        for view in (0..).map_while(|agent| of.agent(agent)) {
+            row.extend(view.position.map(|x| Cell::Number(x, "m")));
+            let task = view.work.and_then(|work| problem.tasks.get(work.task)).map(|task| task.name.clone());
+            let object = view.work.and_then(|work| problem.objects.get(work.object?)).map(|thing| thing.name.clone());
+            row.push(Cell::Text(doing(view.doing).into()));
+            row.extend([task, object].map(|name| Cell::Text(name.unwrap_or_default())));
+            row.push(Cell::Count(view.tasks));
+        }
+        row
+    }
+
+    fn work(&self, member: usize) -> Option<Work> {
+        let view = self.execution.agent(member)?;
+        let state = match view.doing {
+            Doing::Working => WorkState::Works,
+            Doing::Lost => WorkState::Lost,
+            Doing::Idle if view.next.is_some() => WorkState::Waits,
+            Doing::Idle => WorkState::Over,
+        };
+        Some(Work { state, since: view.since })
+    }
+}

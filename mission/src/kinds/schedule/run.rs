@@ -1,0 +1,345 @@
+//! The execution of a schedule behind the interface of all kinds: measures, logs, results, and people who answer after each
+//! service.
+
+use quantities::dimension::{ENERGY, LENGTH, NONE, TIME, VELOCITY};
+
+use crate::kind::{
+    self, Cell, Entry, Event, Form, Measure, Outcome, Rejected, Replies, Table, Work, WorkState, number, truth,
+};
+use crate::labels::Labels;
+use crate::map::Map;
+use crate::plan::{Actor, Plan};
+
+use super::event;
+use super::execution::{AgentView, Doing, Execution, Happening, RobotView, Stage};
+use super::map::map;
+use super::problem::AgentKind;
+use super::words::{doing, of_happening, stage};
+
+const AGENTS: &[&str] = &["human", "worker"];
+const ROBOTS: &[&str] = &["robot"];
+
+/// The value of a measure; the index is that of the agent or of the robot.
+type Value = fn(&Execution, usize) -> Option<[f64; 3]>;
+
+/// The results of an agent so far.
+fn agent(of: &Execution, index: usize) -> Option<(AgentView, super::execution::AgentOutcome)> {
+    Some((of.agent(index)?, of.statistics().agents.into_iter().nth(index)?))
+}
+
+/// The results of a robot so far.
+fn robot(of: &Execution, index: usize) -> Option<(RobotView, super::execution::RobotOutcome)> {
+    Some((of.robot(index)?, of.statistics().robots.into_iter().nth(index)?))
+}
+
+/// Everything that is measured of schedules.
+pub(super) static MEASURES: &[(Measure, Value)] = &[
+    (
+        Measure::whole(
+            "done",
+            Form::Truth,
+            "Everything is served that can be, and every robot is back at its depot. `done` alone says the same.",
+        ),
+        |of, _| Some(truth(of.done())),
+    ),
+    (
+        Measure::whole("stranded", Form::Truth, "There is no plan any more: no robot is left, or none was found."),
+        |of, _| Some(truth(of.stranded().is_some())),
+    ),
+    (
+        Measure::whole("makespan", Form::Number(TIME), "From the start to the end of the last service so far."),
+        |of, _| Some(number(of.statistics().makespan)),
+    ),
+    (Measure::whole("cost", Form::Number(NONE), "What the plan costs, as it stands."), |of, _| {
+        Some(number(of.plan().cost))
+    }),
+    (Measure::whole("energy", Form::Number(ENERGY), "The energy of all robots, for ways that have ended."), |of, _| {
+        Some(number(of.statistics().energy()))
+    }),
+    (
+        Measure::whole(
+            "reschedules",
+            Form::Number(NONE),
+            "How often times of the plan moved, and who serves whom stayed.",
+        ),
+        |of, _| Some(number(of.statistics().reschedules as f64)),
+    ),
+    (Measure::whole("reallocations", Form::Number(NONE), "How often what had not begun was planned anew."), |of, _| {
+        Some(number(of.statistics().reallocations as f64))
+    }),
+    (
+        Measure::of(AGENTS, "waited", Form::Number(TIME), "All its waits so far, the one under way with them."),
+        |of, index| Some(number(agent(of, index)?.1.waited())),
+    ),
+    (Measure::of(AGENTS, "served", Form::Number(NONE), "How many of its operations have been served."), |of, index| {
+        Some(number(agent(of, index)?.1.served as f64))
+    }),
+    (Measure::of(AGENTS, "working", Form::Truth, "It is at work."), |of, index| {
+        Some(truth(of.agent(index)?.doing == Doing::Working))
+    }),
+    (Measure::of(AGENTS, "lost", Form::Truth, "It has left."), |of, index| {
+        Some(truth(of.agent(index)?.doing == Doing::Lost))
+    }),
+    (
+        Measure::of(
+            AGENTS,
+            "faulted",
+            Form::OfController,
+            "The controller that it runs has broken down, so that it is lost.",
+        ),
+        |_, _| None,
+    ),
+    (Measure::of(AGENTS, "position", Form::Point, "Where it works and is served."), |of, index| {
+        let [x, y] = of.agent(index)?.place;
+        Some([x, y, 0.0])
+    }),
+    (
+        Measure::of(
+            AGENTS,
+            "adaptation",
+            Form::Number(NONE),
+            "How well its waits followed what it said of them: the adaptation index, 1 at the start, more where they did.",
+        ),
+        |of, index| Some(number(agent(of, index)?.1.wait_index)),
+    ),
+    (
+        Measure::of(AGENTS, "speed_adaptation", Form::Number(NONE), "The same of the speeds of robots that came."),
+        |of, index| Some(number(agent(of, index)?.1.speed_index)),
+    ),
+    (
+        Measure::of(
+            AGENTS,
+            "wait_satisfaction",
+            Form::Number(NONE),
+            "What it says of its waits, smoothed: from -1, too short, to 1, too long; 0 before it said anything.",
+        ),
+        |of, index| Some(number(of.satisfaction(index).wait)),
+    ),
+    (
+        Measure::of(
+            AGENTS,
+            "approach_satisfaction",
+            Form::Number(NONE),
+            "What it says of approaches, smoothed: from -1, very fast, to 1, very slow; 0 before it said anything.",
+        ),
+        |of, index| Some(number(of.satisfaction(index).approach)),
+    ),
+    (Measure::of(ROBOTS, "position", Form::Point, "Where it is."), |of, index| {
+        let [x, y] = of.robot(index)?.position;
+        Some([x, y, 0.0])
+    }),
+    (Measure::of(ROBOTS, "speed", Form::Number(VELOCITY), "How fast it is; never negative."), |of, index| {
+        Some(number(speed(&of.robot(index)?)))
+    }),
+    (
+        Measure::of(ROBOTS, "travelled", Form::Number(LENGTH), "The way that it has gone, in ways that have ended."),
+        |of, index| Some(number(robot(of, index)?.1.travelled)),
+    ),
+    (Measure::of(ROBOTS, "energy", Form::Number(ENERGY), "The energy that these ways took."), |of, index| {
+        Some(number(robot(of, index)?.1.energy))
+    }),
+    (
+        Measure::of(ROBOTS, "busy", Form::Truth, "It is under way, waits for an agent, serves, or unloads."),
+        |of, index| Some(truth(!matches!(of.robot(index)?.stage, Stage::Home | Stage::Lost))),
+    ),
+    (Measure::of(ROBOTS, "served", Form::Number(NONE), "How many operations it has served."), |of, index| {
+        Some(number(robot(of, index)?.1.served as f64))
+    }),
+    (Measure::of(ROBOTS, "lost", Form::Truth, "It has broken down."), |of, index| {
+        Some(truth(of.robot(index)?.stage == Stage::Lost))
+    }),
+];
+
+fn speed(view: &RobotView) -> f64 {
+    f64::hypot(view.velocity[0], view.velocity[1])
+}
+
+/// A schedule under way, with people who answer.
+pub(super) struct Executed {
+    execution: Execution,
+    replies: Vec<Replies>,
+    /// Number of answers of each entry of `replies`.
+    answers: Vec<usize>,
+    /// Records that were looked at for services.
+    heard: usize,
+    rejected: Vec<Rejected>,
+}
+
+impl Executed {
+    pub fn new(execution: Execution, replies: Vec<Replies>) -> Executed {
+        Executed { execution, answers: vec![0; replies.len()], replies, heard: 0, rejected: Vec::new() }
+    }
+
+    /// Lets people who were served say what it was like.
+    fn listen(&mut self) {
+        while let Some(record) = self.execution.records().get(self.heard) {
+            self.heard += 1;
+            let Happening::Served { agent, .. } = record.what else { continue };
+            let member = event::member(self.execution.problem(), Actor::Agent(agent));
+            let Some(index) = self.replies.iter().position(|replies| replies.member == member) else { continue };
+            let (services, count) = (&self.replies[index].services, &mut self.answers[index]);
+            let reply = services.get(*count).or(services.last()).cloned().flatten();
+            *count += 1;
+            if let Some(reply) = reply
+                && let Err(why) = event::handle(&mut self.execution, &reply)
+            {
+                let event = event::describe(self.execution.problem(), &reply);
+                self.rejected.push(Rejected { time: self.execution.time(), event, why });
+            }
+        }
+    }
+
+    /// The agent that a member is.
+    fn agent_of(&self, member: usize) -> Option<usize> {
+        match event::actor(self.execution.problem(), member)? {
+            Actor::Agent(agent) => Some(agent),
+            Actor::Robot(_) => None,
+        }
+    }
+}
+
+impl kind::Execution for Executed {
+    fn time(&self) -> f64 {
+        self.execution.time()
+    }
+
+    fn advance(&mut self, to: f64) {
+        self.execution.advance(to);
+        self.listen();
+    }
+
+    fn next(&self) -> Option<f64> {
+        self.execution.next()
+    }
+
+    fn done(&self) -> Option<f64> {
+        let records = self.execution.records();
+        let done = records.iter().rev().find(|record| record.what == Happening::Done);
+        done.filter(|_| self.execution.done()).map(|record| record.time)
+    }
+
+    fn stranded(&self) -> Option<String> {
+        self.execution.stranded().map(ToString::to_string)
+    }
+
+    fn plan(&self) -> &Plan {
+        self.execution.plan()
+    }
+
+    fn labels(&self) -> &Labels {
+        &self.execution.problem().labels
+    }
+
+    fn map(&self) -> Map {
+        map(self.execution.problem(), self.execution.plan())
+    }
+
+    fn describe(&self, of: &Event) -> String {
+        event::describe(self.execution.problem(), of)
+    }
+
+    fn handle(&mut self, of: &Event) -> Result<(), String> {
+        event::handle(&mut self.execution, of)?;
+        self.listen();
+        Ok(())
+    }
+
+    fn take_rejected(&mut self) -> Vec<Rejected> {
+        std::mem::take(&mut self.rejected)
+    }
+
+    fn log_len(&self) -> usize {
+        self.execution.records().len()
+    }
+
+    fn log(&self) -> Vec<Entry> {
+        let entry = |record: &super::execution::Record| Entry {
+            time: record.time,
+            text: of_happening(&record.what, self.execution.problem()),
+            notable: match &record.what {
+                Happening::Told { .. } | Happening::HeldUp { .. } | Happening::BrokenOff { .. } | Happening::Done => {
+                    true
+                }
+                Happening::Plan(change) => change.is_notable(),
+                _ => false,
+            },
+        };
+        self.execution.records().iter().map(entry).collect()
+    }
+
+    fn measure(&self, name: &str, member: Option<usize>) -> [f64; 3] {
+        let of = &self.execution;
+        let who = member.map(|member| event::actor(of.problem(), member));
+        let (role, index) = match who {
+            None => (None, 0),
+            Some(Some(Actor::Robot(robot))) => (Some(ROBOTS[0]), robot),
+            Some(Some(Actor::Agent(agent))) => (Some(AGENTS[0]), agent),
+            Some(None) => return number(f64::NAN),
+        };
+        let found = MEASURES.iter().find(|(measure, _)| measure.name == name && measure.is_of(role));
+        found.and_then(|(_, value)| value(of, index)).unwrap_or(number(f64::NAN))
+    }
+
+    fn outcome(&self) -> Outcome {
+        let outcome = self.execution.statistics();
+        let label = |name: &str| Cell::Text(self.labels().member(name).to_string());
+        let agents = outcome.agents.iter().map(|a| {
+            let (all, most) = (a.waits.iter().sum::<f64>(), a.waits.iter().copied().fold(0.0, f64::max));
+            vec![label(&a.name), Cell::Count(a.served), Cell::Number(all, "s"), Cell::Number(most, "s")]
+        });
+        let robots = outcome.robots.iter().map(|r| {
+            vec![label(&r.name), Cell::Count(r.served), Cell::Number(r.travelled, "m"), Cell::Number(r.energy, "J")]
+        });
+        Outcome {
+            reschedules: outcome.reschedules,
+            reallocations: outcome.reallocations,
+            tables: vec![
+                Table { columns: vec!["agent", "served", "waited", "longest wait"], rows: agents.collect() },
+                Table { columns: vec!["robot", "served", "travelled", "energy"], rows: robots.collect() },
+            ],
+            data: serde_json::to_value(&outcome).unwrap_or_default(),
+        }
+    }
+
+    fn columns(&self) -> Vec<String> {
+        let problem = self.execution.problem();
+        let of = |name: &str, parts: &[&str]| parts.iter().map(|of| format!("{name}.{of}")).collect::<Vec<_>>();
+        let robots = problem.robots.iter().flat_map(|m| of(&m.name, &["x", "y", "speed", "stage"]));
+        let agents = problem.agents.iter().flat_map(|a| of(&a.name, &["x", "y", "doing", "served", "waited"]));
+        robots.chain(agents).collect()
+    }
+
+    fn row(&self) -> Vec<Cell> {
+        let of = &self.execution;
+        let mut row = Vec::new();
+        for view in (0..).map_while(|i| of.robot(i)) {
+            let [x, y] = view.position;
+            row.extend([Cell::Number(x, "m"), Cell::Number(y, "m"), Cell::Number(speed(&view), "m/s")]);
+            row.push(Cell::Text(stage(view.stage).into()));
+        }
+        let so_far = of.statistics();
+        for (view, results) in (0..).map_while(|i| of.agent(i)).zip(&so_far.agents) {
+            let [x, y] = view.place;
+            row.extend([Cell::Number(x, "m"), Cell::Number(y, "m"), Cell::Text(doing(view.doing).into())]);
+            row.extend([Cell::Count(results.served), Cell::Number(results.waited(), "s")]);
+        }
+        row
+    }
+
+    fn work(&self, member: usize) -> Option<Work> {
+        let agent = self.agent_of(member)?;
+        let (view, who) = (self.execution.agent(agent)?, self.execution.problem().agents.get(agent)?);
+        if who.kind != AgentKind::Worker {
+            return None;
+        }
+        let last = view.operation.is_none_or(|operation| operation + 1 >= who.operations);
+        let state = match view.doing {
+            Doing::Working => WorkState::Works,
+            Doing::Lost => WorkState::Lost,
+            Doing::Finished => WorkState::Over,
+            Doing::Waiting | Doing::Served if last => WorkState::Over,
+            _ => WorkState::Waits,
+        };
+        Some(Work { state, since: view.since })
+    }
+}

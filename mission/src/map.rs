@@ -1,0 +1,87 @@
+//! The map of a mission as data: signs, lines and names in the order in which they are drawn, x to the right and y upwards.
+
+/// A map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    /// Description, for people who do not see it.
+    pub title: &'static str,
+    /// Pixels of a metre at the most.
+    pub most_scale: f64,
+    /// Points that the map must show (m).
+    pub extent: Vec<[f64; 2]>,
+    /// Points that names must not cover (m).
+    pub clear: Vec<[f64; 2]>,
+    /// Content, in order.
+    pub shapes: Vec<Shape>,
+    /// Labels of the robots that move on it.
+    pub robots: Vec<String>,
+    /// Signs with their meanings.
+    pub legend: Vec<(Sign, &'static str)>,
+}
+
+/// Something drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A sign.
+    Sign {
+        /// Form.
+        sign: Sign,
+        /// Position (m).
+        at: [f64; 2],
+        /// Text under the pointer.
+        title: Option<String>,
+    },
+    /// A line.
+    Line {
+        /// Form.
+        line: Line,
+        /// Its points (m), at least two.
+        points: Vec<[f64; 2]>,
+        /// Text under the pointer.
+        title: Option<String>,
+    },
+    /// A name beside a sign.
+    Name {
+        /// Position of the sign (m).
+        at: [f64; 2],
+        /// Text.
+        text: String,
+    },
+}
+
+/// Form of a sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// The base of a robot.
+    Base,
+    /// A person.
+    Person,
+    /// A working robot.
+    Worker,
+    /// A place where a robot waits.
+    Stop,
+    /// An object, in the colour of a group; none: nobody takes it.
+    Object(Option<usize>),
+    /// The place to which an object is brought, in the colour of its group.
+    Target(usize),
+}
+
+/// Form of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Line {
+    /// A path of a robot.
+    Path,
+    /// The part of it near a person.
+    Near,
+    /// From an agent to the object that it fetches.
+    Fetch,
+    /// The path of an object, in the colour of its group.
+    Carry(usize),
+}
+
+impl Shape {
+    /// A sign with a text under the pointer.
+    pub fn sign(sign: Sign, at: [f64; 2], title: String) -> Shape {
+        Shape::Sign { sign, at, title: Some(title) }
+    }
+}
