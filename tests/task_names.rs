@@ -71,3 +71,78 @@ fn task_types_are_named_in_the_library_alone() {
     let gone: Vec<_> = known.difference(&found).collect();
     assert!(gone.is_empty(), "no longer named there: {gone:?}");
 }
+
+/// Files outside the folders of the kinds of mission that still name a kind.
+const NAMING_KINDS: &[&str] = &[
+    "compiler/src/lowering/missions/agents.rs",
+    "compiler/src/lowering/missions/labels.rs",
+    "compiler/src/lowering/missions/layers.rs",
+    "compiler/src/lowering/missions/layers_file.rs",
+    "compiler/src/lowering/missions/layers_mistakes.rs",
+    "compiler/src/lowering/missions/layers_team.rs",
+    "compiler/src/lowering/missions/layers_warnings.rs",
+    "compiler/src/lowering/missions/mistakes.rs",
+    "compiler/src/lowering/missions/mod.rs",
+    "compiler/src/lowering/missions/places.rs",
+    "compiler/src/lowering/missions/reading.rs",
+    "compiler/src/lowering/missions/robots.rs",
+    "compiler/src/lowering/missions/runs.rs",
+    "compiler/src/lowering/missions/schedule.rs",
+    "compiler/src/lowering/missions/warnings.rs",
+    "compiler/src/sections/layers.rs",
+    "compiler/src/sections/mission.rs",
+    "context/src/answer.rs",
+    "context/src/layers.rs",
+    "context/src/prompt.rs",
+    "context/src/rules.rs",
+    "dsl/src/vocabulary.rs",
+    "dsl/src/yaml/missions.rs",
+    "runtime/src/text/layers.rs",
+    "runtime/src/text/missions.rs",
+    "src/cli/context/mod.rs",
+    "src/cli/context/trials.rs",
+    "src/cli/plan/layered.rs",
+    "src/cli/plan/mod.rs",
+    "src/cli/plan/schedule.rs",
+    "src/cli/serve.rs",
+    "src/plan_data/layers.rs",
+    "src/plan_data/schedule.rs",
+    "src/planned.rs",
+    "src/serve/diary.rs",
+    "src/serve/journal.rs",
+    "src/serve/layered.rs",
+    "src/serve/layered_view.rs",
+    "src/serve/mod.rs",
+    "src/serve/overview.rs",
+    "src/serve/schedule.rs",
+    "src/serve/view.rs",
+    "src/serve/words.rs",
+];
+
+/// Words that name a kind of mission.
+const KINDS: [&str; 6] =
+    ["kinds::schedule", "kinds::layers", "Mission::Schedule", "Mission::Layers", "\"schedule\"", "\"layers\""];
+
+#[test]
+fn kinds_of_missions_are_named_in_their_folders() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = Vec::new();
+    for folder in ["compiler/src", "runtime/src", "mission/src", "dsl/src", "context/src", "src"] {
+        sources(&root.join(folder), &mut files);
+    }
+    let mut found = BTreeSet::new();
+    for file in &files {
+        let name = file.strip_prefix(root).expect("below").to_string_lossy().replace('\\', "/");
+        let text = std::fs::read_to_string(file).expect("text");
+        let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+        let names = |line: &str| !line.trim_start().starts_with("//") && KINDS.iter().any(|word| line.contains(word));
+        if !name.starts_with("mission/src/kinds/") && text.lines().any(names) {
+            found.insert(name);
+        }
+    }
+    let known: BTreeSet<String> = NAMING_KINDS.iter().map(|file| (*file).to_string()).collect();
+    let new: Vec<_> = found.difference(&known).collect();
+    assert!(new.is_empty(), "a kind of mission is known by name, and not by its entry: {new:#?}");
+    let gone: Vec<_> = known.difference(&found).collect();
+    assert!(gone.is_empty(), "these name no kind any more; take them out of the list: {gone:#?}");
+}
