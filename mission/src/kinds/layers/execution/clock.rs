@@ -1,4 +1,4 @@
-//! What happens next.
+//! Steps that happen by themselves, and their times.
 
 use crate::execution::DiscreteEvents;
 

@@ -1,4 +1,4 @@
-//! How long tasks really take, and when one that has not ended is expected to end.
+//! True durations of tasks, and the expected end of a late one.
 
 use crate::random::{normal_above, stream};
 

@@ -1,4 +1,4 @@
-//! What an execution of layers is told from outside, and why it may not take it.
+//! Events of an execution of layers, and the reasons for which one is rejected.
 
 use serde::{Deserialize, Serialize};
 
@@ -33,12 +33,12 @@ pub enum Event {
         /// The agent.
         agent: usize,
     },
-    /// Who was lost is back at its base.
+    /// A lost agent is back at its base.
     Back {
         /// The agent.
         agent: usize,
     },
-    /// What has not begun is planned anew, however little the cost has changed; if the settings allow it.
+    /// The part that has not begun is planned anew for any change of cost, if the settings allow it.
     Replan,
 }
 
@@ -57,7 +57,7 @@ impl Event {
     }
 }
 
-/// Why an event is not taken. Nothing has changed then.
+/// Reason for which an event is rejected. A rejected event changes nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "the message says what each field is")]

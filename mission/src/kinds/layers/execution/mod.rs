@@ -47,19 +47,19 @@ pub struct LayeredExecution {
     settings: Settings,
     /// As it stands: `start` is when the plan was made or repaired last.
     problem: Problem,
-    /// What is planned and has not begun, by start.
+    /// Planned steps that have not begun, by start.
     ahead: Vec<Step>,
-    /// What is done, with its true times, in the order in which it ended.
+    /// Finished steps with their true times, by end.
     ended: Vec<Step>,
     plan: Plan,
     /// The same for the whole mission.
     scales: Scales,
-    /// What the plan cost when it was planned last.
+    /// Cost of the plan at the last planning.
     optimal: f64,
     begin: f64,
     time: f64,
     agents: Vec<AgentState>,
-    /// How often each task was begun.
+    /// Number of starts of each task.
     tries: Vec<usize>,
     /// The first layer in which anything is to be done; none: everything is done.
     open: Option<usize>,
@@ -152,7 +152,7 @@ impl LayeredExecution {
         self.log.records.push(Record { time: self.time, what });
     }
 
-    /// What is under way, with when it began and when it is expected to end.
+    /// Steps under way, with their start and expected end.
     fn running(&self) -> impl Iterator<Item = Step> {
         self.agents.iter().filter_map(|agent| agent.task.as_ref()).map(|task| task.expected_step())
     }

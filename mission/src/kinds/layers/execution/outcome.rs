@@ -1,38 +1,38 @@
-//! What an execution of layers comes to, in numbers.
+//! Results of an execution of layers.
 
 use serde::{Deserialize, Serialize};
 
 use super::LayeredExecution;
 
-/// What a mission came to, so far.
+/// Results of a mission so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// From the start of the mission to the end of the last task so far (s); 0 before the first.
     pub makespan: f64,
-    /// How many layers are done, with those before them.
+    /// Number of finished layers, with all layers before them.
     pub layers: usize,
-    /// How many tasks are done.
+    /// Number of finished tasks.
     pub tasks: usize,
     /// By agent.
     pub agents: Vec<AgentOutcome>,
-    /// How often a task was dropped, because it failed or its agent was lost.
+    /// Number of tasks dropped after a failure or a loss.
     pub dropped: usize,
-    /// How often times of the plan moved.
+    /// Number of repairs that moved times.
     pub reschedules: usize,
-    /// How often was planned anew.
+    /// Number of new plans.
     pub reallocations: usize,
 }
 
-/// What became of an agent.
+/// Results of an agent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AgentOutcome {
     /// Its name.
     pub name: String,
     /// It is a person.
     pub human: bool,
-    /// How many tasks it has done.
+    /// Number of finished tasks.
     pub tasks: usize,
-    /// How long it was at work, in tasks that have ended or were dropped (s).
+    /// Time at work in tasks that have ended or were dropped (s).
     pub worked: f64,
     /// Way that it has gone in these (m).
     pub travelled: f64,
@@ -43,7 +43,7 @@ pub struct AgentOutcome {
 }
 
 impl LayeredExecution {
-    /// What the mission has come to.
+    /// Results of the mission so far.
     pub fn statistics(&self) -> Outcome {
         let agents = self.problem.agents.iter().zip(&self.agents).map(|(who, state)| AgentOutcome {
             name: who.name.clone(),

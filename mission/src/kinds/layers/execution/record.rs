@@ -1,4 +1,4 @@
-//! What has happened in an execution of layers, one line each.
+//! Log entries of an execution of layers.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use super::event::Event;
 /// An entry of the log.
 pub type Record = execution::Record<Happening>;
 
-/// What can happen. Agents, tasks, objects and layers are named by index.
+/// Content of a log entry. Agents, tasks, objects and layers are named by index.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "agent, task, object and layer are indices; other fields are described")]
@@ -25,7 +25,7 @@ pub enum Happening {
     TaskLate {
         agent: usize,
         task: usize,
-        /// When it is now expected to end (s).
+        /// New expected end (s).
         expected: f64,
     },
     /// A task is done.

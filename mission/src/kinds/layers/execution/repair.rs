@@ -1,4 +1,4 @@
-//! What is ahead, moved to where it now has to be: who does what with which object stays.
+//! Repair of the steps ahead: times move, and each agent keeps its tasks and objects.
 
 use crate::kinds::layers::instance::{Instance, Job};
 use crate::kinds::layers::problem::{Begun, Problem};
@@ -56,7 +56,7 @@ pub(super) fn best(problem: &Problem, scales: &Scales, ahead: &[Step]) -> Option
     Some(steps)
 }
 
-/// What has begun as the problem knows it.
+/// A begun step in the form of the problem.
 pub(super) fn begun(step: &Step) -> Begun {
     let Step { task, agent, object, speed, start, end, .. } = *step;
     Begun { task, agent, object, speed, start, end }

@@ -7,7 +7,7 @@ use crate::kinds::layers::choose::{self, Options};
 use crate::kinds::layers::problem::Problem;
 use crate::kinds::layers::validate::Violation;
 
-/// How a mission of layers is executed.
+/// Settings of an execution of layers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// How long tasks really take: as planned, or with the [`spread`](crate::kinds::layers::problem::Agent::spread) of who performs
@@ -19,7 +19,7 @@ pub struct Settings {
     pub replan: Replan,
     /// The relative change of the cost since it was planned last, above which is planned anew. Zero or more.
     pub reallocate_above: f64,
-    /// How it is planned.
+    /// Options of the planner.
     pub planning: Options,
     /// Agents (by index) whose tasks begin and end only when told.
     pub told: Vec<usize>,
@@ -37,7 +37,7 @@ impl Default for Settings {
     }
 }
 
-/// Why an execution cannot begin.
+/// Reason for which an execution cannot begin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum Refusal {
@@ -64,7 +64,7 @@ impl From<choose::Refusal> for Refusal {
     }
 }
 
-/// Why a planner refused; of its mistakes the first.
+/// Reason of a planner's refusal; the first of several mistakes.
 pub(super) fn of_plan(why: &choose::Refusal) -> String {
     match why {
         choose::Refusal::Problem(mistakes) => match mistakes.first() {
@@ -76,7 +76,7 @@ pub(super) fn of_plan(why: &choose::Refusal) -> String {
 }
 
 impl Settings {
-    /// Whether they can be used for this problem.
+    /// Checks the settings for this problem.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! What agents do, in the world.
+//! State of the agents in the world.
 
 use crate::kinds::layers::problem::Agent;
 use crate::kinds::layers::steps::Step;
@@ -10,23 +10,23 @@ use super::view::Doing;
 pub(super) struct Running {
     /// As it was planned, from when it began.
     pub step: Step,
-    /// When it ends (s); infinite: when it is told.
+    /// True end (s); infinite: an event reports it.
     pub ends: f64,
-    /// When it is expected to end (s).
+    /// Expected end (s).
     pub expected: f64,
     /// The share of the way that was done at the time beside it (s).
     pub since: (f64, f64),
-    /// How often it was late.
+    /// Number of expected ends that have passed.
     pub late: usize,
 }
 
 impl Running {
-    /// When it seems to end to who looks on (s).
+    /// End that an observer assumes (s).
     fn until(&self) -> f64 {
         if self.ends.is_finite() { self.ends } else { self.expected }
     }
 
-    /// How much of it is done, 0 to 1.
+    /// Completed share, 0 to 1.
     pub fn share(&self, time: f64) -> f64 {
         let (share, since) = self.since;
         let left = self.until() - since;
@@ -50,12 +50,12 @@ pub(super) struct AgentState {
     pub doing: Doing,
     /// Since when (s).
     pub since: f64,
-    /// Where it is while it does not work (m).
+    /// Position while it does not work (m).
     pub place: [f64; 3],
     pub task: Option<Running>,
-    /// When it is looked again whether it has begun its next task (s), if it begins when told.
+    /// Time of the next check that it has begun its task (s), if an event reports the begin.
     pub look: f64,
-    /// How long it was waited for by then (s).
+    /// Time waited for it until then (s).
     pub waited: f64,
     /// Number of times that it had not begun then.
     pub looked: usize,

@@ -1,4 +1,4 @@
-//! What happens by itself: agents begin tasks, and end them.
+//! Steps of the simulation: agents begin and end tasks.
 
 use crate::execution::{Durations, ReplanPolicy};
 use crate::kinds::layers::cost::energy_at;

@@ -1,10 +1,10 @@
-//! What can be seen of an execution: what every agent does now and where it is, and what comes next.
+//! The visible state of an execution: present activity, position and next task of each agent.
 
 use serde::{Deserialize, Serialize};
 
 use super::{LayeredExecution, way};
 
-/// What an agent does.
+/// Activity of an agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Doing {
@@ -23,9 +23,9 @@ pub struct UnderWay {
     pub task: usize,
     /// Index of the object; none: it needs none.
     pub object: Option<usize>,
-    /// When it began (s).
+    /// Start (s).
     pub start: f64,
-    /// When it is expected to end (s).
+    /// Expected end (s).
     pub expected: f64,
 }
 
@@ -36,9 +36,9 @@ pub struct NextTask {
     pub task: usize,
     /// Index of the object; none: it needs none.
     pub object: Option<usize>,
-    /// When it is planned to begin (s).
+    /// Planned start (s).
     pub start: f64,
-    /// When it is planned to end (s).
+    /// Planned end (s).
     pub end: f64,
     /// Its layer has begun: every task of the layers before is done.
     pub open: bool,
@@ -47,7 +47,7 @@ pub struct NextTask {
 /// An agent now.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AgentView {
-    /// What it does.
+    /// Present activity.
     pub doing: Doing,
     /// Since when (s).
     pub since: f64,
@@ -58,12 +58,12 @@ pub struct AgentView {
     /// Where it is (m): on its way from its base to the object, along the path and back, or at its base; one that is lost
     /// is where it was lost.
     pub position: [f64; 3],
-    /// How many tasks it has done.
+    /// Number of finished tasks.
     pub tasks: usize,
 }
 
 impl LayeredExecution {
-    /// What this agent does; none if there is no such agent.
+    /// State of this agent; none if there is no such agent.
     pub fn agent(&self, agent: usize) -> Option<AgentView> {
         let state = self.agents.get(agent)?;
         let work = state.task.as_ref().map(|running| UnderWay {
@@ -83,7 +83,7 @@ impl LayeredExecution {
         Some(AgentView { doing: state.doing, since: state.since, work, next, position, tasks: state.tasks })
     }
 
-    /// Where an agent is now (m); none if there is no such agent.
+    /// Position of an agent (m); none if there is no such agent.
     pub fn position(&self, agent: usize) -> Option<[f64; 3]> {
         let state = self.agents.get(agent)?;
         Some(match &state.task {

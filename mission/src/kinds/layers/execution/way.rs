@@ -1,4 +1,4 @@
-//! Where an agent is on the way of a task: from its base to the object, along the path, and back.
+//! Position of an agent during a task: from its base to the object, along the path, and back.
 //!
 //! It moves at one speed. What performing takes besides moving `delta_{a,s}` it spends standing: half with the object and
 //! half where the path ends, or all of it at the one of the two that there is; where neither is, at its base.
@@ -6,7 +6,7 @@
 use crate::kinds::layers::problem::{Problem, between};
 use crate::kinds::layers::steps::Step;
 
-/// Where the agent of a step is (m) when this share of the time of it has passed, 0 to 1.
+/// Position of the agent of a step (m) after this share of its time, 0 to 1.
 pub(super) fn place(problem: &Problem, step: &Step, share: f64) -> [f64; 3] {
     let (Some(who), Some(task)) = (problem.agents.get(step.agent), problem.tasks.get(step.task)) else {
         return [0.0; 3];

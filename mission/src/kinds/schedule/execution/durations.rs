@@ -1,4 +1,4 @@
-//! How long operations really take, and when one that has not ended is expected to end.
+//! True durations of operations, and the expected end of a late one.
 
 use crate::kinds::schedule::chance::quantile;
 use crate::kinds::schedule::problem::Duration;

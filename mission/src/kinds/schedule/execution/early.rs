@@ -1,4 +1,4 @@
-//! What ends early is followed early.
+//! An operation that ends early is served early.
 //!
 //! Algorithm 3 lets every service keep its times where it can. At a confidence of 0.9 nine operations of ten end earlier
 //! than planned: a robot would stand and wait near a person who waits for it, another would stand at its depot, and after

@@ -1,4 +1,4 @@
-//! What an execution is told from outside, and why it may not take it.
+//! Events of an execution, and the reasons for which one is rejected.
 
 use serde::{Deserialize, Serialize};
 
@@ -62,7 +62,7 @@ pub enum Event {
         /// Who.
         who: Actor,
     },
-    /// What has not begun is planned anew, whatever the index of (5.19) is.
+    /// The part that has not begun is planned anew, for any index of (5.19).
     Replan,
     /// Who was lost is back: a robot at its depot, an agent at its place, where it begins the operation that it had not
     /// been served for once more.
@@ -72,7 +72,7 @@ pub enum Event {
     },
 }
 
-/// Why an event is not taken. Nothing has changed then.
+/// Reason for which an event is rejected. A rejected event changes nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "the message says what each field is")]

@@ -59,7 +59,7 @@ pub struct Execution {
     time: f64,
     agents: Vec<AgentState>,
     robots: Vec<RobotState>,
-    /// Who is lost, as they were.
+    /// Lost agents, as they were before.
     lost: Vec<Option<Agent>>,
     satisfied: Vec<Option<Satisfaction>>,
     indices: Vec<Indices>,

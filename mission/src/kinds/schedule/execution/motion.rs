@@ -11,9 +11,9 @@ use super::view::Stage;
 pub(super) struct Leg {
     pub from: [f64; 2],
     pub to: [f64; 2],
-    /// When it begins (s).
+    /// Start (s).
     pub start: f64,
-    /// When it ends (s).
+    /// End (s).
     pub until: f64,
 }
 
@@ -23,7 +23,7 @@ impl Leg {
         Leg { from: place, to: place, start: time, until: time }
     }
 
-    /// Where one is at this time (m).
+    /// Position at this time (m).
     pub fn at(&self, time: f64) -> [f64; 2] {
         let whole = self.until - self.start;
         let share = if whole > 0.0 { ((time - self.start) / whole).clamp(0.0, 1.0) } else { 1.0 };
@@ -33,7 +33,7 @@ impl Leg {
         [0, 1].map(|axis| self.from[axis] + share * (self.to[axis] - self.from[axis]))
     }
 
-    /// How fast one is at this time (m/s).
+    /// Velocity at this time (m/s).
     pub fn velocity(&self, time: f64) -> [f64; 2] {
         let whole = self.until - self.start;
         if whole > 0.0 && (self.start..self.until).contains(&time) {
@@ -67,7 +67,7 @@ pub(super) fn waiting_place(problem: &Problem, agent: usize, robot: usize) -> [f
 }
 
 impl Execution {
-    /// Where a robot is (m) at a time not before the last step.
+    /// Position of a robot (m) at a time not before the last step.
     pub(super) fn position(&self, robot: usize, time: f64) -> [f64; 2] {
         let state = &self.robots[robot];
         match (&self.settings.travel, self.tick) {
@@ -80,7 +80,7 @@ impl Execution {
         }
     }
 
-    /// How fast a robot is (m/s).
+    /// Velocity of a robot (m/s).
     pub(super) fn velocity(&self, robot: usize, time: f64) -> [f64; 2] {
         match self.settings.travel {
             Travel::Planned => self.robots[robot].leg.velocity(time),
@@ -88,7 +88,7 @@ impl Execution {
         }
     }
 
-    /// When a robot can be at a place at its greatest speed (s), from where it is now.
+    /// Earliest arrival of a robot at a place (s), at its greatest speed from its present position.
     pub(super) fn reach(&self, robot: usize, place: [f64; 2]) -> f64 {
         self.time + distance(self.position(robot, self.time), place) / self.problem.robots[robot].speed.high
     }

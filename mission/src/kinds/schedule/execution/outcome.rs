@@ -1,4 +1,4 @@
-//! What an execution comes to, in numbers.
+//! Results of an execution.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use super::Execution;
 use super::indices::Indices;
 use super::record::Happening;
 
-/// What a mission came to, so far.
+/// Results of a mission so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// From the start of the mission to the end of the last service so far (s); 0 before the first.
@@ -15,18 +15,18 @@ pub struct Outcome {
     pub agents: Vec<AgentOutcome>,
     /// By robot.
     pub robots: Vec<RobotOutcome>,
-    /// How often times of the plan moved.
+    /// Number of repairs that moved times.
     pub reschedules: usize,
-    /// How often was planned anew.
+    /// Number of new plans.
     pub reallocations: usize,
 }
 
-/// What became of an agent.
+/// Results of an agent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AgentOutcome {
     /// Its name.
     pub name: String,
-    /// How many of its operations have been served.
+    /// Number of its served operations.
     pub served: usize,
     /// Wait after each operation, to the start of the next, or of the service of the last (s).
     pub waits: Vec<f64>,
@@ -48,12 +48,12 @@ impl AgentOutcome {
     }
 }
 
-/// What became of a robot.
+/// Results of a robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotOutcome {
     /// Its name.
     pub name: String,
-    /// How many operations it has served.
+    /// Number of operations that it has served.
     pub served: usize,
     /// Way that it has gone, in ways that have ended (m).
     pub travelled: f64,
@@ -74,7 +74,7 @@ impl Outcome {
 }
 
 impl Execution {
-    /// What the mission has come to.
+    /// Results of the mission so far.
     pub fn statistics(&self) -> Outcome {
         let home = self.log.records.iter().rev().find(|record| matches!(record.what, Happening::Home { .. }));
         let agents = self.problem.agents.iter().zip(&self.agents).enumerate().map(|(index, (who, state))| {

@@ -1,4 +1,4 @@
-//! How far everything has come, as repairing and planning anew need to know it.
+//! Progress of all services, the input of repairing and planning anew.
 
 use crate::kinds::schedule::problem::{Begun, Problem};
 use crate::kinds::schedule::reschedule::{Earliest, Progress};
@@ -11,7 +11,7 @@ use super::view::Stage;
 const SAME_PLACE: f64 = 1e-9;
 
 impl Execution {
-    /// What has begun, under the parameters of `problem`.
+    /// Begun operations and services under the parameters of `problem`.
     pub(super) fn progress(&self, problem: &Problem) -> Vec<Progress> {
         let mut all = Vec::new();
         for (agent, state) in self.agents.iter().enumerate() {
@@ -46,7 +46,7 @@ impl Execution {
         all
     }
 
-    /// How many instants of a service have passed.
+    /// Number of instants of a service that have passed.
     fn passed(&self, agent: usize, operation: usize) -> usize {
         let robot = self.robots.iter().find(|robot| robot.target == Some((agent, operation)));
         robot.map_or(if operation < self.agents[agent].operation { 6 } else { 0 }, |robot| robot.passed())

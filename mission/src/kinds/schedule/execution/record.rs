@@ -1,4 +1,4 @@
-//! What has happened, one line each.
+//! Log entries of an execution.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use super::event::Event;
 /// An entry of the log.
 pub type Record = execution::Record<Happening>;
 
-/// What can happen. Agents and robots are named by index, operations count from 0.
+/// Content of a log entry. Agents and robots are named by index, operations count from 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "agent, operation and robot are indices; other fields are described")]
@@ -20,7 +20,7 @@ pub enum Happening {
     OperationLate {
         agent: usize,
         operation: usize,
-        /// When it is now expected to end (s).
+        /// New expected end (s).
         expected: f64,
     },
     /// An operation ended.
@@ -42,7 +42,7 @@ pub enum Happening {
         robot: usize,
         agent: usize,
         operation: usize,
-        /// When it is now expected there (s).
+        /// New expected arrival (s).
         expected: f64,
     },
     /// A robot stands, since one that is out of order stands in its way, and it is not known until when.

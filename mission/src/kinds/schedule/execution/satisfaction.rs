@@ -1,4 +1,4 @@
-//! How satisfied people are.
+//! Satisfaction of people.
 
 use crate::kinds::schedule::adapt::Satisfaction;
 

@@ -15,7 +15,7 @@ const MAX_OBSTACLES: usize = 64;
 /// robot fast.
 const PASSAGE: f64 = 1.0;
 
-/// How robots travel.
+/// Motion of robots.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Travel {
@@ -35,7 +35,7 @@ pub struct Obstacle {
     pub radius: f64,
 }
 
-/// How bases avoid each other: artificial potentials, thesis 5.7.1.
+/// Collision avoidance of bases: artificial potentials, thesis 5.7.1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Potentials {
     /// Time between two commands (s), 0.01 to 0.5.
@@ -50,7 +50,7 @@ pub struct Potentials {
     pub gain: f64,
     /// How far ahead of its axle the point lies that a base moves along its path (m). More than 0.
     pub ahead: f64,
-    /// What stands in the way.
+    /// Obstacles.
     pub obstacles: Vec<Obstacle>,
 }
 
@@ -69,20 +69,20 @@ impl Default for Potentials {
     }
 }
 
-/// How a mission is executed.
+/// Settings of an execution.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// How long operations really take.
+    /// Source of the true durations of operations.
     pub durations: Durations,
-    /// How robots travel.
+    /// Motion of robots.
     pub travel: Travel,
     /// Constants of the adaptation to feedback.
     pub adaptation: Adaptation,
     /// The threshold of (5.19) above which is planned anew. Zero or more.
     pub reallocate_above: f64,
-    /// What the plan does when something differs from it.
+    /// Reaction of the plan to differences.
     pub replan: Replan,
-    /// How it is planned.
+    /// Options of the planner.
     pub planning: Options,
     /// Agents (by index) whose operations end only when told.
     pub told: Vec<usize>,
@@ -102,7 +102,7 @@ impl Default for Settings {
     }
 }
 
-/// Why an execution cannot begin.
+/// Reason for which an execution cannot begin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum Refusal {
@@ -136,9 +136,9 @@ pub enum Refusal {
     /// A robot could never get there.
     #[error("the obstacle at ({:.2}, {:.2}) m covers {what}", .obstacle.place[0], .obstacle.place[1])]
     Covered {
-        /// What stands there.
+        /// The obstacle.
         obstacle: Obstacle,
-        /// What is to be reached.
+        /// The place that it covers.
         what: String,
     },
     /// A robot could neither pass between two obstacles nor be led around both.
@@ -163,7 +163,7 @@ fn first(violations: &[Violation]) -> String {
 }
 
 impl Settings {
-    /// Whether they can be used for this problem.
+    /// Checks the settings for this problem.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! What agents and robots do, in the world.
+//! State of the agents and robots in the world.
 
 use crate::kinds::schedule::problem::{Agent, Problem};
 
@@ -13,21 +13,21 @@ pub(super) struct AgentState {
     pub since: f64,
     /// The operation under way, or the next one. Those before have been served.
     pub operation: usize,
-    /// When the operation under way began (s).
+    /// Start of the operation under way (s).
     pub start: f64,
-    /// When it ends or ended (s); infinite: when it is told.
+    /// True end (s); infinite: an event reports it.
     pub ends: f64,
-    /// When it is expected to end (s).
+    /// Expected end (s).
     pub expected: f64,
-    /// How often it was late.
+    /// Number of expected ends that have passed.
     pub late: usize,
     /// Waits after the operations that have been served (s), as far as they are known.
     pub waits: Vec<f64>,
     /// What it has waited in vain (s), because it left or began again; a part of its next wait.
     pub carried: f64,
-    /// How fast the robots came that served its operations (m/s).
+    /// Approach speeds of the robots that served its operations (m/s).
     pub speeds: Vec<f64>,
-    /// Which robot served last.
+    /// Robot of the last service.
     pub last: Option<usize>,
 }
 
@@ -79,7 +79,7 @@ pub(super) struct RobotState {
     pub since: f64,
     /// Agent and operation of the service under way.
     pub target: Option<(usize, usize)>,
-    /// Where it goes, or stands.
+    /// Present leg; a point while it stands.
     pub leg: Leg,
     /// It is where it goes no earlier than this (s), because it is late, or goes another way than that from its depot.
     pub not_before: f64,
@@ -87,11 +87,11 @@ pub(super) struct RobotState {
     pub nearest: Option<(f64, f64)>,
     /// The robot out of order that holds it up.
     pub held_up: Option<usize>,
-    /// Where it is (m) at the last step of the bases.
+    /// Position at the last step of the bases (m).
     pub position: [f64; 2],
     /// Its velocity since then (m/s).
     pub velocity: [f64; 2],
-    /// Where it looks (rad).
+    /// Heading (rad).
     pub heading: f64,
     /// What it has gone of the present way before the present leg (m).
     pub gone: f64,
@@ -136,7 +136,7 @@ impl RobotState {
         (self.nearest, self.held_up) = (None, None);
     }
 
-    /// How many of the six instants of its service have passed.
+    /// Number of the six instants of its service that have passed.
     pub fn passed(&self) -> usize {
         match self.stage {
             Stage::Home | Stage::Recalled | Stage::Lost => 0,

@@ -1,4 +1,4 @@
-//! What happens by itself: agents begin and end operations, robots pass from one stage of a service to the next.
+//! Steps of the simulation: agents begin and end operations, robots pass from one stage of a service to the next.
 
 use crate::execution::{Durations, ReplanPolicy};
 use crate::kinds::schedule::chance;
@@ -35,7 +35,7 @@ impl Execution {
         self.settle();
     }
 
-    /// What follows from everything that has happened at this time.
+    /// Consequences of all steps at this time.
     pub(super) fn settle(&mut self) {
         self.wake_bases();
         let over = |doing| matches!(doing, Doing::Finished | Doing::Lost);

@@ -11,7 +11,7 @@ use super::view::{Doing, Stage};
 
 /// The rate `phi` at which a margin may be used up (1/s).
 const PHI: f64 = 2.0;
-/// How near to its target a base has arrived (m).
+/// Distance to its target below which a base has arrived (m).
 const ARRIVED: f64 = 0.05;
 /// Rings on which a free place is looked for, and places on each.
 const RINGS: usize = 400;

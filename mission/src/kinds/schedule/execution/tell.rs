@@ -252,7 +252,7 @@ impl Execution {
         Ok(())
     }
 
-    /// Whether somebody exists and is, or is not, lost.
+    /// Checks that somebody exists and is, or is not, lost.
     fn is_lost(&self, who: Actor, wanted: bool) -> Result<(), EventError> {
         let (lost, name) = match who {
             Actor::Robot(robot) => {

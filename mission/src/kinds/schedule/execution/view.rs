@@ -1,4 +1,4 @@
-//! What can be seen of an execution: what everybody does now, and what comes next.
+//! The visible state of an execution: present and next activity of each agent and robot.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use crate::plan::Target;
 
 use super::Execution;
 
-/// What an agent does.
+/// Activity of an agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Doing {
@@ -24,7 +24,7 @@ pub enum Doing {
     Lost,
 }
 
-/// What a robot does.
+/// Stage of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
@@ -55,26 +55,26 @@ pub struct Coming {
     pub robot: usize,
     /// The operation that it comes for.
     pub operation: usize,
-    /// When it is expected to leave the waiting place (s).
+    /// Expected departure from the waiting place (s).
     pub approaches: f64,
-    /// When it is expected to serve (s).
+    /// Expected start of the service (s).
     pub serves: f64,
 }
 
 /// An agent now.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AgentView {
-    /// What it does.
+    /// Present activity.
     pub doing: Doing,
     /// Since when (s).
     pub since: f64,
     /// The operation under way, or the next one; none if there is none any more.
     pub operation: Option<usize>,
-    /// When what it does is expected to end (s); none where nothing is planned.
+    /// Expected end of its activity (s); none if nothing is planned.
     pub until: Option<f64>,
     /// The next robot that comes.
     pub coming: Option<Coming>,
-    /// Where it is served (m).
+    /// Place of service (m).
     pub place: [f64; 2],
     /// Waits after its operations so far (s).
     pub waits: Vec<f64>,
@@ -83,24 +83,24 @@ pub struct AgentView {
 /// A robot now.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotView {
-    /// What it does.
+    /// Present activity.
     pub stage: Stage,
     /// Since when (s).
     pub since: f64,
-    /// When that is expected to end (s); none where nothing is planned.
+    /// Expected end (s); none if nothing is planned.
     pub until: Option<f64>,
-    /// What it is for.
+    /// Operation that it serves.
     pub target: Option<Target>,
-    /// Where it is (m).
+    /// Position (m).
     pub position: [f64; 2],
     /// Its velocity (m/s).
     pub velocity: [f64; 2],
-    /// Where it looks (rad); 0 for a robot that is no base.
+    /// Heading (rad); 0 for a robot that is no base.
     pub heading: f64,
 }
 
 impl Execution {
-    /// What this agent does; none if there is no such agent.
+    /// State of this agent; none if there is no such agent.
     pub fn agent(&self, agent: usize) -> Option<AgentView> {
         let (state, who) = (self.agents.get(agent)?, self.problem.agents.get(agent)?);
         let over = matches!(state.doing, Doing::Finished | Doing::Lost);
@@ -129,7 +129,7 @@ impl Execution {
         })
     }
 
-    /// What this robot does; none if there is no such robot.
+    /// State of this robot; none if there is no such robot.
     pub fn robot(&self, robot: usize) -> Option<RobotView> {
         let state = self.robots.get(robot)?;
         let service = state.target.and_then(|(agent, operation)| self.service(agent, operation)).map(|at| at.times);
