@@ -122,14 +122,6 @@ pub fn path_of(value: &Value) -> Option<String> {
     }
 }
 
-/// Items of a list, or the value itself.
-pub fn items_of(value: &Value) -> &[Value] {
-    match &value.kind {
-        ValueKind::List(items) => items,
-        _ => std::slice::from_ref(value),
-    }
-}
-
 /// Block of a value that must be one.
 pub fn block_of<'v>(value: &'v Value, what: &str, diagnostics: &mut Vec<Diagnostic>) -> Option<&'v Block> {
     match &value.kind {

@@ -3,7 +3,6 @@
 use dsl::tree::{Let, Param, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 
-use crate::expand::parts;
 use crate::expr::constants::{Constants, Params, is_word};
 use crate::expr::fitting::replaces;
 use crate::expr::{Kind, PRESENT, Symbol, Typed};
@@ -33,7 +32,7 @@ fn of_the_robot(value: &Value, params: &Params) -> bool {
         ValueKind::Name(name) => params.later.contains(target(name)),
         _ => false,
     };
-    here || parts(value).into_iter().any(|v| of_the_robot(v, params))
+    here || value.parts().into_iter().any(|v| of_the_robot(v, params))
 }
 
 impl Constants<'_> {

@@ -30,7 +30,7 @@ use stdlib_tasks::task::TaskKind;
 
 use crate::expr::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Typed};
-use crate::forms::{block_of, items_of, text_of, unknown_keys};
+use crate::forms::{block_of, text_of, unknown_keys};
 use crate::robot_binding::{BoundRobot, joints};
 
 pub(crate) use condition::Condition;
@@ -203,7 +203,7 @@ impl Binder<'_> {
             let Some(first) = definition.args.get(i) else { break };
             let value = if i + 1 == names.len() && takes_list(name) {
                 let span = first.span.to(definition.args[definition.args.len() - 1].span);
-                let all = definition.args[i..].iter().flat_map(items_of).cloned().collect();
+                let all = definition.args[i..].iter().flat_map(Value::items).cloned().collect();
                 Value { kind: ValueKind::List(all), span }
             } else {
                 first.clone()
@@ -319,8 +319,7 @@ impl Binder<'_> {
             ParamType::Gains(names) => self.gains(owner, value, names, info),
             ParamType::Frame => self.frame(value, info).map(|(n, l)| Bound::Frame(n, l)),
             ParamType::Frames => {
-                let frames: Vec<Option<(String, LinkId)>> =
-                    items_of(value).iter().map(|v| self.frame(v, info)).collect();
+                let frames: Vec<Option<(String, LinkId)>> = value.items().iter().map(|v| self.frame(v, info)).collect();
                 frames.into_iter().collect::<Option<Vec<_>>>().map(Bound::Frames)
             }
             ParamType::Arm => self.arm(value, info).map(Bound::Arm),
@@ -329,8 +328,9 @@ impl Binder<'_> {
             ParamType::Task => self.task_named(owner, value, info).map(Bound::Task),
             ParamType::Field => self.field_named(value, info).map(Bound::Field),
             ParamType::Deviations => self.deviations(owner, value, owner.other).map(Bound::Group),
-            ParamType::Joints => joints(items_of(value), &self.robot.model, &self.robot.joint_groups, self.diagnostics)
-                .map(Bound::Joints),
+            ParamType::Joints => {
+                joints(value.items(), &self.robot.model, &self.robot.joint_groups, self.diagnostics).map(Bound::Joints)
+            }
             ParamType::JointPositions => self.per_joint(owner, value, info, NONE),
             ParamType::JointVelocities => self.per_joint(owner, value, info, RATE),
             ParamType::JointAccelerations => self.per_joint(owner, value, info, PER_SQUARE_SECOND),

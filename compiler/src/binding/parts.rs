@@ -10,7 +10,7 @@ use stdlib_tasks::bound::{Arm, Geometry};
 use stdlib_tasks::params::ParamInfo;
 
 use super::Binder;
-use crate::forms::{items_of, path_of, text_of};
+use crate::forms::{path_of, text_of};
 use crate::robot_binding::{BoundRobot, unknown_geometry, unknown_link};
 
 impl Binder<'_> {
@@ -69,7 +69,7 @@ pub(super) fn geometries(
     // A part that is named twice, or that is in several groups, counts once.
     let (mut said, mut known) = (BTreeSet::new(), BTreeSet::new());
     let mut good = true;
-    for item in items_of(value) {
+    for item in value.items() {
         let Some(path) = path_of(item) else {
             let d =
                 Diagnostic::error("HQ0304", item.span, "the name of a point, segment, group or link is needed here");

@@ -10,7 +10,7 @@ use super::scope::TaskScope;
 use crate::diagnostics::refused::{Refused, refuse};
 use crate::expr::constants::Human;
 use crate::expr::{Graph, Meaning, Typed, symbol};
-use crate::forms::{items_of, path_of, target, written};
+use crate::forms::{path_of, target, written};
 
 /// Nodes of both ends of a person's segment; both are the same for a point.
 pub(super) type Segment = [[usize; 3]; 2];
@@ -33,7 +33,7 @@ impl TaskScope<'_> {
             (false, true) => (a, b),
         };
         let mut all: Vec<Segment> = Vec::new();
-        for item in items_of(people) {
+        for item in people.items() {
             for segment in self.segments(item)? {
                 if !all.contains(&segment) {
                     all.push(segment);
@@ -60,7 +60,7 @@ impl TaskScope<'_> {
 
     /// True if an item of the value is a person or a person's point.
     fn names_people(&mut self, value: &Value) -> bool {
-        items_of(value).iter().any(|item| match &item.kind {
+        value.items().iter().any(|item| match &item.kind {
             ValueKind::Field(inner, _) => {
                 let part = path_of(item).is_some_and(|path| self.robot.groups.contains_key(&path));
                 !part && self.person(inner).is_some()

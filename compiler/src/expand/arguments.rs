@@ -10,7 +10,7 @@ use super::module::missing;
 use super::{Expander, Given};
 use crate::expr::Kind;
 use crate::expr::constants::is_word;
-use crate::forms::{items_of, path_of, text_of};
+use crate::forms::{path_of, text_of};
 use crate::units::assume;
 
 /// Type of a parameter.
@@ -189,7 +189,7 @@ impl Expander<'_> {
         }
         let good = match ty.form {
             Form::Name => text_of(&value).is_some(),
-            Form::Names | Form::Joints => items_of(&value).iter().all(|v| path_of(v).is_some()),
+            Form::Names | Form::Joints => value.items().iter().all(|v| path_of(v).is_some()),
             Form::Arm => text_of(&value).is_some_and(|name| self.is_arm(name)),
             Form::Task => true,
             Form::Quantity(_, dimension) => {

@@ -9,7 +9,7 @@ use dsl::tree::{
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 use names::{list, suggest};
 
-use super::fill::{Frame, parts};
+use super::fill::Frame;
 use super::module::{Target, declared, parameters};
 use super::{Class, Expander, MAX_DEPTH, Named};
 use crate::forms::text_of;
@@ -188,7 +188,7 @@ impl Expander<'_> {
             if let ValueKind::Name(name) = &value.kind {
                 out.extend(self.find(m, Class::Value, name).ok().map(|found| (found, value.span)));
             }
-            open.extend(parts(value));
+            open.extend(value.parts());
         }
         out
     }

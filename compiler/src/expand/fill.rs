@@ -10,7 +10,7 @@ use names::suggest;
 
 use super::{Class, Expander};
 use crate::diagnostics::refused::Refused;
-use crate::forms::{KEY_SEPARATOR, items_of, text_of, written};
+use crate::forms::{KEY_SEPARATOR, text_of, written};
 use crate::units::as_written;
 
 /// Meaning of a parameter, or of the variable of a repetition.
@@ -280,7 +280,7 @@ impl Expander<'_> {
             if !self.count(value.span) {
                 return false;
             }
-            open.extend(parts(value));
+            open.extend(value.parts());
         }
         true
     }
@@ -294,7 +294,7 @@ impl Expander<'_> {
                 self.fail(Diagnostic::error("HQ0218", value.span, text).help("name a part of it with `let`"));
                 return false;
             }
-            open.extend(parts(part).into_iter().map(|p| (p, depth + 1)));
+            open.extend(part.parts().into_iter().map(|p| (p, depth + 1)));
         }
         true
     }
@@ -391,21 +391,5 @@ fn partly(hole: &str, frame: &Frame) -> String {
 
 /// Joins the names of joints to one key; see [`crate::forms::names_of_key`].
 fn joint_key(joints: &Value) -> String {
-    items_of(joints).iter().filter_map(text_of).collect::<Vec<_>>().join(KEY_SEPARATOR)
-}
-
-/// Direct parts of a value.
-pub(crate) fn parts(value: &Value) -> Vec<&Value> {
-    match &value.kind {
-        ValueKind::Unit(of, _)
-        | ValueKind::Field(of, _)
-        | ValueKind::In(of, _)
-        | ValueKind::Named(_, of)
-        | ValueKind::Negate(of)
-        | ValueKind::Not(of) => vec![of],
-        ValueKind::Call(_, all) | ValueKind::List(all) => all.iter().collect(),
-        ValueKind::Binary(_, left, right) => vec![left, right],
-        ValueKind::Block(block) => block.entries.iter().map(|e| &e.value).collect(),
-        ValueKind::Number(_) | ValueKind::Text(_) | ValueKind::Name(_) | ValueKind::Missing => Vec::new(),
-    }
+    joints.items().iter().filter_map(text_of).collect::<Vec<_>>().join(KEY_SEPARATOR)
 }

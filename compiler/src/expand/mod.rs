@@ -37,7 +37,6 @@ use module::Module;
 pub use arguments::parameter_types;
 pub(crate) use arguments::{TYPES, quantity, type_of};
 pub(crate) use files::read_file;
-pub(crate) use fill::parts;
 
 /// Maximum number of nodes of all copies.
 pub(crate) const MAX_NODES: usize = 100_000;

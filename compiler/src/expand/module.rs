@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use dsl::tree::{Entry, Import, Item, ItemKind, MissionMember, MissionRepeat, Parameter, Value, ValueKind};
+use dsl::tree::{Import, Item, ItemKind, MissionMember, MissionRepeat, Parameter, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use names::{list, suggest};
 
@@ -58,7 +58,7 @@ impl Module {
     pub fn workers(&self) -> Vec<&str> {
         fn below<'m>(members: &'m [MissionMember], repeats: &'m [MissionRepeat], out: &mut Vec<&'m str>) {
             for m in members {
-                let runs = m.settings.get("runs").map_or(&[][..], |e| entries(&e.value));
+                let runs = m.settings.get("runs").map_or(&[][..], |e| e.value.entries());
                 out.extend(runs.iter().find(|e| e.key.value == "spec").and_then(|e| text_of(&e.value)));
             }
             repeats.iter().for_each(|r| below(&r.members, &r.repeats, out));
@@ -78,18 +78,10 @@ impl Module {
             ItemKind::Scenario(scenario) => scenario.body.get("humans"),
             _ => None,
         });
-        scenarios.flat_map(|e| entries(&e.value)).filter_map(|e| {
-            let file = entries(&e.value).iter().find(|e| e.key.value == "file")?;
+        scenarios.flat_map(|e| e.value.entries()).filter_map(|e| {
+            let file = e.value.entries().iter().find(|e| e.key.value == "file")?;
             text_of(&file.value)
         })
-    }
-}
-
-/// Entries of a block.
-fn entries(value: &Value) -> &[Entry] {
-    match &value.kind {
-        ValueKind::Block(block) => &block.entries,
-        _ => &[],
     }
 }
 

@@ -7,7 +7,7 @@ use dsl::{Diagnostic, SourceId, Span, Spanned};
 use names::suggest;
 
 use super::arguments::{Arguments, Taker};
-use super::fill::{Bindings, Bound, Frame, parts};
+use super::fill::{Bindings, Bound, Frame};
 use super::{Class, Expander, MAX_DEPTH};
 use crate::forms::text_of;
 use crate::units::as_written;
@@ -236,7 +236,7 @@ fn digest(bound: &Bindings) -> String {
                 ValueKind::Name(word) | ValueKind::Text(word) => text.push_str(word),
                 _ => {}
             }
-            open.extend(parts(value));
+            open.extend(value.parts());
             text.push(' ');
         }
     }

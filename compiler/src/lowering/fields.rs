@@ -14,7 +14,7 @@ use super::Lowerer;
 use crate::expand::{Expanded, Named};
 use crate::expr::constants::{Constants, is_word};
 use crate::expr::{Axes, Frame, Kind, Meaning, Symbol, Typed, field_symbol, frames, symbol};
-use crate::forms::{check_keys, items_of, path_of, target, text_of};
+use crate::forms::{check_keys, path_of, target, text_of};
 use crate::robot_binding::{BoundRobot, unknown_geometry};
 use crate::sections::SAFETY_FIELD;
 use crate::units::shown;
@@ -102,7 +102,7 @@ impl Lowerer<'_> {
             ValueKind::List(items) => items.first().is_some_and(|item| self.is_number(item)),
             _ => true,
         };
-        let items = if alone { std::slice::from_ref(value) } else { items_of(value) };
+        let items = if alone { std::slice::from_ref(value) } else { value.items() };
         let found: Vec<Option<Vec<Point>>> = items.iter().map(|item| self.points_of(item)).collect();
         let mut points = Vec::new();
         for (item, more) in items.iter().zip(found.into_iter().collect::<Option<Vec<_>>>()?) {
@@ -176,7 +176,7 @@ impl Lowerer<'_> {
     fn links_of(&mut self, value: &Value, robot: &BoundRobot) -> Option<Vec<LinkId>> {
         let mut links: Vec<LinkId> = Vec::new();
         let mut good = true;
-        for item in items_of(value) {
+        for item in value.items() {
             let Some(path) = path_of(item) else {
                 if !matches!(item.kind, ValueKind::Missing) {
                     let d = Diagnostic::error("HQ0304", item.span, "the name of a link, arm, point or group is needed");

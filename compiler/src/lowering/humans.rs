@@ -12,7 +12,7 @@ use super::Lowerer;
 use super::declared::twice;
 use crate::expr::constants::{self, Constants, is_word};
 use crate::expr::{Axes, Frame, Kind, Typed, symbol};
-use crate::forms::{check_keys, items_of, text_of};
+use crate::forms::{check_keys, text_of};
 use crate::sections::HUMAN;
 use crate::units;
 
@@ -105,7 +105,7 @@ impl Lowerer<'_> {
         };
         let mut all: Vec<Spanned<String>> = Vec::new();
         let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
-        for item in items_of(&entry.value) {
+        for item in entry.value.items() {
             let Some(name) = text_of(item).filter(|n| is_plain(n)) else {
                 if !matches!(item.kind, ValueKind::Missing) {
                     let d = Diagnostic::error("HQ0304", item.span, "a point is a name: letters, digits and `_`");
@@ -140,7 +140,7 @@ impl Lowerer<'_> {
         let mut all = Vec::new();
         // A list of pairs; a single pair needs no outer list.
         let alone = matches!(&entry.value.kind, ValueKind::List(items) if items.iter().all(|i| text_of(i).is_some()));
-        let pairs: &[Value] = if alone { std::slice::from_ref(&entry.value) } else { items_of(&entry.value) };
+        let pairs: &[Value] = if alone { std::slice::from_ref(&entry.value) } else { entry.value.items() };
         for pair in pairs {
             let ValueKind::List(ends) = &pair.kind else {
                 self.bad_link(pair.span);

@@ -111,20 +111,8 @@ pub(super) fn names(d: &TaskDefinition) -> BTreeSet<String> {
 
 /// Visits all names in a value.
 fn mentions(value: &Value, visit: &mut dyn FnMut(&str)) {
-    match &value.kind {
-        ValueKind::Name(name) => visit(name),
-        ValueKind::Call(_, items) | ValueKind::List(items) => items.iter().for_each(|v| mentions(v, visit)),
-        ValueKind::Field(inner, _)
-        | ValueKind::Unit(inner, _)
-        | ValueKind::In(inner, _)
-        | ValueKind::Named(_, inner)
-        | ValueKind::Negate(inner)
-        | ValueKind::Not(inner) => mentions(inner, visit),
-        ValueKind::Binary(_, a, b) => {
-            mentions(a, visit);
-            mentions(b, visit);
-        }
-        ValueKind::Block(block) => block.entries.iter().for_each(|e| mentions(&e.value, visit)),
-        ValueKind::Missing | ValueKind::Number(_) | ValueKind::Text(_) => {}
+    if let ValueKind::Name(name) = &value.kind {
+        visit(name);
     }
+    value.parts().into_iter().for_each(|part| mentions(part, visit));
 }

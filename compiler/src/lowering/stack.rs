@@ -14,7 +14,7 @@ use super::declared::twice;
 use super::in_place::in_place;
 use crate::binding::{Binder, BoundTask};
 use crate::expr::constants::Constants;
-use crate::forms::{check_keys, items_of, text_of, unknown_key};
+use crate::forms::{check_keys, text_of, unknown_key};
 use crate::robot_binding::{BoundRobot, joints};
 use crate::sections::{LEVEL, STACK};
 
@@ -85,7 +85,7 @@ impl Lowerer<'_> {
             .settings
             .get("lock")
             .zip(robot)
-            .and_then(|(e, robot)| joints(items_of(&e.value), &robot.model, &robot.joint_groups, self.diagnostics));
+            .and_then(|(e, robot)| joints(e.value.items(), &robot.model, &robot.joint_groups, self.diagnostics));
         if s.levels.is_empty() && s.settings.entries.iter().all(known) {
             self.push(
                 Diagnostic::error("HQ0601", s.name.span, format!("stack `{}` has no level", s.name.value))

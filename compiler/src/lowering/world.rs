@@ -14,7 +14,7 @@ use super::Lowerer;
 use crate::expand::quantity;
 use crate::expr::Kind;
 use crate::expr::constants::Constants;
-use crate::forms::{block_of, check_keys, items_of, text_of};
+use crate::forms::{block_of, check_keys, text_of};
 use crate::robot_binding::{BoundRobot, joints, unknown_link};
 use crate::sections::{LATE, LOST, OUTCOME, PUSH, SIGNAL_SCRIPT, Section, WAYPOINT};
 
@@ -43,7 +43,7 @@ impl Lowerer<'_> {
     /// Blocks of a key: one, or a list of them.
     pub(super) fn blocks<'v>(&mut self, value: &'v Value, what: &str, section: &Section) -> Vec<&'v Block> {
         let mut all = Vec::new();
-        for item in items_of(value) {
+        for item in value.items() {
             if let Some(block) = block_of(item, what, self.diagnostics) {
                 check_keys(block, section, self.diagnostics);
                 all.push(block);

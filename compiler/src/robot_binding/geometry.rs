@@ -11,7 +11,7 @@ use stdlib_tasks::dimension::LENGTH;
 
 use super::Binder;
 use super::lookup::unknown_geometry;
-use crate::forms::{block_of, check_keys, items_of, path_of};
+use crate::forms::{block_of, check_keys, path_of};
 use crate::sections::{ARM, POINT, SEGMENT};
 
 /// Maximum number of points and segments of a robot.
@@ -177,7 +177,7 @@ impl Binder<'_, '_> {
                     .push(Diagnostic::error("HQ0202", e.key.span, text).help("choose another name for the group"));
                 continue;
             }
-            if let Some(later) = items_of(&e.value).iter().find(|item| {
+            if let Some(later) = e.value.items().iter().find(|item| {
                 path_of(item)
                     .is_some_and(|p| last.get(p.as_str()).is_some_and(|&l| l >= i) && !self.failed.contains(&p))
             }) {
@@ -219,7 +219,7 @@ impl Binder<'_, '_> {
         // A part that is named twice, or that is in several groups, counts once.
         let (mut names, mut known) = (Vec::new(), BTreeSet::new());
         let mut good = true;
-        for item in items_of(value) {
+        for item in value.items() {
             let Some(path) = path_of(item) else {
                 let d = Diagnostic::error(
                     "HQ0304",

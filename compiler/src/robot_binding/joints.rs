@@ -10,7 +10,7 @@ use stdlib_tasks::dimension::RATE;
 use super::lookup::{is_pattern, joints};
 use super::{Binder, JointGroups};
 use crate::expr::constants::joint_dimension;
-use crate::forms::{block_of, check_keys, items_of};
+use crate::forms::{block_of, check_keys};
 use crate::sections::LIMIT;
 use crate::units;
 
@@ -32,7 +32,7 @@ pub(super) fn joint_groups(block: Option<&Block>, model: &Model, diagnostics: &m
             diagnostics.push(Diagnostic::error("HQ0202", e.key.span, text).help("choose another name for the group"));
             continue;
         }
-        match joints(items_of(&e.value), model, &groups, diagnostics) {
+        match joints(e.value.items(), model, &groups, diagnostics) {
             Some(dofs) => {
                 groups.members.insert(name.to_string(), dofs);
             }

@@ -11,7 +11,7 @@ use super::home::Home;
 use super::lookup::joints;
 use super::{Files, JointGroups};
 use crate::expr::constants::{Constants, joint_dimension};
-use crate::forms::{items_of, text_of};
+use crate::forms::text_of;
 use crate::paths::instead_of;
 use crate::units;
 
@@ -26,7 +26,9 @@ pub(super) fn locks(body: &Block, diagnostics: &mut Vec<Diagnostic>) -> Locks {
     let Some(entry) = body.get("lock") else { return Vec::new() };
     match &entry.value.kind {
         ValueKind::Block(block) => block.entries.iter().map(|e| (e.key.clone(), Some(e.value.clone()))).collect(),
-        _ => items_of(&entry.value)
+        _ => entry
+            .value
+            .items()
             .iter()
             .filter_map(|v| {
                 let name = text_of(v);

@@ -61,6 +61,53 @@ impl PartialEq for Value {
     }
 }
 
+impl Value {
+    /// Returns the name or text of a value that is one.
+    pub fn word(&self) -> Option<&str> {
+        match &self.kind {
+            ValueKind::Name(word) | ValueKind::Text(word) => Some(word),
+            _ => None,
+        }
+    }
+
+    /// Returns the items of a list, or the value itself.
+    pub fn items(&self) -> &[Value] {
+        match &self.kind {
+            ValueKind::List(items) => items,
+            _ => std::slice::from_ref(self),
+        }
+    }
+
+    /// Returns the block of a value that is one.
+    pub fn block(&self) -> Option<&Block> {
+        match &self.kind {
+            ValueKind::Block(block) => Some(block),
+            _ => None,
+        }
+    }
+
+    /// Returns the entries of a block, none for other values.
+    pub fn entries(&self) -> &[Entry] {
+        self.block().map_or(&[], |block| &block.entries)
+    }
+
+    /// Returns the direct parts of a value.
+    pub fn parts(&self) -> Vec<&Value> {
+        match &self.kind {
+            ValueKind::Unit(of, _)
+            | ValueKind::Field(of, _)
+            | ValueKind::In(of, _)
+            | ValueKind::Named(_, of)
+            | ValueKind::Negate(of)
+            | ValueKind::Not(of) => vec![of],
+            ValueKind::Call(_, all) | ValueKind::List(all) => all.iter().collect(),
+            ValueKind::Binary(_, left, right) => vec![left, right],
+            ValueKind::Block(block) => block.entries.iter().map(|e| &e.value).collect(),
+            ValueKind::Number(_) | ValueKind::Text(_) | ValueKind::Name(_) | ValueKind::Missing => Vec::new(),
+        }
+    }
+}
+
 /// The kinds of value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ValueKind {

@@ -13,7 +13,7 @@ use stdlib_tasks::params::Quantity;
 use super::super::Lowerer;
 use super::executed::{Executed, Owner};
 use super::reading::Keys;
-use crate::forms::{block_of, check_keys, items_of, text_of};
+use crate::forms::{block_of, check_keys, text_of};
 use crate::sections::{APPROACHES, DISTANCES, HAPPENING, Holds, REPLY, WAITS};
 
 /// True for the name of an event of some kind.
@@ -31,7 +31,7 @@ impl Lowerer<'_> {
     pub(super) fn happenings(&mut self, keys: Keys, of: Executed, duration: f64) -> Vec<Happens> {
         let Some(e) = keys.entry("happens") else { return Vec::new() };
         let mut all: Vec<Happens> = Vec::new();
-        let items = items_of(&e.value);
+        let items = e.value.items();
         if items.len() > MAX_HAPPENINGS {
             let text = format!("{} events are more than a scenario may have", items.len());
             let d = Diagnostic::error("HQ0924", e.key.span, text);
@@ -258,7 +258,7 @@ impl Lowerer<'_> {
                 continue;
             }
             let mut services = Vec::new();
-            for item in items_of(&e.value) {
+            for item in e.value.items() {
                 let Some(block) = block_of(item, "what is said of a service", self.diagnostics) else { continue };
                 check_keys(block, &REPLY, self.diagnostics);
                 let keys = Keys { block, section: &REPLY, at: item.span };

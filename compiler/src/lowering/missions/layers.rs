@@ -14,7 +14,7 @@ use super::places::OfLayers as Places;
 use super::reading::Keys;
 use super::spots::Spots;
 use crate::expr::constants::with_units;
-use crate::forms::{check_keys, items_of, text_of};
+use crate::forms::{check_keys, text_of};
 use crate::sections::{LAYER, LAYERS, LAYERS_TASK, LAYERS_WEIGHTS};
 
 impl Lowerer<'_> {
@@ -39,7 +39,7 @@ impl Lowerer<'_> {
         let (spots, agents, objects) = self.layers_team(m, &mut places);
         let (layers, tasks) = self.layers_tasks(m, (&agents, &objects, &spots), &mut places);
         let instruction = keys.entry("instruction").and_then(|e| self.sentence(&e.value, "instruction"));
-        let directives = keys.entry("directives").map_or(&[][..], |e| items_of(&e.value));
+        let directives = keys.entry("directives").map_or(&[][..], |e| e.value.items());
         let directives = directives.iter().filter_map(|item| self.sentence(item, "directives")).collect();
         let labels = self.labels(m, &tasks);
         self.mistaken_labels(m, agents.iter().map(|a| &a.name), &labels);
@@ -226,7 +226,7 @@ impl Lowerer<'_> {
     fn path_of_task(&mut self, keys: Keys, spots: &Spots) -> Option<Vec<[f64; 3]>> {
         let mut path = Vec::new();
         if let Some(e) = keys.entry("via") {
-            let items = with_units(&e.value).unwrap_or_else(|| items_of(&e.value).to_vec());
+            let items = with_units(&e.value).unwrap_or_else(|| e.value.items().to_vec());
             for item in &items {
                 path.push(self.position(item, spots)?);
             }
@@ -241,7 +241,7 @@ impl Lowerer<'_> {
     pub(super) fn words(&mut self, keys: Keys, name: &str) -> Option<BTreeSet<String>> {
         let Some(e) = keys.entry(name) else { return Some(BTreeSet::new()) };
         let mut all = BTreeSet::new();
-        for item in items_of(&e.value) {
+        for item in e.value.items() {
             let Some(word) = text_of(item) else {
                 let d = Diagnostic::error("HQ0304", item.span, format!("`{name}` are words"));
                 self.push(d.help(format!("write for instance `{name} [cube, red]`")));

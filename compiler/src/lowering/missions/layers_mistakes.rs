@@ -9,7 +9,7 @@ use names::suggest;
 
 use super::super::Lowerer;
 use super::places::OfLayers as Places;
-use crate::forms::{items_of, text_of};
+use crate::forms::text_of;
 
 /// So many other tasks of a mistake are underlined.
 const MOST_LABELS: usize = 4;
@@ -57,7 +57,7 @@ fn feature(m: &Mission, task: Item, word: &str) -> Option<Span> {
     let Item::Task(number) = task else { return None };
     let layers = m.members.iter().filter(|k| k.role.value == "layer");
     let task = layers.flat_map(|layer| &layer.members).filter(|t| t.role.value == "task").nth(number)?;
-    let words = items_of(&task.settings.get("features")?.value);
+    let words = task.settings.get("features")?.value.items();
     words.iter().find(|item| text_of(item) == Some(word)).map(|item| item.span)
 }
 

@@ -10,7 +10,7 @@ use names::suggest;
 
 use super::super::Lowerer;
 use super::places::OfLayers as Places;
-use crate::forms::{items_of, text_of};
+use crate::forms::text_of;
 
 impl Lowerer<'_> {
     /// Tells of a cost that is always zero, and of what agents are kept from although nothing is of that kind.
@@ -29,7 +29,7 @@ impl Lowerer<'_> {
         let known: BTreeSet<&str> =
             of_objects.chain(problem.tasks.iter().flat_map(|task| &task.features)).map(String::as_str).collect();
         for member in m.members.iter().filter(|k| matches!(k.role.value.as_str(), "robot" | "human")) {
-            let words = member.settings.get("cannot").map_or(&[][..], |e| items_of(&e.value));
+            let words = member.settings.get("cannot").map_or(&[][..], |e| e.value.items());
             for (item, word) in words.iter().filter_map(|item| Some((item, text_of(item)?))) {
                 if known.contains(word) {
                     continue;
