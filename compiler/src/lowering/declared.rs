@@ -22,6 +22,8 @@ pub(super) struct Declared<'t> {
     pub whole: bool,
     /// Stacks with parameters.
     pub patterns: &'t BTreeMap<String, Span>,
+    /// Tasks that could not be expanded.
+    pub failed: &'t BTreeSet<String>,
 }
 
 impl Lowerer<'_> {
@@ -46,7 +48,6 @@ impl Lowerer<'_> {
             let d = d.label(expanded.machines[0].name.span, "the first one");
             self.push(d.help("make its states those of a state of the first one"));
         }
-        self.failed = expanded.failed.clone();
         Declared {
             params: params.collect(),
             robots: expanded.robots.iter().take(1).collect(),
@@ -56,6 +57,7 @@ impl Lowerer<'_> {
             runs: expanded.runs.iter().take(1).map(|(run, at)| (run, *at)).collect(),
             whole: expanded.whole,
             patterns: &expanded.patterns,
+            failed: &expanded.failed,
         }
     }
 
@@ -137,7 +139,7 @@ impl Lowerer<'_> {
             .collect();
         for t in &declared.tasks {
             let name = &t.name;
-            let used = members.contains(&name.value.as_str()) || self.meant.contains(&name.value);
+            let used = members.contains(&name.value.as_str()) || self.used_tasks.contains(&name.value);
             if let Some((at, imported)) =
                 place(Class::Task, name).filter(|_| !used && !declared.stacks.is_empty() && declared.whole)
             {

@@ -104,7 +104,7 @@ impl Source for OfRobot<'_> {
     }
 
     fn predicate(&mut self, lowerer: &mut Lowerer, value: &Value) -> Option<usize> {
-        let Lowerer { graph, table, params, diagnostics, meant, .. } = lowerer;
+        let Lowerer { graph, table, params, diagnostics, used_tasks, .. } = lowerer;
         let width = self.program.interface.width();
         let fault = measure(graph, width, self.measures, Measure::Fault(None));
         let (forms, axes, mut named) = (Default::default(), Default::default(), BTreeSet::new());
@@ -121,7 +121,7 @@ impl Source for OfRobot<'_> {
         };
         let found = number(value, graph, &mut scope, diagnostics);
         // Measured tasks count as used.
-        meant.extend(named.iter().map(|&t| self.program.tasks[t].name.clone()));
+        used_tasks.extend(named.iter().map(|&t| self.program.tasks[t].name.clone()));
         self.tasks.extend(named.into_iter().map(|t| (t, value.span)));
         let found = mixed(graph, found?, &self.mixed);
         let before = self.scenario.measures.len();

@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{Action, Machine, Moment, StateBody};
+use dsl::tree::{Action, Machine, Moment, StateBody, TaskDefinition};
 use dsl::{Diagnostic, Span, Spanned};
 use names::{list, suggest};
-use runtime::program::{ActionProgram, MachineProgram, StateProgram};
+use runtime::program::{ActionProgram, MachineProgram, MeasuredProgram, StateProgram};
 
 use super::Lowerer;
 use super::actions::{Verb, verb};
+use super::declared::Declared;
+use super::variables::Variables;
 use crate::binding::BoundTask;
 use crate::forms::{check_keys, text_of};
 use crate::robot_binding::BoundRobot;
@@ -39,7 +41,7 @@ fn flatten<'m>(body: &'m StateBody, parent: usize, out: &mut Vec<Flat<'m>>) {
     }
 }
 
-/// Context of a machine.
+/// Everything in a spec that a machine refers to.
 pub(super) struct Surroundings<'s> {
     /// Names of the stacks, in the order of the program.
     pub stacks: Vec<&'s str>,
@@ -53,53 +55,100 @@ pub(super) struct Surroundings<'s> {
     pub robot: &'s BoundRobot,
 }
 
+impl<'s> Surroundings<'s> {
+    /// The declarations of a spec, with its tasks in the order of the program.
+    pub fn new(
+        declared: &Declared<'s>,
+        definitions: &'s [(String, TaskDefinition)],
+        bound: &'s [Option<BoundTask>],
+        robot: &'s BoundRobot,
+    ) -> Self {
+        let levels = declared.stacks.iter().flat_map(|s| &s.levels);
+        let levels = levels.map(|l| (l.name.value.as_str(), l.hard.is_some())).collect();
+        Surroundings {
+            stacks: declared.stacks.iter().map(|s| s.name.value.as_str()).collect(),
+            tasks: definitions.iter().map(|d| d.0.as_str()).collect(),
+            levels: declared.whole.then_some(levels),
+            bound,
+            robot,
+        }
+    }
+}
+
+/// Lowering of one machine.
+pub(super) struct MachineLowering<'m, 'l> {
+    /// Expressions, signals and diagnostics of the spec.
+    pub lowerer: &'m mut Lowerer<'l>,
+    /// The stacks, tasks and levels that the machine refers to.
+    pub around: Surroundings<'m>,
+    /// Variables that its actions set.
+    pub variables: &'m mut Variables,
+    /// Its states; the machine itself is the first one.
+    pub flat: Vec<Flat<'m>>,
+    /// Measured values of its conditions so far.
+    pub measured: Vec<MeasuredProgram>,
+}
+
 impl Lowerer<'_> {
     /// Lowers a machine. Returns `None` if a part of it is wrong, with diagnostics.
-    pub(super) fn machine(&mut self, m: &Machine, around: &Surroundings) -> Option<(MachineProgram, MachinePlaces)> {
-        let before = self.errors();
+    pub(super) fn machine(
+        &mut self,
+        m: &Machine,
+        around: Surroundings,
+        variables: &mut Variables,
+    ) -> Option<(MachineProgram, MachinePlaces)> {
         let root = Flat { name: m.name.value.clone(), at: m.name.span, parent: None, is_final: false, body: &m.body };
         let mut flat = vec![root];
         flatten(&m.body, 0, &mut flat);
-        self.twice(&flat);
+        MachineLowering { lowerer: self, around, variables, flat, measured: Vec::new() }.lower()
+    }
+
+    pub(super) fn errors(&self) -> usize {
+        self.diagnostics.iter().filter(|d| d.severity == dsl::Severity::Error).count()
+    }
+}
+
+impl MachineLowering<'_, '_> {
+    fn lower(mut self) -> Option<(MachineProgram, MachinePlaces)> {
+        let before = self.lowerer.errors();
+        self.twice();
         let mut places = MachinePlaces::default();
-        let mut program = MachineProgram { states: Vec::new(), actions: Vec::new(), measured: Vec::new() };
+        let (mut states, mut all) = (Vec::new(), Vec::new());
         // Actions come first, because transitions may refer to the events that they raise.
         let actions: Vec<[Vec<usize>; 3]> =
-            flat.iter().map(|f| self.actions(f.body, &mut program.actions, around)).collect();
-        for (i, (f, [enter, activities, exit])) in flat.iter().zip(actions).enumerate() {
-            check_keys(&f.body.settings, if i == 0 { &MACHINE } else { &STATE }, self.diagnostics);
-            let stack = f.body.stack.as_ref().and_then(|c| around.stacks.iter().position(|s| *s == c.name.value));
-            let (transitions, where_) = self.transitions(i, &flat, around, &mut program.measured);
-            places.states.push(f.at);
-            places.stacks.push(f.body.stack.as_ref().map(|c| c.name.span));
+            (0..self.flat.len()).map(|i| self.actions(self.flat[i].body, &mut all)).collect();
+        for (i, [enter, activities, exit]) in actions.into_iter().enumerate() {
+            let (body, at) = (self.flat[i].body, self.flat[i].at);
+            check_keys(&body.settings, if i == 0 { &MACHINE } else { &STATE }, self.lowerer.diagnostics);
+            let stack = body.stack.as_ref().and_then(|c| self.around.stacks.iter().position(|s| *s == c.name.value));
+            let (transitions, where_) = self.transitions(i);
+            places.states.push(at);
+            places.stacks.push(body.stack.as_ref().map(|c| c.name.span));
             places.transitions.push(where_);
-            program.states.push(StateProgram {
-                name: f.name.clone(),
-                parent: f.parent,
-                initial: self.initial(i, &flat),
+            states.push(StateProgram {
+                name: self.flat[i].name.clone(),
+                parent: self.flat[i].parent,
+                initial: self.initial(i),
                 stack,
-                is_final: f.is_final,
+                is_final: self.flat[i].is_final,
                 enter,
                 activities,
                 exit,
                 transitions,
             });
         }
-        (self.errors() == before).then_some((program, places))
+        let program = MachineProgram { states, actions: all, measured: self.measured };
+        (self.lowerer.errors() == before).then_some((program, places))
     }
 
-    pub(super) fn errors(&self) -> usize {
-        self.diagnostics.iter().filter(|d| d.severity == dsl::Severity::Error).count()
-    }
-
-    fn twice(&mut self, flat: &[Flat]) {
+    fn twice(&mut self) {
         let mut seen: BTreeMap<(usize, &str), Span> = BTreeMap::new();
-        for f in flat {
+        for f in &self.flat {
             // The machine itself has no enclosing state.
             let Some(parent) = f.parent else { continue };
             match seen.get(&(parent, f.name.as_str())) {
                 Some(first) => {
-                    self.diagnostics.push(super::declared::twice(&Spanned::new(f.name.clone(), f.at), *first));
+                    self.lowerer.diagnostics.push(super::declared::twice(&Spanned::new(f.name.clone(), f.at), *first));
                 }
                 None => {
                     seen.insert((parent, &f.name), f.at);
@@ -109,15 +158,15 @@ impl Lowerer<'_> {
     }
 
     /// Initial inner state of a state or machine.
-    fn initial(&mut self, i: usize, flat: &[Flat]) -> Option<usize> {
-        let own: Vec<usize> = (0..flat.len()).filter(|&k| flat[k].parent == Some(i)).collect();
-        let entry = flat[i].body.settings.get("initial");
-        let short = |k: usize| flat[k].name.rsplit('.').next().unwrap_or(&flat[k].name);
+    fn initial(&mut self, i: usize) -> Option<usize> {
+        let own: Vec<usize> = (0..self.flat.len()).filter(|&k| self.flat[k].parent == Some(i)).collect();
+        let entry = self.flat[i].body.settings.get("initial");
+        let short = |k: usize| self.flat[k].name.rsplit('.').next().unwrap_or(&self.flat[k].name);
         let first = own.first().map(|&k| short(k).to_string());
         match (entry, first) {
             (None, None) if i == 0 => {
-                let d = Diagnostic::error("HQ0701", flat[0].at, "this machine has no states");
-                self.push(d.help("write `initial NAME  state NAME { stack NAME  .. }`"));
+                let d = Diagnostic::error("HQ0701", self.flat[0].at, "this machine has no states");
+                self.lowerer.push(d.help("write `initial NAME  state NAME { stack NAME  .. }`"));
                 None
             }
             (None, None) => None,
@@ -127,12 +176,13 @@ impl Lowerer<'_> {
                     0 => format!("{what} does not say in which state it begins"),
                     _ => format!("{what} does not say which of them is entered"),
                 };
-                self.push(Diagnostic::error("HQ0701", flat[i].at, text).help(format!("write `initial {first}`")));
+                self.lowerer
+                    .push(Diagnostic::error("HQ0701", self.flat[i].at, text).help(format!("write `initial {first}`")));
                 None
             }
             (Some(e), None) => {
                 let d = Diagnostic::error("HQ0701", e.key.span, "there is no state in here to begin with");
-                self.push(d.help("leave it out, or write a state"));
+                self.lowerer.push(d.help("leave it out, or write a state"));
                 None
             }
             (Some(e), Some(_)) => {
@@ -140,35 +190,27 @@ impl Lowerer<'_> {
                 let found = own.iter().copied().find(|&k| short(k) == name);
                 if found.is_none() {
                     let names: Vec<&str> = own.iter().map(|&k| short(k)).collect();
-                    self.unknown_state(name, e.value.span, &names);
+                    let d = unknown_state(name, e.value.span, &names);
+                    self.lowerer.push(d);
                 }
                 found
             }
         }
     }
 
-    /// Reports an unknown state.
-    pub(super) fn unknown_state(&mut self, name: &str, at: Span, names: &[&str]) {
-        let d = Diagnostic::error("HQ0201", at, format!("there is no state `{name}` here"));
-        self.push(match suggest(name, names.iter().copied()) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
-            None => d.help(format!("states are {}", list(names.iter().copied(), 12))),
-        });
-    }
-
     /// Lowers the actions of a state: on entry, during the state, and on exit.
-    fn actions(&mut self, body: &StateBody, out: &mut Vec<ActionProgram>, around: &Surroundings) -> [Vec<usize>; 3] {
+    fn actions(&mut self, body: &StateBody, out: &mut Vec<ActionProgram>) -> [Vec<usize>; 3] {
         Moment::ALL.map(|moment| {
             let own: Vec<&Action> = body.actions_at(moment).collect();
-            own.into_iter().filter_map(|a| self.action(a, out, around)).collect()
+            own.into_iter().filter_map(|a| self.action(a, out)).collect()
         })
     }
 
-    fn action(&mut self, a: &Action, out: &mut Vec<ActionProgram>, around: &Surroundings) -> Option<usize> {
+    fn action(&mut self, a: &Action, out: &mut Vec<ActionProgram>) -> Option<usize> {
         let known: &Verb = match verb(a) {
             Ok(known) => known,
             Err(d) => {
-                self.diagnostics.extend(d.map(|d| *d));
+                self.lowerer.diagnostics.extend(d.map(|d| *d));
                 return None;
             }
         };
@@ -176,11 +218,11 @@ impl Lowerer<'_> {
         for value in &a.args {
             match text_of(value) {
                 Some(text) => texts.push(text.to_string()),
-                None => texts.push(self.sources.snippet(value.span).to_string()),
+                None => texts.push(self.lowerer.sources.snippet(value.span).to_string()),
             }
         }
         let own = match known.own {
-            true => Some(self.own(a, around)?),
+            true => Some(self.own(a)?),
             false => None,
         };
         let event = known.raises.then(|| texts.first().map(|name| self.event_index(name))).flatten();
@@ -191,9 +233,18 @@ impl Lowerer<'_> {
 
     /// Index of an event; a new event is added.
     fn event_index(&mut self, name: &str) -> usize {
-        self.interface.event(name).unwrap_or_else(|| {
-            self.interface.events.push(name.to_string());
-            self.interface.events.len() - 1
+        self.lowerer.interface.event(name).unwrap_or_else(|| {
+            self.lowerer.interface.events.push(name.to_string());
+            self.lowerer.interface.events.len() - 1
         })
+    }
+}
+
+/// Diagnostic for an unknown state.
+pub(super) fn unknown_state(name: &str, at: Span, names: &[&str]) -> Diagnostic {
+    let d = Diagnostic::error("HQ0201", at, format!("there is no state `{name}` here"));
+    match suggest(name, names.iter().copied()) {
+        Some(near) => d.help(format!("did you mean `{near}`?")),
+        None => d.help(format!("states are {}", list(names.iter().copied(), 12))),
     }
 }

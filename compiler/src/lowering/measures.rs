@@ -2,22 +2,22 @@
 
 use stdlib_tasks::task::{Context, Measure};
 
-use super::Lowerer;
-use super::machine::Surroundings;
+use super::machine::MachineLowering;
 use crate::binding::BoundTask;
 
-impl Lowerer<'_> {
+impl MachineLowering<'_, '_> {
     /// Returns the errors that a task measures, by building it; `None` if that fails, which is reported elsewhere.
-    pub(super) fn measures(&mut self, bound: &BoundTask, around: &Surroundings) -> Option<Vec<Measure>> {
+    pub(super) fn measures(&self, bound: &BoundTask) -> Option<Vec<Measure>> {
         let values = self.values_so_far();
-        let model = &around.robot.model;
+        let model = &self.around.robot.model;
         let speed = vec![f64::INFINITY; model.nv()];
-        let context = Context { model, values: &values, period: around.robot.period, speed: &speed, coasting: &speed };
+        let context =
+            Context { model, values: &values, period: self.around.robot.period, speed: &speed, coasting: &speed };
         (bound.kind.build)(&bound.params, &context).ok().map(|task| task.measures())
     }
 
     /// Table of values with its constants; zero for all others.
     fn values_so_far(&self) -> Vec<f64> {
-        self.table.nodes.iter().map(|&n| self.graph.constant(n).unwrap_or(0.0)).collect()
+        self.lowerer.table.nodes.iter().map(|&n| self.lowerer.graph.constant(n).unwrap_or(0.0)).collect()
     }
 }

@@ -54,10 +54,12 @@ use declared::Declared;
 use in_place::definitions;
 use machine::Surroundings;
 pub(crate) use missions::scenario::runs_mission;
+use params::NamedValues;
 pub use params::ParamValue;
 pub(crate) use params::params;
-use run::{RunSettings, run_settings};
+use run::run_settings;
 pub use signals::signal_types;
+use stack::Stacks;
 
 /// A spec, lowered.
 pub(crate) struct Lowered {
@@ -102,12 +104,14 @@ pub(crate) fn lower(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Lowered {
     let mut lowerer = Lowerer::new(context, sources, diagnostics);
-    let lowered = lowerer.spec(expanded, empty);
-    let Lowerer { graph, table, planned: missions, controllers, .. } = lowerer;
+    let mut missions = Vec::new();
+    let lowered = lowerer.spec(expanded, empty, &mut missions);
+    let Lowerer { graph, table, controllers, .. } = lowerer;
     let controller = lowered.map(|(program, source_map)| LoweredController { program, source_map, graph, table });
     Lowered { controller, missions, foreign: controllers.foreign }
 }
 
+/// Shared by all steps of lowering: the input, diagnostics, expressions and the signals that they read.
 struct Lowerer<'a> {
     input: &'a Input<'a>,
     source: SourceId,
@@ -120,22 +124,13 @@ struct Lowerer<'a> {
     interface: Interface,
     /// Safety fields, their points in the table of values.
     fields: Vec<FieldProgram>,
-    /// Variables of the machine.
-    variables: variables::Variables,
-    /// What signals say of the robot, until it is known.
-    sensors: Vec<sensors::Sensor>,
-    /// Tasks that a misspelt name in a stack probably meant.
-    meant: Vec<String>,
-    /// For each scenario the place of its start, or of its name.
-    starts: Vec<Span>,
-    /// Missions.
-    planned: Vec<MissionProgram>,
     /// Specs that working robots of missions run.
     controllers: missions::controllers::Controllers<'a>,
+    /// Tasks that count as used without being in a stack: an expectation measures them, or a misspelt name in a stack
+    /// probably meant them.
+    used_tasks: BTreeSet<String>,
     /// Parts of expectations so far.
     expected: usize,
-    /// Tasks that could not be expanded.
-    failed: BTreeSet<String>,
 }
 
 impl<'a> Lowerer<'a> {
@@ -150,14 +145,9 @@ impl<'a> Lowerer<'a> {
             params: Params::default(),
             interface: Interface::default(),
             fields: Vec::new(),
-            variables: Default::default(),
-            sensors: Vec::new(),
-            meant: Vec::new(),
-            starts: Vec::new(),
-            planned: Vec::new(),
             controllers: missions::controllers::Controllers::new(context),
+            used_tasks: BTreeSet::new(),
             expected: 0,
-            failed: BTreeSet::new(),
         }
     }
 
@@ -187,31 +177,28 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// The program of a spec; `empty` says that nothing could be read of it.
-    fn spec(&mut self, expanded: &Expanded, empty: bool) -> Option<(Program, SourceMap)> {
+    /// The program of a spec, step by step; `empty` says that nothing could be read of it. Missions need no program.
+    fn spec(
+        &mut self,
+        expanded: &Expanded,
+        empty: bool,
+        missions: &mut Vec<MissionProgram>,
+    ) -> Option<(Program, SourceMap)> {
         let declared = self.collect(expanded);
-        // What other files should have brought would be missed everywhere.
+        // Without the imported files, all names that they declare would be reported as unknown.
         if !expanded.usable {
             return None;
         }
-        let later = self.named_values(expanded, &declared);
+        let NamedValues { later, sensors, mut variables } = self.named_values(expanded, &declared);
+        let robot = self.robot(&declared);
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        let robot = declared.robots.first().and_then(|r| {
-            let mut files = Files {
-                folder: self.input.folder,
-                package_paths: self.input.package_paths,
-                sources: self.sources,
-                diagnostics: self.diagnostics,
-            };
-            robot_binding::bind(r, &mut files, &mut constants)
-        });
         let run = declared.runs.first().map(|(r, span)| run_settings(r, *span, &mut constants, self.diagnostics));
         if let Some(robot) = &robot {
-            self.sensors(robot);
+            self.sensors(&sensors, robot);
         }
-        self.planned = self.missions(&expanded.missions);
+        *missions = self.missions(&expanded.missions);
         self.scenario_names(expanded);
-        self.mission_scenarios(expanded);
+        self.mission_scenarios(expanded, missions);
         if missions::only(expanded) {
             self.nothing_runs(expanded);
             self.unused(&declared, expanded, expanded.whole);
@@ -231,53 +218,53 @@ impl<'a> Lowerer<'a> {
             Some(robot) => self.tasks(&definitions, robot, (&later, &refused)),
             None => Vec::new(),
         };
-        let (stacks, run) = self.hierarchy(&declared, &definitions, robot.as_ref(), run);
-        let machine = match (&robot, expanded.machines.first()) {
+        let stacks = self.stacks(&declared, &definitions, robot.as_ref());
+        let run = self.run(run, &declared, robot.as_ref());
+        let machine = match (&robot, declared.machine) {
             (Some(robot), Some(machine)) => {
-                let around = Surroundings {
-                    stacks: declared.stacks.iter().map(|s| s.name.value.as_str()).collect(),
-                    tasks: definitions.iter().map(|d| d.0.as_str()).collect(),
-                    levels: declared.whole.then(|| {
-                        let all = declared.stacks.iter().flat_map(|s| &s.levels);
-                        all.map(|l| (l.name.value.as_str(), l.hard.is_some())).collect()
-                    }),
-                    bound: &bound,
-                    robot,
-                };
-                self.machine(machine, &around)
+                let around = Surroundings::new(&declared, &definitions, &bound, robot);
+                self.machine(machine, around, &mut variables)
             }
             _ => None,
         };
         let complete = robot.is_some() && bound.iter().all(Option::is_some) && expanded.whole;
-        if self.diagnostics.iter().any(|d| d.severity == dsl::Severity::Error) {
-            // Scenarios were not looked at, and may use what nothing else does.
+        if self.errors() > 0 {
+            // Scenarios are not lowered, and may use declarations that nothing else uses.
             self.unused(&declared, expanded, complete && expanded.scenarios.is_empty());
             return None;
         }
-        self.never_set(expanded);
+        self.never_set(expanded, &variables);
         let robot = robot?;
         let (mut program, mut source_map) =
             self.program(&robot, &definitions, bound, (&declared, stacks), (run?, machine))?;
-        program.scenarios = self.scenarios(expanded, &program, &robot);
-        source_map.scenario_starts = std::mem::take(&mut self.starts);
+        program.scenarios = self.scenarios(expanded, &program, &robot, &mut source_map.scenario_starts);
         self.unused(&declared, expanded, complete);
         Some((program, source_map))
     }
 
-    /// Stacks, and what is run.
-    fn hierarchy(
+    /// Binds the robot to its URDF.
+    fn robot(&mut self, declared: &Declared) -> Option<BoundRobot> {
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        let mut files = Files {
+            folder: self.input.folder,
+            package_paths: self.input.package_paths,
+            sources: self.sources,
+            diagnostics: self.diagnostics,
+        };
+        robot_binding::bind(declared.robots.first()?, &mut files, &mut constants)
+    }
+
+    /// Lowers the stacks.
+    fn stacks(
         &mut self,
         declared: &Declared,
         definitions: &[(String, TaskDefinition)],
         robot: Option<&BoundRobot>,
-        run: Option<RunSettings>,
-    ) -> (Vec<StackProgram>, Option<(RunProgram, String)>) {
-        let names: Vec<&str> = definitions.iter().map(|d| d.0.as_str()).collect();
-        let mut inline = declared.tasks.len();
-        let mut stacks = Vec::new();
-        for s in &declared.stacks {
-            stacks.push(self.stack(s, robot, &names, &declared.tasks, &mut inline));
-        }
+    ) -> Vec<StackProgram> {
+        let names = definitions.iter().map(|d| d.0.as_str()).collect();
+        let inline = declared.tasks.len();
+        let mut lowering = Stacks { lowerer: self, declared, robot, names, inline };
+        let stacks = declared.stacks.iter().map(|s| lowering.stack(s)).collect();
         let none = declared.stacks.is_empty() && declared.whole && declared.patterns.is_empty();
         if let (true, Some(robot)) = (none, declared.robots.first()) {
             let text = "this spec has no stack, so the robot has nothing to hold to";
@@ -285,7 +272,7 @@ impl<'a> Lowerer<'a> {
                 Diagnostic::error("HQ0601", robot.name.span, text).help("write `stack NAME { level NAME { task } }`"),
             );
         }
-        (stacks, self.run(run, declared, robot))
+        stacks
     }
 
     fn program(

@@ -4,6 +4,8 @@ use dsl::tree::Let;
 use dsl::{Diagnostic, Sources};
 
 use super::declared::Declared;
+use super::sensors::Sensor;
+use super::variables::Variables;
 use super::{Context, Lowerer};
 use crate::expand::{Expanded, Named};
 use crate::expr::Kind;
@@ -24,11 +26,22 @@ pub struct ParamValue {
     pub unit: String,
 }
 
+/// The named values of a spec are typed. These parts of them wait for the robot and the machine.
+#[derive(Default)]
+pub(super) struct NamedValues<'t> {
+    /// Expressions of the robot's state, each after those that it uses.
+    pub later: Vec<&'t Let>,
+    /// Settings of signals that depend on the robot.
+    pub sensors: Vec<Sensor>,
+    /// Variables, which the machine sets.
+    pub variables: Variables,
+}
+
 impl Lowerer<'_> {
-    /// Declares all named values. Returns the lets that have to wait until the robot is bound.
-    pub(super) fn named_values<'t>(&mut self, expanded: &'t Expanded, declared: &Declared) -> Vec<&'t Let> {
+    /// Declares all named values.
+    pub(super) fn named_values<'t>(&mut self, expanded: &'t Expanded, declared: &Declared) -> NamedValues<'t> {
         let overrides = self.overrides(declared);
-        let (mut later, mut told) = (Vec::new(), false);
+        let (mut all, mut told) = (NamedValues::default(), false);
         for value in &expanded.values {
             // Outputs of tasks come after the signals and before the lets, which may use them.
             if matches!(value, Named::Let(_)) && !std::mem::replace(&mut told, true) {
@@ -41,18 +54,18 @@ impl Lowerer<'_> {
                 }
                 Named::Let(l) => {
                     let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-                    later.extend(constants.declare_let(l, self.diagnostics).then_some(l));
+                    all.later.extend(constants.declare_let(l, self.diagnostics).then_some(l));
                 }
-                Named::Signal(s) => self.signal(s),
+                Named::Signal(s) => all.sensors.extend(self.signal(s)),
                 Named::Human(h) => self.human(h),
                 Named::Field(f) => self.declare_field(f),
-                Named::Variable(v) => self.variable(v),
+                Named::Variable(v) => self.variable(v, &mut all.variables),
             }
         }
         if !told {
             self.told(&declared.tasks);
         }
-        later
+        all
     }
 }
 

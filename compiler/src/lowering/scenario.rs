@@ -33,12 +33,13 @@ pub(super) fn whole_seed(x: f64, at: Span, diagnostics: &mut Vec<Diagnostic>) ->
 }
 
 impl Lowerer<'_> {
-    /// Lowers the scenarios of a spec whose program is otherwise complete.
+    /// Lowers the scenarios of a spec whose program is otherwise complete. `starts` gets the span of the start of each.
     pub(super) fn scenarios(
         &mut self,
         expanded: &Expanded,
         program: &Program,
         robot: &BoundRobot,
+        starts: &mut Vec<Span>,
     ) -> Vec<ScenarioProgram> {
         let shapes = shapes(program);
         let mut measures = Vec::new();
@@ -48,7 +49,7 @@ impl Lowerer<'_> {
             let known = (program, robot, shapes.as_slice());
             self.expectations((&s.expects, texts), &mut scenario, known, &mut measures);
             all.push(scenario);
-            self.starts.push(s.body.get("start").map_or(s.name.span, |e| e.key.span));
+            starts.push(s.body.get("start").map_or(s.name.span, |e| e.key.span));
         }
         all
     }

@@ -34,10 +34,19 @@ pub(super) enum Carried {
     Other,
 }
 
+/// Conditioning of a signal.
+#[derive(Default)]
+pub(super) struct Conditioned {
+    /// The settings that are known without the robot.
+    pub conditioning: Conditioning,
+    /// The settings that depend on the robot.
+    pub sensor: Option<Sensor>,
+}
+
 impl Lowerer<'_> {
     /// Conditioning of the signal that is declared next; settings that depend on the robot are postponed.
-    pub(super) fn conditioning(&mut self, s: &Signal, carried: Carried) -> Conditioning {
-        let mut all = Conditioning::default();
+    pub(super) fn conditioning(&mut self, s: &Signal, carried: Carried) -> Conditioned {
+        let mut all = Conditioned::default();
         let ty = &s.ty.value;
         let wrench = |e: &&Entry| match carried {
             Carried::Wrench => Ok((*e).clone()),
@@ -60,7 +69,7 @@ impl Lowerer<'_> {
                 return all;
             }
         };
-        all.bias = bias.and_then(|e| self.bias(&e.value));
+        all.conditioning.bias = bias.and_then(|e| self.bias(&e.value));
         let cutoff = s.settings.get("low_pass").and_then(|e| {
             if matches!(carried, Carried::Event | Carried::Other) {
                 let d =
@@ -81,10 +90,10 @@ impl Lowerer<'_> {
             }
             Some((x, e.value.span))
         });
-        all.low_pass = cutoff.map(|c| c.0);
+        all.conditioning.low_pass = cutoff.map(|c| c.0);
         if frame.is_some() || cutoff.is_some() {
             let signal = self.interface.signals.len();
-            self.sensors.push(Sensor { signal, frame: frame.map(|e| e.value), cutoff });
+            all.sensor = Some(Sensor { signal, frame: frame.map(|e| e.value), cutoff });
         }
         all
     }
@@ -108,8 +117,8 @@ impl Lowerer<'_> {
     }
 
     /// Resolves the settings of signals that depend on the robot.
-    pub(super) fn sensors(&mut self, robot: &BoundRobot) {
-        for sensor in std::mem::take(&mut self.sensors) {
+    pub(super) fn sensors(&mut self, sensors: &[Sensor], robot: &BoundRobot) {
+        for sensor in sensors {
             let Some(signal) = self.interface.signals.get_mut(sensor.signal) else { continue };
             if let Some(value) = &sensor.frame {
                 let name = text_of(value).unwrap_or_default();

@@ -7,7 +7,7 @@ use runtime::program::{Conditioning, Op, SignalProgram};
 use stdlib_tasks::dimension::{Dimension, FORCE, MOMENT, NONE, TIME};
 
 use super::Lowerer;
-use super::sensors::Carried;
+use super::sensors::{Carried, Conditioned, Sensor};
 use crate::expand::{TYPES, quantity};
 use crate::expr::constants::{Constants, is_word};
 use crate::expr::{Axes, Frame, Kind, Typed};
@@ -43,8 +43,8 @@ pub fn signal_types() -> impl Iterator<Item = &'static str> {
 }
 
 impl Lowerer<'_> {
-    /// Declares a signal.
-    pub(super) fn signal(&mut self, s: &Signal) {
+    /// Declares a signal, and returns its settings that depend on the robot.
+    pub(super) fn signal(&mut self, s: &Signal) -> Option<Sensor> {
         let name = &s.name;
         if is_word(&name.value) {
             let d = Diagnostic::error("HQ0202", name.span, format!("`{}` is a word of the language", name.value));
@@ -61,7 +61,7 @@ impl Lowerer<'_> {
                 });
             }
             self.params.failed.insert(name.value.clone());
-            return;
+            return None;
         };
         let timeout = s.settings.get("timeout").and_then(|e| {
             let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
@@ -83,7 +83,7 @@ impl Lowerer<'_> {
             Carries::Quantity(Kind::Scalar | Kind::Vector, _) => Carried::Numbers,
             Carries::Quantity(..) => Carried::Other,
         };
-        let conditioning = self.conditioning(s, carried);
+        let Conditioned { conditioning, sensor } = self.conditioning(s, carried);
         match carries {
             Carries::Event => self.event(s, timeout.map(|t| t.1)),
             Carries::Wrench => {
@@ -97,6 +97,7 @@ impl Lowerer<'_> {
                 self.quantity(name, kind, dimension, at + 1);
             }
         }
+        sensor
     }
 
     /// Declares a name for the numbers from `at` on.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{Entry, Let, MemberTask, Stack, Task, TaskDefinition, Value, ValueKind};
+use dsl::tree::{Entry, Let, MemberTask, Stack, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use names::{list, suggest};
 use runtime::program::{LevelProgram, MemberProgram, StackProgram};
@@ -10,7 +10,7 @@ use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::params::ParamType;
 
 use super::Lowerer;
-use super::declared::twice;
+use super::declared::{Declared, twice};
 use super::in_place::in_place;
 use crate::binding::{Binder, BoundTask};
 use crate::expr::constants::Constants;
@@ -54,20 +54,47 @@ impl Lowerer<'_> {
         bound
     }
 
-    pub(super) fn stack(
-        &mut self,
-        s: &Stack,
-        robot: Option<&BoundRobot>,
-        names: &[&str],
-        tasks: &[&Task],
-        inline: &mut usize,
-    ) -> StackProgram {
+    /// A bare constant above `min`, or equal to it if `included`.
+    fn constant(&mut self, value: &Value, what: &str, min: f64, included: bool) -> Option<f64> {
+        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+        let x = constants.scalar(value, NONE, self.diagnostics)?;
+        if x < min || (x == min && !included) {
+            let wanted = if included { "zero or more" } else { "more than zero" };
+            let d = Diagnostic::error("HQ0308", value.span, format!("{what} is {wanted}, and this is {x}"));
+            self.push(d.help(match included {
+                true => "leave it out for none",
+                false => "to be without the task, take it out of the level",
+            }));
+            return None;
+        }
+        Some(x)
+    }
+}
+
+/// Lowering of the stacks of a spec.
+pub(super) struct Stacks<'s, 'l> {
+    /// Constants and diagnostics of the spec.
+    pub lowerer: &'s mut Lowerer<'l>,
+    /// Declarations.
+    pub declared: &'s Declared<'s>,
+    /// The robot, if it could be bound.
+    pub robot: Option<&'s BoundRobot>,
+    /// Names of all tasks: the declared ones, and then those that are written inside levels.
+    pub names: Vec<&'s str>,
+    /// Index of the next task that is written inside a level.
+    pub inline: usize,
+}
+
+impl Stacks<'_, '_> {
+    /// Lowers one stack.
+    pub(super) fn stack(&mut self, s: &Stack) -> StackProgram {
+        let tasks = &self.declared.tasks;
         let declared = tasks.len();
         let keys: Vec<&str> = STACK.entries().collect();
         let known = |e: &Entry| keys.contains(&e.key.value.as_str());
         for (i, e) in s.settings.entries.iter().enumerate().filter(|(_, e)| !known(e)) {
-            let d = unknown_key(self.diagnostics.len(), &s.settings, i, &keys, STACK.name);
-            self.push(match &e.value.kind {
+            let d = unknown_key(self.lowerer.diagnostics.len(), &s.settings, i, &keys, STACK.name);
+            self.lowerer.push(match &e.value.kind {
                 ValueKind::Block(_) if e.key.value != "for" => {
                     Diagnostic { help: Some(format!("write `level {} {{ .. }}`", e.key.value)), ..d }
                 }
@@ -81,13 +108,11 @@ impl Lowerer<'_> {
                 _ => d,
             });
         }
-        let locked = s
-            .settings
-            .get("lock")
-            .zip(robot)
-            .and_then(|(e, robot)| joints(e.value.items(), &robot.model, &robot.joint_groups, self.diagnostics));
+        let locked = s.settings.get("lock").zip(self.robot).and_then(|(e, robot)| {
+            joints(e.value.items(), &robot.model, &robot.joint_groups, self.lowerer.diagnostics)
+        });
         if s.levels.is_empty() && s.settings.entries.iter().all(known) {
-            self.push(
+            self.lowerer.push(
                 Diagnostic::error("HQ0601", s.name.span, format!("stack `{}` has no level", s.name.value))
                     .help("write `level NAME { task }`"),
             );
@@ -97,22 +122,22 @@ impl Lowerer<'_> {
         let mut soft: Option<Span> = None;
         for (i, l) in s.levels.iter().enumerate() {
             if let Some(first) = s.levels[..i].iter().find(|o| o.name == l.name) {
-                self.push(twice(&l.name, first.name.span));
+                self.lowerer.push(twice(&l.name, first.name.span));
             }
-            check_keys(&l.settings, &LEVEL, self.diagnostics);
+            check_keys(&l.settings, &LEVEL, self.lowerer.diagnostics);
             let damping = l.settings.get("damping").map(|e| &e.value);
             let word = damping.and_then(text_of);
             let exact = word == Some("none");
             let damping = damping.filter(|_| !exact && word != Some("auto"));
-            let told = self.diagnostics.len();
-            let damping = damping.and_then(|value| self.constant(value, "the damping", 0.0, true));
+            let told = self.lowerer.diagnostics.len();
+            let damping = damping.and_then(|value| self.lowerer.constant(value, "the damping", 0.0, true));
             if let Some(near) = word.and_then(|word| suggest(word, ["auto", "none"]))
-                && let Some(unknown) = self.diagnostics.get_mut(told)
+                && let Some(unknown) = self.lowerer.diagnostics.get_mut(told)
             {
                 unknown.help = Some(format!("did you mean `{near}`?"));
             }
             if l.members.is_empty() {
-                self.push(
+                self.lowerer.push(
                     Diagnostic::error("HQ0601", l.name.span, format!("level `{}` has no task", l.name.value))
                         .help("add a task, or remove the level"),
                 );
@@ -123,7 +148,7 @@ impl Lowerer<'_> {
                         .label(soft, "this level is soft")
                         .note("what the soft level takes can make the hard one impossible, and that is a fault")
                         .help("put hard levels first");
-                    self.push(d);
+                    self.lowerer.push(d);
                 }
                 (None, None) => soft = Some(l.name.span),
                 _ => {}
@@ -132,25 +157,25 @@ impl Lowerer<'_> {
             for m in &l.members {
                 let task = match &m.task {
                     task if in_place(task, tasks).is_some() => {
-                        *inline += 1;
-                        *inline - 1
+                        self.inline += 1;
+                        self.inline - 1
                     }
                     MemberTask::Inline(_) | MemberTask::For(_) => continue,
-                    MemberTask::Name(n) if self.failed.contains(&n.value) => continue,
-                    MemberTask::Name(n) => match names[..declared].iter().position(|x| *x == n.value) {
+                    MemberTask::Name(n) if self.declared.failed.contains(&n.value) => continue,
+                    MemberTask::Name(n) => match self.names[..declared].iter().position(|x| *x == n.value) {
                         Some(t) => t,
                         None => {
-                            self.unknown_task(n, &names[..declared]);
+                            self.unknown_task(n);
                             continue;
                         }
                     },
                 };
                 if let Some(first) = seen.insert(task, m.span) {
-                    self.push(
+                    self.lowerer.push(
                         Diagnostic::error(
                             "HQ0602",
                             m.span,
-                            format!("task `{}` stands twice in stack `{}`", names[task], s.name.value),
+                            format!("task `{}` stands twice in stack `{}`", self.names[task], s.name.value),
                         )
                         .label(first, "first here")
                         .help("keep it where it matters most"),
@@ -158,7 +183,7 @@ impl Lowerer<'_> {
                     continue;
                 }
                 let weight = match &m.weight {
-                    Some(w) => self.constant(w, "a weight", 0.0, false).unwrap_or(1.0),
+                    Some(w) => self.lowerer.constant(w, "a weight", 0.0, false).unwrap_or(1.0),
                     None => 1.0,
                 };
                 members.push(MemberProgram { task, weight, idle: Vec::new() });
@@ -174,13 +199,14 @@ impl Lowerer<'_> {
         StackProgram { name: s.name.value.clone(), locked: locked.unwrap_or_default(), levels }
     }
 
-    fn unknown_task(&mut self, name: &Spanned<String>, names: &[&str]) {
+    fn unknown_task(&mut self, name: &Spanned<String>) {
         // Tasks of other files have names that users cannot write.
+        let names = &self.names[..self.declared.tasks.len()];
         let names: Vec<&str> = names.iter().copied().filter(|n| !n.contains('.')).collect();
         let d = Diagnostic::error("HQ0201", name.span, format!("there is no task `{}`", name.value));
         let d = if let Some(near) = suggest(&name.value, names.iter().copied()) {
             // The suggested task must not be reported as unused.
-            self.meant.push(near.to_string());
+            self.lowerer.used_tasks.insert(near.to_string());
             d.help(format!("did you mean `{near}`?"))
         } else if let Some(near) = suggest(&name.value, stdlib_tasks::KINDS.iter().map(|k| k.name)) {
             d.help(format!("did you mean the task type `{near}`?"))
@@ -189,22 +215,6 @@ impl Lowerer<'_> {
         } else {
             d.help(format!("declared are {}", list(names.iter().copied(), 12)))
         };
-        self.push(d);
-    }
-
-    /// A bare constant above `min`, or equal to it if `included`.
-    fn constant(&mut self, value: &Value, what: &str, min: f64, included: bool) -> Option<f64> {
-        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        let x = constants.scalar(value, NONE, self.diagnostics)?;
-        if x < min || (x == min && !included) {
-            let wanted = if included { "zero or more" } else { "more than zero" };
-            let d = Diagnostic::error("HQ0308", value.span, format!("{what} is {wanted}, and this is {x}"));
-            self.push(d.help(match included {
-                true => "leave it out for none",
-                false => "to be without the task, take it out of the level",
-            }));
-            return None;
-        }
-        Some(x)
+        self.lowerer.push(d);
     }
 }

@@ -3,12 +3,11 @@
 use dsl::tree::{Transition, Value, ValueKind};
 use dsl::{Diagnostic, Span};
 use names::{list, suggest};
-use runtime::program::{FaultPattern, MeasuredProgram, TransitionProgram, Trigger};
+use runtime::program::{FaultPattern, TransitionProgram, Trigger};
 use stdlib_tasks::dimension::TIME;
 use stdlib_tasks::task::Nature;
 
-use super::Lowerer;
-use super::machine::{Flat, Surroundings};
+use super::machine::{MachineLowering, unknown_state};
 use super::triggers::{self, Known};
 use crate::binding::Condition;
 use crate::binding::motion::MeasuredState;
@@ -17,26 +16,20 @@ use crate::forms::{check_keys, text_of};
 use crate::sections::TRANSITION;
 use crate::source_map::TransitionPlace;
 
-impl Lowerer<'_> {
+impl MachineLowering<'_, '_> {
     /// Lowers the transitions of a state, and returns them with their spans.
-    pub(super) fn transitions(
-        &mut self,
-        i: usize,
-        flat: &[Flat],
-        around: &Surroundings,
-        measured: &mut Vec<MeasuredProgram>,
-    ) -> (Vec<TransitionProgram>, Vec<TransitionPlace>) {
+    pub(super) fn transitions(&mut self, i: usize) -> (Vec<TransitionProgram>, Vec<TransitionPlace>) {
         let (mut out, mut places) = (Vec::new(), Vec::new());
-        for t in &flat[i].body.transitions {
-            check_keys(&t.settings, &TRANSITION, self.diagnostics);
-            let target = self.target(i, t, flat);
-            let found = self.trigger(i, t, flat, around, measured);
-            let blend = self.blend(i, t, flat);
+        for t in &self.flat[i].body.transitions {
+            check_keys(&t.settings, &TRANSITION, self.lowerer.diagnostics);
+            let target = self.target(i, t);
+            let found = self.trigger(i, t);
+            let blend = self.blend(i, t);
             let (Some(target), Some((trigger, condition, at))) = (target, found) else { continue };
             let text = super::wording::trigger(t);
             out.push(TransitionProgram { trigger, text, target, blend: blend.unwrap_or(0.0) });
             let (constant, demands) = condition.map_or((None, Vec::new()), |c| {
-                (c.constant, c.demands.into_iter().filter_map(|at| self.interface.signal_of(at)).collect())
+                (c.constant, c.demands.into_iter().filter_map(|at| self.lowerer.interface.signal_of(at)).collect())
             });
             places.push(TransitionPlace {
                 trigger: at,
@@ -50,7 +43,7 @@ impl Lowerer<'_> {
     }
 
     /// Resolves the target of a transition: searched inside its state first, then in each enclosing state.
-    fn target(&mut self, i: usize, t: &Transition, flat: &[Flat]) -> Option<usize> {
+    fn target(&mut self, i: usize, t: &Transition) -> Option<usize> {
         let name = t.target.value.as_str();
         if name.is_empty() {
             return None;
@@ -58,11 +51,11 @@ impl Lowerer<'_> {
         let (first, rest) = name.split_once('.').map_or((name, None), |(a, b)| (a, Some(b)));
         let full = |parent: usize, name: &str| match parent {
             0 => name.to_string(),
-            p => format!("{}.{name}", flat[p].name),
+            p => format!("{}.{name}", self.flat[p].name),
         };
         let child = |parent: usize, name: &str| {
             let wanted = full(parent, name);
-            (0..flat.len()).find(|&k| flat[k].parent == Some(parent) && flat[k].name == wanted)
+            (0..self.flat.len()).find(|&k| self.flat[k].parent == Some(parent) && self.flat[k].name == wanted)
         };
         let mut around = Some(i);
         while let Some(parent) = around {
@@ -76,56 +69,51 @@ impl Lowerer<'_> {
                 }
                 break;
             }
-            around = flat[parent].parent;
+            around = self.flat[parent].parent;
         }
-        let names: Vec<&str> = flat[1..].iter().map(|f| f.name.as_str()).collect();
-        self.unknown_state(name, t.target.span, &names);
+        let names: Vec<&str> = self.flat[1..].iter().map(|f| f.name.as_str()).collect();
+        let d = unknown_state(name, t.target.span, &names);
+        self.lowerer.push(d);
         None
     }
 
     /// Blend time (s) of the transition, else of its state or of the innermost enclosing state that sets one; `None`
     /// without any.
-    fn blend(&mut self, i: usize, t: &Transition, flat: &[Flat]) -> Option<f64> {
+    fn blend(&mut self, i: usize, t: &Transition) -> Option<f64> {
         let mut own = t.settings.get("blend");
         let mut around = Some(i);
         while let (None, Some(k)) = (own, around) {
-            own = flat[k].body.settings.get("blend");
-            around = flat[k].parent;
+            own = self.flat[k].body.settings.get("blend");
+            around = self.flat[k].parent;
         }
         let e = own?;
-        let before = self.diagnostics.len();
+        let before = self.lowerer.diagnostics.len();
         let found = self.duration(&e.value, "a blend");
         // A mistake in a state's blend is reported once, with the first transition.
-        let repeated =
-            (0..before).any(|k| before < self.diagnostics.len() && self.diagnostics[k] == self.diagnostics[before]);
+        let repeated = (0..before).any(|k| {
+            before < self.lowerer.diagnostics.len() && self.lowerer.diagnostics[k] == self.lowerer.diagnostics[before]
+        });
         if repeated {
-            self.diagnostics.truncate(before);
+            self.lowerer.diagnostics.truncate(before);
         }
         found
     }
 
     /// A constant, non-negative time (s).
     fn duration(&mut self, value: &Value, what: &str) -> Option<f64> {
-        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        let x = constants.scalar(value, TIME, self.diagnostics)?;
+        let mut constants = Constants { graph: &mut self.lowerer.graph, params: &mut self.lowerer.params };
+        let x = constants.scalar(value, TIME, self.lowerer.diagnostics)?;
         if x < 0.0 {
             let d =
                 Diagnostic::error("HQ0308", value.span, format!("{what} takes no negative time, and this is {x} s"));
-            self.push(d.help("write a time from 0 s"));
+            self.lowerer.push(d.help("write a time from 0 s"));
             return None;
         }
         Some(x)
     }
 
     /// Lowers the trigger of a transition of state `i`.
-    fn trigger(
-        &mut self,
-        i: usize,
-        t: &Transition,
-        flat: &[Flat],
-        around: &Surroundings,
-        measured: &mut Vec<MeasuredProgram>,
-    ) -> Option<(Trigger, Option<Condition>, Span)> {
+    fn trigger(&mut self, i: usize, t: &Transition) -> Option<(Trigger, Option<Condition>, Span)> {
         match &t.trigger {
             dsl::tree::Trigger::Missing => None,
             dsl::tree::Trigger::After(value) => {
@@ -136,29 +124,34 @@ impl Lowerer<'_> {
                     Some(value) => self.duration(value, "`for`")?,
                     None => 0.0,
                 };
-                let mut interface = std::mem::take(&mut self.interface);
-                let mut state = MeasuredState { index: i, name: &flat[i].name, interface: &mut interface, measured };
-                let found = self.binder(around.robot).condition(condition, &mut state);
-                self.interface = interface;
+                let mut interface = std::mem::take(&mut self.lowerer.interface);
+                let mut state = MeasuredState {
+                    index: i,
+                    name: &self.flat[i].name,
+                    interface: &mut interface,
+                    measured: &mut self.measured,
+                };
+                let found = self.lowerer.binder(self.around.robot).condition(condition, &mut state);
+                self.lowerer.interface = interface;
                 let found = found?;
                 let trigger = Trigger::When { condition: found.expression.clone(), hold };
                 Some((trigger, Some(found), condition.span))
             }
-            dsl::tree::Trigger::On(value) => Some((self.on(value, around)?, None, value.span)),
+            dsl::tree::Trigger::On(value) => Some((self.on(value)?, None, value.span)),
         }
     }
 
-    fn on(&mut self, value: &Value, around: &Surroundings) -> Option<Trigger> {
+    fn on(&mut self, value: &Value) -> Option<Trigger> {
         match &value.kind {
             ValueKind::Call(function, args) if function.value == "fault" => {
-                let pattern = self.pattern(args, value.span, around)?;
+                let pattern = self.pattern(args, value.span)?;
                 Some(Trigger::Fault(pattern))
             }
-            ValueKind::Call(function, args) if function.value == "reached" => self.reached(args, value.span, around),
+            ValueKind::Call(function, args) if function.value == "reached" => self.reached(args, value.span),
             ValueKind::Call(function, _) => {
                 let text = format!("`{}(..)` is nothing that happens", function.value);
                 let d = Diagnostic::error("HQ0201", function.span, text);
-                self.push(d.help(
+                self.lowerer.push(d.help(
                     "write `on EVENT`, `on reached(TASK, ..)` or `on fault(KIND)`; for a condition write `when`",
                 ));
                 None
@@ -167,15 +160,15 @@ impl Lowerer<'_> {
             _ => {
                 let Some(name) = text_of(value) else {
                     let d = Diagnostic::error("HQ0304", value.span, "`on` waits for an event, and this is none");
-                    self.push(d.help("for a condition write `when`"));
+                    self.lowerer.push(d.help("for a condition write `when`"));
                     return None;
                 };
                 let name = crate::forms::target(name);
-                if let Some(event) = self.interface.event(name) {
+                if let Some(event) = self.lowerer.interface.event(name) {
                     return Some(Trigger::Event(event));
                 }
                 let d = Diagnostic::error("HQ0702", value.span, format!("nothing provides the event `{name}`"));
-                let names: Vec<&str> = self.interface.events.iter().map(String::as_str).collect();
+                let names: Vec<&str> = self.lowerer.interface.events.iter().map(String::as_str).collect();
                 let d = d.note("a state that waits for it alone would wait for ever");
                 let d = match suggest(name, names.iter().copied()) {
                     Some(near) => d.help(format!("did you mean `{near}`?")),
@@ -187,50 +180,55 @@ impl Lowerer<'_> {
                         list(names.iter().copied(), 12)
                     )),
                 };
-                self.push(d);
+                self.lowerer.push(d);
                 None
             }
         }
     }
 
-    fn pattern(&mut self, args: &[Value], at: Span, around: &Surroundings) -> Option<FaultPattern> {
+    fn pattern(&mut self, args: &[Value], at: Span) -> Option<FaultPattern> {
         let known = Known {
-            signals: self.interface.signals.iter().map(|s| s.name.as_str()).collect(),
-            humans: self.interface.humans.iter().map(|h| (h.name.as_str(), h.points.as_slice())).collect(),
-            tasks: &around.tasks,
-            levels: around.levels.as_deref(),
-            limits: (around.bound.iter()).map(|b| b.as_ref().is_none_or(|b| b.kind.nature == Nature::Limit)).collect(),
+            signals: self.lowerer.interface.signals.iter().map(|s| s.name.as_str()).collect(),
+            humans: self.lowerer.interface.humans.iter().map(|h| (h.name.as_str(), h.points.as_slice())).collect(),
+            tasks: &self.around.tasks,
+            levels: self.around.levels.as_deref(),
+            limits: (self.around.bound.iter())
+                .map(|b| b.as_ref().is_none_or(|b| b.kind.nature == Nature::Limit))
+                .collect(),
         };
-        triggers::pattern(args, at, &known).map_err(|d| self.diagnostics.extend(d.map(|d| *d))).ok()
+        triggers::pattern(args, at, &known).map_err(|d| self.lowerer.diagnostics.extend(d.map(|d| *d))).ok()
     }
 
-    fn reached(&mut self, args: &[Value], at: Span, around: &Surroundings) -> Option<Trigger> {
-        let task = match triggers::task_of(args.first(), at, &around.tasks) {
+    fn reached(&mut self, args: &[Value], at: Span) -> Option<Trigger> {
+        let task = match triggers::task_of(args.first(), at, &self.around.tasks) {
             Ok(task) => task,
             Err(d) => {
-                self.push(*d);
+                self.lowerer.push(*d);
                 return None;
             }
         };
-        let bound = around.bound.get(task)?.as_ref()?;
+        let bound = self.around.bound.get(task)?.as_ref()?;
         if bound.kind.nature == Nature::Limit {
-            let text = format!("`{}` is a limit, and has no target that could be reached", around.tasks[task]);
+            let text = format!("`{}` is a limit, and has no target that could be reached", self.around.tasks[task]);
             let d = Diagnostic::error("HQ0703", args[0].span, text).label(bound.span, "declared here");
-            self.push(d.help("name a task with a target; for a limit write `on fault(limit(TASK))`"));
+            self.lowerer.push(d.help("name a task with a target; for a limit write `on fault(limit(TASK))`"));
             return None;
         }
-        let measures = self.measures(bound, around)?;
-        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        let given: Option<Vec<_>> =
-            (args[1..].iter()).map(|v| constants.constant(v, self.diagnostics).map(|typed| (typed, v))).collect();
+        let measures = self.measures(bound)?;
+        let mut constants = Constants { graph: &mut self.lowerer.graph, params: &mut self.lowerer.params };
+        let given: Option<Vec<_>> = (args[1..].iter())
+            .map(|v| constants.constant(v, self.lowerer.diagnostics).map(|typed| (typed, v)))
+            .collect();
         let given = given?;
         let numbers: Vec<_> = (given.iter())
-            .map(|(typed, v)| (typed.clone(), typed.nodes.first().and_then(|&n| self.graph.constant(n)), v.span))
+            .map(|(typed, v)| {
+                (typed.clone(), typed.nodes.first().and_then(|&n| self.lowerer.graph.constant(n)), v.span)
+            })
             .collect();
-        match triggers::tolerances(&numbers, &measures, around.tasks[task], at) {
+        match triggers::tolerances(&numbers, &measures, self.around.tasks[task], at) {
             Ok(tolerances) => Some(Trigger::Reached { task, tolerances }),
             Err(d) => {
-                self.push(*d);
+                self.lowerer.push(*d);
                 None
             }
         }

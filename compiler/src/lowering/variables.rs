@@ -10,7 +10,7 @@ use runtime::program::{Conditioning, Initial, OwnAction, SignalProgram};
 use stdlib_tasks::dimension::Dimension;
 
 use super::Lowerer;
-use super::machine::Surroundings;
+use super::machine::MachineLowering;
 use super::signals::{Carries, carries, signal_types};
 use crate::expand::{Expanded, Named};
 use crate::expr::Kind;
@@ -33,7 +33,7 @@ fn variable_types() -> impl Iterator<Item = &'static str> {
 
 impl Lowerer<'_> {
     /// Declares a variable.
-    pub(super) fn variable(&mut self, v: &Variable) {
+    pub(super) fn variable(&mut self, v: &Variable, variables: &mut Variables) {
         let name = &v.name;
         if is_word(&name.value) {
             let d = Diagnostic::error("HQ0202", name.span, format!("`{}` is a word of the language", name.value));
@@ -77,7 +77,7 @@ impl Lowerer<'_> {
         signal.variable = Some(Initial { value });
         self.params.presence.insert(name.value.clone(), at);
         self.interface.signals.push(signal);
-        self.variables.kinds.insert(name.value.clone(), (kind, dimension));
+        variables.kinds.insert(name.value.clone(), (kind, dimension));
         self.quantity(name, kind, dimension, at + 1);
     }
 
@@ -86,92 +86,12 @@ impl Lowerer<'_> {
         self.constant_of(signal, value, &format!("`{}`", signal.name))
     }
 
-    /// Variable that an action names.
-    fn variable_named(&mut self, verb: &str, value: &Value) -> Option<(usize, String)> {
-        let Some(name) = text_of(value).map(|_| named(value)) else {
-            let d = Diagnostic::error("HQ0304", value.span, format!("`{verb}` is followed by the name of a variable"));
-            self.push(d.help(format!("write `{verb}({})`", if verb == "set" { "NAME, VALUE" } else { "NAME" })));
-            return None;
-        };
-        let found = self.interface.signal(&name).filter(|s| self.interface.signals[*s].is_variable());
-        if found.is_none() && !self.params.failed.contains(&name) {
-            let shown = text_of(value).unwrap_or_default();
-            let variables: Vec<&str> = self.variables.kinds.keys().map(String::as_str).collect();
-            let (message, note) = match self.params.knows(&name) {
-                _ if self.interface.signal(&name).is_some() => {
-                    (format!("`{shown}` is a signal, which the host sends"), true)
-                }
-                true => (format!("`{shown}` is no variable"), false),
-                false => (format!("there is no variable `{shown}`"), false),
-            };
-            let d = Diagnostic::error("HQ0201", value.span, message);
-            let d = if note { d.note("the machine sets its own variables alone") } else { d };
-            self.push(match suggest(shown, variables.iter().copied()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
-                None => d.help("declare it: `variable NAME : number = 0`"),
-            });
-        }
-        found.map(|s| (s, name))
-    }
-
-    /// Lowers an action that the controller performs itself. Returns `None` if a part of it is wrong, with diagnostics.
-    pub(super) fn own(&mut self, a: &Action, around: &Surroundings) -> Option<OwnAction> {
-        let first = a.args.first()?;
-        match a.verb.value.as_str() {
-            "set" => {
-                let (variable, name) = self.variable_named("set", first)?;
-                let wanted = *self.variables.kinds.get(&name)?;
-                self.variables.set.insert(name.clone());
-                // The value of `set` is no use of its variable: `set(n, n + 1)` alone does not affect the robot.
-                let used = self.params.used.contains(&name);
-                let what = format!("variable `{}`", text_of(first).unwrap_or_default());
-                let value = self.binder(around.robot).assigned(a.args.get(1)?, wanted, &what);
-                if !used {
-                    self.params.used.remove(&name);
-                }
-                Some(OwnAction::Set { variable, value: value? })
-            }
-            "clear" => {
-                let (variable, name) = self.variable_named("clear", first)?;
-                self.variables.set.insert(name);
-                let s = &self.interface.signals[variable];
-                if !s.optional {
-                    let text = format!("variable `{}` is never absent", s.name);
-                    let help = format!("declare it with `?` behind its type, `variable {} : {}?`", s.name, s.kind);
-                    self.push(Diagnostic::error("HQ0205", first.span, text).help(help));
-                    return None;
-                }
-                Some(OwnAction::Clear(variable))
-            }
-            _ => {
-                let name = named(first);
-                let found = self.interface.signal(&name);
-                let wrench = found.filter(|s| self.interface.signals[*s].kind == "wrench");
-                if wrench.is_none() && !self.params.failed.contains(&name) {
-                    let shown = text_of(first).unwrap_or_default();
-                    let text = match found {
-                        Some(_) => format!("signal `{shown}` is no wrench"),
-                        None => format!("there is no signal `{shown}`"),
-                    };
-                    let wrenches = self.params.wrenches.iter().map(String::as_str);
-                    let d = Diagnostic::error("HQ0201", first.span, text);
-                    let d = match suggest(shown, wrenches) {
-                        Some(near) => d.help(format!("did you mean `{near}`?")),
-                        None => d.help("name a signal of the type `wrench`"),
-                    };
-                    self.push(d);
-                }
-                Some(OwnAction::Tare(wrench?))
-            }
-        }
-    }
-
     /// Warns of variables that no action sets.
-    pub(super) fn never_set(&mut self, expanded: &Expanded) {
+    pub(super) fn never_set(&mut self, expanded: &Expanded, variables: &Variables) {
         for value in &expanded.values {
             let Named::Variable(v) = value else { continue };
             let name: &Spanned<String> = &v.name;
-            if self.variables.set.contains(&name.value) || !self.variables.kinds.contains_key(&name.value) {
+            if variables.set.contains(&name.value) || !variables.kinds.contains_key(&name.value) {
                 continue;
             }
             let text = match &v.value {
@@ -185,6 +105,89 @@ impl Lowerer<'_> {
             self.push(
                 Diagnostic::warning("HQ0712", name.span, text).note("no action of the machine sets it").help(help),
             );
+        }
+    }
+}
+
+impl MachineLowering<'_, '_> {
+    /// Variable that an action names.
+    fn variable_named(&mut self, verb: &str, value: &Value) -> Option<(usize, String)> {
+        let Some(name) = text_of(value).map(|_| named(value)) else {
+            let d = Diagnostic::error("HQ0304", value.span, format!("`{verb}` is followed by the name of a variable"));
+            self.lowerer
+                .push(d.help(format!("write `{verb}({})`", if verb == "set" { "NAME, VALUE" } else { "NAME" })));
+            return None;
+        };
+        let found = self.lowerer.interface.signal(&name).filter(|s| self.lowerer.interface.signals[*s].is_variable());
+        if found.is_none() && !self.lowerer.params.failed.contains(&name) {
+            let shown = text_of(value).unwrap_or_default();
+            let variables: Vec<&str> = self.variables.kinds.keys().map(String::as_str).collect();
+            let (message, note) = match self.lowerer.params.knows(&name) {
+                _ if self.lowerer.interface.signal(&name).is_some() => {
+                    (format!("`{shown}` is a signal, which the host sends"), true)
+                }
+                true => (format!("`{shown}` is no variable"), false),
+                false => (format!("there is no variable `{shown}`"), false),
+            };
+            let d = Diagnostic::error("HQ0201", value.span, message);
+            let d = if note { d.note("the machine sets its own variables alone") } else { d };
+            self.lowerer.push(match suggest(shown, variables.iter().copied()) {
+                Some(near) => d.help(format!("did you mean `{near}`?")),
+                None => d.help("declare it: `variable NAME : number = 0`"),
+            });
+        }
+        found.map(|s| (s, name))
+    }
+
+    /// Lowers an action that the controller performs itself. Returns `None` if a part of it is wrong, with diagnostics.
+    pub(super) fn own(&mut self, a: &Action) -> Option<OwnAction> {
+        let first = a.args.first()?;
+        match a.verb.value.as_str() {
+            "set" => {
+                let (variable, name) = self.variable_named("set", first)?;
+                let wanted = *self.variables.kinds.get(&name)?;
+                self.variables.set.insert(name.clone());
+                // The value of `set` is no use of its variable: `set(n, n + 1)` alone does not affect the robot.
+                let used = self.lowerer.params.used.contains(&name);
+                let what = format!("variable `{}`", text_of(first).unwrap_or_default());
+                let value = self.lowerer.binder(self.around.robot).assigned(a.args.get(1)?, wanted, &what);
+                if !used {
+                    self.lowerer.params.used.remove(&name);
+                }
+                Some(OwnAction::Set { variable, value: value? })
+            }
+            "clear" => {
+                let (variable, name) = self.variable_named("clear", first)?;
+                self.variables.set.insert(name);
+                let s = &self.lowerer.interface.signals[variable];
+                if !s.optional {
+                    let text = format!("variable `{}` is never absent", s.name);
+                    let help = format!("declare it with `?` behind its type, `variable {} : {}?`", s.name, s.kind);
+                    self.lowerer.push(Diagnostic::error("HQ0205", first.span, text).help(help));
+                    return None;
+                }
+                Some(OwnAction::Clear(variable))
+            }
+            _ => {
+                let name = named(first);
+                let found = self.lowerer.interface.signal(&name);
+                let wrench = found.filter(|s| self.lowerer.interface.signals[*s].kind == "wrench");
+                if wrench.is_none() && !self.lowerer.params.failed.contains(&name) {
+                    let shown = text_of(first).unwrap_or_default();
+                    let text = match found {
+                        Some(_) => format!("signal `{shown}` is no wrench"),
+                        None => format!("there is no signal `{shown}`"),
+                    };
+                    let wrenches = self.lowerer.params.wrenches.iter().map(String::as_str);
+                    let d = Diagnostic::error("HQ0201", first.span, text);
+                    let d = match suggest(shown, wrenches) {
+                        Some(near) => d.help(format!("did you mean `{near}`?")),
+                        None => d.help("name a signal of the type `wrench`"),
+                    };
+                    self.lowerer.push(d);
+                }
+                Some(OwnAction::Tare(wrench?))
+            }
         }
     }
 }

@@ -6,7 +6,7 @@ use dsl::{Diagnostic, Span};
 use mission::execution::Replan;
 use mission::kind::Run;
 use names::{list, suggest};
-use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionScenarioProgram, step_within};
+use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionProgram, MissionScenarioProgram, step_within};
 use runtime::text::number;
 
 use super::super::Lowerer;
@@ -55,11 +55,11 @@ const STEP: f64 = 1.0;
 
 impl Lowerer<'_> {
     /// The scenarios of missions, each brought to its mission.
-    pub(in crate::lowering) fn mission_scenarios(&mut self, expanded: &Expanded) {
+    pub(in crate::lowering) fn mission_scenarios(&mut self, expanded: &Expanded, missions: &mut [MissionProgram]) {
         for (s, texts) in expanded.scenarios.iter().filter(|(s, _)| runs_mission(s)) {
             check_scenario_keys(&s.body, true, self.diagnostics);
-            let Some(index) = self.mission_of(s, expanded) else { continue };
-            let Some(of) = self.planned.get(index) else { continue };
+            let Some(index) = self.mission_of(s, expanded, missions) else { continue };
+            let Some(of) = missions.get(index) else { continue };
             let planned = of.clone();
             let name = &planned.name;
             let of = Executed { name, mission: &*planned.kind };
@@ -76,7 +76,7 @@ impl Lowerer<'_> {
                 continue;
             }
             self.mission_expectations((&s.expects, texts), (of, &machines), &mut scenario, at);
-            if let Some(of) = self.planned.get_mut(index) {
+            if let Some(of) = missions.get_mut(index) {
                 of.scenarios.push(scenario);
             }
         }
@@ -94,7 +94,7 @@ impl Lowerer<'_> {
     }
 
     /// The number of the mission that a scenario runs, among those that could be made.
-    fn mission_of(&mut self, s: &Scenario, expanded: &Expanded) -> Option<usize> {
+    fn mission_of(&mut self, s: &Scenario, expanded: &Expanded, missions: &[MissionProgram]) -> Option<usize> {
         let e = s.body.get("mission")?;
         let Some(name) = text_of(&e.value) else {
             if !matches!(e.value.kind, dsl::tree::ValueKind::Missing) {
@@ -116,7 +116,7 @@ impl Lowerer<'_> {
             return None;
         }
         // One in which something is wrong was reported, and is not among these.
-        self.planned.iter().position(|m| m.name == name)
+        missions.iter().position(|m| m.name == name)
     }
 
     /// A scenario without its expectations, and where its step was written.
