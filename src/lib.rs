@@ -1,7 +1,7 @@
 //! Hierarq: a declarative language and compiler for task hierarchies of robots that work beside people.
 //!
-//! This library is the facade over the crates that do the work, and holds what the command line needs beside them:
-//! reading files, the report of a run, the pages of the documentation.
+//! This library is the facade over the crates that do the work, and holds two parts that only the command line needs:
+//! new projects and the kinds of files that it writes.
 //!
 //! | crate | is |
 //! |---|---|
@@ -12,29 +12,27 @@
 //! | [`solver`] | the hierarchical quadratic program |
 //! | [`runtime`] | programs, the controller, the simulated robot |
 //! | [`mission`] | planners of missions, and their execution |
+//! | [`runs`] | specs read and compiled, scenarios, sweeps, plans as data |
+//! | [`views`] | reports, charts, drawings of machines |
+//! | [`ide`] | the language server, the catalogue, the schema |
+//! | `serve` | web pages of a mission |
 
 pub use compiler;
 pub use dsl;
+pub use ide;
 pub use mission;
 pub use robot;
+pub use runs;
 pub use runtime;
+#[cfg(feature = "serve")]
+pub use serve;
 pub use solver;
 pub use stdlib_tasks;
+pub use views;
 
-pub mod catalogue;
-pub mod gantt;
-pub mod graph;
+pub use ide::{catalogue, keys, lsp, schema};
+pub use runs::{plan_data, planned, project, sweep, ticks, trial};
+pub use views::{gantt, graph, report, xml};
+
 pub mod init;
-pub mod keys;
-pub mod lsp;
 pub mod outputs;
-pub mod plan_data;
-pub mod planned;
-pub mod project;
-pub mod report;
-pub mod schema;
-#[cfg(feature = "serve")]
-pub mod serve;
-pub mod sweep;
-pub mod trial;
-pub mod xml;

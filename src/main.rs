@@ -1,7 +1,6 @@
 //! The `hierarq` command.
 
 mod cli;
-mod ticks;
 
 use std::process::ExitCode;
 

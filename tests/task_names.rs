@@ -11,7 +11,7 @@ const NAMED: [(&str, &str); 29] = [
     ("hold", "compiler/src/expr/trajectories.rs"),
     ("hold", "compiler/src/lowering/humans.rs"),
     ("hold", "compiler/src/sections/human.rs"),
-    ("hold", "src/sweep/digest.rs"),
+    ("hold", "runs/src/sweep/digest.rs"),
     ("joint_acceleration_limits", "compiler/src/checks/braking.rs"),
     ("joint_acceleration_limits", "src/init/spec.rs"),
     ("joint_position", "compiler/src/checks/ineffective.rs"),
@@ -30,11 +30,11 @@ const NAMED: [(&str, &str); 29] = [
     ("safety_planner", "compiler/src/checks/safety_planners.rs"),
     ("safety_planner", "runtime/src/planning/settings.rs"),
     ("self_collision", "compiler/src/checks/first_tick.rs"),
-    ("self_collision", "src/report/scene.rs"),
+    ("self_collision", "views/src/report/scene.rs"),
     ("speed_separation", "compiler/src/checks/accelerations.rs"),
     ("track", "compiler/src/checks/ineffective.rs"),
     ("virtual_wall", "compiler/src/checks/first_tick.rs"),
-    ("virtual_wall", "src/report/scene.rs"),
+    ("virtual_wall", "views/src/report/scene.rs"),
 ];
 
 fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
@@ -52,7 +52,18 @@ fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
 fn task_types_are_named_in_the_library_alone() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files = Vec::new();
-    for folder in ["compiler/src", "runtime/src", "mission/src", "dsl/src", "context/src", "src"] {
+    for folder in [
+        "compiler/src",
+        "runtime/src",
+        "mission/src",
+        "dsl/src",
+        "context/src",
+        "ide/src",
+        "views/src",
+        "serve/src",
+        "runs/src",
+        "src",
+    ] {
         sources(&root.join(folder), &mut files);
     }
     let mut found = BTreeSet::new();
@@ -105,18 +116,18 @@ const NAMING_KINDS: &[&str] = &[
     "src/cli/plan/mod.rs",
     "src/cli/plan/schedule.rs",
     "src/cli/serve.rs",
-    "src/plan_data/layers.rs",
-    "src/plan_data/schedule.rs",
-    "src/planned.rs",
-    "src/serve/diary.rs",
-    "src/serve/journal.rs",
-    "src/serve/layered.rs",
-    "src/serve/layered_view.rs",
-    "src/serve/mod.rs",
-    "src/serve/overview.rs",
-    "src/serve/schedule.rs",
-    "src/serve/view.rs",
-    "src/serve/words.rs",
+    "runs/src/plan_data/layers.rs",
+    "runs/src/plan_data/schedule.rs",
+    "runs/src/planned.rs",
+    "serve/src/view/diary.rs",
+    "serve/src/journal.rs",
+    "serve/src/layered/mod.rs",
+    "serve/src/layered/view.rs",
+    "serve/src/lib.rs",
+    "serve/src/overview.rs",
+    "serve/src/schedule.rs",
+    "serve/src/view/mod.rs",
+    "serve/src/words.rs",
 ];
 
 /// Words that name a kind of mission.
@@ -127,7 +138,18 @@ const KINDS: [&str; 6] =
 fn kinds_of_missions_are_named_in_their_folders() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files = Vec::new();
-    for folder in ["compiler/src", "runtime/src", "mission/src", "dsl/src", "context/src", "src"] {
+    for folder in [
+        "compiler/src",
+        "runtime/src",
+        "mission/src",
+        "dsl/src",
+        "context/src",
+        "ide/src",
+        "views/src",
+        "serve/src",
+        "runs/src",
+        "src",
+    ] {
         sources(&root.join(folder), &mut files);
     }
     let mut found = BTreeSet::new();

@@ -23,7 +23,7 @@ use runtime::{Judge, Program, Simulation};
 use solver::Backend;
 
 use super::{Outcome, SpecOptions, interruption, output, run_mission, table};
-use crate::ticks::ProblemRecorder;
+use hierarq::ticks::ProblemRecorder;
 
 #[derive(Args)]
 pub struct Arguments {

@@ -13,7 +13,7 @@ use solver::{Backend, Problem, Status, certificate};
 
 use super::backend::{Measured, Times, cells_of, json_of, named, remark, table};
 use super::{Outcome, output};
-use crate::ticks::{self, Line, Lines, MAX_LINE, Refusal, Tick};
+use hierarq::ticks::{self, Line, Lines, MAX_LINE, Refusal, Tick};
 
 /// Tolerance of the certificate: an answer that exceeds it is not optimal, whatever status the solver reports.
 const CERTIFIED: f64 = 1e-6;

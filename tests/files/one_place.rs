@@ -43,6 +43,10 @@ fn files_are_read_and_written_in_one_place() {
         "compiler/src",
         "mission/src",
         "context/src",
+        "ide/src",
+        "views/src",
+        "serve/src",
+        "runs/src",
     ] {
         sources(&root.join(part), &mut all);
     }

@@ -1,5 +1,7 @@
 //! Routes of the server and their handlers.
 
+mod stream;
+
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -16,16 +18,16 @@ use serde::de::DeserializeOwned;
 use serde_json::json;
 use tokio::time::timeout;
 
-use crate::gantt;
+use views::gantt;
 
+use self::stream::stream;
+use super::access::keys::NoKeys;
 use super::access::{Access, Link, Role, Session};
 use super::engine::Handle;
 use super::guard::{Hosts, guard};
-use super::keys::NoKeys;
 use super::pages;
 use super::places::Held;
 use super::rate::Bucket;
-use super::stream::stream;
 use super::told::{PersonTells, SupervisorTells, Tells};
 use super::view::{ClockView, PersonView, Published, SupervisorView};
 

@@ -3,8 +3,8 @@
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 
-use crate::gantt;
-use crate::xml::escaped;
+use views::gantt;
+use views::xml::escaped;
 
 /// Returns a file of `/static/`; `None` if there is no such file.
 pub fn file(name: &str) -> Option<Response> {

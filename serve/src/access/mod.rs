@@ -1,15 +1,17 @@
 //! Access to pages: one-time links, and the sessions that they create.
 //!
-//! A link and the cookie of a session are signed numbers ([`keys`](super::keys)). The first use of a link creates a
+//! A link and the cookie of a session are signed numbers ([`keys`]). The first use of a link creates a
 //! session; a second use is rejected. The opened link of each page, which identifies the valid session, is stored with
 //! the key.
+
+pub mod keys;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::{Deserialize, Serialize};
 
-use super::keys::{Keys, Kind, NoKeys};
+use self::keys::{Keys, Kind, NoKeys};
 use super::rate::Bucket;
 
 /// Owner of a page.
@@ -199,7 +201,7 @@ impl Access {
 
 #[cfg(test)]
 mod tests {
-    use crate::serve::keys::Page;
+    use crate::access::keys::Page;
 
     use super::*;
 

@@ -6,9 +6,9 @@ use mission::kinds::schedule::problem::{AgentKind, Problem};
 use mission::kinds::schedule::words::of_happening;
 use mission::plan::Actor;
 
-use super::messages::Messages;
-use super::view::{Ask, Measured, Message};
-use super::words;
+use crate::view::messages::Messages;
+use crate::view::{Ask, Measured, Message};
+use crate::words;
 
 /// Maximum number of messages of one person's page.
 const MESSAGES: usize = 12;

@@ -9,9 +9,9 @@ use futures_util::stream::{Stream, unfold};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 
-use super::access::{Role, Session};
-use super::routes::App;
-use super::view::Published;
+use crate::access::{Role, Session};
+use crate::routes::App;
+use crate::view::Published;
 
 /// Maximum interval between messages of a stream.
 const BEAT: Duration = Duration::from_secs(4);

@@ -7,14 +7,14 @@ use mission::kinds::schedule::execution::{Doing, Event, EventError, Execution, H
 use mission::kinds::schedule::map::map;
 use mission::plan::Actor;
 
-use super::diary::Diary;
 use super::engine::Answer;
+use super::engine::world::{Note, Shown, World};
 use super::journal::Entry;
 use super::overview::supervisor;
 use super::told::{PersonTells, SupervisorTells, longer, still};
+use super::view::diary::Diary;
 use super::view::person;
 use super::words::written;
-use super::world::{Note, Shown, World};
 
 /// A running schedule, with the history for its pages.
 pub struct Schedule {

@@ -6,10 +6,10 @@ use mission::kinds::layers::execution::{AgentView, Doing, Event, Happening, Laye
 use mission::kinds::layers::problem::Problem;
 use mission::kinds::layers::steps::{Step as Planned, from_plan};
 
-use super::layered::{people, robots};
-use super::overview::{NO_PLAN, status, times};
-use super::view::{AgentRow, May, Message, PersonView, RobotRow, Step, SupervisorView, Trouble};
-use super::words::written;
+use crate::layered::{people, robots};
+use crate::overview::{NO_PLAN, status, times};
+use crate::view::{AgentRow, May, Message, PersonView, RobotRow, Step, SupervisorView, Trouble};
+use crate::words::written;
 
 fn name(problem: &Problem, agent: usize) -> &str {
     problem.agent_label(agent).unwrap_or("?")

@@ -2,6 +2,8 @@
 //!
 //! Pages number robots and people separately, as plans do; the execution numbers them together.
 
+mod view;
+
 use std::sync::Arc;
 
 use mission::execution::PlanChange;
@@ -12,15 +14,15 @@ use mission::kinds::layers::steps::agent_of;
 use mission::kinds::layers::words::of_happening as of_layered_happening;
 use mission::plan::Actor;
 
+use self::view::{for_one, person, supervisor};
 use super::engine::Answer;
+use super::engine::world::{Note, Shown, World};
 use super::journal::Entry;
-use super::layered_view::{for_one, person, supervisor};
-use super::messages::Messages;
 use super::schedule::{Followed, TOLD_BEFORE, said};
 use super::told::{PersonTells, SupervisorTells, longer, still};
 use super::view::Message;
+use super::view::messages::Messages;
 use super::words::written;
-use super::world::{Note, Shown, World};
 
 /// Maximum number of messages of one person's page.
 const MESSAGES: usize = 12;

@@ -7,7 +7,7 @@ import { dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { createInterface } from 'node:readline';
 
-import { launch } from '../../report/assets/check/browser.mjs';
+import { launch } from '../../../views/src/report/assets/check/browser.mjs';
 
 const here = dirname(fileURLToPath(import.meta.url));
 const [binary = 'target/debug/hierarq', pictures] = process.argv.slice(2);

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use mission::map::Map;
 use mission::plan::Plan;
 
-use super::engine::Answer;
-use super::journal::Entry;
-use super::told::{PersonTells, SupervisorTells};
-use super::view::{PersonView, SupervisorView};
+use crate::engine::Answer;
+use crate::journal::Entry;
+use crate::told::{PersonTells, SupervisorTells};
+use crate::view::{PersonView, SupervisorView};
 
 /// Writes an entry into the journal, before it has an effect; returns the reason if that fails.
 pub type Note<'n> = dyn FnMut(Entry) -> Result<(), String> + 'n;

@@ -1,5 +1,8 @@
 //! Contents of the pages as data: created by the engine from the execution, sent as JSON.
 
+pub mod diary;
+pub mod messages;
+
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -8,7 +11,7 @@ use mission::kinds::schedule::problem::Problem;
 use mission::plan::{Actor, Phase, Plan};
 use serde::Serialize;
 
-use super::diary::Diary;
+use self::diary::Diary;
 use super::words::{self, written};
 use mission::map::Map;
 

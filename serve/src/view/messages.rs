@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::mem::{Discriminant, discriminant};
 
-use super::view::Message;
+use crate::view::Message;
 
 /// Messages about happenings of this type.
 #[derive(Clone, Debug)]

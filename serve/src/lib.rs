@@ -7,34 +7,28 @@
 //!
 //! | protection against | module |
 //! |---|---|
-//! | visitors without a link | [`access`]: one-time links create sessions; [`keys`]: both are signed |
+//! | visitors without a link | [`access`]: one-time links create sessions; [`keys`](access::keys): both are signed |
 //! | pages of other sites, foreign host names | [`guard`] |
 //! | excessive connections, headers, bodies, requests, delays | [`places`], [`listen`], [`routes`], [`rate`] |
 //! | texts that are parsed as markup | pages are constant; names are text nodes, or escaped |
 
 mod access;
 mod clock;
-mod diary;
 mod engine;
 mod guard;
 mod journal;
-mod keys;
 mod layered;
-mod layered_view;
 mod lines;
 mod listen;
-mod messages;
 mod overview;
 mod pages;
 mod places;
 mod rate;
 mod routes;
 mod schedule;
-mod stream;
 mod told;
 mod view;
 mod words;
-mod world;
 
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
@@ -49,21 +43,21 @@ use mission::kinds::schedule::problem::{AgentKind, Problem};
 use tokio::sync::watch;
 use twox_hash::XxHash3_128;
 
+use self::access::keys::{Keys, Page};
 use self::access::{Access, Role};
 use self::engine::Engine;
+use self::engine::world::World;
 use self::guard::Hosts;
 use self::journal::Journal;
-use self::keys::{Keys, Page};
 use self::layered::Layered;
 use self::rate::Bucket;
 use self::routes::App;
 use self::schedule::Schedule;
 use self::view::Published;
-use self::world::World;
 
+pub use self::access::keys::{NoKeys, new_link};
 pub use self::engine::Resuming;
 pub use self::journal::NoJournal;
-pub use self::keys::{NoKeys, new_link};
 pub use self::places::{OF_AN_ADDRESS, STRANGERS};
 
 /// A schedule to be served.

@@ -2,6 +2,8 @@
 //!
 //! Planning may take a while; pages are still served then, and reports wait in a short queue.
 
+pub mod world;
+
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
@@ -9,12 +11,12 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::{oneshot, watch};
 
+use self::world::World;
 use super::clock::Clock;
 use super::journal::{Entry, Journal, Line, NoJournal};
 use super::told::{PersonTells, SupervisorTells, Tells};
 use super::view::{ClockView, Published};
 use super::words::written;
-use super::world::World;
 
 /// Interval between advances of time.
 const TICK: Duration = Duration::from_millis(50);
@@ -274,9 +276,9 @@ fn joined(note: Option<String>, more: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::serve::lines::tests::{Faults, Faulty};
-    use crate::serve::view::SupervisorView;
-    use crate::serve::world::{Note, Shown};
+    use crate::engine::world::{Note, Shown};
+    use crate::lines::tests::{Faults, Faulty};
+    use crate::view::SupervisorView;
     use mission::plan::{Plan, Statistics, Status};
 
     /// A mission in which every step takes longer than real time.

@@ -14,8 +14,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use ring::hmac;
 use serde::{Deserialize, Serialize};
 
-use super::LinkOf;
-use super::access::Role;
+use super::Role;
+use crate::LinkOf;
 
 /// Maximum size of the file (bytes).
 const LARGEST: u64 = 1 << 20;

@@ -4,7 +4,7 @@ use mission::kinds::schedule::execution::{AgentView, Doing, Execution, RobotView
 use mission::kinds::schedule::problem::{Distances, Problem};
 use mission::plan::{Plan, Status};
 
-use super::diary::Diary;
+use super::view::diary::Diary;
 use super::view::{AgentRow, RobotRow, SupervisorView, Trouble};
 use super::words::{self, written};
 

@@ -290,7 +290,7 @@ mod tests {
         journal.add(&line(7.0)).expect("writable");
         drop(journal);
         assert_eq!(Journal::open(&path, "v", "d").expect("mine").1, [line(7.0), line(7.0)]);
-        let lines = Lines::new(Box::new(crate::serve::lines::tests::Faulty::default()), LARGEST - 9);
+        let lines = Lines::new(Box::new(crate::lines::tests::Faulty::default()), LARGEST - 9);
         let mut journal = Journal { lines, path, time: 0.0 };
         assert!(matches!(journal.add(&line(1.0)), Err(NoJournal::Full { .. })));
     }

@@ -1,0 +1,7 @@
+//! Descriptions of the language for people and editors: the language server, the catalogue of task types, the page of
+//! keys, and the JSON Schema of the YAML spelling.
+
+pub mod catalogue;
+pub mod keys;
+pub mod lsp;
+pub mod schema;
