@@ -207,7 +207,7 @@ fn furthest(a: &[f64], b: &[f64]) -> f64 {
 
 impl Session {
     fn all(&mut self, lines: &mut Lines<impl std::io::BufRead>) -> Result<(), String> {
-        while let Some((number, line)) = lines.next().map_err(|e| format!("cannot read {}: {e}", self.name))? {
+        while let Some((number, line)) = lines.read().map_err(|e| format!("cannot read {}: {e}", self.name))? {
             let tick = match line {
                 Line::Bytes(bytes) if bytes.trim_ascii().is_empty() => continue,
                 Line::Bytes(bytes) => ticks::read(bytes),

@@ -30,7 +30,7 @@ impl<R: BufRead> Lines<R> {
     ///
     /// # Errors
     /// The stream cannot be read.
-    pub fn next(&mut self) -> Result<Option<(u64, Line<'_>)>> {
+    pub fn read(&mut self) -> Result<Option<(u64, Line<'_>)>> {
         self.buffer.clear();
         self.input.by_ref().take(MAX_LINE as u64 + 1).read_until(b'\n', &mut self.buffer)?;
         if self.buffer.is_empty() {
@@ -72,11 +72,11 @@ mod tests {
         text.extend(vec![b'y'; MAX_LINE + 1]);
         text.extend(b"\nlast");
         let mut lines = Lines::new(&text[..]);
-        assert_eq!(lines.next().expect("read"), Some((1, Line::Bytes(b"one"))));
-        assert_eq!(lines.next().expect("read"), Some((2, Line::Bytes(b""))));
-        assert!(matches!(lines.next().expect("read"), Some((3, Line::Bytes(b))) if b.len() == MAX_LINE));
-        assert_eq!(lines.next().expect("read"), Some((4, Line::TooLong)));
-        assert_eq!(lines.next().expect("read"), Some((5, Line::Bytes(b"last"))));
-        assert_eq!(lines.next().expect("read"), None);
+        assert_eq!(lines.read().expect("read"), Some((1, Line::Bytes(b"one"))));
+        assert_eq!(lines.read().expect("read"), Some((2, Line::Bytes(b""))));
+        assert!(matches!(lines.read().expect("read"), Some((3, Line::Bytes(b))) if b.len() == MAX_LINE));
+        assert_eq!(lines.read().expect("read"), Some((4, Line::TooLong)));
+        assert_eq!(lines.read().expect("read"), Some((5, Line::Bytes(b"last"))));
+        assert_eq!(lines.read().expect("read"), None);
     }
 }
