@@ -51,7 +51,7 @@ fn program(machine: bool) -> Program {
     let input = compiler::Input {
         name: "bench.hq",
         text: &text,
-        spelling: dsl::Spelling::Hq,
+        syntax: dsl::Syntax::Native,
         folder: &folder,
         set: &[],
         package_paths: &[],

@@ -5,7 +5,7 @@
 //!
 //! | crate | is |
 //! |---|---|
-//! | [`dsl`] | the language: two spellings, one tree |
+//! | [`dsl`] | the language: two syntaxes, one tree |
 //! | [`compiler`] | names, types, units, checks, lowering |
 //! | [`stdlib_tasks`] | the task types |
 //! | [`robot`] | URDF, kinematics, distances |

@@ -76,8 +76,8 @@ fn every_whole_spec_in_the_docs_compiles() {
     let mut count = 0;
     for file in files {
         let text = std::fs::read_to_string(&file).expect("readable");
-        for (mark, begins, spelling) in
-            [("hq", "hierarq 1", dsl::Spelling::Hq), ("yaml", "hierarq: 1", dsl::Spelling::Yaml)]
+        for (mark, begins, syntax) in
+            [("hq", "hierarq 1", dsl::Syntax::Native), ("yaml", "hierarq: 1", dsl::Syntax::Yaml)]
         {
             for block in blocks(&text, mark).iter().filter(|b| b.starts_with(begins)) {
                 count += 1;
@@ -85,7 +85,7 @@ fn every_whole_spec_in_the_docs_compiles() {
                 let input = compiler::Input {
                     name: "docs",
                     text: block,
-                    spelling,
+                    syntax,
                     folder: &folder,
                     set: &[],
                     package_paths: &[],
@@ -138,7 +138,7 @@ fn program_compiles(what: &str, text: &str) {
     let input = compiler::Input {
         name: "docs",
         text,
-        spelling: dsl::Spelling::Hq,
+        syntax: dsl::Syntax::Native,
         folder: &folder,
         set: &[],
         package_paths: &[],

@@ -1,11 +1,11 @@
-//! Every example means the same in both spellings, survives conversion, and compiles to a reviewed program.
+//! Every example means the same in both syntaxes, survives conversion, and compiles to a reviewed program.
 
 use crate::common;
 
 use std::path::Path;
 
 use compiler::Compiled;
-use dsl::{SourceId, Spelling};
+use dsl::{SourceId, Syntax};
 use hierarq::project::{Settings, compile};
 use runtime::program::CompiledFile;
 
@@ -16,9 +16,9 @@ fn good(compiled: Compiled) -> CompiledFile {
 }
 
 /// Compiles a text in the folder of the examples under the given name.
-fn compile_text(name: &str, text: &str, spelling: Spelling) -> CompiledFile {
+fn compile_text(name: &str, text: &str, syntax: Syntax) -> CompiledFile {
     let folder = common::example("");
-    let input = compiler::Input { name, text, spelling, folder: &folder, set: &[], package_paths: &[] };
+    let input = compiler::Input { name, text, syntax, folder: &folder, set: &[], package_paths: &[] };
     good(compiler::compile(&input))
 }
 
@@ -38,18 +38,18 @@ fn no_example_is_forgotten() {
         .expect("the folder is there")
         .filter_map(|e| {
             let path = e.expect("readable").path();
-            Spelling::of_path(&path)?;
+            Syntax::of_path(&path)?;
             Some(path.file_stem()?.to_str()?.to_string())
         })
         .collect();
     stems.sort();
     let mut expected: Vec<String> = all().flat_map(|n| [n.to_string(), n.to_string()]).collect();
     expected.sort();
-    assert_eq!(stems, expected, "each example in both spellings, and in common::EXAMPLES or MISSIONS");
+    assert_eq!(stems, expected, "each example in both syntaxes, and in common::EXAMPLES or MISSIONS");
 }
 
 #[test]
-fn both_spellings_are_the_same_program() {
+fn both_syntaxes_are_the_same_program() {
     for name in all() {
         let hq = compiled(&format!("{name}.hq"));
         let yaml = compiled(&format!("{name}.yaml"));
@@ -60,19 +60,18 @@ fn both_spellings_are_the_same_program() {
 #[test]
 fn conversion_and_formatting_keep_the_program() {
     for name in all() {
-        for (ending, spelling, other) in [("hq", Spelling::Hq, Spelling::Yaml), ("yaml", Spelling::Yaml, Spelling::Hq)]
-        {
+        for (ending, syntax, other) in [("hq", Syntax::Native, Syntax::Yaml), ("yaml", Syntax::Yaml, Syntax::Native)] {
             let file = format!("{name}.{ending}");
             let text = std::fs::read_to_string(common::example(&file)).expect("readable");
             let program = compiled(&file);
-            let (tree, diagnostics) = dsl::parse(SourceId(0), &text, spelling);
+            let (tree, diagnostics) = dsl::parse(SourceId(0), &text, syntax);
             assert!(diagnostics.is_empty(), "{file}: {diagnostics:?}");
-            assert_eq!(dsl::print(&tree, spelling), text, "{file} is formatted");
+            assert_eq!(dsl::print(&tree, syntax), text, "{file} is formatted");
             let converted = dsl::print(&tree, other);
             assert_eq!(compile_text(name, &converted, other), program, "{file} converted");
             let (back, _) = dsl::parse(SourceId(0), &converted, other);
-            let again = dsl::print(&back, spelling);
-            assert_eq!(compile_text(name, &again, spelling), program, "{file} there and back");
+            let again = dsl::print(&back, syntax);
+            assert_eq!(compile_text(name, &again, syntax), program, "{file} there and back");
         }
     }
 }

@@ -1,5 +1,5 @@
 //! Safety fields: the value is the mean of the distances, a limit on it is kept for all sources of measurements, and
-//! both spellings have the same meaning.
+//! both syntaxes have the same meaning.
 
 use crate::common;
 
@@ -235,14 +235,14 @@ scenario s { duration 4 s
 }
 
 #[test]
-fn both_spellings_say_the_same() {
+fn both_syntaxes_say_the_same() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
-    let read = |name: &str, spelling| {
+    let read = |name: &str, syntax| {
         let text = std::fs::read_to_string(folder.join(name)).expect("an example");
-        let input = Input { name: "nearness", text: &text, spelling, folder: &folder, set: &[], package_paths: &[] };
+        let input = Input { name: "nearness", text: &text, syntax, folder: &folder, set: &[], package_paths: &[] };
         compile(&input).program.expect("it compiles")
     };
-    assert_eq!(read("nearness.hq", dsl::Spelling::Hq), read("nearness.yaml", dsl::Spelling::Yaml));
+    assert_eq!(read("nearness.hq", dsl::Syntax::Native), read("nearness.yaml", dsl::Syntax::Yaml));
 }
 
 /// A monitoring task does not restrict the robot's speed until the distance of the standard is reached; the machine

@@ -67,16 +67,16 @@ fn the_three_formats() {
 }
 
 #[test]
-fn both_spellings_are_drawn_alike() {
+fn both_syntaxes_are_drawn_alike() {
     let text = format!("{ARM}{MACHINE}");
-    let (tree, diagnostics) = dsl::parse(dsl::SourceId(0), &text, dsl::Spelling::Hq);
+    let (tree, diagnostics) = dsl::parse(dsl::SourceId(0), &text, dsl::Syntax::Native);
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
-    let yaml = dsl::print(&tree, dsl::Spelling::Yaml);
+    let yaml = dsl::print(&tree, dsl::Syntax::Yaml);
     let folder = common::example("");
     let compiled = compiler::compile(&compiler::Input {
         name: "test.yaml",
         text: &yaml,
-        spelling: dsl::Spelling::Yaml,
+        syntax: dsl::Syntax::Yaml,
         folder: &folder,
         set: &[],
         package_paths: &[],

@@ -1,4 +1,4 @@
-//! Hard motion: the specs of `examples/hard` at control rates from 50 Hz to 1 kHz, in both spellings. Their
+//! Hard motion: the specs of `examples/hard` at control rates from 50 Hz to 1 kHz, in both syntaxes. Their
 //! expectations hold, no acceleration limit is violated, and the tool of an arm that cannot reach its target rests at
 //! the nearest point.
 
@@ -175,7 +175,7 @@ scenario \"it\" {{ duration 8 s  expect \"smooth\" always reversals(all) <= 2  e
 }
 
 #[test]
-fn both_spellings_say_the_same() {
+fn both_syntaxes_say_the_same() {
     for name in EXAMPLES {
         assert_eq!(program(&format!("hard/{name}.hq")), program(&format!("hard/{name}.yaml")), "{name}");
     }

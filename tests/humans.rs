@@ -237,14 +237,14 @@ fn a_recording_that_is_too_long_is_refused() {
     let text = format!(
         "{gentle}human walker {{ points [hand] }}\nscenario s {{ humans {{ walker {{ file \"long.csv\" }} }} }}"
     );
-    let spelling = dsl::Spelling::Hq;
-    let compiled = compile(&Input { name: "s", text: &text, spelling, folder: &folder, set: &[], package_paths: &[] });
+    let syntax = dsl::Syntax::Native;
+    let compiled = compile(&Input { name: "s", text: &text, syntax, folder: &folder, set: &[], package_paths: &[] });
     let d = &compiled.report.diagnostics;
     assert_eq!((d.len(), d[0].code), (1, "HQ0805"), "{d:?}");
     assert!(d[0].message.contains("more than 100000 lines"), "{}", d[0].message);
     assert_eq!(compiled.report.sources.line_column(d[0].primary.span.source, d[0].primary.span.start).0, 100_002);
     assert!(
-        compiler::files(&Input { name: "s", text: &text, spelling, folder: &folder, set: &[], package_paths: &[] })
+        compiler::files(&Input { name: "s", text: &text, syntax, folder: &folder, set: &[], package_paths: &[] })
             .contains(&folder.join("long.csv"))
     );
 }

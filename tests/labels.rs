@@ -42,7 +42,7 @@ fn good(args: &[&str]) -> String {
 }
 
 #[test]
-fn plans_charts_and_maps_show_labels_of_both_spellings() {
+fn plans_charts_and_maps_show_labels_of_both_syntaxes() {
     for (name, source, labels, names) in [
         (
             "labels_field",

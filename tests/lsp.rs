@@ -96,7 +96,7 @@ fn diagnostics_follow_the_text() {
     let input = compiler::Input {
         name: "x",
         text: &bad,
-        spelling: dsl::Spelling::Hq,
+        syntax: dsl::Syntax::Native,
         folder: &folder,
         set: &[],
         package_paths: &[],
@@ -141,16 +141,16 @@ fn what_is_wrong_in_the_urdf_is_shown_where_the_spec_names_it() {
 #[test]
 fn formatting_is_that_of_the_command_line() {
     let mut e = Editor::ready();
-    for (name, spelling) in [("hello.hq", dsl::Spelling::Hq), ("hello.yaml", dsl::Spelling::Yaml)] {
+    for (name, syntax) in [("hello.hq", dsl::Syntax::Native), ("hello.yaml", dsl::Syntax::Yaml)] {
         let (good, doc) = (text(name), uri(name));
         let messy = good.replacen("\n\n", "\n\n\n\n", 1).replace("  rate", "      rate");
-        let messy = if spelling == dsl::Spelling::Yaml { good.replacen("\n\n", "\n\n\n\n", 1) } else { messy };
+        let messy = if syntax == dsl::Syntax::Yaml { good.replacen("\n\n", "\n\n\n\n", 1) } else { messy };
         assert_ne!(messy, good);
         e.open(&doc, "hierarq", &messy);
         let params = json!({ "textDocument": { "uri": doc }, "options": { "tabSize": 2, "insertSpaces": true } });
         let edits = e.result("textDocument/formatting", params.clone());
         let source = dsl::Sources::default().add("", "");
-        let expected = dsl::print(&dsl::parse(source, &messy, spelling).0, spelling);
+        let expected = dsl::print(&dsl::parse(source, &messy, syntax).0, syntax);
         assert_eq!(edited(&messy, &edits), expected, "{name}");
         e.change(&doc, 2, json!([{ "text": expected }]));
         assert_eq!(e.result("textDocument/formatting", params.clone()), json!([]), "nothing to do");

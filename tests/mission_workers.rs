@@ -6,7 +6,7 @@ mod files;
 
 use common::example;
 use compiler::{Compiled, Input};
-use dsl::Spelling;
+use dsl::Syntax;
 use hierarq::trial::{self, Found};
 use proptest::prelude::*;
 use runtime::missions::csv::MissionCsv;
@@ -33,7 +33,7 @@ const PICKER: &str = "worker w1 { place [5, 4] m  operations 2  duration normal(
     runs { spec \"picker.hq\"  scenario \"two boxes\"  go box_in_place  done waiting } }";
 
 fn compiled_in(folder: &Path, text: &str) -> Compiled {
-    compiler::compile(&Input { name: "day.hq", text, spelling: Spelling::Hq, folder, set: &[], package_paths: &[] })
+    compiler::compile(&Input { name: "day.hq", text, syntax: Syntax::Native, folder, set: &[], package_paths: &[] })
 }
 
 /// Returns the scenario `s` and its mission.

@@ -43,7 +43,7 @@ fn compiled(levels: &str) -> Compiled {
     compiler::compile(&Input {
         name,
         text: &text,
-        spelling: dsl::Spelling::Hq,
+        syntax: dsl::Syntax::Native,
         folder: &folder,
         set: &[],
         package_paths: &[],

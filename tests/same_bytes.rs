@@ -25,7 +25,7 @@ const COMMANDS: &[(&str, &[&str], &[&str])] = &[
     ("a compiled program of YAML", &["compile", "@/beside_harvest.yaml", "--format", "json"], &[]),
     ("a compiled mission", &["compile", "@/vineyard_picker.hq", "--format", "json"], &[]),
     ("a program in words", &["compile", "@/tested.hq"], &[]),
-    ("the other spelling", &["fmt", "@/tested.hq", "--to", "yaml"], &[]),
+    ("the other syntax", &["fmt", "@/tested.hq", "--to", "yaml"], &[]),
     ("a picture of a machine", &["graph", "@/harvesting.hq", "--format", "svg"], &[]),
     (
         "a schedule",

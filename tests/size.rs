@@ -10,7 +10,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 
-use dsl::{SourceId, Spelling, parse, print};
+use dsl::{SourceId, Syntax, parse, print};
 
 struct Counting;
 
@@ -68,9 +68,9 @@ const MEMORY: usize = 256 << 20;
 /// Maximum number of allocations. Half a million of them take about 20 ms; the work between two of them is bounded.
 const ALLOCATIONS: usize = 12_000_000;
 
-fn check(text: &str, spelling: Spelling) -> compiler::Report {
+fn check(text: &str, syntax: Syntax) -> compiler::Report {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
-    let input = compiler::Input { name: "spec", text, spelling, folder: &folder, set: &[], package_paths: &[] };
+    let input = compiler::Input { name: "spec", text, syntax, folder: &folder, set: &[], package_paths: &[] };
     compiler::compile(&input).report
 }
 
@@ -86,14 +86,14 @@ impl Recording {
         Recording(path)
     }
 
-    fn nuisance(&self) -> (&'static str, Spelling, String) {
+    fn nuisance(&self) -> (&'static str, Syntax, String) {
         let text = format!(
             "hierarq 1\nrobot arm {{ urdf \"robots/arm7.urdf\"  rate 100 Hz  home {{ joint_4 1 rad }} }}\n\
              human h {{ points [p] }}\nstack s {{ level l {{ joint_velocity_limits }} }}\n\
              scenario \"x\" {{ stack s  duration 1 s  humans {{ h {{ file {:?} }} }} }}\n",
             self.0
         );
-        ("a recording of many columns", Spelling::Hq, text)
+        ("a recording of many columns", Syntax::Native, text)
     }
 }
 
@@ -108,19 +108,19 @@ impl Drop for Recording {
 fn no_text_takes_long_or_much_memory() {
     let spec = large::honest(5000);
     assert!(spec.lines().count() >= 4500, "{} lines", spec.lines().count());
-    let report = check(&spec, Spelling::Hq);
+    let report = check(&spec, Syntax::Native);
     assert_eq!(report.diagnostics.len(), 0, "{}", report.render(compiler::Style::Plain, 100));
-    let (tree, _) = parse(SourceId(0), &spec, Spelling::Hq);
-    let report = check(&print(&tree, Spelling::Yaml), Spelling::Yaml);
+    let (tree, _) = parse(SourceId(0), &spec, Syntax::Native);
+    let report = check(&print(&tree, Syntax::Yaml), Syntax::Yaml);
     assert_eq!(report.diagnostics.len(), 0, "{}", report.render(compiler::Style::Plain, 100));
 
     let recording = Recording::of_many_columns();
     let mut wrong = Vec::new();
-    for (name, spelling, text) in large::nuisances().into_iter().chain([recording.nuisance()]) {
+    for (name, syntax, text) in large::nuisances().into_iter().chain([recording.nuisance()]) {
         let (count, held) = (COUNT.load(SeqCst), HELD.load(SeqCst));
         PEAK.store(held, SeqCst);
         let begun = std::time::Instant::now();
-        let report = check(&text, spelling);
+        let report = check(&text, syntax);
         if let Some((_, code)) = CODES.iter().find(|c| c.0 == name) {
             assert!(report.diagnostics.iter().any(|d| d.code == *code), "{name}: {:?}", report.diagnostics);
         }

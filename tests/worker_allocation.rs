@@ -39,8 +39,8 @@ mission day : schedule {{
 scenario s {{ mission day  duration {seconds} s  step 10 s  expect always in(w1.busy) or time < 1 s }}
 "
     );
-    let (name, spelling) = ("day.hq", dsl::Spelling::Hq);
-    let input = compiler::Input { name, text: &text, spelling, folder: &folder, set: &[], package_paths: &[] };
+    let (name, syntax) = ("day.hq", dsl::Syntax::Native);
+    let input = compiler::Input { name, text: &text, syntax, folder: &folder, set: &[], package_paths: &[] };
     let compiled = compiler::compile(&input);
     assert_eq!(compiled.report.errors(), 0, "{}", compiled.report.to_json());
     let mission = compiled.missions[0].clone();

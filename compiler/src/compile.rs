@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 
-use dsl::{Diagnostic, SourceId, Sources, Spelling};
+use dsl::{Diagnostic, SourceId, Sources, Syntax};
 
 use crate::checks::{self, size_limits};
 use crate::cli_overrides;
@@ -32,7 +32,7 @@ pub fn compile_among(input: &Input, texts: &Texts) -> Compiled {
 pub fn params(input: &Input) -> Vec<ParamValue> {
     let (mut sources, texts) = (Sources::default(), Texts::new());
     let source = sources.add(input.name, input.text);
-    let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
+    let (spec, mut diagnostics) = dsl::parse(source, input.text, input.syntax);
     let expanded = expand((input, &texts), source, spec, &mut sources, &mut diagnostics);
     let context = Context { input, texts: &texts, source, compile: compile_part };
     lowering::params(&context, &expanded, &mut sources, &mut diagnostics)
@@ -41,7 +41,7 @@ pub fn params(input: &Input) -> Vec<ParamValue> {
 fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
     let mut report = Report::default();
     let source = report.sources.add(input.name, input.text);
-    let (spec, mut diagnostics) = dsl::parse(source, input.text, input.spelling);
+    let (spec, mut diagnostics) = dsl::parse(source, input.text, input.syntax);
     if let Some(refusal) = size_limits::spec(&spec) {
         return refused(report, diagnostics, refusal);
     }
@@ -67,7 +67,7 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
     follow_ons::remove(&mut diagnostics, form, &whole, &report.sources);
     // Without the missions, names that only missions use would be reported as unused.
     diagnostics.retain(|d| !left_out || d.code != "HQ0203");
-    word(&mut diagnostics, input.spelling, &expanded, &lowered.foreign, &report.sources);
+    word(&mut diagnostics, input.syntax, &expanded, &lowered.foreign, &report.sources);
     report.diagnostics = diagnostics;
     report.finish();
     if cli_overrides::blame(compile, input, &mut report.diagnostics, &report.sources) {
@@ -82,14 +82,14 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
 /// Converts the helps to the syntax of their file, except in `foreign` texts, whose helps are already converted.
 fn word(
     diagnostics: &mut [Diagnostic],
-    own: Spelling,
+    own: Syntax,
     expanded: &Expanded,
     foreign: &BTreeSet<SourceId>,
     sources: &Sources,
 ) {
     for d in diagnostics.iter_mut().filter(|d| !foreign.contains(&d.primary.span.source)) {
-        let spelling = expanded.spellings.get(&sources.text_of(d.primary.span.source));
-        if *spelling.unwrap_or(&own) == Spelling::Yaml {
+        let syntax = expanded.syntaxes.get(&sources.text_of(d.primary.span.source));
+        if *syntax.unwrap_or(&own) == Syntax::Yaml {
             d.help = d.help.as_deref().map(in_yaml);
         }
     }

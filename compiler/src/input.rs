@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use dsl::Spelling;
+use dsl::Syntax;
 use runtime::program::{MissionProgram, Program};
 
 use crate::diagnostics::report::Report;
@@ -19,7 +19,7 @@ pub struct Input<'a> {
     /// The text.
     pub text: &'a str,
     /// Syntax.
-    pub spelling: Spelling,
+    pub syntax: Syntax,
     /// Base folder of relative paths.
     pub folder: &'a Path,
     /// Overridden parameters, as `(name, value)` in the language.

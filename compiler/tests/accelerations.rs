@@ -3,18 +3,18 @@
 use crate::common;
 
 use common::{compile_text, examples, whole};
-use dsl::{SourceId, Spelling};
+use dsl::{SourceId, Syntax};
 
 /// Codes of the diagnostics of a spec, which must be equal in both syntaxes.
 fn codes(body: &str) -> Vec<&'static str> {
-    let hq = whole(body, Spelling::Hq, true, false);
-    let (spec, _) = dsl::parse(SourceId(0), &hq, Spelling::Hq);
-    let yaml = dsl::print(&spec, Spelling::Yaml);
-    let [a, b] = [(hq, Spelling::Hq), (yaml, Spelling::Yaml)].map(|(text, spelling)| {
-        let report = compile_text(&text, spelling, &examples(), &[]).report;
+    let hq = whole(body, Syntax::Native, true, false);
+    let (spec, _) = dsl::parse(SourceId(0), &hq, Syntax::Native);
+    let yaml = dsl::print(&spec, Syntax::Yaml);
+    let [a, b] = [(hq, Syntax::Native), (yaml, Syntax::Yaml)].map(|(text, syntax)| {
+        let report = compile_text(&text, syntax, &examples(), &[]).report;
         report.diagnostics.iter().map(|d| d.code).collect::<Vec<_>>()
     });
-    assert_eq!(a, b, "both spellings");
+    assert_eq!(a, b, "both syntaxes");
     a
 }
 

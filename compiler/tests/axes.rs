@@ -4,7 +4,7 @@
 use crate::common;
 
 use common::{Compiled, compile_text, examples};
-use dsl::Spelling;
+use dsl::Syntax;
 use hierarq_compiler::Style;
 use robot::{Data, Model};
 use runtime::{Recorder, Simulation, Tick};
@@ -51,10 +51,10 @@ run {{ stack s  duration 4 s }}
 fn both(text: &str) -> [Compiled; 2] {
     let mut sources = dsl::Sources::default();
     let source = sources.add("spec", text);
-    let (tree, found) = dsl::parse(source, text, Spelling::Hq);
+    let (tree, found) = dsl::parse(source, text, Syntax::Native);
     assert!(found.is_empty(), "{found:?}\n{text}");
-    let yaml = dsl::print(&tree, Spelling::Yaml);
-    [(text, Spelling::Hq), (yaml.as_str(), Spelling::Yaml)].map(|(t, s)| compile_text(t, s, &examples(), &[]))
+    let yaml = dsl::print(&tree, Syntax::Yaml);
+    [(text, Syntax::Native), (yaml.as_str(), Syntax::Yaml)].map(|(t, s)| compile_text(t, s, &examples(), &[]))
 }
 
 fn taken(settings: &str, position: &str, orientation: &str) {

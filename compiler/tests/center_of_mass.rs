@@ -4,7 +4,7 @@ use crate::common;
 
 use common::compile_text;
 use common::state::{ARM7, Bench, CANOPIES, program};
-use dsl::Spelling;
+use dsl::Syntax;
 
 type Triple = [f64; 3];
 
@@ -93,7 +93,7 @@ fn of_urdf(name: &str, urdf: &str, tasks: &[&str]) -> runtime::program::Program 
     let text = format!(
         "hierarq 1\nrobot r {{ urdf \"r.urdf\"  rate 100 Hz }}\n{lines}stack s {{ level all {{ {names} }} }}\n"
     );
-    let compiled = compile_text(&text, Spelling::Hq, &folder, &[]);
+    let compiled = compile_text(&text, Syntax::Native, &folder, &[]);
     compiled.program.unwrap_or_else(|| panic!("{:?}", compiled.report.diagnostics))
 }
 

@@ -5,46 +5,46 @@
 use crate::common;
 
 use common::{annotated, cases};
-use dsl::{Severity, Spelling};
+use dsl::{Severity, Syntax};
 use hierarq_compiler::codes;
 use std::collections::BTreeSet;
 
-const FILES: &[(&str, &str, Spelling)] = &[
-    ("names", include_str!("cases/names.txt"), Spelling::Hq),
-    ("values", include_str!("cases/values.txt"), Spelling::Hq),
-    ("robot", include_str!("cases/robot.txt"), Spelling::Hq),
-    ("state", include_str!("cases/state.txt"), Spelling::Hq),
-    ("frames", include_str!("cases/frames.txt"), Spelling::Hq),
-    ("poses", include_str!("cases/poses.txt"), Spelling::Hq),
-    ("trajectories", include_str!("cases/trajectories.txt"), Spelling::Hq),
-    ("checks", include_str!("cases/checks.txt"), Spelling::Hq),
-    ("urdf", include_str!("cases/urdf.txt"), Spelling::Hq),
-    ("yaml", include_str!("cases/yaml.txt"), Spelling::Yaml),
-    ("imports", include_str!("cases/imports.txt"), Spelling::Hq),
-    ("reuse", include_str!("cases/reuse.txt"), Spelling::Hq),
-    ("scenarios", include_str!("cases/scenarios.txt"), Spelling::Hq),
-    ("scenarios_yaml", include_str!("cases/scenarios_yaml.txt"), Spelling::Yaml),
-    ("humans", include_str!("cases/humans.txt"), Spelling::Hq),
-    ("humans_yaml", include_str!("cases/humans_yaml.txt"), Spelling::Yaml),
-    ("fields", include_str!("cases/fields.txt"), Spelling::Hq),
-    ("fields_yaml", include_str!("cases/fields_yaml.txt"), Spelling::Yaml),
-    ("planners", include_str!("cases/planners.txt"), Spelling::Hq),
-    ("machines", include_str!("cases/machines.txt"), Spelling::Hq),
-    ("missions", include_str!("cases/missions.txt"), Spelling::Hq),
-    ("missions_runs", include_str!("cases/missions_runs.txt"), Spelling::Hq),
-    ("missions_runs_yaml", include_str!("cases/missions_runs_yaml.txt"), Spelling::Yaml),
-    ("missions_yaml", include_str!("cases/missions_yaml.txt"), Spelling::Yaml),
-    ("mission_scenarios", include_str!("cases/mission_scenarios.txt"), Spelling::Hq),
-    ("mission_scenarios_yaml", include_str!("cases/mission_scenarios_yaml.txt"), Spelling::Yaml),
-    ("missions_reuse", include_str!("cases/missions_reuse.txt"), Spelling::Hq),
-    ("yardstick", include_str!("cases/yardstick.txt"), Spelling::Hq),
-    ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Spelling::Yaml),
+const FILES: &[(&str, &str, Syntax)] = &[
+    ("names", include_str!("cases/names.txt"), Syntax::Native),
+    ("values", include_str!("cases/values.txt"), Syntax::Native),
+    ("robot", include_str!("cases/robot.txt"), Syntax::Native),
+    ("state", include_str!("cases/state.txt"), Syntax::Native),
+    ("frames", include_str!("cases/frames.txt"), Syntax::Native),
+    ("poses", include_str!("cases/poses.txt"), Syntax::Native),
+    ("trajectories", include_str!("cases/trajectories.txt"), Syntax::Native),
+    ("checks", include_str!("cases/checks.txt"), Syntax::Native),
+    ("urdf", include_str!("cases/urdf.txt"), Syntax::Native),
+    ("yaml", include_str!("cases/yaml.txt"), Syntax::Yaml),
+    ("imports", include_str!("cases/imports.txt"), Syntax::Native),
+    ("reuse", include_str!("cases/reuse.txt"), Syntax::Native),
+    ("scenarios", include_str!("cases/scenarios.txt"), Syntax::Native),
+    ("scenarios_yaml", include_str!("cases/scenarios_yaml.txt"), Syntax::Yaml),
+    ("humans", include_str!("cases/humans.txt"), Syntax::Native),
+    ("humans_yaml", include_str!("cases/humans_yaml.txt"), Syntax::Yaml),
+    ("fields", include_str!("cases/fields.txt"), Syntax::Native),
+    ("fields_yaml", include_str!("cases/fields_yaml.txt"), Syntax::Yaml),
+    ("planners", include_str!("cases/planners.txt"), Syntax::Native),
+    ("machines", include_str!("cases/machines.txt"), Syntax::Native),
+    ("missions", include_str!("cases/missions.txt"), Syntax::Native),
+    ("missions_runs", include_str!("cases/missions_runs.txt"), Syntax::Native),
+    ("missions_runs_yaml", include_str!("cases/missions_runs_yaml.txt"), Syntax::Yaml),
+    ("missions_yaml", include_str!("cases/missions_yaml.txt"), Syntax::Yaml),
+    ("mission_scenarios", include_str!("cases/mission_scenarios.txt"), Syntax::Native),
+    ("mission_scenarios_yaml", include_str!("cases/mission_scenarios_yaml.txt"), Syntax::Yaml),
+    ("missions_reuse", include_str!("cases/missions_reuse.txt"), Syntax::Native),
+    ("yardstick", include_str!("cases/yardstick.txt"), Syntax::Native),
+    ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Syntax::Yaml),
 ];
 
 /// Text of the snapshot, reported codes, and titles of cases with an unexpected number of diagnostics.
-fn outcome(text: &str, spelling: Spelling) -> (String, BTreeSet<&'static str>, Vec<String>) {
+fn outcome(text: &str, syntax: Syntax) -> (String, BTreeSet<&'static str>, Vec<String>) {
     let (mut out, mut codes, mut wrong) = (String::new(), BTreeSet::new(), Vec::new());
-    for case in cases(text, spelling) {
+    for case in cases(text, syntax) {
         let compiled = case.compile();
         let found = &compiled.report.diagnostics;
         if found.len() != case.count {
@@ -61,8 +61,8 @@ fn outcome(text: &str, spelling: Spelling) -> (String, BTreeSet<&'static str>, V
 #[test]
 fn errors_help() {
     let mut without = BTreeSet::new();
-    for (_, text, spelling) in FILES {
-        for case in cases(text, *spelling) {
+    for (_, text, syntax) in FILES {
+        for case in cases(text, *syntax) {
             for d in case.compile().report.diagnostics {
                 if d.severity == Severity::Error && d.help.is_none() && d.code != "HQ0402" && d.code >= "HQ02" {
                     without.insert(format!("{}: {}", d.code, d.message));
@@ -75,7 +75,7 @@ fn errors_help() {
 
 #[test]
 fn every_code_has_a_case() {
-    let seen: BTreeSet<&str> = FILES.iter().flat_map(|(_, text, spelling)| outcome(text, *spelling).1).collect();
+    let seen: BTreeSet<&str> = FILES.iter().flat_map(|(_, text, syntax)| outcome(text, *syntax).1).collect();
     // HQ0607 is about files that are not compiled programs, HQ0623 about stacks too large for a file of cases.
     let elsewhere = ["HQ0607", "HQ0623"];
     let unseen: Vec<&str> =
@@ -84,8 +84,8 @@ fn every_code_has_a_case() {
 }
 
 fn check(name: &str) {
-    let (_, text, spelling) = FILES.iter().find(|f| f.0 == name).expect("a file of cases");
-    let (out, codes, wrong) = outcome(text, *spelling);
+    let (_, text, syntax) = FILES.iter().find(|f| f.0 == name).expect("a file of cases");
+    let (out, codes, wrong) = outcome(text, *syntax);
     for code in codes {
         assert!(codes::explain(code).is_some(), "{code} has no page");
     }

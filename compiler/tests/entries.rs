@@ -3,22 +3,22 @@
 use crate::common;
 
 use common::{compile_text, examples, whole};
-use dsl::{Severity, SourceId, Spelling};
+use dsl::{Severity, SourceId, Syntax};
 
 /// Diagnostics of a spec, equal in both syntaxes: `HQ0502 error`.
 fn said(body: &str) -> Vec<String> {
-    let hq = whole(body, Spelling::Hq, true, false);
-    let (spec, _) = dsl::parse(SourceId(0), &hq, Spelling::Hq);
-    let yaml = dsl::print(&spec, Spelling::Yaml);
-    let [a, b] = [(hq, Spelling::Hq), (yaml, Spelling::Yaml)].map(|(text, spelling)| {
-        let compiled = compile_text(&text, spelling, &examples(), &[]);
+    let hq = whole(body, Syntax::Native, true, false);
+    let (spec, _) = dsl::parse(SourceId(0), &hq, Syntax::Native);
+    let yaml = dsl::print(&spec, Syntax::Yaml);
+    let [a, b] = [(hq, Syntax::Native), (yaml, Syntax::Yaml)].map(|(text, syntax)| {
+        let compiled = compile_text(&text, syntax, &examples(), &[]);
         let word = |s: Severity| if s == Severity::Error { "error" } else { "warning" };
         let mut said: Vec<String> =
             compiled.report.diagnostics.iter().map(|d| format!("{} {}", d.code, word(d.severity))).collect();
         said.sort();
         said
     });
-    assert_eq!(a, b, "both spellings");
+    assert_eq!(a, b, "both syntaxes");
     a
 }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use dsl::tree::{ItemKind, Value};
-use dsl::{Diagnostic, Span, Spanned, Spelling};
+use dsl::{Diagnostic, Span, Spanned, Syntax};
 use hierarq_compiler::expr::{Axes, FUNCTIONS, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Typed};
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -51,7 +51,7 @@ struct Expression {
 
 fn expression(text: &str) -> Expression {
     let whole = format!("hierarq 1\nparam x = {text}\n");
-    let (spec, mut diagnostics) = dsl::parse(dsl::SourceId(0), &whole, Spelling::Hq);
+    let (spec, mut diagnostics) = dsl::parse(dsl::SourceId(0), &whole, Syntax::Native);
     let value = spec.items.into_iter().find_map(|i| match i.kind {
         ItemKind::Param(p) => Some(p.value),
         _ => None,

@@ -3,22 +3,22 @@
 use crate::common;
 
 use common::{compile_text, examples, invariants};
-use dsl::Spelling;
+use dsl::Syntax;
 use proptest::prelude::*;
 
 /// Example specs in both syntaxes.
-const SPECS: &[(&str, Spelling)] = &[
-    ("hello.hq", Spelling::Hq),
-    ("hello.yaml", Spelling::Yaml),
-    ("safety_tasks.hq", Spelling::Hq),
-    ("safety_tasks.yaml", Spelling::Yaml),
-    ("swivel_angle.hq", Spelling::Hq),
-    ("own_tasks.hq", Spelling::Hq),
-    ("cooperative_motion.hq", Spelling::Hq),
-    ("cooperative_motion.yaml", Spelling::Yaml),
-    ("uncooperative_motion.hq", Spelling::Hq),
-    ("both_arms.hq", Spelling::Hq),
-    ("both_arms.yaml", Spelling::Yaml),
+const SPECS: &[(&str, Syntax)] = &[
+    ("hello.hq", Syntax::Native),
+    ("hello.yaml", Syntax::Yaml),
+    ("safety_tasks.hq", Syntax::Native),
+    ("safety_tasks.yaml", Syntax::Yaml),
+    ("swivel_angle.hq", Syntax::Native),
+    ("own_tasks.hq", Syntax::Native),
+    ("cooperative_motion.hq", Syntax::Native),
+    ("cooperative_motion.yaml", Syntax::Yaml),
+    ("uncooperative_motion.hq", Syntax::Native),
+    ("both_arms.hq", Syntax::Native),
+    ("both_arms.yaml", Syntax::Yaml),
 ];
 
 /// Replacements for a word.
@@ -130,12 +130,12 @@ proptest! {
 
     #[test]
     fn damaged_examples_are_answered(which in 0..SPECS.len(), changes in prop::collection::vec(change(), 1..5)) {
-        let (name, spelling) = SPECS[which];
+        let (name, syntax) = SPECS[which];
         let text = std::fs::read_to_string(examples().join(name)).expect("an example");
         let text = damaged(&text, &changes);
-        invariants::reads(&text, spelling);
-        invariants::formats(&text, spelling);
-        invariants::checks(&text, spelling, &examples());
+        invariants::reads(&text, syntax);
+        invariants::formats(&text, syntax);
+        invariants::checks(&text, syntax, &examples());
     }
 
     /// Two examples cut and joined: a piece of one spec in the middle of another.
@@ -159,7 +159,7 @@ proptest! {
         let spec = std::fs::read_to_string(examples().join("hello.hq")).expect("an example");
         let spec = spec.replacen("hierarq 1", "hierarq 1\nparam outside = 1", 1);
         let set = [("outside".to_string(), text)];
-        let compiled = compile_text(&spec, Spelling::Hq, &examples(), &set);
+        let compiled = compile_text(&spec, Syntax::Native, &examples(), &set);
         prop_assert_eq!(compiled.is_good(), compiled.report.errors() == 0);
     }
 }
@@ -167,7 +167,7 @@ proptest! {
 #[test]
 fn a_level_that_begins_with_a_wide_blank() {
     let text = "hierarq: 1\nstacks:\n  s:\n    levels:\n      - \u{a0}: limits\n        hard: true\n";
-    let compiled = compile_text(text, Spelling::Yaml, &examples(), &[]);
+    let compiled = compile_text(text, Syntax::Yaml, &examples(), &[]);
     for d in &compiled.report.diagnostics {
         assert!(text.get(d.primary.span.range()).is_some(), "{}", d.message);
     }

@@ -4,14 +4,14 @@ use crate::common;
 
 use common::state::ARM7;
 use common::{compile_text, examples};
-use dsl::Spelling;
+use dsl::Syntax;
 use hierarq_compiler::Style;
 use std::collections::BTreeSet;
 
 /// Names of the tasks of some stacks.
 fn names(stacks: &str) -> Vec<String> {
     let text = format!("hierarq 1\n{ARM7}{stacks}\nrun {{ stack s  duration 1 s }}\n");
-    let compiled = compile_text(&text, Spelling::Hq, &examples(), &[]);
+    let compiled = compile_text(&text, Syntax::Native, &examples(), &[]);
     let program = compiled.program.unwrap_or_else(|| panic!("{}", compiled.report.render(Style::Plain, 100)));
     program.tasks.into_iter().map(|t| t.name).collect()
 }

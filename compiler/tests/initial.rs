@@ -4,7 +4,7 @@ use crate::common;
 
 use common::state::{ARM7, Bench, CANOPIES, program, rng, words};
 use common::{annotated, compile_text, examples};
-use dsl::Spelling;
+use dsl::Syntax;
 use hierarq_compiler::Compiled;
 use runtime::evaluator::{Evaluator, Rest};
 use runtime::program::{CaptureSource, Op, Program, Times};
@@ -95,7 +95,7 @@ fn compiled(body: &str) -> Compiled {
         ARM7.replace("base_point link_1", "base_point link_1  a { link link_4  offset [0, 0, 0.2] m }  b link_5"),
         words(body, ARM7)
     );
-    compile_text(&text, Spelling::Hq, &examples(), &[])
+    compile_text(&text, Syntax::Native, &examples(), &[])
 }
 
 #[test]

@@ -3,23 +3,23 @@
 use crate::common;
 
 use common::examples;
-use dsl::{SourceId, Spelling};
+use dsl::{SourceId, Syntax};
 use hierarq_compiler::{Input, Style, compile};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Missions of a spec without mistakes, as JSON.
-fn missions_in(text: &str, spelling: Spelling, folder: &Path) -> serde_json::Value {
-    let c = compile(&Input { name: "spec", text, spelling, folder, set: &[], package_paths: &[] });
+fn missions_in(text: &str, syntax: Syntax, folder: &Path) -> serde_json::Value {
+    let c = compile(&Input { name: "spec", text, syntax, folder, set: &[], package_paths: &[] });
     assert!(c.report.diagnostics.is_empty(), "{text}\n{}", c.report.render(Style::Plain, 100));
     serde_json::to_value(c.missions).expect("data")
 }
 
 fn missions(text: &str) -> serde_json::Value {
-    let hq = missions_in(text, Spelling::Hq, &examples());
-    let (tree, _) = dsl::parse(SourceId(0), text, Spelling::Hq);
-    let yaml = dsl::print(&tree, Spelling::Yaml);
-    assert_eq!(missions_in(&yaml, Spelling::Yaml, &examples()), hq, "{yaml}");
+    let hq = missions_in(text, Syntax::Native, &examples());
+    let (tree, _) = dsl::parse(SourceId(0), text, Syntax::Native);
+    let yaml = dsl::print(&tree, Syntax::Yaml);
+    assert_eq!(missions_in(&yaml, Syntax::Yaml, &examples()), hq, "{yaml}");
     hq
 }
 
@@ -66,9 +66,9 @@ fn a_mission_that_is_imported_brings_its_params() {
     let own = format!("param reach = 8 m\n{}", mission("rows", "human anna { place [reach, 2 m]  duration 200 s }"));
     std::fs::write(folder.join("rows.hq"), format!("hierarq 1\n{own}")).expect("a file");
     let imports = "hierarq 1\nimport \"rows.hq\" { rows }\n";
-    let there = missions_in(imports, Spelling::Hq, &folder);
-    assert_eq!(there, missions_in(&format!("hierarq 1\n{own}"), Spelling::Hq, &folder));
-    let renamed = missions_in("hierarq 1\nimport \"rows.hq\" { rows as field }\n", Spelling::Hq, &folder);
+    let there = missions_in(imports, Syntax::Native, &folder);
+    assert_eq!(there, missions_in(&format!("hierarq 1\n{own}"), Syntax::Native, &folder));
+    let renamed = missions_in("hierarq 1\nimport \"rows.hq\" { rows as field }\n", Syntax::Native, &folder);
     assert_eq!(renamed[0]["name"], "field");
 }
 

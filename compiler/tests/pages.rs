@@ -4,7 +4,7 @@
 use crate::common;
 
 use common::{annotated, compile_text, examples, whole};
-use dsl::Spelling;
+use dsl::Syntax;
 use dsl::codes::{Page, Part};
 use hierarq_compiler::{Compiled, codes};
 use std::path::Path;
@@ -16,17 +16,16 @@ const NOT_SHOWN: &[&str] =
 /// Compiles an example, completed by the parts that it omits.
 fn compiled(page: &Page, part: &Part) -> Compiled {
     let Part::Example { language, bad, alone, text } = *part else { panic!("no example") };
-    let spelling = if language == "yaml" { Spelling::Yaml } else { Spelling::Hq };
+    let syntax = if language == "yaml" { Syntax::Yaml } else { Syntax::Native };
     if language == "xml" {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}_{bad}", page.code));
         std::fs::create_dir_all(&folder).expect("a folder");
         std::fs::write(folder.join("robot.urdf"), text).expect("a file");
-        let spec =
-            whole("robot r { urdf \"robot.urdf\"  rate 100 Hz }\ntask still = hold(hand)\n", spelling, true, true);
-        return compile_text(&spec, spelling, &folder, &[]);
+        let spec = whole("robot r { urdf \"robot.urdf\"  rate 100 Hz }\ntask still = hold(hand)\n", syntax, true, true);
+        return compile_text(&spec, syntax, &folder, &[]);
     }
-    let text = if alone { text.to_string() } else { whole(text, spelling, true, true) };
-    compile_text(&text, spelling, &examples(), &[])
+    let text = if alone { text.to_string() } else { whole(text, syntax, true, true) };
+    compile_text(&text, syntax, &examples(), &[])
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dsl::Spelling;
+use dsl::Syntax;
 use hierarq_compiler::{Input, ParamValue, params};
 use proptest::prelude::*;
 
@@ -23,7 +23,7 @@ param flag = true
 
 fn of(set: &[(String, String)]) -> Vec<ParamValue> {
     let (name, folder) = ("spec.hq", Path::new("."));
-    params(&Input { name, text: SPEC, spelling: Spelling::Hq, folder, set, package_paths: &[] })
+    params(&Input { name, text: SPEC, syntax: Syntax::Native, folder, set, package_paths: &[] })
 }
 
 fn with(name: &str, value: &str) -> Option<ParamValue> {

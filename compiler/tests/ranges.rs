@@ -5,7 +5,7 @@ use crate::common;
 
 use common::state::{ARM7, Bench, CANOPIES, program, rng, words};
 use common::{compile_text, examples};
-use dsl::Spelling;
+use dsl::Syntax;
 use hierarq_compiler::expr::Interval;
 use proptest::prelude::*;
 use runtime::program::Op;
@@ -50,7 +50,7 @@ const VALUES: &[(usize, &str)] = &[
 
 /// Codes and messages of a spec's diagnostics.
 fn codes(text: &str) -> Vec<(&'static str, String)> {
-    let compiled = compile_text(text, Spelling::Hq, &examples(), &[]);
+    let compiled = compile_text(text, Syntax::Native, &examples(), &[]);
     compiled.report.diagnostics.iter().map(|d| (d.code, format!("{} {}", d.message, d.primary.text))).collect()
 }
 

@@ -3,7 +3,7 @@
 use crate::common;
 
 use common::{cases, examples};
-use dsl::Spelling;
+use dsl::Syntax;
 use hierarq_compiler::{Report, Style};
 
 /// One example of each: a span in the spec, in a second file, two spans, notes with a help, a help of two lines.
@@ -44,7 +44,7 @@ task reach = hold(tool)
 "#;
 
 fn reports() -> Vec<Report> {
-    cases(CASES, Spelling::Hq).iter().map(|c| c.compile().report).collect()
+    cases(CASES, Syntax::Native).iter().map(|c| c.compile().report).collect()
 }
 
 #[test]

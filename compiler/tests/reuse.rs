@@ -3,7 +3,7 @@
 use crate::common;
 
 use common::examples;
-use dsl::Spelling;
+use dsl::Syntax;
 use hierarq_compiler::{Compiled, Input, Style, compile};
 use proptest::prelude::*;
 use runtime::program::{Program, Times};
@@ -31,14 +31,14 @@ fn folder(name: &str, files: &[(&str, &str)]) -> PathBuf {
     folder
 }
 
-fn compiled(text: &str, spelling: Spelling, folder: &Path, set: &[(String, String)]) -> Compiled {
+fn compiled(text: &str, syntax: Syntax, folder: &Path, set: &[(String, String)]) -> Compiled {
     let text = text.replace("ROBOTS", "robots");
-    compile(&Input { name: "spec", text: &text, spelling, folder, set, package_paths: &[] })
+    compile(&Input { name: "spec", text: &text, syntax, folder, set, package_paths: &[] })
 }
 
 /// Program of a spec without mistakes.
 fn program(text: &str, folder: &Path) -> Program {
-    let c = compiled(text, Spelling::Hq, folder, &[]);
+    let c = compiled(text, Syntax::Native, folder, &[]);
     assert!(c.report.diagnostics.is_empty(), "{text}\n{}", c.report.render(Style::Plain, 100));
     c.program.expect("no error, so a program")
 }
@@ -71,9 +71,9 @@ fn same(name: &str, files: &[(&str, &str)], short: &str, long: &str) {
     let expected = nameless(program(&format!("hierarq 1\n{ROBOT}{long}"), &folder));
     let found = program(&short, &folder);
     assert_eq!(nameless(found.clone()), expected, "{name}");
-    let (tree, _) = dsl::parse(dsl::SourceId(0), &short.replace("ROBOTS", "robots"), Spelling::Hq);
-    let yaml = dsl::print(&tree, Spelling::Yaml);
-    let c = compiled(&yaml, Spelling::Yaml, &folder, &[]);
+    let (tree, _) = dsl::parse(dsl::SourceId(0), &short.replace("ROBOTS", "robots"), Syntax::Native);
+    let yaml = dsl::print(&tree, Syntax::Yaml);
+    let c = compiled(&yaml, Syntax::Yaml, &folder, &[]);
     assert_eq!(c.program.as_ref(), Some(&found), "{yaml}\n{}", c.report.render(Style::Plain, 100));
 }
 
@@ -112,10 +112,10 @@ fn an_imported_stack_and_robot() {
     assert_eq!((p.robot.name.as_str(), p.robot.urdf.as_str(), p.robot.period), ("quick", "robots/arm7.urdf", 0.005));
     assert_eq!(p.stacks.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["safe", "s"]);
     let set = [("speed".to_string(), "0.5 rad/s".to_string())];
-    let changed = compiled(&format!("hierarq 1\n{short}"), Spelling::Hq, &folder, &set).program.expect("a program");
+    let changed = compiled(&format!("hierarq 1\n{short}"), Syntax::Native, &folder, &set).program.expect("a program");
     assert_ne!(changed, p);
     let set = [("speed".to_string(), "-0.5 rad/s".to_string())];
-    let refused = compiled(&format!("hierarq 1\n{short}"), Spelling::Hq, &folder, &set);
+    let refused = compiled(&format!("hierarq 1\n{short}"), Syntax::Native, &folder, &set);
     assert_eq!(refused.report.diagnostics.iter().map(|d| d.code).collect::<Vec<_>>(), ["HQ0315"]);
 }
 
@@ -228,7 +228,7 @@ proptest! {
             made += 1;
         }
         text.push_str(&format!("run {{ stack s{made} }}\n"));
-        let p = compiled(&text, Spelling::Hq, &folder, &[]).program.expect("a program");
+        let p = compiled(&text, Syntax::Native, &folder, &[]).program.expect("a program");
         let found: Vec<&str> = p.stacks[made].levels.iter().map(|l| l.name.as_str()).collect();
         let expected: Vec<&str> = list.iter().map(|(n, _)| n.as_str()).collect();
         prop_assert_eq!(found, expected, "{}", text);
@@ -254,7 +254,7 @@ fn bombs_are_refused_quickly() {
     ];
     for text in texts {
         let start = std::time::Instant::now();
-        let c = compiled(&format!("hierarq 1\n{ROBOT}{text}"), Spelling::Hq, &folder, &[]);
+        let c = compiled(&format!("hierarq 1\n{ROBOT}{text}"), Syntax::Native, &folder, &[]);
         let codes: Vec<&str> = c.report.diagnostics.iter().map(|d| d.code).collect();
         let limit = if cfg!(debug_assertions) { 20 } else { 3 };
         assert!(start.elapsed().as_secs() < limit, "{:?}: {:?}", start.elapsed(), &text[..60.min(text.len())]);
@@ -279,8 +279,8 @@ machine m {
   final state c
 }
 "#;
-    let (spec, _) = dsl::parse(dsl::Sources::default().add("library", library), library, Spelling::Hq);
-    let yaml = dsl::print(&spec, Spelling::Yaml);
+    let (spec, _) = dsl::parse(dsl::Sources::default().add("library", library), library, Syntax::Native);
+    let yaml = dsl::print(&spec, Syntax::Yaml);
     let folder = folder("told", &[("hands.hq", library), ("arms.yaml", &yaml)]);
     for (import, name) in [
         ("import \"hands.hq\" { m }", "hands.guard.scaling"),

@@ -3,7 +3,7 @@
 use crate::common;
 
 use common::{compile_text, examples};
-use dsl::Spelling;
+use dsl::Syntax;
 use hierarq_compiler::sections::{self, Holds, Key, Place, Section};
 use hierarq_compiler::units;
 use stdlib_tasks::params::Presence;
@@ -81,14 +81,14 @@ fn spec(section: &Section, entries: &str) -> Option<String> {
 }
 
 fn codes(text: &str) -> Vec<&'static str> {
-    let report = compile_text(text, Spelling::Hq, &examples(), &[]).report;
+    let report = compile_text(text, Syntax::Native, &examples(), &[]).report;
     report.diagnostics.iter().map(|d| d.code).collect()
 }
 
 /// Keys of `*.hq` blocks that are tested, with their sections.
 fn asked() -> Vec<(&'static Section, &'static Key)> {
     let all = sections::ALL.iter().filter(|s| spec(s, "").is_some());
-    all.flat_map(|s| s.written(Spelling::Hq).map(move |k| (*s, k))).collect()
+    all.flat_map(|s| s.written(Syntax::Native).map(move |k| (*s, k))).collect()
 }
 
 #[test]
@@ -124,7 +124,7 @@ fn the_rate_has_its_range() {
 #[test]
 fn what_stands_in_for_a_key_is_what_the_table_says() {
     let compiled = |text: &str| {
-        let compiled = compile_text(text, Spelling::Hq, &examples(), &[]);
+        let compiled = compile_text(text, Syntax::Native, &examples(), &[]);
         assert!(compiled.is_good(), "{text}");
         serde_json::to_value((compiled.program, compiled.missions)).expect("data")
     };
@@ -160,7 +160,7 @@ fn what_the_table_requires_must_be_there() {
             let inner = format!("{before}{}{behind}", rest.join("  "));
             let robot = if before.is_empty() { inner } else { format!("{ROBOT}  {inner}") };
             let found = codes(&format!("hierarq 1\nrobot r {{ {robot} }}\n{STACK}"));
-            let key = section.key(name, Spelling::Hq).expect("a key of the section");
+            let key = section.key(name, Syntax::Native).expect("a key of the section");
             assert_eq!(key.presence == Presence::Required, found.contains(&"HQ0206"), "{}: `{name}`", section.name);
         }
     }
@@ -177,7 +177,7 @@ fn words_are_those_that_the_compiler_takes() {
         }
     }
     let backends: Vec<&str> = solver::Backend::ALL.iter().map(|b| b.name()).collect();
-    let key = sections::RUN.key("solver", Spelling::Hq).expect("a key of a run");
+    let key = sections::RUN.key("solver", Syntax::Native).expect("a key of a run");
     assert!(matches!(&key.holds, Holds::Choice(words) if **words == *backends), "{backends:?}");
 }
 
@@ -188,7 +188,7 @@ fn the_compiler_refuses_what_the_table_does_not_have() {
         let Some(text) = spec(section, "qqqqqq 1").filter(|_| !std::ptr::eq(*section, &sections::MEMBER)) else {
             continue;
         };
-        let report = compile_text(&text, Spelling::Hq, &examples(), &[]).report;
+        let report = compile_text(&text, Syntax::Native, &examples(), &[]).report;
         let d = report.diagnostics.iter().find(|d| d.code == "HQ0205").unwrap_or_else(|| panic!("{}", section.name));
         let help = d.help.as_deref().unwrap_or("");
         for key in section.keys {

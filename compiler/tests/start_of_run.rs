@@ -4,7 +4,7 @@
 use crate::common;
 
 use common::{Compiled, compile_text, examples};
-use dsl::Spelling;
+use dsl::Syntax;
 use hierarq_compiler::Style;
 use robot::Data;
 use runtime::expect::{Outcome, Verdict, offline};
@@ -46,10 +46,10 @@ scenario \"elsewhere\" {
 fn both(text: &str) -> [Compiled; 2] {
     let mut sources = dsl::Sources::default();
     let source = sources.add("spec", text);
-    let (tree, found) = dsl::parse(source, text, Spelling::Hq);
+    let (tree, found) = dsl::parse(source, text, Syntax::Native);
     assert!(found.is_empty(), "{found:?}");
-    let yaml = dsl::print(&tree, Spelling::Yaml);
-    [(text, Spelling::Hq), (yaml.as_str(), Spelling::Yaml)].map(|(t, s)| compile_text(t, s, &examples(), &[]))
+    let yaml = dsl::print(&tree, Syntax::Yaml);
+    [(text, Syntax::Native), (yaml.as_str(), Syntax::Yaml)].map(|(t, s)| compile_text(t, s, &examples(), &[]))
 }
 
 /// Recorder of the robot's state at each tick.

@@ -3,10 +3,10 @@
 use crate::common;
 
 use common::{annotated, compile_text, examples};
-use dsl::Spelling;
+use dsl::Syntax;
 
 /// Checks a spec in which every `«CODE|text»` marks a mistake.
-fn planted(marked: &str, spelling: Spelling) {
+fn planted(marked: &str, syntax: Syntax) {
     let (mut text, mut expected) = (String::new(), Vec::new());
     let mut rest = marked;
     while let Some((before, after)) = rest.split_once('«') {
@@ -18,7 +18,7 @@ fn planted(marked: &str, spelling: Spelling) {
         rest = behind;
     }
     text.push_str(rest);
-    let compiled = compile_text(&text, spelling, &examples(), &[]);
+    let compiled = compile_text(&text, syntax, &examples(), &[]);
     let found: Vec<(&str, usize, usize)> = compiled
         .report
         .diagnostics
@@ -61,7 +61,7 @@ stack work {
 
 run { stack «HQ0201|wrok»  duration «HQ0301|10 m» }
 "#,
-        Spelling::Hq,
+        Syntax::Native,
     );
 }
 
@@ -116,6 +116,6 @@ stacks:
           - steep
 run: { stack: «HQ0201|wrok», duration: «HQ0301|10 m» }
 "#,
-        Spelling::Yaml,
+        Syntax::Yaml,
     );
 }

@@ -1,7 +1,7 @@
-//! Time to read and print a spec of 5,000 lines in both spellings.
+//! Time to read and print a spec of 5,000 lines in both syntaxes.
 
 use divan::{Bencher, black_box};
-use hierarq_dsl::{SourceId, Spelling, parse, print};
+use hierarq_dsl::{SourceId, Syntax, parse, print};
 
 fn main() {
     divan::main();
@@ -30,22 +30,22 @@ task sine_{i} = joint_velocity {{
     text
 }
 
-fn text(spelling: Spelling) -> String {
-    let (spec, diags) = parse(SourceId(0), &spec(), Spelling::Hq);
+fn text(syntax: Syntax) -> String {
+    let (spec, diags) = parse(SourceId(0), &spec(), Syntax::Native);
     assert!(diags.is_empty());
-    print(&spec, spelling)
+    print(&spec, syntax)
 }
 
 #[divan::bench(args = ["hq", "yaml"])]
 fn read(bencher: Bencher, name: &str) {
-    let spelling = if name == "hq" { Spelling::Hq } else { Spelling::Yaml };
-    let text = text(spelling);
-    bencher.counter(divan::counter::BytesCount::of_str(&text)).bench(|| parse(SourceId(0), black_box(&text), spelling));
+    let syntax = if name == "hq" { Syntax::Native } else { Syntax::Yaml };
+    let text = text(syntax);
+    bencher.counter(divan::counter::BytesCount::of_str(&text)).bench(|| parse(SourceId(0), black_box(&text), syntax));
 }
 
 #[divan::bench(args = ["hq", "yaml"])]
 fn write(bencher: Bencher, name: &str) {
-    let spelling = if name == "hq" { Spelling::Hq } else { Spelling::Yaml };
-    let (spec, _) = parse(SourceId(0), &spec(), Spelling::Hq);
-    bencher.bench(|| print(black_box(&spec), spelling));
+    let syntax = if name == "hq" { Syntax::Native } else { Syntax::Yaml };
+    let (spec, _) = parse(SourceId(0), &spec(), Syntax::Native);
+    bencher.bench(|| print(black_box(&spec), syntax));
 }

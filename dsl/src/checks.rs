@@ -130,7 +130,7 @@ pub(crate) fn changes(stack: &mut Stack, at: Span, from: bool, diags: &mut Vec<D
     }
 }
 
-/// Reports and removes settings that would have another meaning in one of the spellings.
+/// Reports and removes settings that would have another meaning in one of the syntaxes.
 pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: &mut Vec<Diagnostic>) {
     settings.entries.retain(|entry| {
         let clash = words.contains(&entry.key.value.as_str());
@@ -138,7 +138,7 @@ pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: 
             let key = &entry.key.value;
             diags.push(
                 Diagnostic::error("HQ0121", entry.key.span, format!("`{key}` cannot be a setting of a {what}"))
-                    .note("the word has a meaning of its own there in one of the two spellings")
+                    .note("the word has a meaning of its own there in one of the two syntaxes")
                     .help(match what {
                         "robot" => "a robot is made from another one by `robot NAME from OTHER { .. }`",
                         "stack" => "levels are written `level NAME { .. }`, in YAML as the sequence `levels:`",

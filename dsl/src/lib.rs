@@ -1,7 +1,7 @@
-//! The Hierarq language: two spellings, one tree with source locations.
+//! The Hierarq language: two syntaxes, one tree with source locations.
 //!
 //! [`parse`] reads a `*.hq` or `*.yaml` text into a [`tree::Spec`] together with all diagnostics; [`print`] writes a
-//! tree in either spelling. No other crate uses pest or a YAML library.
+//! tree in either syntax. No other crate uses pest or a YAML library.
 
 mod actions;
 mod calls;
@@ -30,21 +30,21 @@ mod yaml;
 pub use diagnostic::{Diagnostic, Label, Severity};
 pub use span::{SourceId, SourceText, Sources, Span, Spanned};
 
-/// The two spellings of the language.
+/// The two syntaxes of the language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Spelling {
+pub enum Syntax {
     /// The native language, `*.hq`.
-    Hq,
+    Native,
     /// YAML, `*.yaml` or `*.yml`.
     Yaml,
 }
 
-impl Spelling {
-    /// Returns the spelling for the extension of a file name.
-    pub fn of_path(path: &std::path::Path) -> Option<Spelling> {
+impl Syntax {
+    /// Returns the syntax for the extension of a file name.
+    pub fn of_path(path: &std::path::Path) -> Option<Syntax> {
         match path.extension()?.to_str()? {
-            "hq" => Some(Spelling::Hq),
-            "yaml" | "yml" => Some(Spelling::Yaml),
+            "hq" => Some(Syntax::Native),
+            "yaml" | "yml" => Some(Syntax::Yaml),
             _ => None,
         }
     }
@@ -52,27 +52,27 @@ impl Spelling {
 
 /// Reads a text. The tree contains everything that could be read, with [`tree::ValueKind::Missing`] for invalid values.
 /// The diagnostics contain every syntactic error that was found, in the order of the text.
-pub fn parse(source: SourceId, text: &str, spelling: Spelling) -> (tree::Spec, Vec<Diagnostic>) {
-    match spelling {
-        Spelling::Hq => hq::parse(source, text),
-        Spelling::Yaml => yaml::parse(source, text),
+pub fn parse(source: SourceId, text: &str, syntax: Syntax) -> (tree::Spec, Vec<Diagnostic>) {
+    match syntax {
+        Syntax::Native => hq::parse(source, text),
+        Syntax::Yaml => yaml::parse(source, text),
     }
 }
 
-/// Formats the trigger of a transition on one line, in the native spelling: `when norm(right_ft.force) < 3 N for 3 s`.
+/// Formats the trigger of a transition on one line, in the native syntax: `when norm(right_ft.force) < 3 N for 3 s`.
 pub fn trigger_text(transition: &tree::Transition) -> String {
     print::trigger_text(transition)
 }
 
-/// Prints a tree in a spelling, including its comments.
-pub fn print(spec: &tree::Spec, spelling: Spelling) -> String {
-    match spelling {
-        Spelling::Hq => print::hq(spec),
-        Spelling::Yaml => print::yaml(spec),
+/// Prints a tree in a syntax, including its comments.
+pub fn print(spec: &tree::Spec, syntax: Syntax) -> String {
+    match syntax {
+        Syntax::Native => print::hq(spec),
+        Syntax::Yaml => print::yaml(spec),
     }
 }
 
-/// Formats a formula on one line, as the printers write it in either spelling.
+/// Formats a formula on one line, as the printers write it in either syntax.
 pub fn formula_text(formula: &tree::Formula) -> String {
     print::formula(formula)
 }

@@ -40,7 +40,7 @@ pub(crate) fn role_below(key: &str) -> Option<&'static str> {
     ROLES.iter().find(|role| key.strip_suffix('s') == Some(role)).copied()
 }
 
-/// Reports and removes settings that would have another meaning in one of the spellings. `what` describes their owner.
+/// Reports and removes settings that would have another meaning in one of the syntaxes. `what` describes their owner.
 pub(crate) fn settings(settings: &mut Block, what: &str, diags: &mut Vec<Diagnostic>) {
     checks::duplicates(&settings.entries, diags);
     settings.entries.retain(|entry| {
@@ -51,7 +51,7 @@ pub(crate) fn settings(settings: &mut Block, what: &str, diags: &mut Vec<Diagnos
         let text = format!("`{key}` cannot be a setting of a {what}");
         let help = format!("a {role} is written `{role} NAME {{ .. }}`, in YAML below `{role}s:`");
         let diagnostic = Diagnostic::error("HQ0121", entry.key.span, text);
-        diags.push(diagnostic.note("the word begins members of a mission in one of the two spellings").help(help));
+        diags.push(diagnostic.note("the word begins members of a mission in one of the two syntaxes").help(help));
         false
     });
     checks::reserved(settings, &["for"], what, diags);
@@ -81,7 +81,7 @@ pub(crate) fn distinct(members: &mut Vec<MissionMember>, diags: &mut Vec<Diagnos
 }
 
 /// Reports members that follow a repetition with members of their role: in YAML repetitions come last, so that the
-/// order would depend on the spelling.
+/// order would depend on the syntax.
 pub(crate) fn in_order(members: &[MissionMember], repeats: &[MissionRepeat], diags: &mut Vec<Diagnostic>) {
     for repeat in repeats {
         let behind = |m: &&MissionMember| m.span.start > repeat.span.start && repeats_role(repeat, &m.role);

@@ -13,7 +13,7 @@ pub(crate) const STATE_WORDS: &[&str] =
 pub(crate) const TRANSITION_WORDS: &[&str] = &["for", "to"];
 
 /// Checks the settings of a state or a machine: reports duplicates, and names with another meaning in one of the
-/// spellings.
+/// syntaxes.
 pub(crate) fn settings(settings: &mut Block, what: &str, diags: &mut Vec<Diagnostic>) {
     checks::duplicates(&settings.entries, diags);
     checks::reserved(settings, STATE_WORDS, what, diags);
@@ -30,7 +30,7 @@ pub(crate) fn transition_settings(settings: &mut Block, diags: &mut Vec<Diagnost
             diags.push(Diagnostic::error("HQ0141", at, text).help("write `when CONDITION for 3 s -> STATE`"));
         } else if reserved {
             let text = format!("`{key}` cannot be a setting of a transition");
-            let note = "the word has a meaning of its own there in one of the two spellings";
+            let note = "the word has a meaning of its own there in one of the two syntaxes";
             diags.push(Diagnostic::error("HQ0121", at, text).note(note));
         }
         !reserved

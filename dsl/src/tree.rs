@@ -1,4 +1,4 @@
-//! The tree that both spellings build: declarations exactly as written, with source locations.
+//! The tree that both syntaxes build: declarations exactly as written, with source locations.
 //!
 //! A `*.hq` file and a `*.yaml` file with the same content produce trees that compare equal: equality ignores spans,
 //! comments, the text of a number and the braces around a tagged value. The tree does not know the meaning of tasks,

@@ -21,7 +21,7 @@ pub static MISSION_KINDS: &[&str] = &["schedule", "layers"];
 /// Settings of the action of a task of a layer; none of these is an action.
 pub static TASK_SETTINGS: &[&str] = &["label", "features", "to", "via", "object", "agent"];
 
-/// Returns true for a word that begins a part of a state in the native spelling.
+/// Returns true for a word that begins a part of a state in the native syntax.
 pub(crate) fn begins_part(word: &str) -> bool {
     matches!(word, "state" | "final" | "stack" | "enter" | "do" | "exit" | "on" | "when" | "after")
 }

@@ -1,30 +1,30 @@
-//! Signals, machines and scenarios: the two spellings side by side, what the printer makes of them, and how formulas are
+//! Signals, machines and scenarios: the two syntaxes side by side, what the printer makes of them, and how formulas are
 //! taken apart, written out by hand.
 
 use crate::common;
 
 use common::{good, trees};
 use hierarq_dsl::tree::*;
-use hierarq_dsl::{SourceId, Span, Spanned, Spelling, parse, print};
+use hierarq_dsl::{SourceId, Span, Spanned, Syntax, parse, print};
 use proptest::prelude::*;
 
 const HQ: &str = include_str!("common/machines.hq");
 const YAML: &str = include_str!("common/machines.yaml");
 
 #[test]
-fn the_spellings_are_equal() {
-    assert_eq!(good(HQ, Spelling::Hq), good(YAML, Spelling::Yaml));
+fn the_syntaxes_are_equal() {
+    assert_eq!(good(HQ, Syntax::Native), good(YAML, Syntax::Yaml));
 }
 
 #[test]
 fn the_formatted_texts_stay_as_they_are() {
-    assert_eq!(print(&good(HQ, Spelling::Hq), Spelling::Hq), HQ);
-    assert_eq!(print(&good(YAML, Spelling::Yaml), Spelling::Yaml), YAML);
+    assert_eq!(print(&good(HQ, Syntax::Native), Syntax::Native), HQ);
+    assert_eq!(print(&good(YAML, Syntax::Yaml), Syntax::Yaml), YAML);
 }
 
 #[test]
 fn translations_keep_comments() {
-    for (text, from, to) in [(HQ, Spelling::Hq, Spelling::Yaml), (YAML, Spelling::Yaml, Spelling::Hq)] {
+    for (text, from, to) in [(HQ, Syntax::Native, Syntax::Yaml), (YAML, Syntax::Yaml, Syntax::Native)] {
         let there = print(&good(text, from), to);
         for comment in ["seen by the cameras", "whatever happens", "the long way", "asks the operator", "of the hands"]
         {
@@ -33,7 +33,7 @@ fn translations_keep_comments() {
     }
 }
 
-/// A comment behind an item of a list stays with it, in its spelling and in the other.
+/// A comment behind an item of a list stays with it, in its syntax and in the other.
 #[test]
 fn comments_of_items_stay_with_them() {
     let hq = "hierarq 1
@@ -57,11 +57,11 @@ scenarios:
       - { at: 150 s, lost: m }  # flat battery
       - { at: 200 s, back: r }  # charged
 ";
-    let (one, other) = (good(hq, Spelling::Hq), good(yaml, Spelling::Yaml));
-    assert_eq!(print(&one, Spelling::Hq), hq);
-    assert_eq!(print(&other, Spelling::Yaml), yaml);
-    assert_eq!(print(&one, Spelling::Yaml), yaml);
-    assert_eq!(print(&other, Spelling::Hq), hq);
+    let (one, other) = (good(hq, Syntax::Native), good(yaml, Syntax::Yaml));
+    assert_eq!(print(&one, Syntax::Native), hq);
+    assert_eq!(print(&other, Syntax::Yaml), yaml);
+    assert_eq!(print(&one, Syntax::Yaml), yaml);
+    assert_eq!(print(&other, Syntax::Native), hq);
     // Items of several lines end with theirs.
     let tall = "hierarq 1
 
@@ -76,12 +76,12 @@ scenario day {
   ]
 }
 ";
-    let read = good(tall, Spelling::Hq);
-    assert_eq!(print(&read, Spelling::Hq), tall);
-    let there = print(&read, Spelling::Yaml);
+    let read = good(tall, Syntax::Native);
+    assert_eq!(print(&read, Syntax::Native), tall);
+    let there = print(&read, Syntax::Yaml);
     let (jams, next) = (there.find("# the box jams"), there.find("100 s"));
     assert!(jams.is_some() && jams < next, "{there}");
-    assert_eq!(print(&good(&there, Spelling::Yaml), Spelling::Yaml), there);
+    assert_eq!(print(&good(&there, Syntax::Yaml), Syntax::Yaml), there);
 }
 
 /// A formula with every operation in parentheses.
@@ -117,8 +117,8 @@ fn number(v: &Value) -> String {
     }
 }
 
-fn expects(text: &str, spelling: Spelling) -> Vec<Expect> {
-    good(text, spelling)
+fn expects(text: &str, syntax: Syntax) -> Vec<Expect> {
+    good(text, syntax)
         .items
         .into_iter()
         .filter_map(|item| match item.kind {
@@ -129,13 +129,13 @@ fn expects(text: &str, spelling: Spelling) -> Vec<Expect> {
         .collect()
 }
 
-/// A formula in both spellings; printing it gives the same formula.
+/// A formula in both syntaxes; printing it gives the same formula.
 fn check(text: &str, expected: &str) {
     let hq = format!("hierarq 1\nscenario s {{ expect {text} }}\n");
     let yaml = format!("hierarq: 1\nscenarios: {{ s: {{ expect: ['{text}'] }} }}\n");
-    let all = expects(&hq, Spelling::Hq);
+    let all = expects(&hq, Syntax::Native);
     assert_eq!(shape(&all[0].formula), expected, "{text}");
-    assert_eq!(expects(&yaml, Spelling::Yaml), all, "{text}");
+    assert_eq!(expects(&yaml, Syntax::Yaml), all, "{text}");
 }
 
 #[test]
@@ -172,7 +172,7 @@ fn formulas() {
 #[test]
 fn actions_without_parentheses_are_those_with() {
     let read =
-        |text: &str| match &good(&format!("hierarq 1\nmachine m {{ enter {text} }}\n"), Spelling::Hq).items[0].kind {
+        |text: &str| match &good(&format!("hierarq 1\nmachine m {{ enter {text} }}\n"), Syntax::Native).items[0].kind {
             ItemKind::Machine(m) => m.body.actions[0].clone(),
             other => panic!("{other:?}"),
         };
@@ -184,17 +184,14 @@ fn actions_without_parentheses_are_those_with() {
         ("home", "home()"),
     ] {
         assert_eq!(read(bare), read(called), "{bare}");
-        assert_eq!(
-            good(&format!("hierarq: 1\nmachines: {{ m: {{ enter: '{bare}' }} }}"), Spelling::Yaml).items.len(),
-            1
-        );
+        assert_eq!(good(&format!("hierarq: 1\nmachines: {{ m: {{ enter: '{bare}' }} }}"), Syntax::Yaml).items.len(), 1);
     }
 }
 
 #[test]
 fn states_on_one_line() {
     let text = "hierarq 1\nmachine m { initial a  state a { stack s do f(x) on b -> c on d -> e blend 1 s after 3 min -> a.b } final state c { stack t } final state e }\n";
-    let ItemKind::Machine(m) = &good(text, Spelling::Hq).items[0].kind else { panic!("no machine") };
+    let ItemKind::Machine(m) = &good(text, Syntax::Native).items[0].kind else { panic!("no machine") };
     let a = &m.body.states[0];
     let to: Vec<&str> = a.body.transitions.iter().map(|t| t.target.as_str()).collect();
     assert_eq!((m.body.states.len(), to), (3, vec!["c", "e", "a.b"]));
@@ -225,7 +222,7 @@ fn other_states_survive_a_slip() {
         let text = format!(
             "hierarq 1\nmachine m {{\n  state a {{ stack s }}\n  {slip}\n  state z {{ on q -> a }}\n}}\nparam p = 1\n"
         );
-        let (spec, diags) = parse(SourceId(0), &text, Spelling::Hq);
+        let (spec, diags) = parse(SourceId(0), &text, Syntax::Native);
         assert!((1..=2).contains(&diags.len()), "{}\n{text}", common::render(&text, &diags));
         let ItemKind::Machine(m) = &spec.items[0].kind else { panic!("no machine in {text}") };
         let names: Vec<&str> = m.body.states.iter().map(|s| s.name.as_str()).filter(|n| *n != "x").collect();
@@ -241,13 +238,13 @@ fn states_nest_sixteen_deep() {
         let hq = format!("hierarq 1\nmachine m {{ {}{} }}\n", "state a { x 1 ".repeat(n), "}".repeat(n));
         let yaml =
             format!("hierarq: 1\nmachines: {{ m: {}{{ x: 1 }}{} }}\n", "{ states: { a: ".repeat(n), " } }".repeat(n));
-        [(hq, Spelling::Hq), (yaml, Spelling::Yaml)]
+        [(hq, Syntax::Native), (yaml, Syntax::Yaml)]
     };
-    for (text, spelling) in nested(16) {
-        good(&text, spelling);
+    for (text, syntax) in nested(16) {
+        good(&text, syntax);
     }
-    for (text, spelling) in nested(17) {
-        let codes: Vec<_> = parse(SourceId(0), &text, spelling).1.iter().map(|d| d.code).collect();
+    for (text, syntax) in nested(17) {
+        let codes: Vec<_> = parse(SourceId(0), &text, syntax).1.iter().map(|d| d.code).collect();
         assert_eq!(codes, ["HQ0191"], "{text}");
     }
 }
@@ -258,14 +255,14 @@ fn long_formulas_are_refused() {
         ["not ", "always ", "after ", "a and ", "a implies ", "a until ", "within 3 s ", "always within 3 s : "]
     {
         let text = format!("hierarq 1\nscenario s {{ expect {}a }}\n", chain.repeat(50_000));
-        let codes: Vec<_> = parse(SourceId(0), &text, Spelling::Hq).1.iter().map(|d| d.code).collect();
+        let codes: Vec<_> = parse(SourceId(0), &text, Syntax::Native).1.iter().map(|d| d.code).collect();
         assert_eq!(codes, ["HQ0195"], "{chain}");
     }
     let text = format!("hierarq 1\nscenario s {{ expect {}a }}\n", "always ( ".repeat(1000));
-    assert_eq!(parse(SourceId(0), &text, Spelling::Hq).1[0].code, "HQ0191");
+    assert_eq!(parse(SourceId(0), &text, Syntax::Native).1[0].code, "HQ0191");
     let text = format!("hierarq 1\nscenario s {{ expect {}a{} }}\n", "always ( ".repeat(60), " )".repeat(60));
     let thread = std::thread::Builder::new().stack_size(1 << 20);
-    let read = thread.spawn(move || parse(SourceId(0), &text, Spelling::Hq).1.len()).unwrap().join().unwrap();
+    let read = thread.spawn(move || parse(SourceId(0), &text, Syntax::Native).1.len()).unwrap().join().unwrap();
     assert_eq!(read, 0);
 }
 
@@ -279,11 +276,11 @@ proptest! {
         let scenario = Scenario { name, body: Default::default(), expects: vec![expect] };
         let item = Item { kind: ItemKind::Scenario(scenario), span: Span::default(), comments: Default::default() };
         let spec = Spec { version: Some(Spanned::new(1, Span::default())), items: vec![item], ..Spec::default() };
-        for spelling in [Spelling::Hq, Spelling::Yaml] {
-            let text = print(&spec, spelling);
-            let read = good(&text, spelling);
+        for syntax in [Syntax::Native, Syntax::Yaml] {
+            let text = print(&spec, syntax);
+            let read = good(&text, syntax);
             prop_assert_eq!(&read, &spec, "{}", text);
-            prop_assert_eq!(print(&read, spelling), text);
+            prop_assert_eq!(print(&read, syntax), text);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Both spellings of the language: one file a subject.
+//! Both syntaxes of the language: one file a subject.
 
 mod common;
 mod hostile;
@@ -6,5 +6,5 @@ mod machines;
 mod meaning;
 mod missions;
 mod mistakes;
-mod spellings;
+mod syntaxes;
 mod tables;

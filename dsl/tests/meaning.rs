@@ -4,7 +4,7 @@ use crate::common;
 
 use common::good;
 use hierarq_dsl::tree::*;
-use hierarq_dsl::{SourceId, Spelling, parse, print};
+use hierarq_dsl::{SourceId, Syntax, parse, print};
 
 /// A value with every operation in parentheses.
 fn shape(value: &Value) -> String {
@@ -34,24 +34,24 @@ fn shape(value: &Value) -> String {
     }
 }
 
-fn run_body(text: &str, spelling: Spelling) -> String {
-    let spec = good(text, spelling);
+fn run_body(text: &str, syntax: Syntax) -> String {
+    let spec = good(text, syntax);
     match &spec.items[0].kind {
         ItemKind::Run(run) => shape(&Value { kind: ValueKind::Block(run.body.clone()), span: run.body.span }),
         other => panic!("{other:?} is no run"),
     }
 }
 
-/// Reads an entry `v` in a block of each spelling; what else the block holds is shown too.
+/// Reads an entry `v` in a block of each syntax; what else the block holds is shown too.
 fn check(text: &str, expected: &str) {
     assert_eq!(
-        run_body(&format!("hierarq 1\nrun {{ v {text} }}"), Spelling::Hq),
+        run_body(&format!("hierarq 1\nrun {{ v {text} }}"), Syntax::Native),
         format!("{{v={expected}}}"),
         "{text}"
     );
     if !text.contains(['\n', '"']) && !expected.contains('=') {
         let yaml = format!("hierarq: 1\nrun: {{ v: '{text}' }}");
-        assert_eq!(run_body(&yaml, Spelling::Yaml), format!("{{v={expected}}}"), "{text}");
+        assert_eq!(run_body(&yaml, Syntax::Yaml), format!("{{v={expected}}}"), "{text}");
     }
 }
 
@@ -92,10 +92,10 @@ fn min_is_a_unit_and_a_key() {
 fn arguments_with_a_name_keep_it() {
     let same = |a: &str, b: &str| {
         let (a, b) = (format!("hierarq 1\n{a}\n"), format!("hierarq 1\n{b}\n"));
-        let x = good(&a, Spelling::Hq);
-        assert_eq!(print(&x, Spelling::Hq).trim_end(), b.trim_end().replacen("hierarq 1\n", "hierarq 1\n\n", 1));
+        let x = good(&a, Syntax::Native);
+        assert_eq!(print(&x, Syntax::Native).trim_end(), b.trim_end().replacen("hierarq 1\n", "hierarq 1\n\n", 1));
         // YAML says it too.
-        assert_eq!(good(&print(&x, Spelling::Yaml), Spelling::Yaml), x);
+        assert_eq!(good(&print(&x, Syntax::Yaml), Syntax::Yaml), x);
     };
     same("task t = keep(a - b,min:0.3 m,gain:5 /s)", "task t = keep(a - b, min: 0.3 m, gain: 5 /s)");
     same("task t = keep(value: x, max: (a or b))", "task t = keep(value: x, max: (a or b))");
@@ -164,7 +164,7 @@ fn lines_and_brackets() {
 fn yaml_forms() {
     let check = |yaml: &str, expected: &str| {
         let text = format!("hierarq: 1\nrun:\n{yaml}");
-        assert_eq!(run_body(&text, Spelling::Yaml), expected, "{yaml}");
+        assert_eq!(run_body(&text, Syntax::Yaml), expected, "{yaml}");
     };
     check("  title: 3.10\n  urdf: 'a # b'\n", "{title=\"3.10\" urdf=\"a # b\"}");
     check("  package_path: [a/b, \"c d\"]\n", "{package_path=[\"a/b\" \"c d\"]}");
@@ -182,7 +182,7 @@ fn yaml_forms() {
 #[test]
 fn spans_in_yaml_are_exact() {
     let text = "hierarq: 1\nrun:\n  a: ünknown\n  é: 1\n  b: 1 +  left.tip\n  c: \"2*right\"\n  d: \"\\u0032*right\"\n";
-    let (spec, _) = parse(SourceId(0), text, Spelling::Yaml);
+    let (spec, _) = parse(SourceId(0), text, Syntax::Yaml);
     let ItemKind::Run(run) = &spec.items[0].kind else { panic!("no run") };
     let right = |key: &str| match &run.body.get(key).unwrap().value.kind {
         ValueKind::Binary(_, _, right) => &text[right.span.range()],
@@ -205,16 +205,16 @@ fn limits_behind_values() {
     for value in values.iter().chain(&more) {
         for limit in limits {
             let text = format!("hierarq 1\ntask t = keep {{ max {value}, min {limit}, gain 3 /s }}\n");
-            let Some(spec) = Some(parse(SourceId(0), &text, Spelling::Hq)).filter(|p| p.1.is_empty()).map(|p| p.0)
+            let Some(spec) = Some(parse(SourceId(0), &text, Syntax::Native)).filter(|p| p.1.is_empty()).map(|p| p.0)
             else {
                 continue;
             };
-            let printed = print(&spec, Spelling::Hq);
-            assert_eq!(good(&printed, Spelling::Hq), spec, "{printed}");
+            let printed = print(&spec, Syntax::Native);
+            assert_eq!(good(&printed, Syntax::Native), spec, "{printed}");
             if printed.contains(", min") {
                 commas += 1;
                 let without = printed.replace(", min", "  min");
-                let (read, mistakes) = parse(SourceId(0), &without, Spelling::Hq);
+                let (read, mistakes) = parse(SourceId(0), &without, Syntax::Native);
                 assert!(read != spec || !mistakes.is_empty(), "a comma for nothing: {printed}");
             }
         }

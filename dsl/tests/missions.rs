@@ -1,34 +1,34 @@
-//! Missions: the two spellings side by side, what the printers make of them, and where one thing ends and the next
+//! Missions: the two syntaxes side by side, what the printers make of them, and where one thing ends and the next
 //! begins, written out by hand.
 
 use crate::common;
 
 use common::good;
 use hierarq_dsl::tree::*;
-use hierarq_dsl::{Spelling, print};
+use hierarq_dsl::{Syntax, print};
 
 const HQ: &str = include_str!("common/missions.hq");
 const YAML: &str = include_str!("common/missions.yaml");
 
 #[test]
-fn the_spellings_are_equal() {
-    assert_eq!(good(HQ, Spelling::Hq), good(YAML, Spelling::Yaml));
+fn the_syntaxes_are_equal() {
+    assert_eq!(good(HQ, Syntax::Native), good(YAML, Syntax::Yaml));
 }
 
 #[test]
 fn the_formatted_texts_stay_as_they_are() {
-    assert_eq!(print(&good(HQ, Spelling::Hq), Spelling::Hq), HQ);
-    assert_eq!(print(&good(YAML, Spelling::Yaml), Spelling::Yaml), YAML);
+    assert_eq!(print(&good(HQ, Syntax::Native), Syntax::Native), HQ);
+    assert_eq!(print(&good(YAML, Syntax::Yaml), Syntax::Yaml), YAML);
 }
 
 #[test]
 fn translations_give_the_same_texts() {
-    assert_eq!(print(&good(HQ, Spelling::Hq), Spelling::Yaml), YAML);
-    assert_eq!(print(&good(YAML, Spelling::Yaml), Spelling::Hq), HQ);
+    assert_eq!(print(&good(HQ, Syntax::Native), Syntax::Yaml), YAML);
+    assert_eq!(print(&good(YAML, Syntax::Yaml), Syntax::Native), HQ);
 }
 
-fn missions(text: &str, spelling: Spelling) -> Vec<Mission> {
-    let missions = good(text, spelling).items.into_iter().filter_map(|item| match item.kind {
+fn missions(text: &str, syntax: Syntax) -> Vec<Mission> {
+    let missions = good(text, syntax).items.into_iter().filter_map(|item| match item.kind {
         ItemKind::Mission(mission) => Some(mission),
         _ => None,
     });
@@ -48,7 +48,7 @@ fn shape(settings: &Block, members: &[MissionMember], repeats: &[MissionRepeat])
 }
 
 fn check(body: &str, expected: &str) {
-    let read = missions(&format!("hierarq 1\nmission m : k {{ {body} }}\n"), Spelling::Hq);
+    let read = missions(&format!("hierarq 1\nmission m : k {{ {body} }}\n"), Syntax::Native);
     let [m] = read.as_slice() else { panic!("{} missions in {body}", read.len()) };
     assert_eq!(shape(&m.settings, &m.members, &m.repeats), expected, "{body}");
 }
@@ -75,7 +75,7 @@ fn settings_and_members_are_told_apart() {
 #[test]
 fn a_mission_at_the_beginning_of_a_line_ends_what_was_open() {
     let text = "hierarq 1\nmission a : k {\n  robot r { b [1,\nmission c : k { robot d {} }\n";
-    let (spec, diags) = hierarq_dsl::parse(hierarq_dsl::SourceId(0), text, Spelling::Hq);
+    let (spec, diags) = hierarq_dsl::parse(hierarq_dsl::SourceId(0), text, Syntax::Native);
     assert!(diags.iter().all(|d| d.code == "HQ0105"), "{}", common::render(text, &diags));
     let names: Vec<&str> = spec
         .items

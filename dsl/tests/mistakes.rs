@@ -1,12 +1,12 @@
-//! Mistakes of form: what is said of them, in both spellings, and that one does not hide the next.
+//! Mistakes of form: what is said of them, in both syntaxes, and that one does not hide the next.
 
 use crate::common;
 
 use common::render;
-use hierarq_dsl::{SourceId, Spelling, parse};
+use hierarq_dsl::{SourceId, Syntax, parse};
 
 /// Diagnostics of every piece; pieces are separated by lines of `====`.
-fn report(pieces: &str, header: &str, spelling: Spelling) -> String {
+fn report(pieces: &str, header: &str, syntax: Syntax) -> String {
     let mut out = String::new();
     for piece in pieces.split("====\n") {
         let piece = piece.trim_start_matches('\n');
@@ -15,7 +15,7 @@ fn report(pieces: &str, header: &str, spelling: Spelling) -> String {
         } else {
             format!("{header}{piece}")
         };
-        let (_, diags) = parse(SourceId(0), &text, spelling);
+        let (_, diags) = parse(SourceId(0), &text, syntax);
         assert!(!diags.is_empty(), "no mistake found in\n{text}");
         out.push_str(&format!("{}\n", text.trim_end()));
         out.push_str("-----\n");
@@ -27,36 +27,36 @@ fn report(pieces: &str, header: &str, spelling: Spelling) -> String {
 
 #[test]
 fn mistakes_in_hq() {
-    insta::assert_snapshot!(report(include_str!("common/mistakes.hq"), "hierarq 1\n", Spelling::Hq));
+    insta::assert_snapshot!(report(include_str!("common/mistakes.hq"), "hierarq 1\n", Syntax::Native));
 }
 
 #[test]
 fn mistakes_in_yaml() {
-    insta::assert_snapshot!(report(include_str!("common/mistakes.yaml"), "hierarq: 1\n", Spelling::Yaml));
+    insta::assert_snapshot!(report(include_str!("common/mistakes.yaml"), "hierarq: 1\n", Syntax::Yaml));
 }
 
 #[test]
 fn mistakes_in_machines_in_hq() {
-    insta::assert_snapshot!(report(include_str!("common/mistakes_machines.hq"), "hierarq 1\n", Spelling::Hq));
+    insta::assert_snapshot!(report(include_str!("common/mistakes_machines.hq"), "hierarq 1\n", Syntax::Native));
 }
 
 #[test]
 fn mistakes_in_machines_in_yaml() {
-    insta::assert_snapshot!(report(include_str!("common/mistakes_machines.yaml"), "hierarq: 1\n", Spelling::Yaml));
+    insta::assert_snapshot!(report(include_str!("common/mistakes_machines.yaml"), "hierarq: 1\n", Syntax::Yaml));
 }
 
 #[test]
 fn mistakes_in_missions_in_hq() {
-    insta::assert_snapshot!(report(include_str!("common/mistakes_missions.hq"), "hierarq 1\n", Spelling::Hq));
+    insta::assert_snapshot!(report(include_str!("common/mistakes_missions.hq"), "hierarq 1\n", Syntax::Native));
 }
 
 #[test]
 fn mistakes_in_missions_in_yaml() {
-    insta::assert_snapshot!(report(include_str!("common/mistakes_missions.yaml"), "hierarq: 1\n", Spelling::Yaml));
+    insta::assert_snapshot!(report(include_str!("common/mistakes_missions.yaml"), "hierarq: 1\n", Syntax::Yaml));
 }
 
 /// Every `«code|text»` plants a mistake: the code must be reported exactly at the text.
-fn planted(marked: &str, spelling: Spelling) {
+fn planted(marked: &str, syntax: Syntax) {
     let (mut text, mut expected) = (String::new(), Vec::new());
     let mut rest = marked;
     while let Some((before, after)) = rest.split_once('«') {
@@ -70,7 +70,7 @@ fn planted(marked: &str, spelling: Spelling) {
         rest = after;
     }
     text.push_str(rest);
-    let (_, diags) = parse(SourceId(0), &text, spelling);
+    let (_, diags) = parse(SourceId(0), &text, syntax);
     let found: Vec<_> =
         diags.iter().map(|d| (d.code.to_owned(), d.primary.span.start as usize, d.primary.span.end as usize)).collect();
     assert_eq!(found, expected, "{}", render(&text, &diags));
@@ -97,7 +97,7 @@ stack safety {
 }
 run { stack safety  title «HQ0109|'3.A'»  «HQ0115|stack» other }
 "#,
-        Spelling::Hq,
+        Syntax::Native,
     );
 }
 
@@ -124,7 +124,7 @@ run: { stack: safety, «HQ0115|stack»: other }
         .replace("wieght", "«HQ0132|wieght»")
         .replace("«HQ0130|	still: hold(left)»", "«HQ0130|\t»still: hold(left)")
         .as_str(),
-        Spelling::Yaml,
+        Syntax::Yaml,
     );
 }
 
@@ -145,7 +145,7 @@ mission «HQ0144|vineyard» {
 "#
         .replace("  human «HQ0115|h1» {}", "  human h1 {}\n  human «HQ0115|h1» {}")
         .as_str(),
-        Spelling::Hq,
+        Syntax::Native,
     );
 }
 
@@ -166,6 +166,6 @@ missions:
             left: { pick: { to: "[0, 0 «HQ0113|$»] m" } }
             «HQ0107|right»:
 "#,
-        Spelling::Yaml,
+        Syntax::Yaml,
     );
 }

@@ -3,7 +3,7 @@
 use hierarq_dsl::codes::PAGES;
 use hierarq_dsl::tree::{ItemKind, ValueKind};
 use hierarq_dsl::vocabulary::{ROLES, UNITS};
-use hierarq_dsl::{SourceId, Spelling, parse};
+use hierarq_dsl::{SourceId, Syntax, parse};
 use std::collections::BTreeSet;
 
 #[test]
@@ -13,7 +13,7 @@ fn the_grammar_knows_the_units_of_the_vocabulary_and_no_others() {
     let symbols: BTreeSet<&str> = rule.split('"').skip(1).step_by(2).collect();
     assert_eq!(symbols, UNITS.iter().copied().collect());
     for unit in UNITS {
-        let (spec, diags) = parse(SourceId(0), &format!("hierarq 1\nparam a = 1 {unit}"), Spelling::Hq);
+        let (spec, diags) = parse(SourceId(0), &format!("hierarq 1\nparam a = 1 {unit}"), Syntax::Native);
         assert!(diags.is_empty());
         let ItemKind::Param(param) = &spec.items[0].kind else { panic!("no param") };
         let ValueKind::Unit(_, read) = &param.value.kind else { panic!("no unit") };

@@ -7,7 +7,7 @@ mod invariants;
 use std::path::Path;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
-    let spelling = if text.starts_with("hierarq:") { dsl::Spelling::Yaml } else { dsl::Spelling::Hq };
+    let syntax = if text.starts_with("hierarq:") { dsl::Syntax::Yaml } else { dsl::Syntax::Native };
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
-    invariants::checks(text, spelling, &examples);
+    invariants::checks(text, syntax, &examples);
 });

@@ -4,4 +4,4 @@
 #[path = "../../compiler/tests/common/invariants.rs"]
 mod invariants;
 
-libfuzzer_sys::fuzz_target!(|text: &str| invariants::reads(text, dsl::Spelling::Yaml));
+libfuzzer_sys::fuzz_target!(|text: &str| invariants::reads(text, dsl::Syntax::Yaml));

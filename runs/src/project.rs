@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use compiler::{Compiled, Input, Report};
-use dsl::{Diagnostic, Span, Spelling};
+use dsl::{Diagnostic, Span, Syntax};
 use runtime::program::CompiledFile;
 
 /// Maximum size of a compiled program (bytes).
@@ -26,13 +26,13 @@ fn about(name: &str, text: &str, code: &'static str, message: String, help: &str
     report
 }
 
-/// Reads the spelling and text of a file.
+/// Reads the syntax and text of a file.
 ///
 /// # Errors
 /// A report with the reason why it cannot be read.
-pub fn read(path: &Path) -> Result<(Spelling, String), Box<Report>> {
+pub fn read(path: &Path) -> Result<(Syntax, String), Box<Report>> {
     let name = path.display().to_string();
-    let Some(spelling) = Spelling::of_path(path) else {
+    let Some(syntax) = Syntax::of_path(path) else {
         return Err(Box::new(about(
             &name,
             "",
@@ -53,7 +53,7 @@ pub fn read(path: &Path) -> Result<(Spelling, String), Box<Report>> {
     let mut report = Report::default();
     let source = report.sources.add(&name, String::from_utf8_lossy(&bytes));
     match dsl::limits::decode(source, &bytes) {
-        Ok(text) => Ok((spelling, text.to_string())),
+        Ok(text) => Ok((syntax, text.to_string())),
         Err(d) => {
             report.diagnostics.push(*d);
             Err(Box::new(report))
@@ -80,12 +80,12 @@ pub fn sources(path: &Path, report: &Report) -> Vec<PathBuf> {
 
 /// Calls a function with a spec file as its input.
 fn given<T>(path: &Path, settings: &Settings, reader: impl FnOnce(&Input) -> T) -> Result<T, Box<Report>> {
-    let (spelling, text) = read(path)?;
+    let (syntax, text) = read(path)?;
     let name = path.display().to_string();
     Ok(reader(&Input {
         name: &name,
         text: &text,
-        spelling,
+        syntax,
         folder: path.parent().unwrap_or(Path::new("")),
         set: &settings.set,
         package_paths: &settings.package_paths,

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use compiler::Report;
 use dsl::tree::{Item, ItemKind};
-use dsl::{SourceId, Spelling};
+use dsl::{SourceId, Syntax};
 use runtime::missions::{End, MissionSummary, Untaken, WorkerRecord};
 use runtime::program::{MissionProgram, MissionScenarioProgram, ScenarioProgram};
 use runtime::record::All;
@@ -236,7 +236,7 @@ fn below(folder: &Path, all: &mut Vec<PathBuf>) -> std::io::Result<()> {
         }
         if path.is_dir() {
             below(&path, all)?;
-        } else if Spelling::of_path(&path).is_some() && declares_scenarios(&path) {
+        } else if Syntax::of_path(&path).is_some() && declares_scenarios(&path) {
             all.push(path);
         }
     }
@@ -251,8 +251,8 @@ fn declares_scenarios(path: &Path) -> bool {
             _ => false,
         }
     }
-    let Ok((spelling, text)) = project::read(path) else { return false };
-    dsl::parse(SourceId(0), &text, spelling).0.items.iter().any(is_one)
+    let Ok((syntax, text)) = project::read(path) else { return false };
+    dsl::parse(SourceId(0), &text, syntax).0.items.iter().any(is_one)
 }
 
 /// A spec compiled for its scenarios.

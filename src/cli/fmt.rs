@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use compiler::Report;
-use dsl::{Severity, Spelling};
+use dsl::{Severity, Syntax};
 use hierarq::project;
 
 use super::{Outcome, output};
@@ -14,7 +14,7 @@ pub struct Arguments {
     /// Specs (`*.hq`, `*.yaml`).
     #[arg(required = true)]
     specs: Vec<PathBuf>,
-    /// Print in this spelling to standard output instead of formatting in place.
+    /// Print in this syntax to standard output instead of formatting in place.
     #[arg(long, value_enum)]
     to: Option<To>,
     /// Change nothing; fail where a file is not formatted.
@@ -43,7 +43,7 @@ pub fn run(a: &Arguments) -> Outcome {
 }
 
 fn one(a: &Arguments, path: &Path) -> Result<bool, String> {
-    let (spelling, text) = match project::read(path) {
+    let (syntax, text) = match project::read(path) {
         Ok(x) => x,
         Err(report) => {
             output::show(&report);
@@ -52,7 +52,7 @@ fn one(a: &Arguments, path: &Path) -> Result<bool, String> {
     };
     let mut report = Report::default();
     let source = report.sources.add(path.display().to_string(), text.clone());
-    let (spec, diagnostics) = dsl::parse(source, &text, spelling);
+    let (spec, diagnostics) = dsl::parse(source, &text, syntax);
     if diagnostics.iter().any(|d| d.severity == Severity::Error) {
         report.diagnostics = diagnostics;
         report.finish();
@@ -62,11 +62,11 @@ fn one(a: &Arguments, path: &Path) -> Result<bool, String> {
     }
     match a.to {
         Some(to) => {
-            output::data(&dsl::print(&spec, if to == To::Hq { Spelling::Hq } else { Spelling::Yaml }));
+            output::data(&dsl::print(&spec, if to == To::Hq { Syntax::Native } else { Syntax::Yaml }));
             Ok(true)
         }
         None => {
-            let formatted = dsl::print(&spec, spelling);
+            let formatted = dsl::print(&spec, syntax);
             if formatted == text {
                 return Ok(true);
             }

@@ -21,7 +21,7 @@ pub struct Arguments {
     /// Folder in which `package://` addresses of the URDF are looked for. May be repeated.
     #[arg(long, value_name = "DIR", requires = "urdf")]
     package_path: Vec<PathBuf>,
-    /// Write the spec in the YAML spelling.
+    /// Write the spec in the YAML syntax.
     #[arg(long)]
     yaml: bool,
 }

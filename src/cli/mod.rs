@@ -68,7 +68,7 @@ enum Command {
     Tasks(tasks::Arguments),
     /// Explain a diagnostic code.
     Explain(explain::Arguments),
-    /// Format specs, or convert them to the other spelling.
+    /// Format specs, or convert them to the other syntax.
     Fmt(fmt::Arguments),
     /// Serve the people of a mission: a web page for each of them, and one for whoever supervises.
     #[cfg(feature = "serve")]
@@ -81,7 +81,7 @@ enum Command {
     Lsp(lsp::Arguments),
     /// Check a spec, and run it if wanted, each time that it or its URDF is saved.
     Watch(watch::Arguments),
-    /// Print a JSON Schema: of the YAML spelling, for editors, or of plans.
+    /// Print a JSON Schema: of the YAML syntax, for editors, or of plans.
     Schema(schema::Arguments),
     /// Print the completions of commands and options for a shell.
     Completions(completions::Arguments),

@@ -14,7 +14,7 @@ pub struct Arguments {
 /// A form with a JSON Schema.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Of {
-    /// A spec in the YAML spelling, for editors.
+    /// A spec in the YAML syntax, for editors.
     Spec,
     /// The output of `plan --json`.
     Plan,

@@ -89,11 +89,11 @@ pub fn run(a: &Arguments) -> Outcome {
 /// Returns the spec, the files that it imports, and their URDFs, as far as all these are readable.
 fn files(spec: &Path) -> Vec<PathBuf> {
     let mut files = vec![spec.to_path_buf()];
-    let Ok((spelling, text)) = project::read(spec) else { return files };
+    let Ok((syntax, text)) = project::read(spec) else { return files };
     files.extend(compiler::files(&compiler::Input {
         name: &spec.display().to_string(),
         text: &text,
-        spelling,
+        syntax,
         folder: spec.parent().unwrap_or(Path::new("")),
         set: &[],
         package_paths: &[],

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use compiler::{Compiled, Input, Report};
-use dsl::{SourceId, Spelling};
+use dsl::{SourceId, Syntax};
 use robot::{Base, Model, Options};
 
 use files::Place;
@@ -77,7 +77,7 @@ pub fn propose(request: &Request) -> Result<Project, Refusal> {
             (text, place)
         }
     };
-    let spelling = if request.yaml { Spelling::Yaml } else { Spelling::Hq };
+    let syntax = if request.yaml { Syntax::Yaml } else { Syntax::Native };
     let mut first = None;
     for variant in variants(request, &text) {
         let Some(plan) = Plan::new(&text, &variant) else { continue };
@@ -92,10 +92,10 @@ pub fn propose(request: &Request) -> Result<Project, Refusal> {
             None => Report::default(),
         };
         let written = plan.text(&place.written, place.package_path.as_deref());
-        let (tree, _) = dsl::parse(SourceId(0), &written, Spelling::Hq);
+        let (tree, _) = dsl::parse(SourceId(0), &written, Syntax::Native);
         let ending = if request.yaml { "yaml" } else { "hq" };
         let mut files: Vec<(PathBuf, String)> = place.copy.iter().map(|to| (to.clone(), text.clone())).collect();
-        files.push((request.folder.join(format!("{}.{ending}", plan.name)), dsl::print(&tree, spelling)));
+        files.push((request.folder.join(format!("{}.{ending}", plan.name)), dsl::print(&tree, syntax)));
         return Ok(Project { files, report, remarks: plan.remarks() });
     }
     Err(Refusal::Wrong(Box::new(first.unwrap_or_else(|| complaint(&place, request)))))
@@ -143,7 +143,7 @@ fn compile(text: &str, place: &Place, request: &Request) -> Compiled {
     compiler::compile(&Input {
         name: "the proposed spec",
         text,
-        spelling: Spelling::Hq,
+        syntax: Syntax::Native,
         folder: Path::new(""),
         set: &[],
         package_paths: &package_paths,

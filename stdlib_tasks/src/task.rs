@@ -110,7 +110,7 @@ pub struct TaskKind {
     pub summary: &'static str,
     /// The page of the catalogue, in Markdown: equations, meaning, source, an example.
     pub docs: &'static str,
-    /// A spec fragment that uses it, in the native spelling.
+    /// A spec fragment that uses it, in the native syntax.
     pub example: &'static str,
     /// Target or limit.
     pub nature: Nature,

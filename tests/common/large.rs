@@ -1,7 +1,7 @@
 //! Large texts: a realistic spec of 5,000 lines, and a mebibyte of each of several kinds of adversarial texts.
 #![allow(dead_code)]
 
-use dsl::Spelling;
+use dsl::Syntax;
 
 /// Approximate size of each adversarial text (bytes).
 pub const SIZE: usize = 1 << 20;
@@ -66,8 +66,8 @@ fn lines(line: impl Fn(usize) -> String) -> String {
     text
 }
 
-/// Returns a name, a spelling and a text of each adversarial text.
-pub fn nuisances() -> Vec<(&'static str, Spelling, String)> {
+/// Returns a name, a syntax and a text of each adversarial text.
+pub fn nuisances() -> Vec<(&'static str, Syntax, String)> {
     let repeated = |piece: &str| piece.repeat(SIZE / piece.len());
     let hq = |text: String| format!("hierarq 1\n{ROBOT}{text}");
     let yaml = |text: String| format!("hierarq: 1\n{YAML_ROBOT}{text}");
@@ -77,58 +77,58 @@ pub fn nuisances() -> Vec<(&'static str, Spelling, String)> {
         bomb.push_str(&format!("  a{i}: &a{i} [*a{0}, *a{0}, *a{0}]\n", i - 1));
     }
     vec![
-        ("open brackets", Spelling::Hq, hq(format!("param a = {}", repeated("[")))),
-        ("open braces", Spelling::Hq, hq(repeated("task a = hold { "))),
-        ("parentheses without end", Spelling::Hq, hq(format!("param a = {}", repeated("(1 + ")))),
+        ("open brackets", Syntax::Native, hq(format!("param a = {}", repeated("[")))),
+        ("open braces", Syntax::Native, hq(repeated("task a = hold { "))),
+        ("parentheses without end", Syntax::Native, hq(format!("param a = {}", repeated("(1 + ")))),
         (
             "balanced, too deep",
-            Spelling::Hq,
+            Syntax::Native,
             hq(format!("param a = {}1{}", "[".repeat(SIZE / 2), "]".repeat(SIZE / 2))),
         ),
-        ("one line of operators", Spelling::Hq, hq(format!("param a = 1{}", repeated(" + 1")))),
-        ("one line of fields", Spelling::Hq, hq(format!("param a = x{}", repeated(".x")))),
-        ("a list without end", Spelling::Hq, hq(format!("param a = [{}0]\n{stack}", repeated("0, ")))),
-        ("one long text", Spelling::Hq, hq(format!("run {{ title \"{}\" }}\n{stack}", repeated("x")))),
-        ("one long name", Spelling::Hq, hq(format!("task {} = hold(tool)\n{stack}", repeated("x")))),
-        ("one long comment", Spelling::Hq, hq(format!("// {}\n{stack}", repeated("x ")))),
-        ("many params", Spelling::Hq, hq(format!("{}{stack}", lines(|i| format!("param p{i} = {i} m\n"))))),
-        ("many params of one name", Spelling::Hq, hq(format!("{}{stack}", repeated("param p = 1 m\n")))),
-        ("a chain of params", Spelling::Hq, {
+        ("one line of operators", Syntax::Native, hq(format!("param a = 1{}", repeated(" + 1")))),
+        ("one line of fields", Syntax::Native, hq(format!("param a = x{}", repeated(".x")))),
+        ("a list without end", Syntax::Native, hq(format!("param a = [{}0]\n{stack}", repeated("0, ")))),
+        ("one long text", Syntax::Native, hq(format!("run {{ title \"{}\" }}\n{stack}", repeated("x")))),
+        ("one long name", Syntax::Native, hq(format!("task {} = hold(tool)\n{stack}", repeated("x")))),
+        ("one long comment", Syntax::Native, hq(format!("// {}\n{stack}", repeated("x ")))),
+        ("many params", Syntax::Native, hq(format!("{}{stack}", lines(|i| format!("param p{i} = {i} m\n"))))),
+        ("many params of one name", Syntax::Native, hq(format!("{}{stack}", repeated("param p = 1 m\n")))),
+        ("a chain of params", Syntax::Native, {
             let line = |i: usize| format!("param p{} = p{i} + p{i}\n", i + 1);
             hq(format!("param p0 = 1\n{}{stack}", lines(line)))
         }),
-        ("many tasks", Spelling::Hq, hq(lines(|i| format!("task t{i} = hold(tool)\n")))),
-        ("many tasks on a level", Spelling::Hq, {
+        ("many tasks", Syntax::Native, hq(lines(|i| format!("task t{i} = hold(tool)\n")))),
+        ("many tasks on a level", Syntax::Native, {
             let tasks: String = (0..SIZE / 30).map(|i| format!("task t{i} = hold(tool)\n")).collect();
             let names: String = (0..SIZE / 30).map(|i| format!("t{i} ")).collect();
             hq(format!("{tasks}stack s {{ level l {{ {names}}} }}\n"))
         }),
-        ("many levels", Spelling::Hq, {
+        ("many levels", Syntax::Native, {
             hq(format!("stack s {{\n{}}}\n", lines(|i| format!("level l{i} {{ hold(tool) {{ gain {i}e-9 /s }} }}\n"))))
         }),
-        ("many unknown tasks", Spelling::Hq, {
+        ("many unknown tasks", Syntax::Native, {
             let tasks: String = (0..5000).map(|i| format!("task reach_{i} = hold(tool)\n")).collect();
             hq(format!("{tasks}stack s {{ level l {{\n{}}} }}\n", lines(|i| format!("raech_{i} "))))
         }),
-        ("unknown tasks just below the bounds", Spelling::Hq, {
+        ("unknown tasks just below the bounds", Syntax::Native, {
             let tasks: String = (0..4900).map(|i| format!("task reach_{i:04} = hold(tool)\n")).collect();
             let names: String = (0..4900).map(|i| format!("raech_{i:04} ")).collect();
             hq(format!("{tasks}stack s {{ level l {{\n{names}}} }}\n"))
         }),
-        ("stacks just below the bounds", Spelling::Hq, {
+        ("stacks just below the bounds", Syntax::Native, {
             let stacks: String =
                 (0..199).map(|i| format!("stack s{i} {{ level l {{ joint_velocity_limits }} }}\n")).collect();
             hq(format!("{stacks}run {{ stack s1  duration 1 s }}\n"))
         }),
-        ("rows just above the bound", Spelling::Hq, {
+        ("rows just above the bound", Syntax::Native, {
             let names: String = (0..2000).map(|i| format!("hold(tool) {{ gain {i}e-4 /s }} ")).collect();
             hq(format!("stack s {{ level l {{\n{names}}} }}\n"))
         }),
-        ("rows just below the bound", Spelling::Hq, {
+        ("rows just below the bound", Syntax::Native, {
             let names: String = (0..330).map(|i| format!("hold(tool) {{ gain {i}e-4 /s }} ")).collect();
             hq(format!("stack s {{ level l {{\n{names}}} }}\n"))
         }),
-        ("pairs above the bound", Spelling::Hq, {
+        ("pairs above the bound", Syntax::Native, {
             let points = |side: &str, link: &str| (0..50).map(|i| format!("{side}{i} {link}\n")).collect::<String>();
             let names = |side: &str| (0..50).map(|i| format!("{side}{i}")).collect::<Vec<_>>().join(", ");
             format!(
@@ -140,47 +140,47 @@ pub fn nuisances() -> Vec<(&'static str, Spelling, String)> {
                 names("b")
             )
         }),
-        ("many stacks", Spelling::Hq, {
+        ("many stacks", Syntax::Native, {
             hq(lines(|i| format!("stack s{i} {{ level l {{ joint_velocity_limits }} }}\n")))
         }),
-        ("many mistakes of form", Spelling::Hq, hq(repeated("task $ = hold(tool) }\n"))),
+        ("many mistakes of form", Syntax::Native, hq(repeated("task $ = hold(tool) }\n"))),
         (
             "many mistakes of units",
-            Spelling::Hq,
+            Syntax::Native,
             hq(format!("{}{stack}", lines(|i| format!("param p{i} = 1 m + 1 s\n")))),
         ),
-        ("many declarations without a brace", Spelling::Hq, hq(repeated("robot a\n x 1\n"))),
-        ("many units misspelt", Spelling::Hq, hq(format!("robot b {{\n{}}}\n", repeated(" x 1 hzx\n")))),
-        ("huge numbers", Spelling::Hq, hq(format!("param a = {}\n{stack}", repeated("9")))),
-        ("huge exponents", Spelling::Hq, hq(format!("{}{stack}", lines(|i| format!("param p{i} = 1e{i}\n"))))),
-        ("huge powers", Spelling::Hq, hq(format!("{}{stack}", lines(|i| format!("param p{i} = 2^{i}^{i}\n"))))),
-        ("quotes", Spelling::Hq, hq(repeated("\"\n"))),
-        ("two bytes to a sign", Spelling::Hq, hq(repeated("é"))),
-        ("flow sequences", Spelling::Yaml, yaml(format!("params: {{ a: {}", repeated("[")))),
-        ("block sequences", Spelling::Yaml, yaml(format!("params:\n a: {}", repeated("- ")))),
-        ("aliases of aliases", Spelling::Yaml, yaml(bomb)),
-        ("one anchor, many aliases", Spelling::Yaml, {
+        ("many declarations without a brace", Syntax::Native, hq(repeated("robot a\n x 1\n"))),
+        ("many units misspelt", Syntax::Native, hq(format!("robot b {{\n{}}}\n", repeated(" x 1 hzx\n")))),
+        ("huge numbers", Syntax::Native, hq(format!("param a = {}\n{stack}", repeated("9")))),
+        ("huge exponents", Syntax::Native, hq(format!("{}{stack}", lines(|i| format!("param p{i} = 1e{i}\n"))))),
+        ("huge powers", Syntax::Native, hq(format!("{}{stack}", lines(|i| format!("param p{i} = 2^{i}^{i}\n"))))),
+        ("quotes", Syntax::Native, hq(repeated("\"\n"))),
+        ("two bytes to a sign", Syntax::Native, hq(repeated("é"))),
+        ("flow sequences", Syntax::Yaml, yaml(format!("params: {{ a: {}", repeated("[")))),
+        ("block sequences", Syntax::Yaml, yaml(format!("params:\n a: {}", repeated("- ")))),
+        ("aliases of aliases", Syntax::Yaml, yaml(bomb)),
+        ("one anchor, many aliases", Syntax::Yaml, {
             yaml(format!("tasks:\n  t: &t {{ hold: {{ frames: tool }} }}\n{}", lines(|i| format!("  t{i}: *t\n"))))
         }),
-        ("many anchors", Spelling::Yaml, yaml(format!("params:\n{}", lines(|i| format!("  p{i}: &a{i} {i} m\n"))))),
-        ("merges of merges", Spelling::Yaml, {
+        ("many anchors", Syntax::Yaml, yaml(format!("params:\n{}", lines(|i| format!("  p{i}: &a{i} {i} m\n"))))),
+        ("merges of merges", Syntax::Yaml, {
             let line = |i: usize| format!("    a{}: &a{} {{ <<: [*a{i}, *a{i}], k{i}: 1 }}\n", i + 1, i + 1);
             yaml(format!("run:\n    a0: &a0 {{ x: 1 }}\n{}", lines(line)))
         }),
-        ("keys without values", Spelling::Yaml, yaml(format!("robots:\n{}", lines(|i| format!("  r{i}:\n"))))),
+        ("keys without values", Syntax::Yaml, yaml(format!("robots:\n{}", lines(|i| format!("  r{i}:\n"))))),
         (
             "keys beside their section",
-            Spelling::Yaml,
+            Syntax::Yaml,
             yaml(format!("tasks:\n{}", lines(|i| format!("t{i}: hold(tool)\n")))),
         ),
-        ("lines between columns", Spelling::Yaml, {
+        ("lines between columns", Syntax::Yaml, {
             yaml(format!("tasks:\n{}", lines(|i| format!("{}t{i}: hold(tool)\n", " ".repeat(2 + i % 2)))))
         }),
-        ("tabs", Spelling::Yaml, yaml(repeated("\ta: b\n"))),
-        ("one long scalar", Spelling::Yaml, yaml(format!("params: {{ a: \"{}\" }}\n", repeated("1 + ")))),
+        ("tabs", Syntax::Yaml, yaml(repeated("\ta: b\n"))),
+        ("one long scalar", Syntax::Yaml, yaml(format!("params: {{ a: \"{}\" }}\n", repeated("1 + ")))),
         (
             "many mistakes in YAML",
-            Spelling::Yaml,
+            Syntax::Yaml,
             yaml(format!("tasks:\n{}", lines(|i| format!("  t{i}: hold(tol{i})\n")))),
         ),
     ]
@@ -191,17 +191,17 @@ pub fn nuisances() -> Vec<(&'static str, Spelling, String)> {
 
 /// Texts that once caused quadratic work: each of many parts was compared with all others, or caused a rescan of the
 /// rest.
-fn repetitions() -> Vec<(&'static str, Spelling, String)> {
+fn repetitions() -> Vec<(&'static str, Syntax, String)> {
     let repeated = |piece: &str| piece.repeat(SIZE / piece.len());
-    let hq = |text: String| (Spelling::Hq, format!("hierarq 1\n{ROBOT}{text}"));
-    let yaml = |text: String| (Spelling::Yaml, format!("hierarq: 1\n{YAML_ROBOT}{text}"));
+    let hq = |text: String| (Syntax::Native, format!("hierarq 1\n{ROBOT}{text}"));
+    let yaml = |text: String| (Syntax::Yaml, format!("hierarq: 1\n{YAML_ROBOT}{text}"));
     let with_robot = |body: String| {
         let robot = "urdf \"robots/arm7.urdf\"  rate 100 Hz  home { joint_4 1 rad }";
-        (Spelling::Hq, format!("hierarq 1\nrobot arm {{ {robot}\n{body} }}\n"))
+        (Syntax::Native, format!("hierarq 1\nrobot arm {{ {robot}\n{body} }}\n"))
     };
     let stack = "stack s { level l { joint_velocity_limits } }\n";
     let machine = "machine m { initial a  state b { stack s }\nstate a { stack s\n";
-    let named: Vec<(&'static str, (Spelling, String))> = vec![
+    let named: Vec<(&'static str, (Syntax, String))> = vec![
         ("declarations without a block", hq(repeated("human0\n"))),
         ("blocks without a brace and without an end", hq(lines(|i| format!("humans h{i}\n x 1\n")))),
         ("one key, again and again", with_robot(repeated("joints, "))),
@@ -221,8 +221,8 @@ fn repetitions() -> Vec<(&'static str, Spelling, String)> {
         ("robots made from a large one", {
             let keys: String = (0..20_000).map(|i| format!("key_{i} 1\n")).collect();
             let robots = (0..2_000).map(|i| format!("robot r{i} from arm {{ rate 50 Hz }}\n")).collect::<String>();
-            let (spelling, text) = with_robot(keys);
-            (spelling, text + &robots + stack)
+            let (syntax, text) = with_robot(keys);
+            (syntax, text + &robots + stack)
         }),
         ("a person of many points", hq(format!("human h {{ points [{}] }}\n{stack}", lines(|i| format!("p{i}, "))))),
         ("arguments by name", {
@@ -249,12 +249,12 @@ fn repetitions() -> Vec<(&'static str, Spelling, String)> {
         }),
         ("holes without an end", hq(format!("run {{ title \"{}\" }}\n{stack}", repeated("${a")))),
         ("names that are holes without an end", hq(repeated("task ${\n"))),
-        ("headers between mistakes", (Spelling::Hq, repeated("task\nhierarq 1\n"))),
+        ("headers between mistakes", (Syntax::Native, repeated("task\nhierarq 1\n"))),
         ("one key of YAML, again and again", {
-            (Spelling::Yaml, format!("hierarq: 1\nrobots: {{ r: {{{}}}}}\n", repeated("a: 1, ")))
+            (Syntax::Yaml, format!("hierarq: 1\nrobots: {{ r: {{{}}}}}\n", repeated("a: 1, ")))
         }),
         ("keys without values on a line", {
-            (Spelling::Yaml, format!("hierarq: 1\nrobots: {{ r: {{{}}}}}\nbad\n", lines(|i| format!("a{i}: , "))))
+            (Syntax::Yaml, format!("hierarq: 1\nrobots: {{ r: {{{}}}}}\nbad\n", lines(|i| format!("a{i}: , "))))
         }),
         ("levels without names", yaml(format!("stacks: {{s: {{levels: [{}]}}}}\n", repeated("{foo: 1}, ")))),
         ("items in the place of levels", yaml(format!("stacks: {{s: {{levels: [{}]}}}}\n", repeated(":, ")))),
@@ -264,11 +264,8 @@ fn repetitions() -> Vec<(&'static str, Spelling, String)> {
         }),
         ("states in YAML", yaml(format!("machines: {{m: {{states: {{{}}}}}}}\n", lines(|i| format!("s{i}: {{}}, "))))),
         ("scenarios in YAML", yaml(format!("scenarios:\n{}", lines(|i| format!("  s{i}: {{duration: 1 s}}\n"))))),
-        (
-            "imports in YAML",
-            (Spelling::Yaml, format!("hierarq: 1\nimport:\n{}", lines(|i| format!("  f{i}.hq: []\n")))),
-        ),
+        ("imports in YAML", (Syntax::Yaml, format!("hierarq: 1\nimport:\n{}", lines(|i| format!("  f{i}.hq: []\n"))))),
         ("tags of YAML on a line", yaml(format!("params: {{{}}}\n", lines(|i| format!("a{i}: !x 1, "))))),
     ];
-    named.into_iter().map(|(name, (spelling, text))| (name, spelling, text)).collect()
+    named.into_iter().map(|(name, (syntax, text))| (name, syntax, text)).collect()
 }

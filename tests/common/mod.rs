@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use hierarq::project::{Settings, compile};
 use runtime::{Evaluator, Fault, Program, Recorder, Simulation, Tick};
 
-/// Stems of the examples; each exists in both spellings.
+/// Stems of the examples; each exists in both syntaxes.
 pub const EXAMPLES: &[&str] = &[
     "hello",
     "safety_tasks",
@@ -36,7 +36,7 @@ pub const EXAMPLES: &[&str] = &[
     "picker",
 ];
 
-/// Stems of the examples that declare missions without a robot; each exists in both spellings.
+/// Stems of the examples that declare missions without a robot; each exists in both syntaxes.
 pub const MISSIONS: &[&str] = &["vineyard", "vineyard_day", "vineyard_picker", "letters", "letters_day"];
 
 /// Computes the velocity of a link in the world (m/s), by central differences of its position.
@@ -74,16 +74,16 @@ pub fn program(name: &str) -> Program {
 
 /// Compiles a text, with `examples` as its folder; panics with the diagnostics on failure.
 pub fn program_of(text: &str) -> Program {
-    program_in(text, dsl::Spelling::Hq)
+    program_in(text, dsl::Syntax::Native)
 }
 
-/// As [`program_of`] in either spelling.
-pub fn program_in(text: &str, spelling: dsl::Spelling) -> Program {
+/// As [`program_of`] in either syntax.
+pub fn program_in(text: &str, syntax: dsl::Syntax) -> Program {
     let folder = example("");
     let compiled = compiler::compile(&compiler::Input {
         name: "test.hq",
         text,
-        spelling,
+        syntax,
         folder: &folder,
         set: &[],
         package_paths: &[],

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use compiler::{Compiled, Input};
-use dsl::Spelling;
+use dsl::Syntax;
 use hierarq::trial::{self, Found};
 use runtime::missions::Happened;
 use runtime::program::{MissionProgram, MissionScenarioProgram};
@@ -11,7 +11,7 @@ use runtime::program::{MissionProgram, MissionScenarioProgram};
 /// Compiles a spec with missions only.
 pub fn compiled(text: &str) -> Compiled {
     let folder = Path::new("");
-    compiler::compile(&Input { name: "spec.hq", text, spelling: Spelling::Hq, folder, set: &[], package_paths: &[] })
+    compiler::compile(&Input { name: "spec.hq", text, syntax: Syntax::Native, folder, set: &[], package_paths: &[] })
 }
 
 /// Returns the scenario `s` of a spec without diagnostics, and its mission.

@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use dsl::{Diagnostic, Severity, Spelling};
+use dsl::{Diagnostic, Severity, Syntax};
 
 use super::fault::Fault;
 
@@ -45,8 +45,8 @@ pub struct Outcome {
 /// Returns the diagnostics of a text, compiled in the folder of the examples under the given name.
 pub fn diagnostics(file: &str, text: &str) -> Vec<Diagnostic> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
-    let spelling = Spelling::of_path(Path::new(file)).expect("an example is a spec");
-    let input = compiler::Input { name: file, text, spelling, folder: &folder, set: &[], package_paths: &[] };
+    let syntax = Syntax::of_path(Path::new(file)).expect("an example is a spec");
+    let input = compiler::Input { name: file, text, syntax, folder: &folder, set: &[], package_paths: &[] };
     let compiled = compiler::compile(&input);
     assert_eq!(compiled.is_good(), compiled.report.errors() == 0, "refused without a reason, or the reverse");
     compiled.report.diagnostics

@@ -14,13 +14,13 @@ struct Place {
     at: std::ops::Range<usize>,
 }
 
-/// Returns all occurrences of a pattern `before«word»after` in the examples of a spelling; those in equal lines once.
-fn places(spelling: &str, pattern: &str, origin: &str) -> Vec<Place> {
+/// Returns all occurrences of a pattern `before«word»after` in the examples of a syntax; those in equal lines once.
+fn places(syntax: &str, pattern: &str, origin: &str) -> Vec<Place> {
     let marked = pattern.split_once('«').and_then(|(b, r)| Some((b, r.split_once('»')?)));
     let (before, (word, after)) = marked.unwrap_or_else(|| panic!("{origin}: `{pattern}` has no `«word»`"));
     let literal = format!("{before}{word}{after}");
     let (mut seen, mut all) = (BTreeSet::new(), Vec::new());
-    for file in files().into_iter().filter(|f| f.ends_with(spelling)) {
+    for file in files().into_iter().filter(|f| f.ends_with(syntax)) {
         let text = super::text_of(&format!("tests/corpus/specs/{file}"));
         let mut start = 0;
         for line in text.split_inclusive('\n') {
@@ -58,14 +58,14 @@ fn rows(path: &str) -> Vec<(String, String, Vec<String>)> {
     all
 }
 
-/// Misspelt words: `SPELLING | before«word»after | CODES`, with `·` for a blank at an end of the pattern. The faulty
+/// Misspelt words: `SYNTAX | before«word»after | CODES`, with `·` for a blank at an end of the pattern. The faulty
 /// text is the misspelt word; with a fourth column, extended by the parts of that column before and after `*`.
 pub fn slips(path: &str) -> Vec<Fault> {
     let mut all = Vec::new();
     for (class, origin, columns) in rows(path) {
-        let [spelling, pattern, codes, rest @ ..] = columns.as_slice() else { panic!("{origin}: three columns") };
+        let [syntax, pattern, codes, rest @ ..] = columns.as_slice() else { panic!("{origin}: three columns") };
         let (wider, longer) = rest.first().and_then(|c| c.split_once('*')).unwrap_or(("", ""));
-        for p in places(spelling, pattern, &origin) {
+        for p in places(syntax, pattern, &origin) {
             let word = misspelt(&p.text[p.at.clone()], all.len());
             let (before, after) = (&p.text[..p.at.start], &p.text[p.at.end..]);
             assert!(before.ends_with(wider) && after.starts_with(longer), "{origin}: `{wider}*{longer}` is not there");

@@ -18,7 +18,7 @@ pub struct Document {
 pub type Completion<'a> = (&'a str, &'a str, &'a [&'a str], &'a [&'a str]);
 
 impl Document {
-    /// Opens a document in the folder of the examples. The extension of its name determines the spelling.
+    /// Opens a document in the folder of the examples. The extension of its name determines the syntax.
     pub fn open(name: &str, text: &str) -> Document {
         let (mut editor, uri) = (Editor::ready(), uri(name));
         editor.open(&uri, if name.ends_with(".yaml") { "yaml" } else { "hierarq" }, text);
@@ -27,9 +27,9 @@ impl Document {
 
     /// Opens the same spec in YAML, under this name.
     pub fn open_in_yaml(name: &str, text: &str) -> Document {
-        let (tree, diagnostics) = dsl::parse(dsl::SourceId(0), text, dsl::Spelling::Hq);
+        let (tree, diagnostics) = dsl::parse(dsl::SourceId(0), text, dsl::Syntax::Native);
         assert!(diagnostics.is_empty(), "{diagnostics:?}");
-        Document::open(name, &dsl::print(&tree, dsl::Spelling::Yaml))
+        Document::open(name, &dsl::print(&tree, dsl::Syntax::Yaml))
     }
 
     /// Returns the diagnostics of the present text.

@@ -25,8 +25,8 @@ fn fixes(e: &mut Editor, name: &str, text: &str) -> Vec<(String, String)> {
 /// Returns the codes of the diagnostics of a text in the folder of the examples.
 fn codes(name: &str, text: &str) -> Vec<&'static str> {
     let folder = crate::common::example("");
-    let spelling = dsl::Spelling::of_path(name.as_ref()).expect("a spec");
-    let input = compiler::Input { name, text, spelling, folder: &folder, set: &[], package_paths: &[] };
+    let syntax = dsl::Syntax::of_path(name.as_ref()).expect("a spec");
+    let input = compiler::Input { name, text, syntax, folder: &folder, set: &[], package_paths: &[] };
     compiler::compile(&input).report.diagnostics.iter().map(|d| d.code).collect()
 }
 

@@ -218,7 +218,7 @@ fn a_target_that_stays_reached_does_not_begin_anew() {
 
 /// A pulled hand satisfies the machine's own condition for guiding: the robot yields, and continues to yield.
 #[test]
-fn a_hand_that_is_pulled_is_led_in_both_spellings() {
+fn a_hand_that_is_pulled_is_led_in_both_syntaxes() {
     let folder = folder("machine_again");
     let robots = crate::common::example("robots");
     let spec = folder.join("pulled.hq");

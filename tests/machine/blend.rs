@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use runtime::Controller;
 use stdlib_tasks::clearance::acceleration_bound;
 
-use super::host::{Host, in_both_spellings};
+use super::host::{Host, in_both_syntaxes};
 
 /// Tasks of the stacks; all have different targets.
 const TASKS: &str = "
@@ -325,7 +325,7 @@ fn a_damped_level_does_not_stop_the_way_over_to_its_stack() {
                state second {{ stack b  after 10 s -> stopped }}
                final state stopped }}"
         );
-        for mut host in in_both_spellings(&text) {
+        for mut host in in_both_syntaxes(&text) {
             assert_eq!(host.steps(50), "first");
             let mut last = host.controller.velocity().to_vec();
             let mut own = Vec::new();

@@ -2,7 +2,7 @@
 
 use runtime::FaultKind;
 
-use super::host::{Host, in_both_spellings};
+use super::host::{Host, in_both_syntaxes};
 
 /// A tool that rises by 0.15 m, and then works at least 0.1 m above its home height, above a bin. `rise` is the initial
 /// rise, `level` the setting of the limit's level, `ways` are further transitions.
@@ -39,7 +39,7 @@ fn home() -> f64 {
 #[test]
 fn a_height_above_a_bin_holds_from_the_entry_of_its_state_on() {
     let least = home() + 0.1;
-    for mut host in in_both_spellings(&spec(home(), 0.15, "hard", "")) {
+    for mut host in in_both_syntaxes(&spec(home(), 0.15, "hard", "")) {
         let mut lowest = f64::INFINITY;
         loop {
             let seen = host.step();
@@ -58,7 +58,7 @@ fn a_height_above_a_bin_holds_from_the_entry_of_its_state_on() {
 /// The state is entered 0.3 m below its limit: the row requires 2 m/s upwards, which the joints cannot reach.
 #[test]
 fn a_hard_limit_that_cannot_be_met_at_the_entry_is_a_fault_with_state_and_limit() {
-    for mut host in in_both_spellings(&spec(home(), -0.3, "hard", "")) {
+    for mut host in in_both_syntaxes(&spec(home(), -0.3, "hard", "")) {
         host.steps(200);
         let q = host.robot.measure().to_vec();
         let command = host.controller.step(&runtime::Observation { time: host.time(), q: &q });
@@ -79,7 +79,7 @@ fn a_hard_limit_that_cannot_be_met_at_the_entry_is_a_fault_with_state_and_limit(
 #[test]
 fn a_limit_that_is_passed_at_the_entry_is_a_fault_where_a_transition_asks_for_it() {
     for (ways, ends) in [("on fault(limit(above)) -> stopped", "stopped"), ("", "work")] {
-        for mut host in in_both_spellings(&spec(home(), 0.06, "hard", ways)) {
+        for mut host in in_both_syntaxes(&spec(home(), 0.06, "hard", ways)) {
             assert_eq!(host.steps(200), "rise");
             let q = host.robot.measure().to_vec();
             let fault = host.controller.step(&runtime::Observation { time: host.time(), q: &q }).fault;
@@ -97,7 +97,7 @@ fn a_limit_that_is_passed_at_the_entry_is_a_fault_where_a_transition_asks_for_it
 /// A soft limit yields, and the robot moves back inside it.
 #[test]
 fn a_soft_limit_that_is_passed_at_the_entry_is_no_fault() {
-    for mut host in in_both_spellings(&spec(home(), -0.02, "", "")) {
+    for mut host in in_both_syntaxes(&spec(home(), -0.02, "", "")) {
         for _ in 0..400 {
             assert_eq!(host.step().fault, None);
         }

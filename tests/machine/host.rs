@@ -82,9 +82,9 @@ impl Host {
     }
 }
 
-/// Returns two hosts of one spec: from the text appended to [`ARM`], and from its YAML spelling.
-pub fn in_both_spellings(text: &str) -> [Host; 2] {
-    let (spec, _) = dsl::parse(dsl::SourceId(0), &format!("{ARM}{text}"), dsl::Spelling::Hq);
-    let yaml = dsl::print(&spec, dsl::Spelling::Yaml);
-    [Host::new(text), Host::of(&crate::common::program_in(&yaml, dsl::Spelling::Yaml))]
+/// Returns two hosts of one spec: from the text appended to [`ARM`], and from its YAML syntax.
+pub fn in_both_syntaxes(text: &str) -> [Host; 2] {
+    let (spec, _) = dsl::parse(dsl::SourceId(0), &format!("{ARM}{text}"), dsl::Syntax::Native);
+    let yaml = dsl::print(&spec, dsl::Syntax::Yaml);
+    [Host::new(text), Host::of(&crate::common::program_in(&yaml, dsl::Syntax::Yaml))]
 }

@@ -164,14 +164,14 @@ fn a_controller_that_starts_again_has_measured_nothing() {
 }
 
 #[test]
-fn both_spellings_say_the_same_and_a_file_is_checked() {
+fn both_syntaxes_say_the_same_and_a_file_is_checked() {
     let hq = text(
         "state go { stack swing  when reversals(all) > 3 and speed(joint_2) < 1 rad/s -> stopped }  final state stopped",
     );
     let program = program_of(&hq);
-    let (spec, _) = dsl::parse(dsl::SourceId(0), &hq, dsl::Spelling::Hq);
-    let yaml = dsl::print(&spec, dsl::Spelling::Yaml);
-    assert_eq!(program, super::common::program_in(&yaml, dsl::Spelling::Yaml));
+    let (spec, _) = dsl::parse(dsl::SourceId(0), &hq, dsl::Syntax::Native);
+    let yaml = dsl::print(&spec, dsl::Syntax::Yaml);
+    assert_eq!(program, super::common::program_in(&yaml, dsl::Syntax::Yaml));
     let machine = program.machine.as_ref().expect("a machine");
     assert_eq!(machine.measured.len(), 2);
     assert_eq!(machine.measured[1].measure, Measure::Speed(1));
@@ -195,7 +195,7 @@ fn said(text: &str) -> String {
     let input = compiler::Input {
         name: "test.hq",
         text,
-        spelling: dsl::Spelling::Hq,
+        syntax: dsl::Syntax::Native,
         folder: &folder,
         set: &[],
         package_paths: &[],

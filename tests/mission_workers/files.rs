@@ -1,7 +1,7 @@
 //! Files of missions whose workers run controllers: compilation, serialization, and references.
 
 use compiler::Input;
-use dsl::Spelling;
+use dsl::Syntax;
 use runtime::program::{CompiledFile, MissionProgram, MissionScenarioProgram, Running};
 
 use super::common::example;
@@ -58,7 +58,7 @@ fn a_spec_rests_on_those_that_its_workers_run() {
     let text = team(PICKER);
     let folder = example("");
     let input =
-        Input { name: "day.hq", text: &text, spelling: Spelling::Hq, folder: &folder, set: &[], package_paths: &[] };
+        Input { name: "day.hq", text: &text, syntax: Syntax::Native, folder: &folder, set: &[], package_paths: &[] };
     let files = compiler::files(&input);
     assert!(["picker.hq", "robots/arm7.urdf"].iter().all(|f| files.contains(&folder.join(f))), "{files:?}");
     let path = folder.join("picker.hq").canonicalize().expect("a file");

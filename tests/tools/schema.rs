@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use compiler::{Compiled, Input};
-use dsl::{SourceId, Spelling};
+use dsl::{SourceId, Syntax};
 use jsonschema::Validator;
 use serde_json::{Value, json};
 
@@ -48,8 +48,8 @@ fn example(name: &str) -> Value {
 
 fn compile(yaml: &str) -> Compiled {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
-    let spelling = Spelling::Yaml;
-    compiler::compile(&Input { name: "test.yaml", text: yaml, spelling, folder: &folder, set: &[], package_paths: &[] })
+    let syntax = Syntax::Yaml;
+    compiler::compile(&Input { name: "test.yaml", text: yaml, syntax, folder: &folder, set: &[], package_paths: &[] })
 }
 
 #[test]
@@ -109,9 +109,9 @@ fn what_the_printer_writes_is_valid() {
     }
     texts.push(include_str!("../../editors/words.hq").to_string());
     for text in texts {
-        let (tree, diagnostics) = dsl::parse(SourceId(0), &text, Spelling::Hq);
+        let (tree, diagnostics) = dsl::parse(SourceId(0), &text, Syntax::Native);
         assert!(diagnostics.is_empty(), "{text}\n{diagnostics:?}");
-        let yaml = dsl::print(&tree, Spelling::Yaml);
+        let yaml = dsl::print(&tree, Syntax::Yaml);
         assert_eq!(mistakes(&validator, &data(&yaml)), Vec::<String>::new(), "{yaml}");
     }
 }

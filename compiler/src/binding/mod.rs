@@ -20,7 +20,7 @@ mod value;
 use std::collections::BTreeMap;
 
 use dsl::tree::{Block, Entry, Let, TaskDefinition, Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned, Spelling};
+use dsl::{Diagnostic, Span, Spanned, Syntax};
 use names::{list, suggest};
 use robot::LinkId;
 use stdlib_tasks::bound::{Bound, BoundParams, Slot};
@@ -370,7 +370,7 @@ impl Binder<'_> {
         }
         let whole = format!("hierarq 1\nparam x = {text}\n");
         let source = self.sources.add(DEFAULTS, whole.clone());
-        let (spec, _) = dsl::parse(source, &whole, Spelling::Hq);
+        let (spec, _) = dsl::parse(source, &whole, Syntax::Native);
         let value = spec.items.into_iter().find_map(|i| match i.kind {
             dsl::tree::ItemKind::Param(p) => Some(p.value),
             _ => None,

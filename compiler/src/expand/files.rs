@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use dsl::tree::{Import, ItemKind, Spec};
-use dsl::{Diagnostic, SourceId, Spanned, Spelling};
+use dsl::{Diagnostic, SourceId, Spanned, Syntax};
 
 use super::module::Module;
 use super::{Expander, MAX_DEPTH};
@@ -20,7 +20,7 @@ impl Expander<'_> {
         if let Some(own) = &own {
             self.files.insert(own.clone(), None);
         }
-        self.out.spellings.insert(source, self.input.spelling);
+        self.out.syntaxes.insert(source, self.input.syntax);
         self.module(String::new(), PathBuf::new(), spec, 0);
         if let Some(own) = own {
             self.files.insert(own, Some(0));
@@ -58,7 +58,7 @@ impl Expander<'_> {
         };
         let from_spec = tidy(&self.modules[importer].folder.join(&path.value), self.input.folder);
         let on_disk = self.input.folder.join(&from_spec);
-        let Some(spelling) = Spelling::of_path(&from_spec) else {
+        let Some(syntax) = Syntax::of_path(&from_spec) else {
             let text = format!("`{}` is no spec: its name ends neither in .hq nor in .yaml", path.value);
             return refuse(self, Diagnostic::error("HQ0211", at, text).help("import a spec"));
         };
@@ -104,9 +104,9 @@ impl Expander<'_> {
         };
         self.files.insert(canonical.clone(), None);
         let real = self.sources.add(name, text.clone());
-        self.out.spellings.insert(real, spelling);
+        self.out.syntaxes.insert(real, syntax);
         let source = self.sources.instance(real, at, "imported here");
-        let (spec, diagnostics) = dsl::parse(source, &text, spelling);
+        let (spec, diagnostics) = dsl::parse(source, &text, syntax);
         if diagnostics.iter().any(|d| d.severity == dsl::Severity::Error) {
             self.out.whole = false;
         }

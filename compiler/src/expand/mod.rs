@@ -29,7 +29,7 @@ use dsl::tree::{
     Human, Let, Level, Machine, Mission, Param, Robot, Run, SafetyField, Scenario, Signal, Spec, Stack, Task, Value,
     Variable,
 };
-use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Spelling};
+use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Syntax};
 
 use crate::input::{Input, Texts};
 use module::Module;
@@ -106,7 +106,7 @@ pub(crate) struct Expanded {
     /// Levels of base stacks that derived stacks replace or remove.
     pub discarded: Vec<Level>,
     /// Syntax of each file.
-    pub spellings: BTreeMap<SourceId, Spelling>,
+    pub syntaxes: BTreeMap<SourceId, Syntax>,
 }
 
 /// Name spaces. Params, lets, signals, humans, safety fields and variables share one.
@@ -191,11 +191,11 @@ pub(crate) fn expand(
 pub fn files(input: &Input) -> Vec<PathBuf> {
     let (mut files, run) = files_and_specs(input);
     for path in run {
-        if let (Some(spelling), Ok(bytes)) = (Spelling::of_path(&path), read_file(&path)) {
+        if let (Some(syntax), Ok(bytes)) = (Syntax::of_path(&path), read_file(&path)) {
             let (name, text) = (path.display().to_string(), String::from_utf8_lossy(&bytes).into_owned());
             let folder = path.parent().unwrap_or(Path::new(""));
             // Specs that these run in turn are ignored.
-            files.extend(files_and_specs(&Input { name: &name, text: &text, spelling, folder, set: &[], ..*input }).0);
+            files.extend(files_and_specs(&Input { name: &name, text: &text, syntax, folder, set: &[], ..*input }).0);
         }
         files.push(path);
     }
@@ -206,7 +206,7 @@ pub fn files(input: &Input) -> Vec<PathBuf> {
 fn files_and_specs(input: &Input) -> (Vec<PathBuf>, BTreeSet<PathBuf>) {
     let (mut sources, mut diagnostics, none) = (Sources::default(), Vec::new(), Texts::new());
     let source = sources.add(input.name, input.text);
-    let (spec, _) = dsl::parse(source, input.text, input.spelling);
+    let (spec, _) = dsl::parse(source, input.text, input.syntax);
     let mut e = Expander::new((input, &none), &mut sources, &mut diagnostics);
     e.read(source, spec);
     let mut files: Vec<PathBuf> = e.files.keys().cloned().collect();

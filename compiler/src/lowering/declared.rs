@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{ItemKind, Machine, MemberTask, Param, Robot, Run, Stack, Task, Value};
-use dsl::{Diagnostic, Span, Spanned, Spelling};
+use dsl::{Diagnostic, Span, Spanned, Syntax};
 use names::{list, suggest};
 
 use super::Lowerer;
@@ -67,7 +67,7 @@ impl Lowerer<'_> {
         for (name, text) in self.input.set {
             let whole = format!("hierarq 1\nparam {name} = {text}\n");
             let source = self.sources.add(format!("--set {name}={text}"), whole.clone());
-            let (spec, diagnostics) = dsl::parse(source, &whole, Spelling::Hq);
+            let (spec, diagnostics) = dsl::parse(source, &whole, Syntax::Native);
             self.diagnostics.extend(diagnostics);
             let param = spec.items.into_iter().find_map(|i| match i.kind {
                 ItemKind::Param(p) => Some(p),

@@ -67,7 +67,7 @@ pub(crate) struct Lowered {
     pub controller: Option<LoweredController>,
     /// Its missions.
     pub missions: Vec<MissionProgram>,
-    /// Texts of the specs that working robots of missions run: what is said of them was said in their own spelling.
+    /// Texts of the specs that working robots of missions run: what is said of them was said in their own syntax.
     pub foreign: BTreeSet<SourceId>,
 }
 

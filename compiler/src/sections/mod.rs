@@ -1,5 +1,5 @@
 //! The keys of the language that no task type declares, written once: what each is called, holds and says, whether it may
-//! be left out, and in which spelling it stands. The compiler's refusals of unknown keys, the schema, the language server
+//! be left out, and in which syntax it stands. The compiler's refusals of unknown keys, the schema, the language server
 //! and the page of keys derive from it.
 //!
 //! A new block is one more [`Section`], named in [`ALL`] and by the key that holds it.
@@ -15,7 +15,7 @@ mod scenario;
 mod spec;
 mod stack;
 
-use dsl::Spelling;
+use dsl::Syntax;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::params::{Presence, Quantity};
 
@@ -118,13 +118,13 @@ pub struct Key {
 /// Where a key is one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// An entry of the block, the same in both spellings; the compiler reads it.
+    /// An entry of the block, the same in both syntaxes; the compiler reads it.
     Entry,
-    /// A word of both spellings that their readers take.
+    /// A word of both syntaxes that their readers take.
     Word,
-    /// A word of the native spelling alone.
+    /// A word of the native syntax alone.
     Hq,
-    /// A key of YAML alone, in the place of words of the native spelling.
+    /// A key of YAML alone, in the place of words of the native syntax.
     Yaml,
 }
 
@@ -258,25 +258,25 @@ impl Key {
         Key { name, doc, holds, presence, place }
     }
 
-    /// True where this is a key of a spelling.
-    pub fn stands_in(&self, spelling: Spelling) -> bool {
+    /// True where this is a key of a syntax.
+    pub fn stands_in(&self, syntax: Syntax) -> bool {
         match self.place {
             Place::Entry | Place::Word => true,
-            Place::Hq => spelling == Spelling::Hq,
-            Place::Yaml => spelling == Spelling::Yaml,
+            Place::Hq => syntax == Syntax::Native,
+            Place::Yaml => syntax == Syntax::Yaml,
         }
     }
 }
 
 impl Section {
-    /// The keys of a spelling.
-    pub fn written(&self, spelling: Spelling) -> impl Iterator<Item = &'static Key> + use<> {
-        self.keys.iter().filter(move |k| k.stands_in(spelling))
+    /// The keys of a syntax.
+    pub fn written(&self, syntax: Syntax) -> impl Iterator<Item = &'static Key> + use<> {
+        self.keys.iter().filter(move |k| k.stands_in(syntax))
     }
 
-    /// The key of this name in a spelling.
-    pub fn key(&self, name: &str, spelling: Spelling) -> Option<&'static Key> {
-        self.written(spelling).find(|k| k.name == name)
+    /// The key of this name in a syntax.
+    pub fn key(&self, name: &str, syntax: Syntax) -> Option<&'static Key> {
+        self.written(syntax).find(|k| k.name == name)
     }
 
     /// The names that the compiler reads as entries of the block.
@@ -290,10 +290,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_key_stands_once_in_each_spelling_and_says_what_it_is() {
+    fn a_key_stands_once_in_each_syntax_and_says_what_it_is() {
         for section in ALL {
-            for spelling in [Spelling::Hq, Spelling::Yaml] {
-                let mut names: Vec<&str> = section.written(spelling).map(|k| k.name).collect();
+            for syntax in [Syntax::Native, Syntax::Yaml] {
+                let mut names: Vec<&str> = section.written(syntax).map(|k| k.name).collect();
                 let count = names.len();
                 names.sort_unstable();
                 names.dedup();

@@ -12,7 +12,7 @@ use super::scenario::SCENARIO;
 use super::stack::STACK;
 use super::{Holds, Key, Named, Place, Section};
 
-/// A spec. What the native spelling declares one by one, YAML collects under a key in the plural.
+/// A spec. What the native syntax declares one by one, YAML collects under a key in the plural.
 pub static SPEC: Section = Section {
     name: "a spec",
     keys: &[

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use dsl::tree::{Item, ItemKind};
-use dsl::{Diagnostic, SourceId, Sources, Spelling, limits, parse, print};
+use dsl::{Diagnostic, SourceId, Sources, Syntax, limits, parse, print};
 use hierarq_compiler::{Input, Style, codes, compile};
 use runtime::{Controller, Observation};
 
@@ -21,20 +21,20 @@ fn points_into(diagnostics: &[Diagnostic], sources: &Sources) {
 }
 
 /// Parsing a text never panics, and reports a bounded number of diagnostics with valid spans.
-pub fn reads(text: &str, spelling: Spelling) {
+pub fn reads(text: &str, syntax: Syntax) {
     let mut sources = Sources::default();
     let source = sources.add("text", text);
-    let (spec, diagnostics) = parse(source, text, spelling);
+    let (spec, diagnostics) = parse(source, text, syntax);
     assert!(diagnostics.len() <= limits::MAX_DIAGNOSTICS + 1);
     points_into(&diagnostics, &sources);
     // The language server prints broken trees, too.
-    print(&spec, Spelling::Hq);
-    print(&spec, Spelling::Yaml);
+    print(&spec, Syntax::Native);
+    print(&spec, Syntax::Yaml);
 }
 
 /// A text without mistakes, printed in either syntax, parses to the same spec, and is printed identically again.
-pub fn formats(text: &str, spelling: Spelling) {
-    let (spec, diagnostics) = parse(SourceId(0), text, spelling);
+pub fn formats(text: &str, syntax: Syntax) {
+    let (spec, diagnostics) = parse(SourceId(0), text, syntax);
     if !diagnostics.is_empty() {
         return;
     }
@@ -43,7 +43,7 @@ pub fn formats(text: &str, spelling: Spelling) {
         return;
     }
     let spec = spec.normalised();
-    for to in [Spelling::Hq, Spelling::Yaml] {
+    for to in [Syntax::Native, Syntax::Yaml] {
         let printed = print(&spec, to);
         let (read, diagnostics) = parse(SourceId(0), &printed, to);
         if diagnostics.iter().any(|d| matches!(d.code, "HQ0190" | "HQ0191" | "HQ0195")) {
@@ -83,8 +83,8 @@ fn declares_twice(items: &[Item]) -> bool {
 
 /// Compiling a text never panics; there is a program if and only if there is no error; all diagnostics can be rendered;
 /// and a program can be built and returns finite commands, or a fault with zero velocity.
-pub fn checks(text: &str, spelling: Spelling, folder: &Path) {
-    let input = Input { name: "spec", text, spelling, folder, set: &[], package_paths: &[] };
+pub fn checks(text: &str, syntax: Syntax, folder: &Path) {
+    let input = Input { name: "spec", text, syntax, folder, set: &[], package_paths: &[] };
     let compiled = compile(&input);
     let report = &compiled.report;
     assert_eq!(compiled.is_good(), report.errors() == 0, "{:?}", report.diagnostics);

@@ -5,7 +5,7 @@ pub mod state;
 
 pub use compiler::Compiled;
 use compiler::{Input, codes, compile};
-use dsl::{Severity, Spelling};
+use dsl::{Severity, Syntax};
 use hierarq_compiler as compiler;
 use std::path::{Path, PathBuf};
 
@@ -22,16 +22,16 @@ pub struct Case {
     /// Names and texts of files.
     pub files: Vec<(String, String)>,
     /// Syntax.
-    pub spelling: Spelling,
+    pub syntax: Syntax,
 }
 
 /// Parses the cases of a file: `==== [N] title`, lines `!set NAME=VALUE`, `!alone` (nothing is added) or `!robot` (only
 /// the robot is added), the spec, then files, each after `---- NAME`.
-pub fn cases(text: &str, spelling: Spelling) -> Vec<Case> {
-    text.split("==== ").skip(1).map(|part| case(part, spelling)).collect()
+pub fn cases(text: &str, syntax: Syntax) -> Vec<Case> {
+    text.split("==== ").skip(1).map(|part| case(part, syntax)).collect()
 }
 
-fn case(part: &str, spelling: Spelling) -> Case {
+fn case(part: &str, syntax: Syntax) -> Case {
     let mut sections = part.split("---- ");
     let first = sections.next().unwrap_or("");
     let files =
@@ -47,15 +47,15 @@ fn case(part: &str, spelling: Spelling) -> Case {
     let set = set.map(|(n, v)| (n.to_string(), v.to_string())).collect();
     let text = match (commands.contains(&"!alone"), commands.contains(&"!robot")) {
         (true, _) if body.trim().is_empty() => body,
-        (alone, robot) => whole(&body, spelling, !alone, !alone && !robot),
+        (alone, robot) => whole(&body, syntax, !alone, !alone && !robot),
     };
-    Case { title: title.trim().to_string(), count, text, set, files, spelling }
+    Case { title: title.trim().to_string(), count, text, set, files, syntax }
 }
 
 /// Adds the header, and the robot and a stack of all tasks if the case has none. The stack also has limits of
 /// accelerations, if the robot has speed limits from which they follow.
-pub fn whole(body: &str, spelling: Spelling, robot: bool, stack: bool) -> String {
-    let hq = spelling == Spelling::Hq;
+pub fn whole(body: &str, syntax: Syntax, robot: bool, stack: bool) -> String {
+    let hq = syntax == Syntax::Native;
     let begins = |word: &str| body.lines().any(|l| l.starts_with(word));
     let header = match hq {
         _ if body.starts_with("hierarq") => "",
@@ -112,15 +112,15 @@ pub fn examples() -> PathBuf {
 }
 
 /// Compiles a text with files in a folder.
-pub fn compile_text(text: &str, spelling: Spelling, folder: &Path, set: &[(String, String)]) -> Compiled {
-    compile(&Input { name: "spec", text, spelling, folder, set, package_paths: &[] })
+pub fn compile_text(text: &str, syntax: Syntax, folder: &Path, set: &[(String, String)]) -> Compiled {
+    compile(&Input { name: "spec", text, syntax, folder, set, package_paths: &[] })
 }
 
 impl Case {
     /// Compiles the case, in a folder of its own if it has files.
     pub fn compile(&self) -> Compiled {
         if self.files.is_empty() {
-            return compile_text(&self.text, self.spelling, &examples(), &self.set);
+            return compile_text(&self.text, self.syntax, &examples(), &self.set);
         }
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(self.title.replace(' ', "_"));
         // The robot for cases that declare none.
@@ -137,7 +137,7 @@ impl Case {
             std::fs::write(&part, text).expect("a file");
             std::fs::rename(&part, &path).expect("a file");
         }
-        compile_text(&self.text, self.spelling, &folder, &self.set)
+        compile_text(&self.text, self.syntax, &folder, &self.set)
     }
 }
 

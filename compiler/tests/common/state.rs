@@ -1,6 +1,6 @@
 //! Expressions of the robot's state in specs, and their rows at any configuration and time.
 
-use dsl::Spelling;
+use dsl::Syntax;
 use nalgebra::{DMatrix, Quaternion, UnitQuaternion, Vector3};
 use robot::{Data, Model};
 use runtime::program::{Program, Times};
@@ -64,7 +64,7 @@ pub fn program(robot: &str, tasks: &[String]) -> Program {
     let names: Vec<String> = (0..tasks.len()).map(|i| format!("t{i}")).collect();
     let stack = format!("stack s {{ level all {{ {} }} }}\n", names.join("  "));
     let text = format!("hierarq 1\n{robot}{}{stack}run {{ duration 1 s }}\n", lines.concat());
-    let compiled = compile_text(&text, Spelling::Hq, &examples(), &[]);
+    let compiled = compile_text(&text, Syntax::Native, &examples(), &[]);
     compiled.program.unwrap_or_else(|| panic!("{}", super::annotated(&super::Compiled::refused(compiled.report))))
 }
 

@@ -1,4 +1,4 @@
-//! Printer of expressions for both spellings: sums with spaces, products without, parentheses if necessary.
+//! Printer of expressions for both syntaxes: sums with spaces, products without, parentheses if necessary.
 
 use crate::tree::{BinaryOp, Unit, Value, ValueKind};
 use crate::vocabulary::UNITS;

@@ -1,4 +1,4 @@
-//! Formulas, actions and triggers on one line, for both spellings.
+//! Formulas, actions and triggers on one line, for both syntaxes.
 
 use super::expr;
 use super::hq_reuse::arguments;

@@ -1,4 +1,4 @@
-//! Printers of both spellings: parsing their output produces an equal tree, and printing that again produces the same
+//! Printers of both syntaxes: parsing their output produces an equal tree, and printing that again produces the same
 //! text.
 
 mod expr;

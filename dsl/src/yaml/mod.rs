@@ -1,4 +1,4 @@
-//! Reader of the YAML spelling: it has the same words and expressions as the native one, and builds the same tree.
+//! Reader of the YAML syntax: it has the same words and expressions as the native one, and builds the same tree.
 
 mod events;
 mod items;

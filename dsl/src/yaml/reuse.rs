@@ -71,7 +71,7 @@ impl Reader<'_> {
         crate::expr::value(pair, place, &mut self.diags, &mut |block, diags| {
             let span = place.of(&block);
             diags.push(
-                Diagnostic::error("HQ0113", span, "no block of the native spelling can stand in YAML")
+                Diagnostic::error("HQ0113", span, "no block of the native syntax can stand in YAML")
                     .help("write a YAML mapping"),
             );
             missing(span)

@@ -29,7 +29,7 @@ impl Reader<'_> {
         (value.to_owned(), place)
     }
 
-    /// Reports text that must not reach the grammar: brackets nested too deeply, comments of the other spelling.
+    /// Reports text that must not reach the grammar: brackets nested too deeply, comments of the other syntax.
     pub(super) fn unfit(&self, text: &str, place: Place) -> Option<Diagnostic> {
         let bytes = text.as_bytes();
         let (mut depth, mut at) = (0usize, 0usize);

@@ -1,9 +1,9 @@
-//! What the tests share: rendering diagnostics, the example spec in both spellings.
+//! What the tests share: rendering diagnostics, the example spec in both syntaxes.
 
 pub mod trees;
 
 use hierarq_dsl::tree::Spec;
-use hierarq_dsl::{Diagnostic, SourceId, Sources, Spelling, parse};
+use hierarq_dsl::{Diagnostic, SourceId, Sources, Syntax, parse};
 
 /// Every feature of the language once.
 pub const HQ: &str = include_str!("example.hq");
@@ -11,8 +11,8 @@ pub const HQ: &str = include_str!("example.hq");
 pub const YAML: &str = include_str!("example.yaml");
 
 /// Reads a text that must be free of mistakes.
-pub fn good(text: &str, spelling: Spelling) -> Spec {
-    let (spec, diags) = parse(SourceId(0), text, spelling);
+pub fn good(text: &str, syntax: Syntax) -> Spec {
+    let (spec, diags) = parse(SourceId(0), text, syntax);
     assert!(diags.is_empty(), "{}\n---\n{text}", render(text, &diags));
     spec
 }

@@ -19,7 +19,7 @@ pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext)
     }
     let report = compiled(document, document.text.as_str())?;
     let analysis = document.analysis()?;
-    let spelling = document.spelling()?;
+    let syntax = document.syntax()?;
     let (from, to) = (document.text.byte(range.start), document.text.byte(range.end));
     let mut actions = Vec::new();
     let here = report.diagnostics.iter().filter(|d| {
@@ -29,7 +29,7 @@ pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext)
     let mut tried = 0;
     for d in here {
         let mut preferred = true;
-        for fix in fixes::of(d, document.text.as_str(), &analysis.spec, spelling) {
+        for fix in fixes::of(d, document.text.as_str(), &analysis.spec, syntax) {
             tried += 1;
             if tried > MOST || !mends(document, &report, d, &fix) {
                 continue;
@@ -51,9 +51,9 @@ pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext)
 
 /// Report for a text in place of the document's text.
 fn compiled(document: &Document, text: &str) -> Option<Report> {
-    let spelling = document.spelling()?;
+    let syntax = document.syntax()?;
     let folder = document.folder();
-    let input = Input { name: "", text, spelling, folder, set: &[], package_paths: &[] };
+    let input = Input { name: "", text, syntax, folder, set: &[], package_paths: &[] };
     Some(compiler::compile_among(&input, &document.library().texts()).report)
 }
 

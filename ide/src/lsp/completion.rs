@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use compiler::sections::{SPEC, Section};
-use dsl::Spelling;
+use dsl::Syntax;
 use dsl::vocabulary::UNITS;
 use lsp_types::{
     CompletionItem, CompletionItemKind, CompletionTextEdit, Documentation, MarkupContent, MarkupKind, TextEdit,
@@ -23,26 +23,26 @@ use crate::keys;
 
 /// Completion items at a byte.
 pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>> {
-    let spelling = document.spelling()?;
+    let syntax = document.syntax()?;
     let text = document.text.as_str();
     let part = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let start = text[..byte].trim_end_matches(part).len();
     let end = text.len() - text[byte..].trim_start_matches(part).len();
     let line = &text[text[..start].rfind('\n').map_or(0, |n| n + 1)..start];
-    if in_comment(line, spelling) || text[start..byte].starts_with(|c: char| c.is_ascii_digit()) {
+    if in_comment(line, syntax) || text[start..byte].starts_with(|c: char| c.is_ascii_digit()) {
         return Some(Vec::new());
     }
-    let mut list = List { document, range: start..byte, colon: spelling == Spelling::Yaml, items: Vec::new() };
+    let mut list = List { document, range: start..byte, colon: syntax == Syntax::Yaml, items: Vec::new() };
     let before = line.trim_end_matches([' ', '\t']);
     let unit = before.ends_with(|c: char| c.is_ascii_digit() || matches!(c, ')' | ']')) && before != line
         || before.ends_with('/');
     if unit {
         list.units();
     }
-    match imagined(document, start..end, spelling) {
+    match imagined(document, start..end, syntax) {
         Some((_, Slot::Expression { .. })) if unit => {}
         Some((mentions, slot)) => list.slot(&mentions, &slot),
-        None if top_level(&text[..start], line, spelling) => {
+        None if top_level(&text[..start], line, syntax) => {
             list.keys(&SPEC, &[]);
         }
         None => {}
@@ -51,7 +51,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>
 }
 
 /// Parses the text with the marker in place of the current word.
-fn imagined(document: &Document, word: Range<usize>, spelling: Spelling) -> Option<(Mentions, Slot)> {
+fn imagined(document: &Document, word: Range<usize>, syntax: Syntax) -> Option<(Mentions, Slot)> {
     let text = document.text.as_str();
     let read = |behind: &str| {
         let marked = [&text[..word.start], MARKER, behind, &text[word.end..]].concat();
@@ -59,7 +59,7 @@ fn imagined(document: &Document, word: Range<usize>, spelling: Spelling) -> Opti
         let slot = mentions.slot.take()?;
         Some((mentions, slot))
     };
-    if spelling == Spelling::Yaml {
+    if syntax == Syntax::Yaml {
         // A key is recognised only with its colon.
         return read("").or_else(|| read(":"));
     }
@@ -72,7 +72,7 @@ fn imagined(document: &Document, word: Range<usize>, spelling: Spelling) -> Opti
 }
 
 /// True if the rest of a line is a comment. Both kinds of quotes may contain comment signs.
-fn in_comment(line: &str, spelling: Spelling) -> bool {
+fn in_comment(line: &str, syntax: Syntax) -> bool {
     let mut quote = None;
     let mut last = ' ';
     for c in line.chars() {
@@ -80,9 +80,9 @@ fn in_comment(line: &str, spelling: Spelling) -> bool {
             (Some(q), c) if c == q => quote = None,
             (Some(_), _) => {}
             (None, '"') => quote = Some('"'),
-            (None, '\'') if spelling == Spelling::Yaml => quote = Some('\''),
-            (None, '/') if spelling == Spelling::Hq && last == '/' => return true,
-            (None, '#') if spelling == Spelling::Yaml && last.is_whitespace() => return true,
+            (None, '\'') if syntax == Syntax::Yaml => quote = Some('\''),
+            (None, '/') if syntax == Syntax::Native && last == '/' => return true,
+            (None, '#') if syntax == Syntax::Yaml && last.is_whitespace() => return true,
             _ => {}
         }
         last = c;
@@ -91,8 +91,8 @@ fn in_comment(line: &str, spelling: Spelling) -> bool {
 }
 
 /// True if a declaration could start: at the beginning of a line, outside of all braces.
-fn top_level(before: &str, line: &str, spelling: Spelling) -> bool {
-    if spelling == Spelling::Yaml {
+fn top_level(before: &str, line: &str, syntax: Syntax) -> bool {
+    if syntax == Syntax::Yaml {
         return line.is_empty();
     }
     let mut depth = 0usize;
@@ -276,8 +276,8 @@ impl List<'_> {
     }
 
     fn keys(&mut self, section: &'static Section, used: &[String]) {
-        let spelling = if self.colon { Spelling::Yaml } else { Spelling::Hq };
-        for key in section.written(spelling).filter(|k| !used.iter().any(|u| u == k.name)) {
+        let syntax = if self.colon { Syntax::Yaml } else { Syntax::Native };
+        for key in section.written(syntax).filter(|k| !used.iter().any(|u| u == k.name)) {
             self.add(key.name, CompletionItemKind::PROPERTY, 0, &keys::describe(&key.holds), hover::key(key));
         }
     }

@@ -13,12 +13,12 @@ use super::uri;
 
 /// Compiles a document and returns its diagnostics; none if it is not a spec.
 pub(super) fn of(document: &Document) -> Vec<Shown> {
-    let Some(spelling) = document.spelling() else { return Vec::new() };
+    let Some(syntax) = document.syntax() else { return Vec::new() };
     let name = document.path.as_ref().map_or_else(|| document.uri.to_string(), |p| p.display().to_string());
     let input = Input {
         name: &name,
         text: document.text.as_str(),
-        spelling,
+        syntax,
         folder: document.folder(),
         set: &[],
         package_paths: &[],

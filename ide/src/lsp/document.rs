@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use dsl::tree::Spec;
-use dsl::{Diagnostic, Severity, Sources, Spelling};
+use dsl::{Diagnostic, Severity, Sources, Syntax};
 use lsp_types::{TextDocumentItem, Uri};
 
 use super::library::{self, Imported, Library};
@@ -41,7 +41,7 @@ pub(super) struct Document {
     pub version: i32,
     /// Text.
     pub text: Text,
-    spelling: Spelling,
+    syntax: Syntax,
     library: Rc<Library>,
     analysis: OnceCell<Analysis>,
     /// Files that the document imported at its last analysis, directly and indirectly.
@@ -52,19 +52,19 @@ impl Document {
     /// Opens a document. The extension of its name determines the syntax; without one, the editor's language does.
     pub fn open(item: TextDocumentItem, library: Rc<Library>) -> Document {
         let path = uri::path(&item.uri);
-        let by_name = Spelling::of_path(path.as_deref().unwrap_or(Path::new(item.uri.as_str())));
-        let by_language = if item.language_id == "yaml" { Spelling::Yaml } else { Spelling::Hq };
+        let by_name = Syntax::of_path(path.as_deref().unwrap_or(Path::new(item.uri.as_str())));
+        let by_language = if item.language_id == "yaml" { Syntax::Yaml } else { Syntax::Native };
         let document = Document {
             uri: item.uri,
             path,
             version: item.version,
             text: Text::new(item.text),
-            spelling: by_name.unwrap_or(by_language),
+            syntax: by_name.unwrap_or(by_language),
             library,
             analysis: OnceCell::new(),
             below: RefCell::new(None),
         };
-        document.library.open(document.place(), document.text.as_str(), document.spelling);
+        document.library.open(document.place(), document.text.as_str(), document.syntax);
         document
     }
 
@@ -84,7 +84,7 @@ impl Document {
         self.version = version;
         self.analysis = OnceCell::new();
         self.below = RefCell::new(None);
-        self.library.open(self.place(), self.text.as_str(), self.spelling);
+        self.library.open(self.place(), self.text.as_str(), self.syntax);
     }
 
     /// Discards the analysis, because other files may have changed.
@@ -102,8 +102,8 @@ impl Document {
     }
 
     /// Syntax; `None` for YAML that is not a spec, since an editor may open many such files.
-    pub fn spelling(&self) -> Option<Spelling> {
-        library::is_spec(self.text.as_str(), self.spelling).then_some(self.spelling)
+    pub fn syntax(&self) -> Option<Syntax> {
+        library::is_spec(self.text.as_str(), self.syntax).then_some(self.syntax)
     }
 
     /// Base folder of relative paths.
@@ -113,16 +113,16 @@ impl Document {
 
     /// Analysis; `None` if the document is not a spec.
     pub fn analysis(&self) -> Option<&Analysis> {
-        let spelling = self.spelling()?;
+        let syntax = self.syntax()?;
         Some(self.analysis.get_or_init(|| {
             let text = self.text.as_str();
             let source = Sources::default().add("", "");
-            let (spec, diagnostics) = dsl::parse(source, text, spelling);
+            let (spec, diagnostics) = dsl::parse(source, text, syntax);
             let place = self.place();
             let imports = self.library.imports(&spec, &place);
             *self.below.borrow_mut() = Some(library::below(&imports));
             let urdf = self.library.urdf(&spec, &place, &imports);
-            let mentions = mentions::of(&spec, text, spelling, urdf.as_deref(), &imports);
+            let mentions = mentions::of(&spec, text, syntax, urdf.as_deref(), &imports);
             Analysis { spec, diagnostics, mentions, urdf, imports }
         }))
     }
@@ -130,17 +130,17 @@ impl Document {
     /// Meaning of the words of a text in place of this document's.
     pub fn imagine(&self, text: &str) -> Option<Mentions> {
         let source = Sources::default().add("", "");
-        let (spec, _) = dsl::parse(source, text, self.spelling()?);
+        let (spec, _) = dsl::parse(source, text, self.syntax()?);
         let analysis = self.analysis();
         let urdf = analysis.and_then(|a| a.urdf.clone());
         let imports = analysis.map_or(&[][..], |a| &a.imports);
-        Some(mentions::of(&spec, text, self.spelling()?, urdf.as_deref(), imports))
+        Some(mentions::of(&spec, text, self.syntax()?, urdf.as_deref(), imports))
     }
 
     /// Formatted text; `None` if the document has syntax errors.
     pub fn formatted(&self) -> Option<String> {
         let analysis = self.analysis()?;
         let broken = analysis.diagnostics.iter().any(|d| d.severity == Severity::Error);
-        (!broken).then(|| dsl::print(&analysis.spec, self.spelling))
+        (!broken).then(|| dsl::print(&analysis.spec, self.syntax))
     }
 }

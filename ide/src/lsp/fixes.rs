@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use dsl::tree::{ItemKind, Spec};
-use dsl::{Diagnostic, Spelling};
+use dsl::{Diagnostic, Syntax};
 use stdlib_tasks::params::ParamType;
 
 /// A proposed replacement of some bytes, with a title.
@@ -25,7 +25,7 @@ impl Fix {
 }
 
 /// Proposals for a diagnostic of a text.
-pub(super) fn of(d: &Diagnostic, text: &str, spec: &Spec, spelling: Spelling) -> Vec<Fix> {
+pub(super) fn of(d: &Diagnostic, text: &str, spec: &Spec, syntax: Syntax) -> Vec<Fix> {
     let range = d.primary.span.range();
     let Some(shown) = text.get(range.clone()) else { return Vec::new() };
     let help = d.help.as_deref().unwrap_or("");
@@ -53,7 +53,7 @@ pub(super) fn of(d: &Diagnostic, text: &str, spec: &Spec, spelling: Spelling) ->
             let end = range.end + text[range.end..line].trim_end().len();
             Some(Fix::new("Write the missing `{`", end..end, " {"))
         }
-        "HQ0119" if spelling == Spelling::Hq => {
+        "HQ0119" if syntax == Syntax::Native => {
             Some(Fix::new("Put it in quotes", range, format!("\"{}\"", shown.trim_matches('\''))))
         }
         "HQ0137" => first.map(|new| Fix::new("Put it in quotes", range, new)),
@@ -63,7 +63,7 @@ pub(super) fn of(d: &Diagnostic, text: &str, spec: &Spec, spelling: Spelling) ->
         }
         "HQ0305" => return quoted(help).map(|unit| behind(unit, range.clone())).collect(),
         "HQ0203" => removal(d, text, spec),
-        "HQ0206" => return missing(d, text, spelling),
+        "HQ0206" => return missing(d, text, syntax),
         _ => None,
     }
     .into_iter()
@@ -100,7 +100,7 @@ fn removal(d: &Diagnostic, text: &str, spec: &Spec) -> Option<Fix> {
 }
 
 /// Adds required parameters of a task type or a robot, if a neutral value exists: the current state, or zero velocity.
-fn missing(d: &Diagnostic, text: &str, spelling: Spelling) -> Vec<Fix> {
+fn missing(d: &Diagnostic, text: &str, syntax: Syntax) -> Vec<Fix> {
     let mut words = quoted(&d.message);
     let (Some(owner), keys) = (words.next(), words.collect::<Vec<_>>()) else { return Vec::new() };
     let entries: Option<Vec<(&str, String)>> = match stdlib_tasks::find(owner) {
@@ -117,14 +117,14 @@ fn missing(d: &Diagnostic, text: &str, spelling: Spelling) -> Vec<Fix> {
     };
     let Some(entries) = entries.filter(|e| !e.is_empty()) else { return Vec::new() };
     let title = format!("Add {}", entries.iter().map(|(k, v)| format!("`{k} {v}`")).collect::<Vec<_>>().join(", "));
-    places(text, d.primary.span.range().end, spelling, &entries)
+    places(text, d.primary.span.range().end, syntax, &entries)
         .into_iter()
         .map(|(range, new)| Fix::new(title.clone(), range, new))
         .collect()
 }
 
 /// Insertion of entries after a word: into the block that follows, or into a new one.
-fn places(text: &str, end: usize, spelling: Spelling, entries: &[(&str, String)]) -> Vec<(Range<usize>, String)> {
+fn places(text: &str, end: usize, syntax: Syntax, entries: &[(&str, String)]) -> Vec<(Range<usize>, String)> {
     let rest = &text[end..];
     let args = if rest.starts_with('(') { rest.find(')').map_or(0, |n| n + 1) } else { 0 };
     let (at, rest) = (end + args, &rest[args..]);
@@ -132,7 +132,7 @@ fn places(text: &str, end: usize, spelling: Spelling, entries: &[(&str, String)]
         let one = |(k, v): &(&str, String)| format!("{k}{colon} {v}");
         entries.iter().map(one).collect::<Vec<_>>().join(sep)
     };
-    if spelling == Spelling::Hq {
+    if syntax == Syntax::Native {
         let entries = joined("", "  ");
         return match rest.trim_start_matches([' ', '\t']).starts_with('{') {
             true => {

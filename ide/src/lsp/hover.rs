@@ -91,7 +91,7 @@ fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) 
     match &declaration.elsewhere {
         Some(there) => shown(class, &there.source, &there.whole, name, &declaration.comments),
         None => {
-            let here = (&document.text, document.spelling()?);
+            let here = (&document.text, document.syntax()?);
             code(class, here, &declaration.whole, name, &declaration.comments)
         }
     }
@@ -99,7 +99,7 @@ fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) 
 
 /// Text for a declaration of another file.
 fn shown(class: Class, source: &Source, whole: &Range<usize>, name: &str, comments: &[String]) -> Option<String> {
-    let text = code(class, (&source.text, source.spelling), whole, name, comments)?;
+    let text = code(class, (&source.text, source.syntax), whole, name, comments)?;
     let file = source.path.file_name()?.to_string_lossy();
     Some(format!("{text}\n\nDeclared in `{file}`."))
 }
@@ -107,7 +107,7 @@ fn shown(class: Class, source: &Source, whole: &Range<usize>, name: &str, commen
 /// Text for a declaration: class, first lines, comments.
 fn code(
     class: Class,
-    (text, spelling): (&Text, dsl::Spelling),
+    (text, syntax): (&Text, dsl::Syntax),
     whole: &Range<usize>,
     name: &str,
     comments: &[String],
@@ -124,7 +124,7 @@ fn code(
     if lines.next().is_some() {
         code.push("..");
     }
-    let language = if spelling == dsl::Spelling::Hq { "hq" } else { "yaml" };
+    let language = if syntax == dsl::Syntax::Native { "hq" } else { "yaml" };
     let short = name.rsplit('.').next().unwrap_or(name);
     let mut out = format!("{} `{short}`\n\n```{language}\n{}\n```", class.word(), code.join("\n"));
     let comments = comments.join("\n");

@@ -8,7 +8,7 @@ use std::rc::Rc;
 use std::time::SystemTime;
 
 use dsl::tree::{ItemKind, Spec, ValueKind};
-use dsl::{Sources, Spelling};
+use dsl::{Sources, Syntax};
 
 use super::mentions::{self, Mentions};
 use super::text::Text;
@@ -29,7 +29,7 @@ pub(super) struct Source {
     /// Text.
     pub text: Text,
     /// Syntax.
-    pub spelling: Spelling,
+    pub syntax: Syntax,
 }
 
 /// A spec that other specs refer to.
@@ -86,7 +86,7 @@ enum Stamp {
 struct Open {
     count: u64,
     text: String,
-    spelling: Spelling,
+    syntax: Syntax,
 }
 
 /// Texts of the session, with their cached analyses.
@@ -106,17 +106,17 @@ struct Visit {
 }
 
 /// True if a text is a spec. YAML files can have any other contents.
-pub(super) fn is_spec(text: &str, spelling: Spelling) -> bool {
+pub(super) fn is_spec(text: &str, syntax: Syntax) -> bool {
     let header = |l: &str| l.trim_start_matches('\u{feff}').starts_with("hierarq:");
-    spelling == Spelling::Hq || text.lines().any(header)
+    syntax == Syntax::Native || text.lines().any(header)
 }
 
 impl Library {
     /// Replaces the text of a path by one of the editor.
-    pub fn open(&self, path: PathBuf, text: &str, spelling: Spelling) {
+    pub fn open(&self, path: PathBuf, text: &str, syntax: Syntax) {
         let mut count = self.count.borrow_mut();
         *count += 1;
-        self.open.borrow_mut().insert(path, Open { count: *count, text: text.to_string(), spelling });
+        self.open.borrow_mut().insert(path, Open { count: *count, text: text.to_string(), syntax });
     }
 
     /// Reverts the text of a path to that of the disk.
@@ -136,15 +136,15 @@ impl Library {
     }
 
     /// Returns a copy of the library with other texts at some paths.
-    pub fn imagined(&self, texts: &BTreeMap<PathBuf, (String, Spelling)>) -> Library {
+    pub fn imagined(&self, texts: &BTreeMap<PathBuf, (String, Syntax)>) -> Library {
         let copy = Library {
             open: RefCell::new(self.open.borrow().clone()),
             count: RefCell::new(*self.count.borrow()),
             known: RefCell::new(self.known.borrow().clone()),
             urdfs: RefCell::new(self.urdfs.borrow().clone()),
         };
-        for (path, (text, spelling)) in texts {
-            copy.open(path.clone(), text, *spelling);
+        for (path, (text, syntax)) in texts {
+            copy.open(path.clone(), text, *syntax);
         }
         copy
     }
@@ -191,13 +191,13 @@ impl Library {
         Some(Stamp::Disk(about.modified().ok(), about.len()))
     }
 
-    fn text(&self, path: &Path) -> Option<(String, Spelling)> {
+    fn text(&self, path: &Path) -> Option<(String, Syntax)> {
         if let Some(open) = self.open.borrow().get(path) {
-            return Some((open.text.clone(), open.spelling));
+            return Some((open.text.clone(), open.syntax));
         }
-        let spelling = Spelling::of_path(path)?;
+        let syntax = Syntax::of_path(path)?;
         let bytes = files::read(path, dsl::limits::MAX_BYTES as u64).ok()?;
-        Some((String::from_utf8(bytes).ok()?, spelling))
+        Some((String::from_utf8(bytes).ok()?, syntax))
     }
 
     fn visit(&self, path: &Path, visit: &mut Visit) -> Option<Rc<File>> {
@@ -230,15 +230,15 @@ impl Library {
                 return Some(known);
             }
         }
-        let (text, spelling) = self.text(path)?;
-        if !is_spec(&text, spelling) {
+        let (text, syntax) = self.text(path)?;
+        if !is_spec(&text, syntax) {
             return None;
         }
-        let (spec, _) = dsl::parse(Sources::default().add("", ""), &text, spelling);
+        let (spec, _) = dsl::parse(Sources::default().add("", ""), &text, syntax);
         let imports = self.imported(&spec, path, visit);
         let urdf = self.urdf(&spec, path, &imports);
-        let mentions = mentions::of(&spec, &text, spelling, urdf.as_deref(), &imports);
-        let source = Rc::new(Source { path: path.to_path_buf(), text: Text::new(text), spelling });
+        let mentions = mentions::of(&spec, &text, syntax, urdf.as_deref(), &imports);
+        let source = Rc::new(Source { path: path.to_path_buf(), text: Text::new(text), syntax });
         let below = below(&imports);
         let file = Rc::new(File { source, mentions, imports, urdf, below, stamp });
         self.known.borrow_mut().insert(path.to_path_buf(), file.clone());

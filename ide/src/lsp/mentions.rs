@@ -7,7 +7,7 @@ use std::ops::Range;
 use compiler::expr::Trajectory;
 use compiler::sections::{Key, Section};
 use dsl::tree::Spec;
-use dsl::{Span, Spelling};
+use dsl::{Span, Syntax};
 use stdlib_tasks::params::ParamInfo;
 use stdlib_tasks::task::{Actual, TaskKind, Told};
 
@@ -282,11 +282,11 @@ impl Mentions {
 }
 
 /// Builds the index from a syntax tree.
-pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf>, imports: &[Imported]) -> Mentions {
+pub(super) fn of(spec: &Spec, text: &str, syntax: Syntax, urdf: Option<&Urdf>, imports: &[Imported]) -> Mentions {
     let found = Mentions::default();
     let (mission, there, scope) = (None, None, Vec::new());
     let (state, expected, condition) = (false, false, false);
-    let mut walker = Walker { text, spelling, urdf, state, expected, condition, mission, there, imports, scope, found };
+    let mut walker = Walker { text, syntax, urdf, state, expected, condition, mission, there, imports, scope, found };
     walker.spec(spec);
     let mut found = walker.found;
     found.all.sort_by_key(|m| (m.place.start, m.place.end));
@@ -296,7 +296,7 @@ pub(super) fn of(spec: &Spec, text: &str, spelling: Spelling, urdf: Option<&Urdf
 /// State of the traversal of a syntax tree.
 pub(super) struct Walker<'t> {
     pub text: &'t str,
-    pub spelling: Spelling,
+    pub syntax: Syntax,
     pub urdf: Option<&'t Urdf>,
     /// True inside an expression that may depend on the robot's current state.
     pub state: bool,

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use dsl::{Severity, Spelling};
+use dsl::{Severity, Syntax};
 use lsp_types::{PrepareRenameResponse, TextEdit, Uri};
 
 use super::document::Document;
@@ -86,7 +86,7 @@ pub(super) fn rename(
         for m in uses.words.iter().rev() {
             text.replace_range(m.place.clone(), new);
         }
-        texts.insert(source.path.clone(), (text, source.spelling));
+        texts.insert(source.path.clone(), (text, source.syntax));
     }
     let after = library.imagined(&texts);
     // The file in which the word was chosen is checked first.
@@ -118,17 +118,17 @@ fn breaks(
     specs: &Specs,
     library: &Library,
     after: &Library,
-    texts: &BTreeMap<PathBuf, (String, Spelling)>,
+    texts: &BTreeMap<PathBuf, (String, Syntax)>,
 ) -> Option<String> {
     let files = specs.texts.iter().filter_map(|(path, text)| Some((path, text, after.file(path)?)));
     let touched = files.filter(|(_, _, file)| texts.keys().any(|path| file.reaches(path)));
     for (path, old, file) in touched.take(MOST_COMPILED) {
         let new = texts.get(path).map_or(old, |(text, _)| text);
-        let now = errors(path, new, file.source.spelling, &after.texts());
+        let now = errors(path, new, file.source.syntax, &after.texts());
         if now.is_empty() {
             continue;
         }
-        let before = errors(path, old, file.source.spelling, &library.texts());
+        let before = errors(path, old, file.source.syntax, &library.texts());
         if now.len() > before.len() {
             let first = now.iter().find(|m| !before.contains(m)).or(now.first())?;
             return Some(format!("{} would not compile any more: {first}", short(path)));
@@ -138,10 +138,10 @@ fn breaks(
 }
 
 /// Messages of the errors of a spec.
-fn errors(path: &Path, text: &str, spelling: Spelling, texts: &compiler::Texts) -> Vec<String> {
+fn errors(path: &Path, text: &str, syntax: Syntax, texts: &compiler::Texts) -> Vec<String> {
     let name = path.display().to_string();
     let folder = path.parent().unwrap_or(Path::new(""));
-    let input = compiler::Input { name: &name, text, spelling, folder, set: &[], package_paths: &[] };
+    let input = compiler::Input { name: &name, text, syntax, folder, set: &[], package_paths: &[] };
     let report = compiler::compile_among(&input, texts).report;
     let errors = report.diagnostics.into_iter().filter(|d| d.severity == Severity::Error);
     errors.map(|d| d.message).collect()

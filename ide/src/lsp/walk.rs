@@ -108,7 +108,7 @@ impl Walker<'_> {
     /// Records the keyword of a declaration, if it is at this byte.
     fn keyword(&mut self, name: &str, start: usize, near: Span) {
         let stands = self.text.get(start..).is_some_and(|t| t.starts_with(name));
-        if let Some(key) = SPEC.key(name, self.spelling).filter(|_| stands) {
+        if let Some(key) = SPEC.key(name, self.syntax).filter(|_| stands) {
             self.note(name, Span::new(near.source, start, start + name.len()), What::Key(key));
         }
     }
@@ -198,7 +198,7 @@ impl Walker<'_> {
                 self.found.slot = Some(Slot::Keys(section, self.without(block, section)));
                 continue;
             }
-            if let Some(key) = section.key(&e.key.value, self.spelling) {
+            if let Some(key) = section.key(&e.key.value, self.syntax) {
                 self.note(&e.key.value, e.key.span, What::Key(key));
                 match key.name {
                     "humans" => self.human_scripts(&e.value),
@@ -343,7 +343,7 @@ impl Walker<'_> {
     }
 
     fn level(&mut self, level: &Level) {
-        if let (Some(span), Some(key)) = (level.hard, LEVEL.key("hard", self.spelling)) {
+        if let (Some(span), Some(key)) = (level.hard, LEVEL.key("hard", self.syntax)) {
             self.note("hard", span, What::Key(key));
         }
         self.section(&level.settings, &LEVEL);
@@ -372,7 +372,7 @@ impl Walker<'_> {
             let before = self.text.get(..weight.span.range().start).unwrap_or("");
             let before = before.trim_end().trim_end_matches([':', '=', '"', '\'', ' ']);
             let start = before.len().saturating_sub("weight".len());
-            if let Some(key) = MEMBER.key("weight", self.spelling).filter(|_| before.ends_with("weight")) {
+            if let Some(key) = MEMBER.key("weight", self.syntax).filter(|_| before.ends_with("weight")) {
                 self.note("weight", Span::new(weight.span.source, start, before.len()), What::Key(key));
             }
             self.expression(weight);

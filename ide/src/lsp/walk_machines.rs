@@ -5,7 +5,7 @@ use compiler::{VERBS, Verb, signal_types};
 use dsl::tree::{
     Action, Block, Call, Item, Machine, Signal, State, StateBody, Transition, Trigger, Value, ValueKind, Variable,
 };
-use dsl::{Span, Spanned, Spelling};
+use dsl::{Span, Spanned, Syntax};
 
 use super::mentions::{Class, MARKER, Slot, Walker, What};
 use super::walk::word;
@@ -87,7 +87,7 @@ impl Walker<'_> {
 
     fn state_body(&mut self, body: &StateBody, path: &str, section: &'static Section) {
         if let Some(call) = &body.stack {
-            self.word_before("stack", call.name.span, STATE.key("stack", self.spelling));
+            self.word_before("stack", call.name.span, STATE.key("stack", self.syntax));
             self.stack_call(call);
         }
         self.settings(&body.settings, path, section);
@@ -103,13 +103,13 @@ impl Walker<'_> {
     }
 
     fn state(&mut self, s: &State, path: &str) {
-        if self.spelling == Spelling::Hq {
-            self.word_before("state", s.name.span, STATE.key("state", self.spelling));
+        if self.syntax == Syntax::Native {
+            self.word_before("state", s.name.span, STATE.key("state", self.syntax));
             if let Some(at) = s.final_ {
-                self.key_at("final", at, STATE.key("final", self.spelling));
+                self.key_at("final", at, STATE.key("final", self.syntax));
             }
         } else if let Some(at) = s.final_ {
-            self.key_at("final", at, STATE.key("final", self.spelling));
+            self.key_at("final", at, STATE.key("final", self.syntax));
         }
         self.state_body(&s.body, &format!("{path}.{}", s.name.value), &STATE);
     }
@@ -146,7 +146,7 @@ impl Walker<'_> {
     }
 
     fn action(&mut self, a: &Action) {
-        self.key_at(a.moment.value.word(), a.moment.span, STATE.key(a.moment.value.word(), self.spelling));
+        self.key_at(a.moment.value.word(), a.moment.span, STATE.key(a.moment.value.word(), self.syntax));
         if self.marked(&a.verb.value, || Slot::Verbs) {
             return;
         }
@@ -187,8 +187,8 @@ impl Walker<'_> {
     }
 
     fn transition(&mut self, t: &Transition, path: &str) {
-        let spelling = self.spelling;
-        let key = |name: &str| STATE.key(name, spelling).or_else(|| TRANSITION.key(name, spelling));
+        let syntax = self.syntax;
+        let key = |name: &str| STATE.key(name, syntax).or_else(|| TRANSITION.key(name, syntax));
         match &t.trigger {
             Trigger::On(value) => {
                 self.word_before("on", value.span, key("on"));
@@ -198,7 +198,7 @@ impl Walker<'_> {
                 self.word_before("when", condition.span, key("when"));
                 self.condition(condition);
                 if let Some(hold) = hold {
-                    self.word_before("for", hold.span, TRANSITION.key("for", Spelling::Yaml));
+                    self.word_before("for", hold.span, TRANSITION.key("for", Syntax::Yaml));
                     self.expression(hold);
                 }
             }
@@ -208,7 +208,7 @@ impl Walker<'_> {
             }
             Trigger::Missing => {}
         }
-        self.word_before("to", t.target.span, TRANSITION.key("to", spelling));
+        self.word_before("to", t.target.span, TRANSITION.key("to", syntax));
         self.target(&t.target, path);
         self.section(&t.settings, &TRANSITION);
     }

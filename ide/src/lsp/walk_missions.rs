@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use compiler::sections::{Holds, MISSION, Section};
 use dsl::tree::{Block, Item, Mission, MissionMember, MissionRepeat, Value, ValueKind};
-use dsl::{Span, Spelling};
+use dsl::{Span, Syntax};
 
 use super::mentions::{Class, MARKER, Mention, Slot, Walker, What};
 use super::walk::{used, word};
@@ -20,8 +20,8 @@ struct Around<'m> {
 }
 
 /// Section of the block of a key.
-fn inside(section: &'static Section, name: &str, spelling: Spelling) -> Option<&'static Section> {
-    match section.key(name, spelling)?.holds {
+fn inside(section: &'static Section, name: &str, syntax: Syntax) -> Option<&'static Section> {
+    match section.key(name, syntax)?.holds {
         Holds::Block(section) => Some(section),
         _ => None,
     }
@@ -48,7 +48,7 @@ impl Walker<'_> {
 
     pub(super) fn mission(&mut self, m: &Mission) {
         if !self.marked(&m.kind.value, || Slot::Keys(&MISSION, Vec::new()))
-            && let Some(key) = MISSION.key(&m.kind.value, self.spelling)
+            && let Some(key) = MISSION.key(&m.kind.value, self.syntax)
         {
             self.note(&m.kind.value, m.kind.span, What::Key(key));
         }
@@ -63,7 +63,7 @@ impl Walker<'_> {
         let mut skills: Vec<String> = skills.flatten().filter(|skill| skill != MARKER).collect();
         skills.sort();
         skills.dedup();
-        let section = inside(&MISSION, &m.kind.value, self.spelling);
+        let section = inside(&MISSION, &m.kind.value, self.syntax);
         let around = Around { section, members: &members, skills: &skills };
         self.own_settings(&m.settings, &around);
         self.mission_members(&m.members, &m.repeats, &around);
@@ -80,7 +80,7 @@ impl Walker<'_> {
                 let skills = || around.skills.iter().map(|s| (s.clone(), "skill")).collect();
                 self.marked(&action.value, || Slot::Offered(skills()));
             }
-            let section = around.section.and_then(|s| inside(s, &m.role.value, Spelling::Hq));
+            let section = around.section.and_then(|s| inside(s, &m.role.value, Syntax::Native));
             let own = Around { section, ..*around };
             self.own_settings(&m.settings, &own);
             self.mission_members(&m.members, &m.repeats, &own);
@@ -96,8 +96,8 @@ impl Walker<'_> {
     /// Records the key of a role: `robot`, or `robots` in YAML.
     fn role(&mut self, m: &MissionMember, around: &Around<'_>) {
         let role = &m.role.value;
-        let word = if self.spelling == Spelling::Yaml { format!("{role}s") } else { role.clone() };
-        if let Some(key) = around.section.and_then(|s| s.key(&word, self.spelling)) {
+        let word = if self.syntax == Syntax::Yaml { format!("{role}s") } else { role.clone() };
+        if let Some(key) = around.section.and_then(|s| s.key(&word, self.syntax)) {
             self.note(&word, m.role.span, What::Key(key));
         }
     }

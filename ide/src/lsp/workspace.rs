@@ -74,7 +74,7 @@ pub(super) fn specs(folders: &[PathBuf], library: &Library) -> Specs {
                 }
                 continue;
             }
-            let Some(spelling) = dsl::Spelling::of_path(&path).filter(|_| about.is_file()) else { continue };
+            let Some(syntax) = dsl::Syntax::of_path(&path).filter(|_| about.is_file()) else { continue };
             if found.texts.contains_key(&path) || opened.contains_key(&path) {
                 continue;
             }
@@ -84,7 +84,7 @@ pub(super) fn specs(folders: &[PathBuf], library: &Library) -> Specs {
             }
             bytes += about.len();
             let text = files::read(&path, about.len()).ok().and_then(|bytes| String::from_utf8(bytes).ok());
-            if let Some(text) = text.filter(|text| is_spec(text, spelling)) {
+            if let Some(text) = text.filter(|text| is_spec(text, syntax)) {
                 found.texts.insert(path, text);
             }
         }

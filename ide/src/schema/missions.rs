@@ -2,7 +2,7 @@
 //! repetitions.
 
 use compiler::sections::{ALL, Holds, Key, MISSION, REPEAT, Section};
-use dsl::Spelling;
+use dsl::Syntax;
 use dsl::vocabulary::ROLES;
 use serde_json::{Map, Value, json};
 use stdlib_tasks::params::Presence;
@@ -30,7 +30,7 @@ fn role_below(key: &Key) -> Option<&'static str> {
 
 /// Keys of a section that contain members, each with the role and the member's section.
 fn members(section: &Section) -> impl Iterator<Item = (&'static Key, &'static str, &'static Section)> {
-    section.written(Spelling::Yaml).filter_map(|key| match key.holds {
+    section.written(Syntax::Yaml).filter_map(|key| match key.holds {
         Holds::Each(Holds::Block(inner)) => Some((key, role_below(key)?, *inner)),
         _ => None,
     })
@@ -42,14 +42,14 @@ fn bodies(kinds: &Section) -> Map<String, Value> {
         Holds::Block(section) => Some((key.name.to_string(), described(body(section), key.doc))),
         _ => None,
     };
-    kinds.written(Spelling::Yaml).filter_map(one).collect()
+    kinds.written(Syntax::Yaml).filter_map(one).collect()
 }
 
 /// Mapping of a mission of a kind, or of a member.
 fn body(section: &Section) -> Value {
     let mut parts = of::keys(section);
     let below = by_role(section);
-    let needed = section.written(Spelling::Yaml).filter(|k| k.presence == Presence::Required);
+    let needed = section.written(Syntax::Yaml).filter(|k| k.presence == Presence::Required);
     let (needed_members, needed): (Vec<&Key>, Vec<&Key>) = needed.partition(|k| below.contains_key(k.name));
     let needed: Vec<&str> = needed.iter().map(|k| k.name).collect();
     if below.is_empty() {

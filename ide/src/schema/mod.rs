@@ -18,7 +18,7 @@ pub fn schema() -> Value {
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Hierarq",
-        "description": "A task hierarchy of a robot, in the YAML spelling of Hierarq.",
+        "description": "A task hierarchy of a robot, in the YAML syntax of Hierarq.",
         "type": "object",
         "required": ["hierarq"],
         "additionalProperties": false,

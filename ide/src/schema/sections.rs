@@ -1,7 +1,7 @@
 //! Schema of all parts of a spec except tasks, from the table of keys.
 
 use compiler::sections::{self, Holds, Key, SPEC, Section};
-use dsl::Spelling;
+use dsl::Syntax;
 use serde_json::{Map, Value, json};
 use stdlib_tasks::dimension::LENGTH;
 use stdlib_tasks::params::Presence;
@@ -26,7 +26,7 @@ pub(super) fn all() -> Map<String, Value> {
         "scenarios" => scenarios(),
         _ => held(&key.holds),
     };
-    SPEC.written(Spelling::Yaml).map(|key| (key.name.to_string(), described(one(key), key.doc))).collect()
+    SPEC.written(Syntax::Yaml).map(|key| (key.name.to_string(), described(one(key), key.doc))).collect()
 }
 
 /// Keys of a section in YAML.
@@ -38,13 +38,13 @@ pub(super) fn keys(section: &Section) -> Map<String, Value> {
         }
         schema
     };
-    section.written(Spelling::Yaml).map(|key| (key.name.to_string(), schema(key))).collect()
+    section.written(Syntax::Yaml).map(|key| (key.name.to_string(), schema(key))).collect()
 }
 
 /// Mapping with the keys of a section, including the list of required ones.
 fn block(section: &Section) -> Value {
     let needed: Vec<&str> =
-        section.written(Spelling::Yaml).filter(|k| k.presence == Presence::Required).map(|k| k.name).collect();
+        section.written(Syntax::Yaml).filter(|k| k.presence == Presence::Required).map(|k| k.name).collect();
     object(keys(section), &needed, "")
 }
 

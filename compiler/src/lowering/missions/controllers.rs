@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use dsl::{Diagnostic, SourceId, Span, Spelling};
+use dsl::{Diagnostic, SourceId, Span, Syntax};
 use runtime::Program;
 use runtime::program::{MAX_RUNNING, Subject};
 
@@ -27,7 +27,7 @@ pub(in crate::lowering) struct Controllers<'a> {
     known: BTreeMap<PathBuf, Option<Program>>,
     /// There were too many, which was reported.
     full: bool,
-    /// Their texts: what is said of them was said in their own spelling.
+    /// Their texts: what is said of them was said in their own syntax.
     pub foreign: BTreeSet<SourceId>,
 }
 
@@ -50,7 +50,7 @@ impl Lowerer<'_> {
         let from_spec = tidy(Path::new(path), self.input.folder);
         let on_disk = self.input.folder.join(&from_spec);
         let refused = |text: String| Diagnostic::error("HQ0931", at, text);
-        let Some(spelling) = Spelling::of_path(&from_spec) else {
+        let Some(syntax) = Syntax::of_path(&from_spec) else {
             let text = format!("`{path}` is no spec: its name ends neither in .hq nor in .yaml");
             self.push(refused(text).help("name the spec of a robot's controller"));
             return None;
@@ -96,19 +96,19 @@ impl Lowerer<'_> {
                 return None;
             }
         };
-        let program = self.compiled((&from_spec, &text, spelling), at);
+        let program = self.compiled((&from_spec, &text, syntax), at);
         self.controllers.known.insert(canonical, program.clone());
         program
     }
 
     /// Compiles a spec; its diagnostics become ours.
-    fn compiled(&mut self, (path, text, spelling): (&Path, &str, Spelling), at: Span) -> Option<Program> {
+    fn compiled(&mut self, (path, text, syntax): (&Path, &str, Syntax), at: Span) -> Option<Program> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let input = Input {
             name: &name,
             text,
-            spelling,
+            syntax,
             folder: &self.input.folder.join(folder),
             set: &[],
             package_paths: self.input.package_paths,

@@ -1,7 +1,7 @@
 //! Events of a scenario of a mission, and the feedback of people. The events of a kind are those of its entry.
 
 use dsl::tree::{Block, Entry, Value, ValueKind};
-use dsl::{Diagnostic, Spanned, Spelling};
+use dsl::{Diagnostic, Spanned, Syntax};
 use mission::kind::{Detail, Event, EventInfo, Replies};
 use mission::kinds::KINDS;
 use mission::numbers::MAX_NUMBER;
@@ -147,7 +147,7 @@ impl Lowerer<'_> {
     /// The value of a further key; `Some(None)` if it is left out.
     fn detail(&mut self, keys: Keys, key: &str) -> Option<Option<Detail>> {
         let Some(e) = keys.entry(key) else { return Some(None) };
-        Some(Some(match HAPPENING.key(key, Spelling::Hq).map(|key| &key.holds)? {
+        Some(Some(match HAPPENING.key(key, Syntax::Native).map(|key| &key.holds)? {
             Holds::Pair(_) => Detail::Point(self.key_pair(keys, key)?),
             Holds::Choice(_) => Detail::Number(f64::from(self.step(keys, key)?)),
             _ => Detail::Number(self.delay(e)?),
@@ -160,7 +160,7 @@ impl Lowerer<'_> {
         let mut events = block.entries.iter().filter(event);
         let Some(e) = events.next() else {
             // A word that no event has was reported, and may be the one that is meant.
-            if block.entries.iter().any(|e| HAPPENING.key(&e.key.value, Spelling::Hq).is_none()) {
+            if block.entries.iter().any(|e| HAPPENING.key(&e.key.value, Syntax::Native).is_none()) {
                 return None;
             }
             let d = Diagnostic::error("HQ0922", keys.at, "nothing happens here");

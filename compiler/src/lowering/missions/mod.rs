@@ -23,7 +23,7 @@ mod warnings;
 mod watch;
 
 use dsl::tree::{Mission, MissionMember};
-use dsl::{Diagnostic, Spelling};
+use dsl::{Diagnostic, Syntax};
 use mission::kinds;
 use names::{list, suggest};
 use runtime::program::{MissionProgram, Running};
@@ -84,7 +84,7 @@ impl Lowerer<'_> {
     }
 
     fn has_role(&mut self, member: &MissionMember, section: &Section) -> bool {
-        let roles = || section.written(Spelling::Hq).filter(|k| k.place == Place::Hq).map(|k| k.name);
+        let roles = || section.written(Syntax::Native).filter(|k| k.place == Place::Hq).map(|k| k.name);
         let role = member.role.value.as_str();
         let known = roles().any(|r| r == role);
         if !known {

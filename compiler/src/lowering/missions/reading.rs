@@ -2,7 +2,7 @@
 //! table of keys gives, with what it gives where a key is left out.
 
 use dsl::tree::{Block, Entry, Value, ValueKind};
-use dsl::{Diagnostic, Span, Spelling};
+use dsl::{Diagnostic, Span, Syntax};
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::params::{Presence, Quantity};
 
@@ -41,7 +41,7 @@ impl<'b> Keys<'b> {
 
     /// The key in the table.
     fn key(&self, key: &str) -> Option<&'static Key> {
-        self.section.key(key, Spelling::Hq)
+        self.section.key(key, Syntax::Native)
     }
 }
 

@@ -215,7 +215,7 @@ impl Lowerer<'_> {
 
     /// One of the words that a key may have, or what stands for it; none where it is wrong, which was reported.
     pub(super) fn key_word(&mut self, keys: Keys, name: &str) -> Option<&'static str> {
-        let key = keys.section.key(name, dsl::Spelling::Hq)?;
+        let key = keys.section.key(name, dsl::Syntax::Native)?;
         let Holds::Choice(words) = &key.holds else { return None };
         let Some(Entry { value, .. }) = keys.entry(name) else {
             return match key.presence {

@@ -103,7 +103,7 @@ fn unique(items: Vec<(ItemKind, Comments)>) -> Vec<Item> {
     new.map(|(kind, comments)| Item { kind, comments, span: Span::default() }).collect()
 }
 
-/// A spec whose names differ within their kind, with one run at most: what both spellings can say.
+/// A spec whose names differ within their kind, with one run at most: what both syntaxes can say.
 pub fn spec() -> impl Strategy<Value = Spec> {
     (prop::collection::vec((item(), comments()), 0..6), comments(), before()).prop_map(
         |(items, opening_comments, closing_comments)| {
