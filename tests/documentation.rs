@@ -33,6 +33,15 @@ fn the_page_of_keys_is_fresh() {
     generated("docs/src/language/keys.md", &hierarq::keys::markdown());
 }
 
+#[test]
+fn the_table_of_functions_is_fresh() {
+    let page = std::fs::read_to_string(root().join("docs/src/language/values.md")).expect("readable");
+    let (before, rest) = page.split_once("## Functions\n\n").expect("a section of functions");
+    let after = rest.find("\n## ").map_or("", |at| &rest[at..]);
+    let table = compiler::expr::functions_markdown();
+    generated("docs/src/language/values.md", &format!("{before}## Functions\n\n{table}{after}"));
+}
+
 fn markdown_files(folder: &Path, out: &mut Vec<PathBuf>) {
     let mut entries: Vec<PathBuf> =
         std::fs::read_dir(folder).expect("readable").map(|e| e.expect("readable").path()).collect();

@@ -5,8 +5,9 @@ use dsl::{Diagnostic, Span, Spanned};
 use names::suggest;
 use stdlib_tasks::dimension::{ANGLE, TIME};
 
+use super::arguments::CallError;
 use super::errors;
-use super::functions::{self, CallError, FUNCTIONS};
+use super::functions::{self, FUNCTIONS};
 use super::helps::{count, elsewhere, families};
 use super::present::PRESENT;
 use super::scope::{Failed, MEASURES};
@@ -21,7 +22,7 @@ impl Lowering<'_> {
             return self.trajectory(of, args, span);
         }
         if let Some(arg) = args.iter().find(|a| matches!(a.kind, ValueKind::Named(..))) {
-            let form = FUNCTIONS.iter().find(|f| f.name == function.value).map(|f| f.form);
+            let form = functions::function(&function.value).map(|f| f.form);
             return self.fail(trajectories::no_names(function, arg, form));
         }
         if function.value == "initial" {
@@ -45,7 +46,7 @@ impl Lowering<'_> {
         if MEASURES.contains(&function.value.as_str()) {
             return self.scope.measured(self.graph, function, args, span, self.diagnostics).ok_or(Failed);
         }
-        let Some(known) = FUNCTIONS.iter().find(|f| f.name == function.value) else {
+        let Some(known) = functions::function(&function.value) else {
             let names = FUNCTIONS
                 .iter()
                 .map(|f| f.name)
@@ -75,16 +76,16 @@ impl Lowering<'_> {
         }
         let typed: Vec<Typed> = typed.into_iter().collect::<Result<_, _>>()?;
         let before = self.diagnostics.len();
-        for a in typed.iter().enumerate().filter(|(i, _)| functions::is_angle(known.name, *i)).map(|(_, a)| a) {
+        for a in typed.iter().enumerate().filter(|(i, _)| known.is_angle(*i)).map(|(_, a)| a) {
             if a.kind == Kind::Scalar && a.bare && !ops::is_zero(self.graph, a) {
                 self.diagnostics.push(bare_angle(self.graph, a, ANGLE));
             }
         }
         // A bare number beside an angle is read as an angle.
-        let alike: Vec<&Typed> = typed[functions::alike(known.name, typed.len())].iter().collect();
+        let alike: Vec<&Typed> = known.same_dimension(&typed).iter().collect();
         self.angles_alike(&alike);
         merge_bare(self.diagnostics, before, span);
-        let error = match functions::call(self.graph, known.name, &typed, span) {
+        let error = match (known.apply)(self.graph, &typed, span) {
             Ok(x) => return Ok(x),
             Err(e) => e,
         };

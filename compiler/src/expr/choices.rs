@@ -8,8 +8,8 @@ use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::Op;
 use stdlib_tasks::dimension::NONE;
 
+use super::arguments::CallError;
 use super::errors;
-use super::functions::CallError;
 use super::helps::help_for_sum;
 use super::scope::Failed;
 use super::{Axes, Graph, Kind, Lowering, Typed, ops};

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::Span;
 
-use crate::expr::{FUNCTIONS, Meaning, Symbol, TRAJECTORIES};
+use crate::expr::{Meaning, Symbol, TRAJECTORIES, function};
 use crate::forms::target;
 
 /// True for a reserved name of the language.
@@ -27,7 +27,7 @@ pub fn is_word(name: &str) -> bool {
         "uncertainty",
         "field",
     ];
-    words.contains(&name) || FUNCTIONS.iter().any(|f| f.name == name) || TRAJECTORIES.iter().any(|t| t.name == name)
+    words.contains(&name) || function(name).is_some() || TRAJECTORIES.iter().any(|t| t.name == name)
 }
 
 /// A human with tracked points.

@@ -4,7 +4,7 @@ use dsl::tree::{BinaryOp, Unit, Value, ValueKind};
 use names::list;
 use stdlib_tasks::dimension::{ANGLE, NONE};
 
-use super::{FUNCTIONS, Kind, PRESENT, TRAJECTORIES, Typed};
+use super::{FUNCTIONS, Family, Kind, PRESENT, TRAJECTORIES, Typed};
 use crate::units;
 
 /// `one argument`, `2 to 16 arguments`.
@@ -51,14 +51,12 @@ pub(super) fn elsewhere(name: &str) -> Option<&'static str> {
 
 /// Lists all functions by family.
 pub(super) fn families() -> String {
-    let vectors = ["norm", "dot", "cross", "normalize"];
-    let orientations = ["rpy", "axis_angle", "quaternion", "inverse", "slerp"];
-    let numbers = FUNCTIONS.iter().map(|f| f.name).filter(|n| !vectors.contains(n) && !orientations.contains(n));
+    let of = |family: Family| FUNCTIONS.iter().filter(move |f| f.family == family).map(|f| f.name);
     format!(
         "of numbers there are {}; of vectors {}; of orientations {}; of motion {}; of the robot {}, and `initial`",
-        list(numbers, 32),
-        list(vectors, 8),
-        list(orientations, 8),
+        list(of(Family::Numbers), 32),
+        list(of(Family::Vectors), 8),
+        list(of(Family::Orientations), 8),
         list(TRAJECTORIES.iter().map(|t| t.name), 8),
         list(PRESENT.iter().copied(), 8)
     )

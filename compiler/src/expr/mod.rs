@@ -1,5 +1,6 @@
 //! Expressions: types with dimensions, lowering to operations on numbers, and exact differentiation in time.
 
+mod arguments;
 mod arithmetic;
 mod calls;
 mod choices;
@@ -19,7 +20,6 @@ mod names;
 mod ops;
 mod poses;
 mod present;
-mod rotations;
 mod scope;
 mod signals;
 mod told;
@@ -27,7 +27,7 @@ mod trajectories;
 
 pub use facts::{Fact, Known};
 pub use frames::{Axes, Frame};
-pub use functions::{FUNCTIONS, Function};
+pub use functions::{FUNCTIONS, Family, Function, function, functions_markdown};
 pub use graph::Graph;
 pub use helps::bracketed;
 pub(crate) use humans::{field_symbol, symbol};
@@ -97,4 +97,11 @@ pub struct Typed {
     pub axes: Axes,
     /// Source span.
     pub span: Span,
+}
+
+impl Typed {
+    /// A number whose dimension is known.
+    pub(crate) fn scalar(node: usize, dimension: Dimension, span: Span) -> Typed {
+        Typed { kind: Kind::Scalar, dimension, nodes: vec![node], bare: false, axes: Axes::default(), span }
+    }
 }

@@ -6,7 +6,7 @@ use names::suggest;
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE, TIME};
 
-use super::functions::FUNCTIONS;
+use super::functions::function;
 use super::present::Now;
 use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
@@ -80,7 +80,7 @@ impl Lowering<'_> {
             d = d.help(help);
         } else if let Some(near) = suggest(name, known.iter().map(String::as_str)) {
             d = d.help(format!("did you mean `{near}`?"));
-        } else if FUNCTIONS.iter().any(|f| f.name == name) {
+        } else if function(name).is_some() {
             d = d.help(format!("`{name}` is a function: write `{name}(..)`"));
         } else if units::symbols().any(|u| u == name) {
             d = d

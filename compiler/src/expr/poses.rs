@@ -10,11 +10,12 @@ use dsl::{Diagnostic, Span, Spanned};
 use runtime::program::Op;
 use stdlib_tasks::dimension::{LENGTH, NONE};
 
-use super::functions::{CallError, number, vector};
+use super::arguments::{CallError, number, orientation, vector};
+use super::functions::slerp;
 use super::ops::{Mismatch, conjugate, is_zero, quaternion_product, rotate};
 use super::present::Now;
 use super::scope::Failed;
-use super::{Axes, Frame, Graph, Kind, Lowering, Meaning, Typed, rotations};
+use super::{Axes, Frame, Graph, Kind, Lowering, Meaning, Typed};
 
 /// Number of position components of a pose.
 const POSITION: usize = 3;
@@ -31,9 +32,9 @@ pub(super) fn make(g: &Graph, args: &[Typed], span: Span) -> Result<Typed, CallE
     if !(position.bare || is_zero(g, position) || LENGTH.accepts(position.dimension)) {
         return Err(CallError::Argument { index: 0, wanted: "a position in m".into() });
     }
-    let orientation = rotations::rotation(args, 1)?;
+    let turned = orientation(args, 1)?;
     let to = position.axes.to.joined(&args[1].axes.to).ok_or(CallError::Axes { first: 0, second: 1 })?;
-    let nodes = [&position.nodes[..], orientation].concat();
+    let nodes = [&position.nodes[..], turned].concat();
     Ok(typed(nodes, Axes::orientation(args[1].axes.from.clone(), to), span))
 }
 
@@ -51,7 +52,7 @@ pub(super) fn between(g: &mut Graph, args: &[Typed], span: Span) -> Result<Typed
         let part = g.push(Op::Mul(step, share));
         nodes.push(g.push(Op::Add(from, part)));
     }
-    nodes.extend(rotations::slerp(g, q, turned, share));
+    nodes.extend(slerp(g, q, turned, share));
     Ok(typed(nodes, axes, span))
 }
 

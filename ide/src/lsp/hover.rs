@@ -173,8 +173,8 @@ pub(super) fn built_in(name: &str) -> Option<String> {
         let lines = of.named.iter().map(|n| format!("\n- `{}`: {}", n.name, n.text));
         return Some(format!("`{}`: {}.\n{}", of.form, of.text, lines.collect::<String>()));
     }
-    let function = compiler::expr::FUNCTIONS.iter().find(|f| f.name == name)?;
-    Some(format!("`{}`", function.form))
+    let function = compiler::expr::function(name)?;
+    Some(format!("`{}`\n\n- arguments: {}\n- result: {}", function.form, function.takes, function.gives))
 }
 
 /// Text for a unit symbol: its value in SI.

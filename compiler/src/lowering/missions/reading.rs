@@ -10,9 +10,9 @@ use mission::kinds::schedule::problem::Duration;
 use mission::numbers::Range;
 
 use super::super::Lowerer;
-use crate::expr::FUNCTIONS;
 use crate::expr::constants::{Constants, with_units};
 use crate::expr::fitting::one_unit;
+use crate::expr::function;
 use crate::forms::misspelt;
 use crate::sections::{Holds, Key, Section};
 use crate::units;
@@ -188,7 +188,7 @@ impl Lowerer<'_> {
         let ValueKind::Call(called, args) = &e.value.kind else {
             return Some(Duration { mean: self.number_within(&e.value, name, q)?, sigma: 0.0 });
         };
-        if called.value != "normal" && !FUNCTIONS.iter().any(|f| f.name == called.value) {
+        if called.value != "normal" && function(&called.value).is_none() {
             let text = format!("there is no distribution `{}`", called.value);
             let d = Diagnostic::error("HQ0201", called.span, text);
             self.push(d.help("a duration is a time, or `normal(mean, deviation)`"));
