@@ -10,6 +10,7 @@ mod judge;
 mod read;
 mod sweep;
 
+use compiler::resolve::Meaning;
 use fault::Fault;
 use judge::{Outcome, Verdict};
 
@@ -126,4 +127,43 @@ fn the_judge_tells_right_from_wrong() {
     assert_eq!(verdict("HQ0201", place.start..place.end - 1, &text), Verdict::Inexact);
     assert_eq!(verdict("HQ0204", place.clone(), &text), Verdict::OtherCode);
     assert_eq!(verdict("HQ0201", place, &text_of("tests/corpus/specs/hello.hq")), Verdict::Silent);
+}
+
+/// Messages of unknown words that name nothing declared: words of the language, fields of values, measures of missions.
+const OTHER_WORDS: &[&str] = &[
+    "there is no function",
+    "a base is fixed, planar",
+    "there is no kind of mission",
+    "there is no distribution",
+    "there is no skill",
+    "nothing called `makspan` is measured",
+    // A pattern names several joints.
+    "no joint of robot `canopies` that moves by itself fits",
+    // The arms exist, and have no `points`.
+    "there is no point, segment, group or link `arms",
+];
+
+/// Editors and the compiler agree: the place of an error of an unknown name is a reference that nothing declares, and a
+/// text with such a reference has an error.
+#[test]
+fn unknown_names_are_unresolved_references() {
+    let mut wrong = Vec::new();
+    for fault in all_faults() {
+        let names = judge::names(&fault.file, &fault.text);
+        let unknown: Vec<_> = names.references.iter().filter(|r| matches!(r.meaning, Meaning::Unknown(..))).collect();
+        let found = judge::diagnostics(&fault.file, &fault.text);
+        let errors = || found.iter().filter(|d| d.severity == dsl::Severity::Error);
+        if !unknown.is_empty() && errors().next().is_none() {
+            wrong.push(format!("{}: unknown without an error: {:?}", fault.origin, unknown[0].meaning));
+        }
+        for d in errors().filter(|d| ["HQ0201", "HQ0204", "HQ0213"].contains(&d.code)) {
+            let at = d.primary.span.range();
+            let known = unknown.iter().any(|r| at.start <= r.place.start && r.place.end <= at.end);
+            if d.primary.span.source.0 == 0 && !known && !OTHER_WORDS.iter().any(|w| d.message.starts_with(w)) {
+                let text = fault.text.get(at).unwrap_or("?");
+                wrong.push(format!("{} {}: {text}: {}", fault.origin, fault.file, d.message));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}\n{}", wrong.len(), wrong.join("\n"));
 }

@@ -7,7 +7,8 @@
 //! The stages form layers, each of which depends only on those below it: `compile` is the driver; `checks` examines the
 //! finished program with `analysis`; `lowering` builds it from the results of `binding` and `robot_binding`; `expand`
 //! resolves imports, repetitions and parameters; `expr` types expressions; `sections` declares the keys of all blocks;
-//! `diagnostics` builds the report.
+//! `diagnostics` builds the report. `resolve` gives editors the symbols and references of a spec, by the scopes of
+//! `expand` and the tables of `sections`.
 
 mod analysis;
 mod binding;
@@ -23,6 +24,7 @@ mod lowering;
 mod named;
 mod paths;
 mod recording;
+pub mod resolve;
 mod robot_binding;
 pub mod sections;
 mod source_map;

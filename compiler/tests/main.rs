@@ -16,6 +16,7 @@ mod pages;
 mod params;
 mod ranges;
 mod rendering;
+mod resolve;
 mod reuse;
 mod sections;
 mod start_of_run;

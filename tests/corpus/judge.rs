@@ -2,7 +2,9 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::rc::Rc;
 
+use compiler::resolve::{Resolution, read_urdf, resolve};
 use dsl::{Diagnostic, Severity, Syntax};
 
 use super::fault::Fault;
@@ -50,6 +52,14 @@ pub fn diagnostics(file: &str, text: &str) -> Vec<Diagnostic> {
     let compiled = compiler::compile(&input);
     assert_eq!(compiled.is_good(), compiled.report.errors() == 0, "refused without a reason, or the reverse");
     compiled.report.diagnostics
+}
+
+/// Returns the symbols and references of a text, in the folder of the examples under the given name.
+pub fn names(file: &str, text: &str) -> Resolution {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let syntax = Syntax::of_path(Path::new(file)).expect("an example is a spec");
+    let input = compiler::Input { name: file, text, syntax, folder: &folder, set: &[], package_paths: &[] };
+    resolve(&input, &compiler::Texts::new(), &|path| read_urdf(path).map(Rc::new))
 }
 
 /// Evaluates all faults, on all processors.

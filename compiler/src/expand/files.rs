@@ -1,6 +1,7 @@
 //! Reads the files of a spec, each once, with all that they import.
 
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use dsl::tree::{Import, ItemKind, Spec};
 use dsl::{Diagnostic, SourceId, Spanned, Syntax};
@@ -12,6 +13,16 @@ use crate::paths::{instead_of, tidy};
 /// Maximum number of files that a spec may import.
 const MAX_FILES: usize = 200;
 
+/// A file that was read.
+struct FileText {
+    /// Path, relative to the folder of the spec.
+    path: PathBuf,
+    /// Its text.
+    source: SourceId,
+    /// Syntax.
+    syntax: Syntax,
+}
+
 impl Expander<'_> {
     /// Reads the spec and all imported files. The spec is module 0.
     pub(super) fn read(&mut self, source: SourceId, spec: Spec) {
@@ -21,17 +32,29 @@ impl Expander<'_> {
             self.files.insert(own.clone(), None);
         }
         self.out.syntaxes.insert(source, self.input.syntax);
-        self.module(String::new(), PathBuf::new(), spec, 0);
+        let file = FileText { path: PathBuf::new(), source, syntax: self.input.syntax };
+        self.module(String::new(), file, spec, 0);
         if let Some(own) = own {
             self.files.insert(own, Some(0));
         }
     }
 
     /// Adds a module for a tree, after the modules that it imports; returns its index.
-    fn module(&mut self, stem: String, folder: PathBuf, spec: Spec, depth: usize) -> usize {
+    fn module(&mut self, stem: String, file: FileText, spec: Spec, depth: usize) -> usize {
         let m = self.modules.len();
-        let (scope, missing, items) = (Default::default(), Vec::new(), Vec::new());
-        self.modules.push(Module { stem, folder, items, scope, missing });
+        let spec = Rc::new(spec);
+        self.modules.push(Module {
+            stem,
+            folder: file.path.parent().map(Path::to_path_buf).unwrap_or_default(),
+            path: file.path,
+            source: file.source,
+            syntax: file.syntax,
+            spec: spec.clone(),
+            imports: Vec::new(),
+            items: Vec::new(),
+            scope: Default::default(),
+            missing: Vec::new(),
+        });
         let mut imports: Vec<(Import, Option<usize>)> = Vec::new();
         for item in &spec.items {
             let ItemKind::Import(import) = &item.kind else { continue };
@@ -41,6 +64,7 @@ impl Expander<'_> {
                 self.fail(d.help("write all its names in one import"));
             }
             let from = self.import(m, &import.path, depth);
+            self.modules[m].imports.push((import.path.value.clone(), from));
             imports.push((import.clone(), from));
         }
         self.modules[m].items = self.unrolled(m, &spec.items);
@@ -112,8 +136,7 @@ impl Expander<'_> {
         }
         self.diagnostics.extend(diagnostics);
         let stem = self.stem(&from_spec);
-        let folder = from_spec.parent().map(Path::to_path_buf).unwrap_or_default();
-        let module = self.module(stem, folder, spec, depth + 1);
+        let module = self.module(stem, FileText { path: from_spec, source: real, syntax }, spec, depth + 1);
         self.files.insert(canonical, Some(module));
         Some(module)
     }

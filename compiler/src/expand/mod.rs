@@ -26,17 +26,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use dsl::tree::{
-    Human, Let, Level, Machine, Mission, Param, Robot, Run, SafetyField, Scenario, Signal, Spec, Stack, Task, Value,
-    Variable,
+    Human, ItemKind, Let, Level, Machine, Mission, Param, Robot, Run, SafetyField, Scenario, Signal, Spec, Stack, Task,
+    Value, Variable,
 };
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Syntax};
 
 use crate::input::{Input, Texts};
-use module::Module;
+use fill::Frame;
 
 pub use arguments::parameter_types;
 pub(crate) use arguments::{TYPES, quantity, type_of};
 pub(crate) use files::read_file;
+pub(crate) use module::{CLASSES, Module, Target, declared};
 
 /// Maximum number of nodes of all copies.
 pub(crate) const MAX_NODES: usize = 100_000;
@@ -184,6 +185,29 @@ pub(crate) fn expand(
     let mut e = Expander::new((input, texts), sources, diagnostics);
     e.spec(source, spec);
     e.out
+}
+
+/// Reads a spec and the files that it imports, the spec first, with the scope of each. In the declarations, missions
+/// have unrolled repetitions.
+pub(crate) fn read_files(
+    (input, texts): (&Input, &Texts),
+    source: SourceId,
+    spec: Spec,
+    sources: &mut Sources,
+) -> Vec<Module> {
+    let mut diagnostics = Vec::new();
+    let mut e = Expander::new((input, texts), sources, &mut diagnostics);
+    e.read(source, spec);
+    for m in 0..e.modules.len() {
+        for i in 0..e.modules[m].items.len() {
+            if let ItemKind::Mission(mission) = &e.modules[m].items[i].kind {
+                let mission = mission.clone();
+                let copy = e.copied_mission(&mission, &mut Frame::of(m));
+                e.modules[m].items[i].kind = ItemKind::Mission(copy);
+            }
+        }
+    }
+    e.modules
 }
 
 /// Returns the existing files that a spec reads: imported files, URDFs and files of layers, the recordings of its

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::rc::Rc;
 
-use dsl::tree::{Import, Item, ItemKind, MissionMember, MissionRepeat, Parameter, ValueKind};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::tree::{Import, Item, ItemKind, MissionMember, MissionRepeat, Parameter, Spec, ValueKind};
+use dsl::{Diagnostic, SourceId, Span, Spanned, Syntax};
 use names::{list, suggest};
 
 use super::{Class, Expander, TYPES};
@@ -13,7 +14,7 @@ use crate::forms::text_of;
 
 /// Meaning of a name in a file.
 #[derive(Clone, Debug)]
-pub(super) enum Target {
+pub(crate) enum Target {
     /// A declaration of the file.
     Own(usize),
     /// A declaration of another file, with its name there.
@@ -24,11 +25,21 @@ pub(super) enum Target {
 
 /// A file.
 #[derive(Debug)]
-pub(super) struct Module {
+pub(crate) struct Module {
     /// Prefix of names that come from the file and are not visible in the spec: `safety` for `common/safety.hq`.
     pub stem: String,
     /// Folder of the file, relative to that of the spec.
     pub folder: PathBuf,
+    /// Path, relative to the folder of the spec; empty for the spec itself.
+    pub path: PathBuf,
+    /// Its text.
+    pub source: SourceId,
+    /// Syntax.
+    pub syntax: Syntax,
+    /// Its tree, as written.
+    pub spec: Rc<Spec>,
+    /// Paths of its imports as written, each with the module; `None` for a file that cannot be read.
+    pub imports: Vec<(String, Option<usize>)>,
     /// Declarations, with repetitions unrolled.
     pub items: Vec<Item>,
     /// Meaning of the names.
@@ -86,7 +97,7 @@ impl Module {
 }
 
 /// Class and name of a declaration, if it has a name.
-pub(super) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
+pub(crate) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
     match kind {
         ItemKind::Param(p) => Some((Class::Value, &p.name)),
         ItemKind::Let(l) => Some((Class::Value, &l.name)),
@@ -112,7 +123,8 @@ pub(super) fn parameters(kind: &ItemKind) -> &[Parameter] {
     }
 }
 
-const CLASSES: [Class; 6] = [Class::Value, Class::Robot, Class::Task, Class::Stack, Class::Machine, Class::Mission];
+pub(crate) const CLASSES: [Class; 6] =
+    [Class::Value, Class::Robot, Class::Task, Class::Stack, Class::Machine, Class::Mission];
 
 impl Expander<'_> {
     /// Computes the scope of a module. `imports` has the module of each import, or `None` if the file is unreadable.

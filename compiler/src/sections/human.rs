@@ -3,7 +3,7 @@
 use stdlib_tasks::dimension::{LENGTH, NONE, RATE, TIME, VELOCITY};
 use stdlib_tasks::params::Quantity;
 
-use super::{Holds, Key, LOST, Section, WAYPOINT};
+use super::{Holds, Key, LOST, Named, Section, WAYPOINT};
 
 const A_TIME: Holds = Holds::Number(Quantity::at_least(TIME, 0.0));
 const A_SPEED: Holds = Holds::Number(Quantity::above(VELOCITY, 0.0));
@@ -19,7 +19,7 @@ pub static HUMAN: Section = Section {
         ),
         Key::optional(
             "links",
-            Holds::List(&Holds::List(&Holds::NewName)),
+            Holds::List(&Holds::List(&Holds::Name(Named::Point))),
             "Segments between two points: `links [[chest, left_wrist]]`. The host can read them from the program.",
         ),
         Key::or(
@@ -70,12 +70,12 @@ pub static HUMAN_SCRIPT: Section = Section {
         ),
         Key::optional(
             "shape",
-            Holds::Each(&Holds::Vector(LENGTH)),
+            Holds::Of(Named::Point, &Holds::Vector(LENGTH)),
             "Where each point is relative to the body, along the axes of the world.",
         ),
         Key::optional(
             "points",
-            Holds::Each(&Holds::Block(&HUMAN_POINT)),
+            Holds::Of(Named::Point, &Holds::Block(&HUMAN_POINT)),
             "Instead of a body, a script for each point.",
         ),
         Key::optional(

@@ -79,7 +79,7 @@ pub static SCHEDULE: Section = Section {
         ),
         Key::optional(
             "distances",
-            Holds::Each(&Holds::Each(&Holds::Number(Quantity::at_least(LENGTH, 0.0)))),
+            Holds::Of(Named::Member, &Holds::Of(Named::Member, &Holds::Number(Quantity::at_least(LENGTH, 0.0)))),
             "Lengths of the paths from the depot of each robot to each agent, `distances { m1 { h1 12 m  h2 15 m } }`; \
              default: straight lines.",
         ),
@@ -224,8 +224,11 @@ const APPROACH_WEIGHTS: Key = Key::or(
     "1",
     "Weights of the energy near the agent: one for all operations, or a list with one for each.",
 );
-const APPROACHES: Key =
-    Key::optional("approaches", Holds::Each(EACH_APPROACH), "Exceptions for single robots, by the name of the robot.");
+const APPROACHES: Key = Key::optional(
+    "approaches",
+    Holds::Of(Named::Member, EACH_APPROACH),
+    "Exceptions for single robots, by the name of the robot.",
+);
 const EACH_APPROACH: &Holds = &Holds::Block(&APPROACH);
 
 /// A person of a schedule.

@@ -198,6 +198,8 @@ pub enum Holds {
     LinkOr(&'static Section),
     /// Names that the user chooses, each with one of these.
     Each(&'static Holds),
+    /// Names of declared things, each with one of these.
+    Of(Named, &'static Holds),
     /// Joints, groups or patterns, each with one of these.
     PerJoint(&'static Holds),
     /// Some of these in an order; the readers take it.
@@ -231,6 +233,14 @@ pub enum Named {
     SignalThere,
     /// A state of the spec that is named beside it.
     StateThere,
+    /// A signal or a variable.
+    Signal,
+    /// An event.
+    Event,
+    /// A human.
+    Human,
+    /// A point of the human that the block is of.
+    Point,
 }
 
 impl Key {
@@ -308,7 +318,7 @@ mod tests {
     fn reaches(holds: &Holds, wanted: &Section) -> bool {
         match holds {
             Holds::Block(s) | Holds::Blocks(s) | Holds::LinkOr(s) => std::ptr::eq(*s, wanted),
-            Holds::Each(h) | Holds::PerJoint(h) | Holds::List(h) => reaches(h, wanted),
+            Holds::Each(h) | Holds::Of(_, h) | Holds::PerJoint(h) | Holds::List(h) => reaches(h, wanted),
             _ => false,
         }
     }

@@ -55,17 +55,17 @@ pub static SCENARIO: Section = Section {
         ),
         Key::optional(
             "signals",
-            Holds::Each(&Holds::Blocks(&SIGNAL_SCRIPT)),
+            Holds::Of(Named::Signal, &Holds::Blocks(&SIGNAL_SCRIPT)),
             "Values that are sent to signals, by name.",
         ),
         Key::optional(
             "humans",
-            Holds::Each(&Holds::Block(&HUMAN_SCRIPT)),
+            Holds::Of(Named::Human, &Holds::Block(&HUMAN_SCRIPT)),
             "Motion of people during the whole run, and the readings of the tracker, by name.",
         ),
         Key::optional(
             "events",
-            Holds::Each(&Holds::Numbers(Quantity::at_least(TIME, 0.0))),
+            Holds::Of(Named::Event, &Holds::Numbers(Quantity::at_least(TIME, 0.0))),
             "Times at which the host raises events, by name: `start 1 s`, `start [1, 20] s`.",
         ),
         Key::optional(
@@ -76,7 +76,7 @@ pub static SCENARIO: Section = Section {
         ),
         Key::optional(
             "push",
-            Holds::Each(&Holds::Blocks(&PUSH)),
+            Holds::Of(Named::Signal, &Holds::Blocks(&PUSH)),
             "Forces on sensors, by the name of the wrench signal.",
         ),
         Key::optional(
@@ -126,7 +126,7 @@ pub static SCENARIO: Section = Section {
         ),
         Key::optional(
             "feedback",
-            Holds::Each(&Holds::Blocks(&REPLY)),
+            Holds::Of(Named::Person, &Holds::Blocks(&REPLY)),
             "Of a schedule: feedback of people after they were served, by name. The k-th entry is the feedback on the \
              k-th service, and the last entry repeats; an empty entry is no feedback.",
         ),
@@ -205,7 +205,7 @@ pub static OUTCOME: Section = Section {
             "Name of the outcome: `found`, `done`; `never` for an action without an end.",
         ),
         Key::or("after", A_TIME, "0 s", "Duration of the action."),
-        Key::optional("sets", Holds::Each(&Holds::Sent), "Values of signals from then on, by name."),
+        Key::optional("sets", Holds::Of(Named::Signal, &Holds::Sent), "Values of signals from then on, by name."),
     ],
 };
 

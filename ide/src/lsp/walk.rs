@@ -317,10 +317,19 @@ impl Walker<'_> {
                 const PATH: &Holds = &Holds::Blocks(&WAYPOINT);
                 self.held(PATH, value);
             }
-            Holds::Each(inner) => entries(value).iter().for_each(|e| self.held(inner, &e.value)),
+            Holds::Each(inner) | Holds::Of(_, inner) => entries(value).iter().for_each(|e| self.held(inner, &e.value)),
             Holds::PerJoint(inner) => self.joint_block(value, |w, v| w.held(inner, v)),
             // The parser stores these in other parts of the tree.
-            Holds::Name(Named::Robot | Named::Level | Named::State | Named::Member)
+            Holds::Name(
+                Named::Point
+                | Named::Signal
+                | Named::Event
+                | Named::Human
+                | Named::Robot
+                | Named::Level
+                | Named::State
+                | Named::Member,
+            )
             | Holds::Values
             | Holds::List(_)
             | Holds::Tasks

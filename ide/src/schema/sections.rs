@@ -91,7 +91,7 @@ fn held(holds: &Holds) -> Value {
             either["type"] = json!(["string", "object"]);
             either
         }
-        Holds::Each(inner) => section("", &held(inner)),
+        Holds::Each(inner) | Holds::Of(_, inner) => section("", &held(inner)),
         Holds::PerJoint(inner) => json!({
             "type": "object",
             "propertyNames": { "pattern": values::JOINT_KEY },

@@ -1,0 +1,153 @@
+//! References in blocks with known keys: the tables say which keys and values are names.
+
+use dsl::tree::{Block, Entry, Value, ValueKind};
+use dsl::{Span, Spanned};
+use mission::kinds::{KINDS, find};
+
+use super::context::used;
+use super::symbols::SymbolKind as K;
+use super::{CompletionContext as C, Meaning, Resolver};
+use crate::expand::Class;
+use crate::sections::{HAPPENING, Holds, Named, OF_ALL_SCENARIOS, OF_MISSIONS, RUNS, SCENARIO, Section, WAYPOINT};
+
+/// Members of a mission that act in a scenario.
+pub(super) const AGENTS: &[&str] = &["robot", "human", "worker"];
+
+impl Resolver<'_> {
+    /// Resolves a block with known keys.
+    pub(super) fn section(&mut self, block: &Block, section: &'static Section) {
+        for e in &block.entries {
+            if self.is_cursor(&e.key.value, |r| C::Keys(section, r.without(block, section))) {
+                continue;
+            }
+            if let Some(key) = section.key(&e.key.value, self.syntax) {
+                self.note(&e.key.value, e.key.span, Meaning::Key(key));
+                self.held(&key.holds, &e.value);
+            }
+        }
+    }
+
+    /// Keys that are not offered in a block: those present, and those that have no meaning in this kind of scenario.
+    fn without(&self, block: &Block, section: &'static Section) -> Vec<String> {
+        let mut keys = used(block);
+        if std::ptr::eq(section, &SCENARIO) && block.get("mission").is_some() {
+            let own = |key: &&str| !OF_ALL_SCENARIOS.contains(key) && !OF_MISSIONS.contains(key);
+            keys.extend(SCENARIO.entries().filter(own).map(str::to_string));
+        }
+        if let Some(kind) = self.around.mission.and_then(|m| find(&self.out.symbol(m).ty)) {
+            let absent = kind.absent.iter().map(|absent| absent.0);
+            let theirs: Vec<&str> = match () {
+                () if std::ptr::eq(section, &SCENARIO) => absent.collect(),
+                () if std::ptr::eq(section, &HAPPENING) => {
+                    HAPPENING.entries().filter(|key| KINDS.iter().any(|k| k.has(key)) && !kind.has(key)).collect()
+                }
+                () => Vec::new(),
+            };
+            keys.extend(theirs.into_iter().map(str::to_string));
+        }
+        keys
+    }
+
+    /// Resolves the value of a key.
+    fn held(&mut self, holds: &'static Holds, value: &Value) {
+        match holds {
+            Holds::Number(_)
+            | Holds::Vector(_)
+            | Holds::Pair(_)
+            | Holds::Spread(_)
+            | Holds::OfJoint { .. }
+            | Holds::Bound
+            | Holds::Value
+            | Holds::People => self.expression(value),
+            Holds::Numbers(_) | Holds::Range(_) => value.items().iter().for_each(|v| self.expression(v)),
+            Holds::Sent => self.anything(value),
+            Holds::Spot => self.place_name(value),
+            Holds::List(Holds::Spot) => value.items().iter().for_each(|v| self.place_name(v)),
+            Holds::Text | Holds::NewName => self.offer(value, |_| C::Nothing),
+            Holds::Urdf => self.urdf_path(value),
+            Holds::Spec => self.spec_path(value),
+            Holds::Flag => self.offer(value, |_| C::Words(&["true", "false"])),
+            Holds::Choice(words) => self.offer(value, |_| C::Words(words)),
+            Holds::Name(named) => self.named(*named, value),
+            Holds::Link => self.frame(value, &[K::Link]),
+            Holds::Geometries => self.geometries(value, C::Geometry { arms: false, people: false }),
+            Holds::Links => self.links(value),
+            Holds::WordOr(words) | Holds::NumberOr(_, words) => match &value.kind {
+                ValueKind::Name(name)
+                    if self.is_cursor(name, |_| C::Words(words)) || words.contains(&name.as_str()) => {}
+                _ => self.expression(value),
+            },
+            Holds::Joints => self.joints(value),
+            Holds::Positions => self.joint_block(value, |r, v| r.expression(v)),
+            Holds::Locks if value.block().is_none() => self.joints(value),
+            Holds::Locks => self.joint_block(value, |r, v| r.expression(v)),
+            Holds::Block(section) | Holds::LinkOr(section) | Holds::Blocks(section) => {
+                for item in value.items() {
+                    match (item.block(), holds) {
+                        (Some(block), _) if std::ptr::eq(*section, &RUNS) => self.runs(block),
+                        (Some(block), _) => self.section(block, section),
+                        (None, Holds::LinkOr(_)) => self.frame(item, &[K::Link]),
+                        (None, _) => self.offer(item, |_| C::Nothing),
+                    }
+                }
+            }
+            Holds::List(Holds::Block(section)) if std::ptr::eq(*section, &WAYPOINT) => {
+                const PATH: &Holds = &Holds::Blocks(&WAYPOINT);
+                self.held(PATH, value);
+            }
+            Holds::List(inner @ (Holds::NewName | Holds::List(_) | Holds::Name(Named::Point))) => {
+                value.items().iter().for_each(|item| self.held(inner, item));
+            }
+            Holds::Each(inner) => value.entries().iter().for_each(|e| self.held(inner, &e.value)),
+            Holds::Of(named, inner) => self.of_names(*named, inner, value),
+            Holds::PerJoint(inner) => self.joint_block(value, |r, v| r.held(inner, v)),
+            // The parser stores these in other parts of the tree.
+            Holds::Values | Holds::List(_) | Holds::Tasks | Holds::Declarations => {}
+        }
+    }
+
+    /// Resolves a block whose keys are names.
+    fn of_names(&mut self, named: Named, inner: &'static Holds, value: &Value) {
+        for Entry { key, value, .. } in value.entries() {
+            self.name(named, &key.value, key.span);
+            if named == Named::Human {
+                let human = self.declared(Class::Value, &key.value);
+                self.with(super::Around { human, ..self.around.clone() }, |r| r.held(inner, value));
+            } else {
+                self.held(inner, value);
+            }
+        }
+    }
+
+    fn named(&mut self, named: Named, value: &Value) {
+        match named {
+            Named::StateThere => self.state_there(value),
+            _ => {
+                if let Some(name) = value.word() {
+                    self.name(named, name, value.span);
+                }
+            }
+        }
+    }
+
+    /// Resolves a name.
+    fn name(&mut self, named: Named, name: &str, span: Span) {
+        let declared = |r: &mut Self, class, kind, offered| r.spanned_name(name, span, class, kind, offered);
+        match named {
+            Named::Robot => declared(self, Class::Robot, K::Robot, &[K::Robot]),
+            Named::Stack => declared(self, Class::Stack, K::Stack, &[K::Stack]),
+            Named::Machine => declared(self, Class::Machine, K::Machine, &[K::Machine]),
+            Named::Mission => declared(self, Class::Mission, K::Mission, &[K::Mission]),
+            Named::Signal => declared(self, Class::Value, K::Signal, &[K::Signal, K::Variable]),
+            Named::Human => declared(self, Class::Value, K::Human, &[K::Human]),
+            Named::Event => self.event_name(name, span, false),
+            Named::Point => self.human_point(&Spanned::new(name.to_string(), span)),
+            Named::State => self.initial_state(name, span),
+            Named::Member => self.member(name, span, self.around.roles),
+            Named::Person => self.member(name, span, &["human"]),
+            Named::SignalThere => self.signal_there(name, span),
+            // The parser stores levels in other parts of the tree; a state of another spec is a path.
+            Named::Level | Named::StateThere => {}
+        }
+    }
+}

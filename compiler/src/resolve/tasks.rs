@@ -1,0 +1,184 @@
+//! References in tasks: their types, and their parameters by the types of these.
+
+use dsl::Spanned;
+use dsl::tree::{Block, Entry, TaskDefinition, Value, ValueKind};
+use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
+use stdlib_tasks::params::{ParamInfo, ParamType};
+use stdlib_tasks::task::TaskKind;
+
+use super::context::used;
+use super::symbols::SymbolKind as K;
+use super::{Around, CURSOR, CompletionContext as C, Meaning, Resolver};
+use crate::expand::Class;
+
+impl Resolver<'_> {
+    /// Resolves a task type with its arguments and parameters.
+    pub(super) fn definition(&mut self, definition: &TaskDefinition) {
+        let name = &definition.kind;
+        if self.is_cursor(&name.value, |_| C::TaskType) || name.value.is_empty() {
+            return;
+        }
+        let own = self.declared(Class::Task, &name.value);
+        let Some(kind) = stdlib_tasks::find(&name.value).filter(|_| own.is_none()) else {
+            self.refer(&name.value, name.span, K::Task, own);
+            self.arguments(own, &definition.args, &definition.named);
+            definition.body.entries.iter().for_each(|e| self.anything(&e.value));
+            return;
+        };
+        self.note(&name.value, name.span, Meaning::TaskType(kind));
+        for (i, argument) in definition.args.iter().enumerate() {
+            let last = kind.positional.len().saturating_sub(1);
+            let info = kind.positional.get(i.min(last)).and_then(|n| kind.params.iter().find(|p| p.name == *n));
+            let takes_all = |ty| matches!(ty, ParamType::Frames | ParamType::Geometries | ParamType::Joints);
+            // Named arguments follow the positional ones.
+            if i >= kind.positional.len()
+                && !info.is_some_and(|info| takes_all(info.ty))
+                && self.cursor_in(argument, |_| C::NamedParameters(kind.params, used(&definition.body)))
+            {
+                continue;
+            }
+            match info {
+                Some(info) => self.parameter(kind, info, argument),
+                None => self.anything(argument),
+            }
+        }
+        // Named arguments are equivalent to entries in braces.
+        let entries: Vec<&Entry> = definition.named.iter().chain(&definition.body.entries).collect();
+        let placed = &kind.positional[..definition.args.len().min(kind.positional.len())];
+        self.parameters(kind, kind.params, &entries, placed);
+    }
+
+    /// Resolves parameters in braces. `placed` are those given by position before them.
+    fn parameters(
+        &mut self,
+        kind: &'static TaskKind,
+        infos: &'static [ParamInfo],
+        entries: &[&Entry],
+        placed: &[&str],
+    ) {
+        let given = placed.iter().copied().chain(entries.iter().map(|e| e.key.value.as_str()));
+        for e in entries {
+            let there = || given.clone().map(str::to_string).collect();
+            if self.is_cursor(&e.key.value, |_| C::Parameters(infos, there())) {
+                continue;
+            }
+            match infos.iter().find(|p| p.name == e.key.value) {
+                Some(info) => {
+                    self.note(&e.key.value, e.key.span, Meaning::Parameter(kind, info));
+                    self.parameter(kind, info, &e.value);
+                }
+                None => self.anything(&e.value),
+            }
+        }
+    }
+
+    /// Resolves the parameters of a group.
+    fn group(&mut self, kind: &'static TaskKind, infos: &'static [ParamInfo], block: &Block) {
+        self.parameters(kind, infos, &block.entries.iter().collect::<Vec<_>>(), &[]);
+    }
+
+    fn parameter(&mut self, kind: &'static TaskKind, info: &'static ParamInfo, value: &Value) {
+        match info.ty {
+            ParamType::Scalar(_) => self.typed(value, kind.actuals),
+            ParamType::AutoScalar(_) => match value.word() {
+                Some("auto") => {}
+                Some(CURSOR) => self.out.context = Some(C::Expression { auto: true, state: false }),
+                _ => self.typed(value, kind.actuals),
+            },
+            ParamType::Vector(_) | ParamType::Vectors(..) | ParamType::PerAxis(_) => self.typed(value, kind.actuals),
+            ParamType::Rotation => self.typed(value, kind.actuals),
+            ParamType::Gains(names) => match &value.kind {
+                ValueKind::Block(b) => {
+                    for e in &b.entries {
+                        self.is_cursor(&e.key.value, |_| C::Words(names));
+                        self.typed(&e.value, kind.actuals);
+                    }
+                }
+                _ => self.typed(value, kind.actuals),
+            },
+            ParamType::Frame => self.frame(value, &[K::Link, K::Arm]),
+            ParamType::Frames => value.items().iter().for_each(|v| self.frame(v, &[K::Link, K::Arm])),
+            ParamType::Arm => self.arm(value),
+            ParamType::Geometries => self.geometries(value, C::Geometry { arms: false, people: false }),
+            ParamType::Joints => self.joints(value),
+            ParamType::JointPositions | ParamType::JointVelocities | ParamType::JointAccelerations => match &value.kind
+            {
+                ValueKind::Block(_) => self.joint_block(value, |w, v| w.typed(v, kind.actuals)),
+                _ => self.typed(value, kind.actuals),
+            },
+            ParamType::PerArm(_) => match &value.kind {
+                ValueKind::Block(b) => {
+                    for e in &b.entries {
+                        self.arm_name(&e.key.value, e.key.span);
+                        self.typed(&e.value, kind.actuals);
+                    }
+                }
+                _ => self.typed(value, kind.actuals),
+            },
+            ParamType::Choice(words) => {
+                self.cursor_in(value, |_| C::Words(words));
+            }
+            ParamType::Expression(_) => {
+                self.with(Around { state: true, ..self.around.clone() }, |r| r.typed(value, kind.actuals));
+            }
+            ParamType::Task => self.name_in(value, Class::Task, K::Task, &[K::Task]),
+            ParamType::Field => self.name_in(value, Class::Value, K::SafetyField, &[K::SafetyField]),
+            ParamType::Deviations => self.deviations(kind, value),
+            ParamType::Group(infos) => match &value.kind {
+                ValueKind::Block(b) => self.group(kind, infos, b),
+                _ => self.anything(value),
+            },
+        }
+    }
+
+    /// Resolves deviations, in the groups of the other task; a block with a `speed` is a deviation.
+    fn deviations(&mut self, kind: &'static TaskKind, value: &Value) {
+        let ValueKind::Block(block) = &value.kind else { return self.anything(value) };
+        for e in &block.entries {
+            const GROUPS: &[&str] = &["position", "orientation", "absolute", "relative", "left", "right"];
+            if self.is_cursor(&e.key.value, |_| C::Words(GROUPS)) {
+                continue;
+            }
+            match &e.value.kind {
+                ValueKind::Block(b) if e.key.value == "orientation" => self.group(kind, TURN, b),
+                ValueKind::Block(b) if e.key.value == "position" || b.get("speed").is_some() => {
+                    self.group(kind, PATH, b);
+                }
+                _ => self.deviations(kind, &e.value),
+            }
+        }
+    }
+
+    /// Resolves a value of unknown type: names of values, arms and parameters are recognised in it nevertheless.
+    pub(super) fn anything(&mut self, value: &Value) {
+        match &value.kind {
+            ValueKind::Block(b) => {
+                for e in &b.entries {
+                    self.is_cursor(&e.key.value, |_| C::Nothing);
+                    self.anything(&e.value);
+                }
+            }
+            ValueKind::List(list) => list.iter().for_each(|v| self.anything(v)),
+            // A task may be an argument: `guarded(left, hold(right))`.
+            ValueKind::Call(name, args) if self.task_type(name) => args.iter().for_each(|v| self.anything(v)),
+            ValueKind::Name(n) if n != CURSOR && self.declared(Class::Value, n).is_none() => {
+                if !self.is_bound(n, value.span) && self.part(K::Arm, n).is_some() {
+                    let found = self.part(K::Arm, n);
+                    self.refer(n, value.span, K::Arm, found);
+                }
+            }
+            _ => self.expression(value),
+        }
+    }
+
+    /// Records a task type or a declared task. Returns true if the name is one.
+    fn task_type(&mut self, name: &Spanned<String>) -> bool {
+        let meaning = match (self.declared(Class::Task, &name.value), stdlib_tasks::find(&name.value)) {
+            (Some(task), _) => Meaning::Symbol(task),
+            (None, Some(kind)) => Meaning::TaskType(kind),
+            (None, None) => return false,
+        };
+        self.note(&name.value, name.span, meaning);
+        true
+    }
+}
