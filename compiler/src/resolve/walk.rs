@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use dsl::tree::{Item, ItemKind, Parameter, Repeat, Spec, Value, Values};
-use dsl::{Span, Spanned, Syntax};
+use dsl::{Span, Spanned};
 
 use super::context::Offered;
 use super::declare::New;

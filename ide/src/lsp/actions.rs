@@ -18,7 +18,7 @@ pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext)
         return Some(Vec::new());
     }
     let report = compiled(document, document.text.as_str())?;
-    let analysis = document.analysis()?;
+    let spec = document.spec()?;
     let syntax = document.syntax()?;
     let (from, to) = (document.text.byte(range.start), document.text.byte(range.end));
     let mut actions = Vec::new();
@@ -29,7 +29,7 @@ pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext)
     let mut tried = 0;
     for d in here {
         let mut preferred = true;
-        for fix in fixes::of(d, document.text.as_str(), &analysis.spec, syntax) {
+        for fix in fixes::of(d, document.text.as_str(), spec, syntax) {
             tried += 1;
             if tried > MOST || !mends(document, &report, d, &fix) {
                 continue;

@@ -1,9 +1,11 @@
-//! Completion. A marker is inserted at the cursor and the text is parsed: the position of the marker in the tree
-//! determines the candidates. The same code handles both syntaxes and incomplete texts.
+//! Completion. A marker is inserted at the cursor and the text is resolved: the position of the marker in the tree is
+//! the completion context. The same code handles both syntaxes and incomplete texts.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
+use compiler::resolve::{
+    BUILT_IN, CURSOR, CompletionContext, FAULTS, Formal, MEASURED, PRESENT, Resolution, SymbolKind, TRIGGERS,
+};
 use compiler::sections::{SPEC, Section};
 use dsl::Syntax;
 use dsl::vocabulary::UNITS;
@@ -15,9 +17,6 @@ use stdlib_tasks::params::{ParamInfo, Presence};
 
 use super::document::Document;
 use super::hover;
-use super::mentions::{Class, MARKER, Mentions, Slot, Taken};
-use super::urdf::Part;
-use super::vocabulary::{BUILT_IN, FAULTS, FRAME_FIELDS, MEASURED, PRESENT, TRIGGERS, VALUE_FIELDS};
 use crate::catalogue::describe;
 use crate::keys;
 
@@ -40,8 +39,8 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>
         list.units();
     }
     match imagined(document, start..end, syntax) {
-        Some((_, Slot::Expression { .. })) if unit => {}
-        Some((mentions, slot)) => list.slot(&mentions, &slot),
+        Some((_, CompletionContext::Expression { .. })) if unit => {}
+        Some((names, context)) => list.context(&names, &context),
         None if top_level(&text[..start], line, syntax) => {
             list.keys(&SPEC, &[]);
         }
@@ -51,13 +50,13 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>
 }
 
 /// Parses the text with the marker in place of the current word.
-fn imagined(document: &Document, word: Range<usize>, syntax: Syntax) -> Option<(Mentions, Slot)> {
+fn imagined(document: &Document, word: Range<usize>, syntax: Syntax) -> Option<(Resolution, CompletionContext)> {
     let text = document.text.as_str();
     let read = |behind: &str| {
-        let marked = [&text[..word.start], MARKER, behind, &text[word.end..]].concat();
-        let mut mentions = document.imagine(&marked)?;
-        let slot = mentions.slot.take()?;
-        Some((mentions, slot))
+        let marked = [&text[..word.start], CURSOR, behind, &text[word.end..]].concat();
+        let mut names = document.imagine(&marked)?;
+        let context = names.context.take()?;
+        Some((names, context))
     };
     if syntax == Syntax::Yaml {
         // A key is recognised only with its colon.
@@ -65,7 +64,8 @@ fn imagined(document: &Document, word: Range<usize>, syntax: Syntax) -> Option<(
     }
     let found = read("")?;
     // Without a value, a key would take the next key as its value.
-    if matches!(found.1, Slot::Keys(..) | Slot::Parameters(..) | Slot::JointKey(_)) {
+    if matches!(found.1, CompletionContext::Keys(..) | CompletionContext::Parameters(..) | CompletionContext::Joint(_))
+    {
         return read(" \"\"").or(Some(found));
     }
     Some(found)
@@ -140,60 +140,56 @@ impl List<'_> {
         });
     }
 
-    fn slot(&mut self, mentions: &Mentions, slot: &Slot) {
-        match slot {
-            Slot::Keys(section, used) => self.keys(section, used),
-            Slot::Parameters(infos, used) => self.parameters(infos, used),
-            Slot::Named(infos, used) => {
+    fn context(&mut self, names: &Resolution, context: &CompletionContext) {
+        use CompletionContext as C;
+        match context {
+            C::Keys(section, used) => self.keys(section, used),
+            C::Parameters(infos, used) => self.parameters(infos, used),
+            C::NamedParameters(infos, used) => {
                 self.colon = true;
                 self.parameters(infos, used);
             }
-            Slot::Limits(of, given) => {
+            C::Limits(of, given) => {
                 self.colon = true;
                 for n in of.named.iter().filter(|n| !given.iter().any(|g| g == n.name)) {
                     self.add(n.name, CompletionItemKind::PROPERTY, 0, "", n.text.to_string());
                 }
-                self.expression(mentions, false, false);
+                self.expression(names, false, false);
             }
-            Slot::Words(words) => {
+            C::Words(words) => {
                 for word in *words {
                     self.add(word, CompletionItemKind::ENUM_MEMBER, 0, "", String::new());
                 }
             }
-            Slot::Tells(all) => {
+            C::Outputs(all) => {
                 for told in *all {
-                    self.add(
-                        told.name,
-                        CompletionItemKind::PROPERTY,
-                        0,
-                        &told.dimension.to_string(),
-                        told.is.to_string(),
-                    );
+                    let (dimension, text) = (told.dimension.to_string(), told.is.to_string());
+                    self.add(told.name, CompletionItemKind::PROPERTY, 0, &dimension, text);
                 }
             }
-            Slot::Kind => self.kinds(0),
-            Slot::Member => {
-                self.names(mentions, Class::Task, 0);
+            C::TaskType => self.kinds(0),
+            C::Member => {
+                self.names(names, SymbolKind::Task, 0);
                 self.kinds(1);
             }
-            Slot::Stack => self.names(mentions, Class::Stack, 0),
-            Slot::Offered(names) => {
-                for (name, about) in names {
-                    self.add(name, CompletionItemKind::VARIABLE, 0, about, String::new());
+            C::Symbols(kinds) => kinds.iter().for_each(|kind| self.symbols(names, *kind)),
+            C::Offered(all) => {
+                for offered in all {
+                    self.add(&offered.name, CompletionItemKind::VARIABLE, 0, offered.about, String::new());
                 }
             }
-            Slot::Given(ty, left) => self.given(mentions, ty.as_deref(), left),
-            Slot::Expression { auto, state } => self.expression(mentions, *auto, *state),
-            Slot::Expected => {
+            C::Argument(ty, left) => self.argument(names, ty.as_deref(), left),
+            C::Expression { auto, state } => self.expression(names, *auto, *state),
+            C::Expectation => {
                 let measured: Vec<&str> = MEASURED.iter().map(|w| w.name).collect();
                 self.built_in(&measured, 0);
-                self.expression(mentions, false, true);
+                self.expression(names, false, true);
             }
-            Slot::Condition => {
+            C::Condition => {
                 self.built_in(compiler::expr::MOTION, 0);
-                self.expression(mentions, false, true);
+                self.expression(names, false, true);
             }
-            Slot::Captured(actuals, prefix) => {
+            C::Captured(actuals, prefix) => {
                 for actual in *actuals {
                     match actual.name.strip_prefix(prefix.as_str()) {
                         Some("*") if prefix.is_empty() => {
@@ -207,72 +203,45 @@ impl List<'_> {
                 }
                 if prefix.is_empty() {
                     self.built_in(PRESENT, 1);
-                    let functions = functions();
-                    self.built_in(&functions, 2);
+                    self.built_in(&functions(), 2);
                 }
             }
-            Slot::FrameField => {
-                for field in FRAME_FIELDS {
-                    self.add(field, CompletionItemKind::FIELD, 0, "", String::new());
-                }
-            }
-            Slot::ValueField => {
-                for field in VALUE_FIELDS {
-                    self.add(field, CompletionItemKind::FIELD, 0, "", String::new());
-                }
-            }
-            Slot::Signal => {
-                self.names(mentions, Class::Signal, 0);
-                self.names(mentions, Class::Human, 0);
-            }
-            Slot::Field => self.names(mentions, Class::Field, 0),
-            Slot::Human => self.names(mentions, Class::Human, 0),
-            Slot::Task => self.names(mentions, Class::Task, 0),
-            Slot::Machine => self.names(mentions, Class::Machine, 0),
-            Slot::Events { whole } => self.events(mentions, *whole),
-            Slot::Faults => {
+            C::Events { triggers } => self.events(names, *triggers),
+            C::Faults => {
                 for fault in FAULTS {
                     self.add(fault.name, CompletionItemKind::ENUM_MEMBER, 0, "fault", fault.doc.to_string());
                 }
             }
-            Slot::Verbs => {
+            C::Verbs => {
                 for verb in compiler::VERBS {
                     self.add(verb.name, CompletionItemKind::FUNCTION, 0, verb.form, hover::verb(verb));
                 }
             }
-            Slot::Unit => self.units(),
-            Slot::Link => self.links(1),
-            Slot::Frame => {
-                self.names(mentions, Class::Arm, 0);
-                self.links(1);
-            }
-            Slot::Arm => self.names(mentions, Class::Arm, 0),
-            Slot::Links => {
-                self.names(mentions, Class::Arm, 0);
-                self.slot(mentions, &Slot::Geometry);
-            }
-            Slot::PartOrPerson => {
-                self.slot(mentions, &Slot::Geometry);
-                self.names(mentions, Class::Human, 0);
-            }
-            Slot::Geometry => {
-                for class in [Class::Point, Class::Segment, Class::Group] {
-                    self.names(mentions, class, 0);
-                }
-                if mentions.names(Class::Arm).next().is_some() {
-                    let doc = "All `points` of all arms.".to_string();
-                    self.add("arms", CompletionItemKind::VARIABLE, 0, "group", doc);
-                    let arms: Vec<String> = mentions.names(Class::Arm).map(|a| format!("arms.{a}")).collect();
-                    for arm in arms {
-                        self.add(&arm, CompletionItemKind::VARIABLE, 0, "group", String::new());
-                    }
-                }
-                self.links(1);
-            }
-            Slot::Joint => self.joints(mentions, &[]),
-            Slot::JointKey(used) => self.joints(mentions, used),
-            Slot::Nothing => {}
+            C::Unit => self.units(),
+            C::Geometry { arms, people } => self.geometry(names, *arms, *people),
+            C::Joint(used) => self.joints(names, used),
+            C::Nothing => {}
         }
+    }
+
+    fn geometry(&mut self, names: &Resolution, arms: bool, people: bool) {
+        for kind in [SymbolKind::Point, SymbolKind::Segment, SymbolKind::Group] {
+            self.names(names, kind, 0);
+        }
+        if names.visible(SymbolKind::Arm).next().is_some() {
+            let doc = "All `points` of all arms.".to_string();
+            self.add("arms", CompletionItemKind::VARIABLE, 0, "group", doc);
+            for (arm, _) in names.visible(SymbolKind::Arm) {
+                self.add(&format!("arms.{arm}"), CompletionItemKind::VARIABLE, 0, "group", String::new());
+            }
+        }
+        if arms {
+            self.names(names, SymbolKind::Arm, 0);
+        }
+        if people {
+            self.names(names, SymbolKind::Human, 0);
+        }
+        self.symbols(names, SymbolKind::Link);
     }
 
     fn keys(&mut self, section: &'static Section, used: &[String]) {
@@ -291,20 +260,23 @@ impl List<'_> {
     }
 
     /// Candidates for the next argument of a declaration with parameters.
-    fn given(&mut self, mentions: &Mentions, ty: Option<&str>, left: &[Taken]) {
+    fn argument(&mut self, names: &Resolution, ty: Option<&str>, left: &[Formal]) {
         match ty {
-            Some("arm") => self.slot(mentions, &Slot::Arm),
-            Some("frame") => self.slot(mentions, &Slot::Frame),
-            Some("joints") => self.slot(mentions, &Slot::Joint),
-            Some("geometry") => self.slot(mentions, &Slot::Geometry),
-            Some("task") => self.slot(mentions, &Slot::Member),
+            Some("arm") => self.symbols(names, SymbolKind::Arm),
+            Some("frame") => {
+                self.symbols(names, SymbolKind::Arm);
+                self.symbols(names, SymbolKind::Link);
+            }
+            Some("joints") => self.joints(names, &[]),
+            Some("geometry") => self.geometry(names, false, false),
+            Some("task") => self.context(names, &CompletionContext::Member),
             Some("name") | None => {}
-            Some(_) => self.expression(mentions, false, false),
+            Some(_) => self.expression(names, false, false),
         }
         self.colon = true;
-        for taken in left {
-            let rank = if taken.optional { 2 } else { 1 };
-            self.add(&taken.name, CompletionItemKind::PROPERTY, rank, &taken.ty, String::new());
+        for formal in left {
+            let rank = if formal.optional { 2 } else { 1 };
+            self.add(&formal.name, CompletionItemKind::PROPERTY, rank, &formal.ty, String::new());
         }
     }
 
@@ -314,10 +286,17 @@ impl List<'_> {
         }
     }
 
-    fn names(&mut self, mentions: &Mentions, class: Class, rank: usize) {
-        let names: Vec<String> = mentions.names(class).map(str::to_string).collect();
-        for name in names {
-            self.add(&name, CompletionItemKind::VARIABLE, rank, class.word(), String::new());
+    fn names(&mut self, names: &Resolution, kind: SymbolKind, rank: usize) {
+        for (name, _) in names.visible(kind) {
+            self.add(name, CompletionItemKind::VARIABLE, rank, kind.word(), String::new());
+        }
+    }
+
+    /// Symbols of a kind; links, of which there are many, after the others.
+    fn symbols(&mut self, names: &Resolution, kind: SymbolKind) {
+        match kind {
+            SymbolKind::Link => self.parts(names, kind, &[]),
+            _ => self.names(names, kind, 0),
         }
     }
 
@@ -327,14 +306,12 @@ impl List<'_> {
         }
     }
 
-    fn expression(&mut self, mentions: &Mentions, auto: bool, state: bool) {
+    fn expression(&mut self, names: &Resolution, auto: bool, state: bool) {
         if auto {
             self.add("auto", CompletionItemKind::ENUM_MEMBER, 0, "worked out by the task", String::new());
         }
-        self.names(mentions, Class::Param, 0);
-        self.names(mentions, Class::Let, 0);
-        self.names(mentions, Class::Signal, 0);
-        self.names(mentions, Class::Human, 0);
+        use SymbolKind::{Human, Let, Param, Signal, Variable};
+        [Param, Let, Signal, Variable, Human].into_iter().for_each(|kind| self.names(names, kind, 0));
         let known = BUILT_IN.iter().map(|k| k.name).filter(|n| state || !PRESENT.contains(n));
         let known: Vec<&str> = known.collect();
         self.built_in(&known, 1);
@@ -342,14 +319,15 @@ impl List<'_> {
         self.built_in(&functions, 2);
     }
 
-    /// Events that signals and actions raise; if `whole`, all triggers of a transition.
-    fn events(&mut self, mentions: &Mentions, whole: bool) {
-        self.names(mentions, Class::Event, 0);
-        for name in mentions.raised.keys().filter(|n| mentions.names(Class::Event).all(|e| e != n.as_str())) {
-            let about = hover::event(mentions, name).unwrap_or_default();
-            self.add(name, CompletionItemKind::EVENT, 0, Class::Raised.word(), about);
+    /// Events that signals and actions raise; if `triggers`, all triggers of a transition.
+    fn events(&mut self, names: &Resolution, triggers: bool) {
+        self.names(names, SymbolKind::Event, 0);
+        let raised = [SymbolKind::RaisedEvent, SymbolKind::Outcome].into_iter().flat_map(|kind| names.visible(kind));
+        for (name, id) in raised.filter(|(name, _)| names.named(SymbolKind::Event, name).is_none()) {
+            let about = hover::symbol(names, id).unwrap_or_default();
+            self.add(name, CompletionItemKind::EVENT, 0, SymbolKind::RaisedEvent.word(), about);
         }
-        for trigger in TRIGGERS.iter().filter(|_| whole) {
+        for trigger in TRIGGERS.iter().filter(|_| triggers) {
             self.add(trigger.name, CompletionItemKind::FUNCTION, 1, "", trigger.doc.to_string());
         }
     }
@@ -360,26 +338,21 @@ impl List<'_> {
         }
     }
 
-    fn parts(&mut self, parts: &BTreeMap<String, Part>, used: &[String], kind: CompletionItemKind, rank: usize) {
-        for (name, part) in parts.iter().filter(|(n, p)| p.moves && !used.contains(n)) {
-            self.add(name, kind, rank, "", part.about.clone());
+    /// Links or joints of the URDF that a spec can name.
+    fn parts(&mut self, names: &Resolution, kind: SymbolKind, used: &[String]) {
+        for (name, id) in names.visible(kind).filter(|(name, _)| used.iter().all(|u| u != name)) {
+            let part = names.symbol(id);
+            if !["fixed", "mimic"].contains(&part.ty.as_str()) {
+                self.add(name, CompletionItemKind::REFERENCE, 1, "", part.doc.concat());
+            }
         }
     }
 
-    fn links(&mut self, rank: usize) {
-        if let Some(urdf) = self.document.analysis().and_then(|a| a.urdf.clone()) {
-            self.parts(&urdf.links, &[], CompletionItemKind::REFERENCE, rank);
+    fn joints(&mut self, names: &Resolution, used: &[String]) {
+        for (group, _) in names.visible(SymbolKind::JointGroup).filter(|(name, _)| used.iter().all(|u| u != name)) {
+            self.add(group, CompletionItemKind::VARIABLE, 0, SymbolKind::JointGroup.word(), String::new());
         }
-    }
-
-    fn joints(&mut self, mentions: &Mentions, used: &[String]) {
-        let groups: Vec<String> = mentions.names(Class::JointGroup).map(str::to_string).collect();
-        for group in groups.iter().filter(|g| !used.contains(g)) {
-            self.add(group, CompletionItemKind::VARIABLE, 0, Class::JointGroup.word(), String::new());
-        }
-        if let Some(urdf) = self.document.analysis().and_then(|a| a.urdf.clone()) {
-            self.parts(&urdf.joints, used, CompletionItemKind::REFERENCE, 1);
-        }
+        self.parts(names, SymbolKind::Joint, used);
         for (name, doc) in [("all", "every joint"), ("base", "what carries the root link")] {
             self.add(name, CompletionItemKind::VARIABLE, 2, doc, String::new());
         }

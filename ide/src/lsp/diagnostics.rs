@@ -108,7 +108,7 @@ fn shown(document: &Document, report: &Report, others: &[Option<(Uri, Text)>], d
 fn lacks_only_what_others_have(document: &Document, d: &Diagnostic) -> bool {
     let lacks = matches!(d.code, "HQ0601" if d.message.starts_with("this spec has no stack"))
         || matches!(d.code, "HQ0206" if d.message == "this spec declares no robot");
-    lacks && document.analysis().is_some_and(|a| !a.spec.items.is_empty() && !a.spec.items.iter().any(runs))
+    lacks && document.spec().is_some_and(|spec| !spec.items.is_empty() && !spec.items.iter().any(runs))
 }
 
 /// True for a stack or a run, and for a repetition of these.
@@ -122,7 +122,10 @@ fn runs(item: &Item) -> bool {
 
 /// Range of the spec's URDF path.
 fn urdf_value(document: &Document) -> Option<Range> {
-    let mentions = &document.analysis()?.mentions;
-    let file = mentions.all.iter().find(|m| matches!(m.what, super::mentions::What::File))?;
-    Some(document.text.range(file.place.clone()))
+    let robots = document.spec()?.items.iter().filter_map(|item| match &item.kind {
+        ItemKind::Robot(robot) => robot.body.get("urdf"),
+        _ => None,
+    });
+    let path = robots.map(|e| e.value.span).next()?;
+    Some(document.text.range(path.range()))
 }

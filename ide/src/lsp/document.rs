@@ -1,34 +1,17 @@
-//! An open document with its analysis, which is computed on the first request after a change.
+//! An open document with the meaning of its words, which is computed on the first request after a change.
 
 use std::cell::{OnceCell, RefCell};
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use compiler::resolve::Resolution;
 use dsl::tree::Spec;
-use dsl::{Diagnostic, Severity, Sources, Syntax};
+use dsl::{Severity, Syntax};
 use lsp_types::{TextDocumentItem, Uri};
 
-use super::library::{self, Imported, Library};
-use super::mentions::{self, Mentions};
+use super::library::{self, File, Library};
 use super::text::Text;
-use super::urdf::Urdf;
 use super::uri;
-
-/// A syntax tree with the meaning of its words.
-#[derive(Debug)]
-pub(super) struct Analysis {
-    /// Syntax tree.
-    pub spec: Spec,
-    /// Syntax errors.
-    pub diagnostics: Vec<Diagnostic>,
-    /// Meaning of the words.
-    pub mentions: Mentions,
-    /// URDF, if it can be read.
-    pub urdf: Option<Rc<Urdf>>,
-    /// Imported files that can be read.
-    pub imports: Vec<Imported>,
-}
 
 /// An open document.
 #[derive(Debug)]
@@ -43,9 +26,9 @@ pub(super) struct Document {
     pub text: Text,
     syntax: Syntax,
     library: Rc<Library>,
-    analysis: OnceCell<Analysis>,
-    /// Files that the document imported at its last analysis, directly and indirectly.
-    below: RefCell<Option<BTreeSet<PathBuf>>>,
+    file: OnceCell<Option<Rc<File>>>,
+    /// The file at its last analysis.
+    last: RefCell<Option<Rc<File>>>,
 }
 
 impl Document {
@@ -61,8 +44,8 @@ impl Document {
             text: Text::new(item.text),
             syntax: by_name.unwrap_or(by_language),
             library,
-            analysis: OnceCell::new(),
-            below: RefCell::new(None),
+            file: OnceCell::new(),
+            last: RefCell::new(None),
         };
         document.library.open(document.place(), document.text.as_str(), document.syntax);
         document
@@ -82,23 +65,23 @@ impl Document {
     pub fn change(&mut self, text: Text, version: i32) {
         self.text = text;
         self.version = version;
-        self.analysis = OnceCell::new();
-        self.below = RefCell::new(None);
+        self.file = OnceCell::new();
+        self.last = RefCell::new(None);
         self.library.open(self.place(), self.text.as_str(), self.syntax);
     }
 
     /// Discards the analysis, because other files may have changed.
     pub fn refresh(&mut self) {
-        self.analysis = OnceCell::new();
+        self.file = OnceCell::new();
     }
 
-    /// True if the analysis depends on the file at a path. The set of imported files is kept between analyses, so
+    /// True if the names of the document depend on the file at a path. The files of the last analysis are kept, so
     /// typing in a file does not cost a new analysis of the files that import it.
     pub fn rests_on(&self, path: &Path) -> bool {
-        if self.below.borrow().is_none() {
-            self.analysis();
+        if self.last.borrow().is_none() {
+            self.file();
         }
-        self.below.borrow().as_ref().is_some_and(|below| below.contains(path))
+        self.last.borrow().as_ref().is_some_and(|file| file.rests_on(path))
     }
 
     /// Syntax; `None` for YAML that is not a spec, since an editor may open many such files.
@@ -111,36 +94,34 @@ impl Document {
         self.path.as_deref().and_then(Path::parent).unwrap_or(Path::new(""))
     }
 
-    /// Analysis; `None` if the document is not a spec.
-    pub fn analysis(&self) -> Option<&Analysis> {
-        let syntax = self.syntax()?;
-        Some(self.analysis.get_or_init(|| {
-            let text = self.text.as_str();
-            let source = Sources::default().add("", "");
-            let (spec, diagnostics) = dsl::parse(source, text, syntax);
-            let place = self.place();
-            let imports = self.library.imports(&spec, &place);
-            *self.below.borrow_mut() = Some(library::below(&imports));
-            let urdf = self.library.urdf(&spec, &place, &imports);
-            let mentions = mentions::of(&spec, text, syntax, urdf.as_deref(), &imports);
-            Analysis { spec, diagnostics, mentions, urdf, imports }
-        }))
+    fn file(&self) -> Option<&Rc<File>> {
+        let read = || {
+            let file = self.library.file(&self.place());
+            *self.last.borrow_mut() = file.clone();
+            file
+        };
+        self.file.get_or_init(read).as_ref()
+    }
+
+    /// Meaning of the words; `None` if the document is not a spec.
+    pub fn names(&self) -> Option<&Resolution> {
+        Some(&self.file()?.names)
+    }
+
+    /// Syntax tree; `None` if the document is not a spec.
+    pub fn spec(&self) -> Option<&Spec> {
+        Some(&self.names()?.spec)
     }
 
     /// Meaning of the words of a text in place of this document's.
-    pub fn imagine(&self, text: &str) -> Option<Mentions> {
-        let source = Sources::default().add("", "");
-        let (spec, _) = dsl::parse(source, text, self.syntax()?);
-        let analysis = self.analysis();
-        let urdf = analysis.and_then(|a| a.urdf.clone());
-        let imports = analysis.map_or(&[][..], |a| &a.imports);
-        Some(mentions::of(&spec, text, self.syntax()?, urdf.as_deref(), imports))
+    pub fn imagine(&self, text: &str) -> Option<Resolution> {
+        Some(self.library.resolved(&self.place(), text, self.syntax()?))
     }
 
     /// Formatted text; `None` if the document has syntax errors.
     pub fn formatted(&self) -> Option<String> {
-        let analysis = self.analysis()?;
-        let broken = analysis.diagnostics.iter().any(|d| d.severity == Severity::Error);
-        (!broken).then(|| dsl::print(&analysis.spec, self.syntax))
+        let names = self.names()?;
+        let broken = names.diagnostics.iter().any(|d| d.severity == Severity::Error);
+        (!broken).then(|| dsl::print(&names.spec, self.syntax))
     }
 }

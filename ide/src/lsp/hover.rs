@@ -1,21 +1,17 @@
 //! Hover texts.
 
 use std::fmt::Write;
-use std::ops::Range;
 
+use compiler::resolve::{FAULTS, File, FileId, MEASURED, Meaning, Resolution, Symbol, SymbolId, SymbolKind, TRIGGERS};
 use compiler::sections::Key;
-use compiler::{Verb, units};
+use compiler::{VERBS, Verb, resolve, units};
 use lsp_types::{Hover, HoverContents, MarkupContent, MarkupKind};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::params::ParamInfo;
 use stdlib_tasks::task::{Nature, TaskKind};
 
-use super::document::{Analysis, Document};
-use super::library::Source;
-use super::mentions::{Class, Mentions, What};
+use super::document::Document;
 use super::text::Text;
-use super::vocabulary::{FAULTS, MEASURED, TRIGGERS, find};
-use super::walk_machines::outcome_of;
 use crate::catalogue::{self, describe, presence};
 use crate::keys;
 
@@ -24,33 +20,23 @@ const SHOWN: usize = 16;
 
 /// Hover text for the word at a byte.
 pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
-    let analysis = document.analysis()?;
-    let mention = analysis.mentions.at(byte)?;
-    let value = match &mention.what {
-        What::Declared(class, name) => declared(document, analysis, *class, name)?,
-        What::Brought(class, there) => shown(*class, &there.source, &there.whole, &there.name, &[])?,
-        What::Link(name) => analysis.urdf.as_ref()?.links.get(name)?.about.clone(),
-        What::Joint(name) => analysis.urdf.as_ref()?.joints.get(name)?.about.clone(),
-        What::Spec(written) => {
-            let file = analysis.imports.iter().find(|i| i.written == *written)?.file.as_ref()?;
-            let names = super::walk_reuse::VISIBLE.iter().map(|class| file.mentions.names(*class).count());
-            format!("`{written}` declares {} names", names.sum::<usize>())
-        }
-        What::File => {
-            let urdf = analysis.urdf.as_ref()?;
-            format!("{} links, {} joints", urdf.links.len(), urdf.joints.len())
-        }
-        What::Kind(kind) => task_kind(kind),
-        What::Parameter(kind, info) => format!("{}\n\nParameter of `{}`.", parameter(info), kind.name),
-        What::Told(kind, told) => {
+    let names = document.names()?;
+    let reference = names.at(byte)?;
+    let value = match &reference.meaning {
+        Meaning::Symbol(id) => symbol(names, *id)?,
+        Meaning::Unknown(..) => return None,
+        Meaning::File(file) => self::file(names, (*file)?),
+        Meaning::TaskType(kind) => task_kind(kind),
+        Meaning::Parameter(kind, info) => format!("{}\n\nParameter of `{}`.", parameter(info), kind.name),
+        Meaning::Output(kind, told) => {
             let unit = catalogue::unit(told.dimension);
             format!("`{}`, in {unit}: {}\n\nWhat a task `{}` tells while it runs.", told.name, told.is, kind.name)
         }
-        What::Key(key) => self::key(key),
-        What::Verb(verb) => self::verb(verb),
-        What::BuiltIn(name) => built_in(name)?,
-        What::Unit(unit) => {
-            let text = document.text.as_str().get(mention.place.clone()).filter(|_| mention.exact);
+        Meaning::Key(key) => self::key(key),
+        Meaning::Verb(verb) => self::verb(verb),
+        Meaning::BuiltIn(name) => built_in(name)?,
+        Meaning::Unit(unit) => {
+            let text = document.text.as_str().get(reference.place.clone()).filter(|_| reference.exact);
             let (factor, dimension) = units::meaning(unit).ok()?;
             let si = units::written(dimension);
             let si = if si.is_empty() { "a bare number".to_string() } else { format!("`{si}`") };
@@ -61,7 +47,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
         }
     };
     let contents = HoverContents::Markup(MarkupContent { kind: MarkupKind::Markdown, value });
-    Some(Hover { contents, range: Some(document.text.range(mention.place.clone())) })
+    Some(Hover { contents, range: Some(document.text.range(reference.place.clone())) })
 }
 
 /// Text for a verb: syntax, description, and outcomes.
@@ -73,49 +59,39 @@ pub(super) fn verb(verb: &Verb) -> String {
     }
 }
 
-/// Text for an event: the actions that raise it.
-pub(super) fn event(mentions: &Mentions, name: &str) -> Option<String> {
-    let outcomes: Vec<&Verb> = outcome_of(name).filter(|_| mentions.raised.contains_key(name)).collect();
-    if !outcomes.is_empty() {
-        let verbs: Vec<String> = outcomes.iter().map(|v| format!("`{}`", v.name)).collect();
-        return Some(format!("event `{name}`: how {} came out", verbs.join(" or ")));
-    }
-    mentions.raised.contains_key(name).then(|| format!("event `{name}`: raised by `emit {name}`"))
+/// Verbs with this outcome.
+pub(super) fn verbs_with(outcome: &str) -> impl Iterator<Item = &'static Verb> {
+    VERBS.iter().filter(move |v| v.outcomes.contains(&outcome))
 }
 
-fn declared(document: &Document, analysis: &Analysis, class: Class, name: &str) -> Option<String> {
-    if class == Class::Raised {
-        return event(&analysis.mentions, name);
-    }
-    let declaration = analysis.mentions.declared.get(&(class, name.to_string()))?;
-    match &declaration.elsewhere {
-        Some(there) => shown(class, &there.source, &there.whole, name, &declaration.comments),
-        None => {
-            let here = (&document.text, document.syntax()?);
-            code(class, here, &declaration.whole, name, &declaration.comments)
+/// Text for a symbol: its declaration, or its description.
+pub(super) fn symbol(names: &Resolution, id: SymbolId) -> Option<String> {
+    let origin = names.symbol(names.origin(id));
+    let name = &names.symbol(id).name;
+    match origin.kind {
+        SymbolKind::Link | SymbolKind::Joint => Some(origin.doc.concat()),
+        SymbolKind::RaisedEvent => Some(format!("event `{name}`: raised by `emit {name}`")),
+        SymbolKind::Outcome => {
+            let verbs: Vec<String> = verbs_with(name).map(|v| format!("`{}`", v.name)).collect();
+            Some(format!("event `{name}`: how {} came out", verbs.join(" or ")))
+        }
+        _ => {
+            let file = &names.files[origin.file.0];
+            let code = code(origin, name, names.text(file), file)?;
+            if origin.file == FileId(0) {
+                return Some(code);
+            }
+            Some(format!("{code}\n\nDeclared in `{}`.", file.path.file_name()?.to_string_lossy()))
         }
     }
 }
 
-/// Text for a declaration of another file.
-fn shown(class: Class, source: &Source, whole: &Range<usize>, name: &str, comments: &[String]) -> Option<String> {
-    let text = code(class, (&source.text, source.syntax), whole, name, comments)?;
-    let file = source.path.file_name()?.to_string_lossy();
-    Some(format!("{text}\n\nDeclared in `{file}`."))
-}
-
-/// Text for a declaration: class, first lines, comments.
-fn code(
-    class: Class,
-    (text, syntax): (&Text, dsl::Syntax),
-    whole: &Range<usize>,
-    name: &str,
-    comments: &[String],
-) -> Option<String> {
-    let start = whole.start;
-    let whole = text.as_str().get(whole.clone())?;
+/// Text for a declaration: kind, first lines, comments.
+fn code(symbol: &Symbol, name: &str, text: &str, file: &File) -> Option<String> {
+    let start = symbol.whole.start;
+    let whole = text.get(symbol.whole.clone())?;
     // Remove the indentation of the declaration from the following lines.
-    let column = text.position(start).character as usize;
+    let column = Text::new(text.to_string()).position(start).character as usize;
     let mut lines = whole.lines().enumerate().map(|(i, l)| match l.get(..column) {
         Some(space) if i > 0 && space.trim().is_empty() => &l[column..],
         _ => l,
@@ -124,14 +100,27 @@ fn code(
     if lines.next().is_some() {
         code.push("..");
     }
-    let language = if syntax == dsl::Syntax::Native { "hq" } else { "yaml" };
-    let short = name.rsplit('.').next().unwrap_or(name);
-    let mut out = format!("{} `{short}`\n\n```{language}\n{}\n```", class.word(), code.join("\n"));
-    let comments = comments.join("\n");
+    let language = if file.syntax == Some(dsl::Syntax::Native) { "hq" } else { "yaml" };
+    let mut out = format!("{} `{name}`\n\n```{language}\n{}\n```", symbol.kind.word(), code.join("\n"));
+    let comments = symbol.doc.join("\n");
     if !comments.trim().is_empty() {
         let _ = write!(out, "\n\n{}", comments.trim());
     }
     Some(out)
+}
+
+/// Text for a file: the number of its names.
+fn file(names: &Resolution, id: FileId) -> String {
+    let own = || names.symbols.iter().filter(|s| s.file == id);
+    let count = |kind: SymbolKind| own().filter(|s| s.kind == kind).count();
+    let file = &names.files[id.0];
+    match file.syntax {
+        None => format!("{} links, {} joints", count(SymbolKind::Link), count(SymbolKind::Joint)),
+        Some(_) => {
+            let name = file.path.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
+            format!("`{name}` declares {} names", own().filter(|s| s.container.is_none()).count())
+        }
+    }
 }
 
 /// Text for a key: type, presence, description.
@@ -161,7 +150,7 @@ pub(super) fn task_kind(kind: &TaskKind) -> String {
 /// Text for a function or a built-in name.
 pub(super) fn built_in(name: &str) -> Option<String> {
     let triggers = TRIGGERS.iter().chain(FAULTS).chain(MEASURED);
-    if let Some(known) = find(name).or_else(|| triggers.clone().find(|k| k.name == name)) {
+    if let Some(known) = resolve::built_in(name).or_else(|| triggers.clone().find(|k| k.name == name)) {
         return Some(known.doc.to_string());
     }
     if let Some((of, argument)) = name.split_once('.') {

@@ -17,7 +17,7 @@ const MOST: usize = 8;
 /// Hints for a range of bytes of a document.
 pub(super) fn of(document: &Document, part: Range<usize>) -> Option<Vec<InlayHint>> {
     let mut hints = Vec::new();
-    for (end, label) in quantities(&document.analysis()?.spec) {
+    for (end, label) in quantities(document.spec()?) {
         if part.contains(&end) || part.end == end {
             hints.push(InlayHint {
                 position: document.text.position(end),

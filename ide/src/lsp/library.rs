@@ -1,80 +1,44 @@
-//! Files that specs import, and other specs of the workspace: read once, and again after a change. Texts that are open
-//! in the editor take precedence over the disk.
+//! Specs of the session with their symbols and references: read once, and again after a change. Texts that are open in
+//! the editor take precedence over the disk.
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::SystemTime;
 
-use dsl::tree::{ItemKind, Spec, ValueKind};
-use dsl::{Sources, Syntax};
+use compiler::resolve::{Resolution, Urdf, read_urdf, resolve};
+use compiler::{Input, Texts};
+use dsl::Syntax;
 
-use super::mentions::{self, Mentions};
 use super::text::Text;
-use super::urdf::{self, Urdf};
-use super::{uri, walk, walk_runs};
+use super::uri;
 
-/// Maximum number of files visited for one query; the compiler rejects more.
-const MOST_FILES: usize = 400;
-
-/// Maximum depth of imports, the same as in the compiler.
-const MOST_DEPTH: usize = 64;
-
-/// A text with its path, to which declarations in other files refer.
+/// A spec with the meaning of its words.
 #[derive(Debug)]
-pub(super) struct Source {
+pub(super) struct File {
     /// Path.
     pub path: PathBuf,
     /// Text.
     pub text: Text,
     /// Syntax.
     pub syntax: Syntax,
-}
-
-/// A spec that other specs refer to.
-#[derive(Debug)]
-pub(super) struct File {
-    /// Source of the spec.
-    pub source: Rc<Source>,
-    /// Meaning of its words.
-    pub mentions: Mentions,
-    /// Files that it imports, followed by the specs that workers of its missions run.
-    pub imports: Vec<Imported>,
-    /// URDF of its robot, or of the first one that it imports.
-    pub urdf: Option<Rc<Urdf>>,
-    /// Paths of all directly and indirectly imported files.
-    below: BTreeSet<PathBuf>,
-    stamp: Stamp,
-}
-
-/// An import of a file.
-#[derive(Clone, Debug)]
-pub(super) struct Imported {
-    /// Path as written in the import.
-    pub written: String,
-    /// Path to the file.
-    path: PathBuf,
-    /// The file; `None` if it cannot be read.
-    pub file: Option<Rc<File>>,
+    /// Symbols and references.
+    pub names: Resolution,
+    /// Versions of this text and of the files that the names depend on.
+    versions: BTreeMap<PathBuf, Option<Version>>,
 }
 
 impl File {
-    /// True if this file, or one that it imports, has the given path.
-    pub fn reaches(&self, path: &Path) -> bool {
-        self.source.path == path || self.below.contains(path)
+    /// True if the names depend on the file at a path.
+    pub fn rests_on(&self, path: &Path) -> bool {
+        self.versions.contains_key(path)
     }
-}
-
-/// Paths of all directly and indirectly imported files.
-pub(super) fn below(imports: &[Imported]) -> BTreeSet<PathBuf> {
-    let further = imports.iter().filter_map(|i| i.file.as_ref()).flat_map(|f| f.below.iter());
-    imports.iter().map(|i| &i.path).chain(further).cloned().collect()
 }
 
 /// Version of a text, to detect changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stamp {
+enum Version {
     /// Number of the editor's text.
     Open(u64),
     /// Modification time and length of the file.
@@ -89,20 +53,16 @@ struct Open {
     syntax: Syntax,
 }
 
-/// Texts of the session, with their cached analyses.
-#[derive(Debug, Default)]
+/// A URDF that was read, with its version.
+type KnownUrdf = (Option<Version>, Option<Rc<Urdf>>);
+
+/// Texts of the session, with their cached names.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Library {
     open: RefCell<BTreeMap<PathBuf, Open>>,
     count: RefCell<u64>,
     known: RefCell<BTreeMap<PathBuf, Rc<File>>>,
-    urdfs: RefCell<BTreeMap<PathBuf, Rc<Urdf>>>,
-}
-
-/// Results of one query, with the stack of files being read, to detect cycles.
-#[derive(Default)]
-struct Visit {
-    done: BTreeMap<PathBuf, Option<Rc<File>>>,
-    reading: Vec<PathBuf>,
+    urdfs: RefCell<BTreeMap<PathBuf, KnownUrdf>>,
 }
 
 /// True if a text is a spec. YAML files can have any other contents.
@@ -130,19 +90,14 @@ impl Library {
     }
 
     /// Texts of the open documents, as input of the compiler.
-    pub fn texts(&self) -> compiler::Texts {
+    pub fn texts(&self) -> Texts {
         let place = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
         self.open.borrow().iter().map(|(path, open)| (place(path), open.text.clone())).collect()
     }
 
     /// Returns a copy of the library with other texts at some paths.
     pub fn imagined(&self, texts: &BTreeMap<PathBuf, (String, Syntax)>) -> Library {
-        let copy = Library {
-            open: RefCell::new(self.open.borrow().clone()),
-            count: RefCell::new(*self.count.borrow()),
-            known: RefCell::new(self.known.borrow().clone()),
-            urdfs: RefCell::new(self.urdfs.borrow().clone()),
-        };
+        let copy = self.clone();
         for (path, (text, syntax)) in texts {
             copy.open(path.clone(), text, *syntax);
         }
@@ -151,44 +106,45 @@ impl Library {
 
     /// Returns the spec at a path; `None` if there is none.
     pub fn file(&self, path: &Path) -> Option<Rc<File>> {
-        self.visit(path, &mut Visit::default())
-    }
-
-    /// Returns the files that a spec imports, followed by the specs that workers of its missions run. `own` is the
-    /// spec's path, which these may not import again.
-    pub fn imports(&self, spec: &Spec, own: &Path) -> Vec<Imported> {
-        let mut visit = Visit { reading: vec![own.to_path_buf()], ..Visit::default() };
-        self.imported(spec, own, &mut visit)
-    }
-
-    /// Returns the URDF that a spec or one of its imports names.
-    pub fn urdf(&self, spec: &Spec, own: &Path, imports: &[Imported]) -> Option<Rc<Urdf>> {
-        let named = spec.items.iter().find_map(|item| match &item.kind {
-            ItemKind::Robot(robot) => match &robot.body.get("urdf")?.value {
-                value if matches!(value.kind, ValueKind::Text(_)) => walk::word(value),
-                _ => None,
-            },
-            _ => None,
-        });
-        let Some(named) = named else {
-            return imports.iter().find_map(|i| i.file.as_ref()?.urdf.clone());
-        };
-        let path = own.parent().unwrap_or(Path::new("")).join(named);
-        let known = self.urdfs.borrow().get(&path).cloned();
-        if let Some(known) = known.filter(|u| u.changed == urdf::changed(&path)) {
+        let known = self.known.borrow().get(path).cloned();
+        if let Some(known) = known.filter(|k| k.versions.iter().all(|(path, version)| self.version(path) == *version)) {
             return Some(known);
         }
-        let read = Rc::new(urdf::read(&path)?);
-        self.urdfs.borrow_mut().insert(path, read.clone());
-        Some(read)
+        let (text, syntax) = self.text(path).filter(|(text, syntax)| is_spec(text, *syntax))?;
+        let names = self.resolved(path, &text, syntax);
+        let others = names.files.iter().map(|f| &f.path).chain(&names.missing).filter_map(|path| uri::absolute(path));
+        let versions = others.chain([path.to_path_buf()]).map(|path| (path.clone(), self.version(&path))).collect();
+        let file = Rc::new(File { path: path.to_path_buf(), text: Text::new(text), syntax, names, versions });
+        self.known.borrow_mut().insert(path.to_path_buf(), file.clone());
+        Some(file)
     }
 
-    fn stamp(&self, path: &Path) -> Option<Stamp> {
+    /// Resolves the names of a text at a path.
+    pub fn resolved(&self, path: &Path, text: &str, syntax: Syntax) -> Resolution {
+        let (name, folder) = (path.display().to_string(), path.parent().unwrap_or(Path::new("")));
+        let input = Input { name: &name, text, syntax, folder, set: &[], package_paths: &[] };
+        resolve(&input, &self.texts(), &|path| self.urdf(path))
+    }
+
+    fn urdf(&self, path: &Path) -> Option<Rc<Urdf>> {
+        let version = self.version(path);
+        let known = self.urdfs.borrow().get(path).filter(|known| known.0 == version).cloned();
+        known.map_or_else(
+            || {
+                let urdf = read_urdf(path).map(Rc::new);
+                self.urdfs.borrow_mut().insert(path.to_path_buf(), (version, urdf.clone()));
+                urdf
+            },
+            |known| known.1,
+        )
+    }
+
+    fn version(&self, path: &Path) -> Option<Version> {
         if let Some(open) = self.open.borrow().get(path) {
-            return Some(Stamp::Open(open.count));
+            return Some(Version::Open(open.count));
         }
         let about = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
-        Some(Stamp::Disk(about.modified().ok(), about.len()))
+        Some(Version::Disk(about.modified().ok(), about.len()))
     }
 
     fn text(&self, path: &Path) -> Option<(String, Syntax)> {
@@ -198,67 +154,5 @@ impl Library {
         let syntax = Syntax::of_path(path)?;
         let bytes = files::read(path, dsl::limits::MAX_BYTES as u64).ok()?;
         Some((String::from_utf8(bytes).ok()?, syntax))
-    }
-
-    fn visit(&self, path: &Path, visit: &mut Visit) -> Option<Rc<File>> {
-        if let Some(done) = visit.done.get(path) {
-            return done.clone();
-        }
-        let circle = visit.reading.iter().any(|p| p == path);
-        if circle || visit.reading.len() >= MOST_DEPTH || visit.done.len() >= MOST_FILES {
-            return None;
-        }
-        visit.reading.push(path.to_path_buf());
-        let found = self.current(path, visit);
-        visit.reading.pop();
-        visit.done.insert(path.to_path_buf(), found.clone());
-        found
-    }
-
-    /// Returns the current analysis of a file: from the cache if it is up to date, or from a new reading.
-    fn current(&self, path: &Path, visit: &mut Visit) -> Option<Rc<File>> {
-        let stamp = self.stamp(path)?;
-        let known = self.known.borrow().get(path).cloned();
-        if let Some(known) = known.filter(|k| k.stamp == stamp) {
-            let same = |i: &Imported, now: Option<Rc<File>>| match (&i.file, &now) {
-                (Some(a), Some(b)) => Rc::ptr_eq(a, b),
-                (None, None) => true,
-                _ => false,
-            };
-            let robot = known.urdf.as_ref().is_none_or(|u| u.changed == urdf::changed(&u.path));
-            if robot && known.imports.iter().all(|i| same(i, self.visit(&i.path, visit))) {
-                return Some(known);
-            }
-        }
-        let (text, syntax) = self.text(path)?;
-        if !is_spec(&text, syntax) {
-            return None;
-        }
-        let (spec, _) = dsl::parse(Sources::default().add("", ""), &text, syntax);
-        let imports = self.imported(&spec, path, visit);
-        let urdf = self.urdf(&spec, path, &imports);
-        let mentions = mentions::of(&spec, &text, syntax, urdf.as_deref(), &imports);
-        let source = Rc::new(Source { path: path.to_path_buf(), text: Text::new(text), syntax });
-        let below = below(&imports);
-        let file = Rc::new(File { source, mentions, imports, urdf, below, stamp });
-        self.known.borrow_mut().insert(path.to_path_buf(), file.clone());
-        Some(file)
-    }
-
-    fn imported(&self, spec: &Spec, own: &Path, visit: &mut Visit) -> Vec<Imported> {
-        let folder = own.parent().unwrap_or(Path::new(""));
-        let mut out: Vec<Imported> = Vec::new();
-        let imports = spec.items.iter().filter_map(|item| match &item.kind {
-            ItemKind::Import(import) => Some(import.path.value.as_str()),
-            _ => None,
-        });
-        for written in imports.chain(walk_runs::specs(spec)) {
-            let path = uri::absolute(&folder.join(written));
-            let new = out.len() < MOST_FILES && out.iter().all(|i| i.written != written);
-            let Some(path) = path.filter(|_| new) else { continue };
-            let file = self.visit(&path, visit);
-            out.push(Imported { written: written.to_string(), path, file });
-        }
-        out
     }
 }

@@ -1,59 +1,57 @@
 //! Definition of a name, and its other occurrences in the document.
 
-use std::collections::BTreeMap;
-
+use compiler::resolve::{FileId, Meaning, Reference, Resolution, SymbolKind};
 use lsp_types::{DocumentHighlight, Location, Range};
 
 use super::document::Document;
-use super::mentions::{Class, Mention, What};
-use super::origin::Elsewhere;
-use super::urdf::Part;
+use super::text::Text;
 use super::uri;
 
 /// Location of the declaration of the word at a byte: in this document, in an imported one, or in the URDF.
 pub(super) fn definition(document: &Document, byte: usize) -> Option<Location> {
-    let analysis = document.analysis()?;
-    let part = |parts: &BTreeMap<String, Part>, name: &str| {
-        let urdf = analysis.urdf.as_ref()?;
-        let place = parts.get(name)?.place.clone();
-        Some(Location::new(uri::of(&urdf.path)?, urdf.text.range(place)))
-    };
-    match &analysis.mentions.at(byte)?.what {
-        What::Declared(Class::Raised, name) => {
-            let place = analysis.mentions.raised.get(name)?.clone();
-            Some(Location::new(document.uri.clone(), document.text.range(place)))
+    let names = document.names()?;
+    match &names.at(byte)?.meaning {
+        Meaning::Symbol(id) => {
+            let symbol = names.symbol(names.origin(*id));
+            // The whole tag of a link or joint is easier to see than its name.
+            let place = match symbol.kind {
+                SymbolKind::Link | SymbolKind::Joint => &symbol.whole,
+                _ => &symbol.place,
+            };
+            location(document, names, symbol.file, place.clone())
         }
-        What::Declared(class, name) => {
-            let declared = analysis.mentions.declared.get(&(*class, name.clone()))?;
-            if let Some(there) = &declared.elsewhere {
-                return elsewhere(there);
-            }
-            Some(Location::new(document.uri.clone(), document.text.range(declared.name.clone())))
-        }
-        What::Brought(_, there) => elsewhere(there),
-        What::Link(name) => part(&analysis.urdf.as_ref()?.links, name),
-        What::Joint(name) => part(&analysis.urdf.as_ref()?.joints, name),
-        What::Spec(written) => {
-            let file = analysis.imports.iter().find(|i| i.written == *written)?.file.as_ref()?;
-            Some(Location::new(uri::of(&file.source.path)?, Range::default()))
-        }
-        What::File => {
-            let urdf = analysis.urdf.as_ref()?;
-            Some(Location::new(uri::of(&urdf.path)?, Range::default()))
+        Meaning::File(file) => {
+            let path = &names.files[(*file)?.0].path;
+            Some(Location::new(uri::of(path)?, Range::default()))
         }
         _ => None,
     }
 }
 
-/// Location of a declaration in another file.
-fn elsewhere(there: &Elsewhere) -> Option<Location> {
-    Some(Location::new(uri::of(&there.source.path)?, there.source.text.range(there.place.clone())))
+/// Location of some bytes of a file.
+fn location(document: &Document, names: &Resolution, file: FileId, place: std::ops::Range<usize>) -> Option<Location> {
+    if file == FileId(0) {
+        return Some(Location::new(document.uri.clone(), document.text.range(place)));
+    }
+    let file = &names.files[file.0];
+    let text = Text::new(names.text(file).to_string());
+    Some(Location::new(uri::of(&file.path)?, text.range(place)))
+}
+
+/// True if two words have the same declared or unknown name.
+pub(super) fn same(a: &Meaning, b: &Meaning) -> bool {
+    match (a, b) {
+        (Meaning::Symbol(a), Meaning::Symbol(b)) => a == b,
+        (Meaning::Unknown(kind, name), Meaning::Unknown(other, word)) => kind == other && name == word,
+        _ => false,
+    }
 }
 
 /// All occurrences in this document of the symbol at a byte, for highlighting.
 pub(super) fn highlights(document: &Document, byte: usize) -> Option<Vec<DocumentHighlight>> {
-    let mentions = &document.analysis()?.mentions;
-    let what = &mentions.at(byte)?.what;
-    let highlight = |m: &Mention| DocumentHighlight { range: document.text.range(m.place.clone()), kind: None };
-    Some(mentions.same(what).map(highlight).collect())
+    let names = document.names()?;
+    let meaning = &names.at(byte)?.meaning;
+    let all = names.references.iter().filter(|r| same(&r.meaning, meaning));
+    let highlight = |r: &Reference| DocumentHighlight { range: document.text.range(r.place.clone()), kind: None };
+    Some(all.map(highlight).collect())
 }

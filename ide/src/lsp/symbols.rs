@@ -1,6 +1,6 @@
 //! Outline of a spec.
 
-use dsl::tree::{Entry, ItemKind, MissionMember, MissionRepeat, Robot, Stack, State, StateBody, ValueKind};
+use dsl::tree::{Change, ItemKind, MissionMember, MissionRepeat, Robot, Stack, State, StateBody};
 use dsl::{Span, Spanned};
 use lsp_types::{DocumentSymbol, SymbolKind};
 
@@ -8,9 +8,9 @@ use super::document::Document;
 
 /// Outline of all declarations, with parts of the robot and levels nested.
 pub(super) fn of(document: &Document) -> Vec<DocumentSymbol> {
-    let Some(analysis) = document.analysis() else { return Vec::new() };
+    let Some(spec) = document.spec() else { return Vec::new() };
     let o = Outline { document };
-    analysis.spec.items.iter().map(|item| o.item(item)).collect()
+    spec.items.iter().map(|item| o.item(item)).collect()
 }
 
 struct Outline<'d> {
@@ -39,9 +39,9 @@ impl Outline<'_> {
                 o.symbol(&s.name, item.span, SymbolKind::EVENT, &detail, Vec::new())
             }
             ItemKind::Human(h) => {
-                let points = h.body.get("points").map_or(&[][..], |e| super::walk::items(&e.value));
+                let points = h.body.get("points").map_or(&[][..], |e| e.value.items());
                 let point = |p: &dsl::tree::Value| {
-                    let name = Spanned::new(super::walk::word(p)?.to_string(), p.span);
+                    let name = Spanned::new(p.word()?.to_string(), p.span);
                     Some(o.symbol(&name, p.span, SymbolKind::FIELD, "point", Vec::new()))
                 };
                 let points = points.iter().filter_map(point).collect();
@@ -101,10 +101,7 @@ impl Outline<'_> {
             ("groups", "group", SymbolKind::ARRAY),
             ("joints", "joints", SymbolKind::ARRAY),
         ] {
-            let entries: &[Entry] = match robot.body.get(key).map(|e| &e.value.kind) {
-                Some(ValueKind::Block(b)) => &b.entries,
-                _ => &[],
-            };
+            let entries = robot.body.get(key).map_or(&[][..], |e| e.value.entries());
             out.extend(
                 entries.iter().map(|e| self.symbol(&e.key, e.key.span.to(e.value.span), kind, detail, Vec::new())),
             );
@@ -147,7 +144,10 @@ impl Outline<'_> {
             let detail = if l.hard.is_some() { "level, hard" } else { "level" };
             self.symbol(&l.name, l.span, SymbolKind::NAMESPACE, detail, Vec::new())
         };
-        let changed = super::walk_reuse::added(stack).chain(super::walk_reuse::replaced(stack));
+        let changed = stack.changes.iter().filter_map(|change| match change {
+            Change::Add(level, _) | Change::Replace(level) => Some(level),
+            Change::Remove(_) => None,
+        });
         stack.levels.iter().chain(changed).map(level).collect()
     }
 }

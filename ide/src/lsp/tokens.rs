@@ -1,10 +1,9 @@
 //! Semantic highlighting, for distinctions that a pattern-based grammar cannot make.
 
+use compiler::resolve::{FAULTS, Meaning, Resolution, SymbolKind};
 use lsp_types::{SemanticToken, SemanticTokenType};
 
 use super::document::Document;
-use super::mentions::{Class, What};
-use super::vocabulary::FAULTS;
 
 /// Types of tokens; the index is the number in a token.
 pub(super) fn legend() -> Vec<SemanticTokenType> {
@@ -22,31 +21,36 @@ pub(super) fn legend() -> Vec<SemanticTokenType> {
 /// Built-in names without arguments.
 const CONSTANTS: &[&str] = &["pi", "t", "time", "true", "false"];
 
-fn kind(what: &What) -> Option<u32> {
-    Some(match what {
-        What::Key(_) => 0,
-        What::Kind(_) => 1,
-        What::Parameter(..) | What::Told(..) => 2,
-        What::Declared(Class::Param | Class::Let | Class::Argument, _) => 6,
-        What::Brought(Class::Param | Class::Let, _) => 6,
-        What::Declared(Class::State, _) => 5,
-        What::Declared(..) | What::Brought(..) => 3,
+fn kind(names: &Resolution, meaning: &Meaning) -> Option<u32> {
+    Some(match meaning {
+        Meaning::Key(_) => 0,
+        Meaning::TaskType(_) => 1,
+        Meaning::Parameter(..) | Meaning::Output(..) => 2,
+        Meaning::Symbol(id) => of_symbol(names.symbol(*id).kind),
+        Meaning::Unknown(kind, _) => of_symbol(*kind),
         // Names with a value of their own are shown as constants; the others take arguments.
-        What::BuiltIn(name) if CONSTANTS.contains(&name.as_str()) => 5,
-        What::BuiltIn(name) if FAULTS.iter().any(|f| f.name == *name) => 5,
-        What::BuiltIn(_) | What::Verb(_) => 4,
-        What::Link(_) | What::Joint(_) => 5,
-        What::File | What::Spec(_) | What::Unit(_) => return None,
+        Meaning::BuiltIn(name) if CONSTANTS.contains(&name.as_str()) => 5,
+        Meaning::BuiltIn(name) if FAULTS.iter().any(|f| f.name == *name) => 5,
+        Meaning::BuiltIn(_) | Meaning::Verb(_) => 4,
+        Meaning::File(_) | Meaning::Unit(_) => return None,
     })
+}
+
+fn of_symbol(kind: SymbolKind) -> u32 {
+    match kind {
+        SymbolKind::Param | SymbolKind::Let | SymbolKind::Parameter => 6,
+        SymbolKind::State | SymbolKind::Link | SymbolKind::Joint => 5,
+        _ => 3,
+    }
 }
 
 /// Tokens of a document, each relative to the previous one.
 pub(super) fn of(document: &Document) -> Vec<SemanticToken> {
-    let Some(analysis) = document.analysis() else { return Vec::new() };
+    let Some(names) = document.names() else { return Vec::new() };
     let mut out = Vec::new();
     let (mut line, mut column, mut end) = (0, 0, 0);
-    for m in &analysis.mentions.all {
-        let Some(token_type) = kind(&m.what).filter(|_| m.exact && m.place.start >= end) else { continue };
+    for m in &names.references {
+        let Some(token_type) = kind(names, &m.meaning).filter(|_| m.exact && m.place.start >= end) else { continue };
         let range = document.text.range(m.place.clone());
         if range.start.line != range.end.line || m.place.is_empty() {
             continue;

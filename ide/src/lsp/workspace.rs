@@ -4,13 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use lsp_types::{Location, OneOf, SymbolKind, Uri, WorkspaceSymbol};
+use compiler::resolve::{FileId, Meaning, Reference, Resolution, SymbolId, SymbolKind};
+use lsp_types::{Location, OneOf, Uri, WorkspaceSymbol};
 
 use super::document::Document;
-use super::library::{File, Library, Source, is_spec};
-use super::mentions::{Class, Mention, What};
-use super::origin::{self, Origin};
-use super::uri;
+use super::library::{File, Library, is_spec};
+use super::{navigation, uri};
 
 /// Maximum number of files and folders visited by a search for specs.
 const MOST_ENTRIES: usize = 20_000;
@@ -107,8 +106,25 @@ pub(super) fn folders(roots: &[PathBuf], places: &[&Path]) -> Vec<PathBuf> {
     all.iter().filter(|f| !all.iter().any(|o| o != *f && f.starts_with(o))).cloned().collect()
 }
 
-/// Function that returns the identity of a word; words of two files are the same if their identities are equal.
-pub(super) type Identity = fn(&Path, &super::mentions::Mentions, &What) -> Option<Origin>;
+/// A declaration in the workspace: its file, and the start of its name there (bytes).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Place {
+    /// File.
+    pub path: PathBuf,
+    /// Start of the name.
+    pub start: usize,
+}
+
+impl Place {
+    /// Place of a symbol.
+    pub fn of(names: &Resolution, id: SymbolId) -> Option<Place> {
+        let path = uri::absolute(&names.file_of(id).path)?;
+        Some(Place { path, start: names.symbol(id).place.start })
+    }
+}
+
+/// Function that returns the symbol whose references are wanted.
+pub(super) type Identity = fn(&Resolution, SymbolId) -> SymbolId;
 
 /// A file with the words that refer to a symbol.
 #[derive(Debug)]
@@ -116,20 +132,24 @@ pub(super) struct Uses {
     /// The file.
     pub file: Rc<File>,
     /// Words, in source order.
-    pub words: Vec<Mention>,
+    pub words: Vec<Reference>,
 }
 
-/// Words of a file with this identity.
-pub(super) fn words(file: &File, target: &Origin, identity: Identity) -> Vec<Mention> {
-    let same = |m: &&Mention| identity(&file.source.path, &file.mentions, &m.what).as_ref() == Some(target);
-    let mut words: Vec<Mention> = file.mentions.all.iter().filter(same).cloned().collect();
-    // An imported name that has several classes is one word.
+/// Words of a file that refer to the symbol at a place.
+pub(super) fn words(file: &File, target: &Place, identity: Identity) -> Vec<Reference> {
+    let names = &file.names;
+    let is_target: Vec<bool> = (0..names.symbols.len())
+        .map(|i| Place::of(names, identity(names, SymbolId(i))).as_ref() == Some(target))
+        .collect();
+    let same = |r: &&Reference| matches!(r.meaning, Meaning::Symbol(id) if is_target[id.0]);
+    let mut words: Vec<Reference> = names.references.iter().filter(same).cloned().collect();
+    // An imported name that several symbols have is one word.
     words.dedup_by(|a, b| a.place == b.place);
     words
 }
 
 /// All words with this identity in the specs. A file can contain such words only if it names another file that does.
-pub(super) fn uses(target: &Origin, identity: Identity, specs: &Specs, library: &Library) -> Vec<Uses> {
+pub(super) fn uses(target: &Place, identity: Identity, specs: &Specs, library: &Library) -> Vec<Uses> {
     let mut found: BTreeMap<PathBuf, Uses> = BTreeMap::new();
     let mut open = vec![target.path.clone()];
     while let Some(path) = open.pop() {
@@ -156,10 +176,10 @@ pub(super) fn uses(target: &Origin, identity: Identity, specs: &Specs, library: 
     found.into_values().collect()
 }
 
-/// Address of a source; that of the editor if the source is open.
-pub(super) fn address(source: &Source, w: Workspace) -> Option<Uri> {
-    let opened = w.documents.iter().find(|d| d.place() == source.path);
-    opened.map(|d| d.uri.clone()).or_else(|| uri::of(&source.path))
+/// Address of a file; that of the editor if the file is open.
+pub(super) fn address(file: &File, w: Workspace) -> Option<Uri> {
+    let opened = w.documents.iter().find(|d| d.place() == file.path);
+    opened.map(|d| d.uri.clone()).or_else(|| uri::of(&file.path))
 }
 
 /// References to the symbol at a byte, in all specs; with its declaration if `declaration`.
@@ -168,21 +188,30 @@ pub(super) fn references(
     (document, byte): (&Document, usize),
     declaration: bool,
 ) -> Option<Vec<Location>> {
-    let analysis = document.analysis()?;
+    let names = document.names()?;
+    let meaning = &names.at(byte)?.meaning;
     let place = document.place();
-    let mention = analysis.mentions.at(byte)?;
-    let Some(target) = origin::declaration(&place, &analysis.mentions, &mention.what) else {
+    let declared = match meaning {
+        Meaning::Symbol(id) => Some(names.origin(*id)).filter(|id| names.file_of(*id).syntax.is_some()),
+        _ => None,
+    };
+    let Some(target) = declared.and_then(|id| Place::of(names, id)) else {
         // Links and joints are declared in the URDF of this document.
-        let all = analysis.mentions.same(&mention.what);
-        return Some(all.map(|m| Location::new(document.uri.clone(), document.text.range(m.place.clone()))).collect());
+        let all = names.references.iter().filter(|r| navigation::same(&r.meaning, meaning));
+        return Some(all.map(|r| Location::new(document.uri.clone(), document.text.range(r.place.clone()))).collect());
     };
     let specs = specs(&folders(w.roots, &[&place, &target.path]), w.library);
     let mut out = Vec::new();
-    for uses in uses(&target, origin::declaration, &specs, w.library) {
-        let source = &uses.file.source;
-        let Some(uri) = address(source, w) else { continue };
-        for m in uses.words.iter().filter(|m| declaration || !m.declares) {
-            out.push(Location::new(uri.clone(), source.text.range(m.place.clone())));
+    for uses in uses(&target, Resolution::origin, &specs, w.library) {
+        let file = &uses.file;
+        let Some(uri) = address(file, w) else { continue };
+        // An import that renames a symbol is a reference to it.
+        let declares = |r: &Reference| match r.meaning {
+            Meaning::Symbol(id) => r.declares && file.names.symbol(id).imported.is_none(),
+            _ => false,
+        };
+        for r in uses.words.iter().filter(|r| declaration || !declares(r)) {
+            out.push(Location::new(uri.clone(), file.text.range(r.place.clone())));
         }
     }
     Some(out)
@@ -194,25 +223,34 @@ pub(super) fn symbols(w: Workspace, query: &str) -> Vec<WorkspaceSymbol> {
     let mut out = Vec::new();
     for path in specs.texts.keys() {
         let Some(file) = w.library.file(path) else { continue };
-        let Some(uri) = address(&file.source, w) else { continue };
-        for ((class, name), declared) in &file.mentions.declared {
-            let Some(kind) = symbol(*class).filter(|_| declared.elsewhere.is_none() && matches(name, query)) else {
-                continue;
-            };
+        let Some(uri) = address(&file, w) else { continue };
+        for (i, symbol) in file.names.symbols.iter().enumerate() {
+            let name = shown(&file.names, SymbolId(i));
+            let own = symbol.file == FileId(0) && symbol.imported.is_none();
+            let Some(kind) = kind_of(symbol.kind).filter(|_| own && matches(&name, query)) else { continue };
             if out.len() >= MOST_SYMBOLS {
                 return out;
             }
             out.push(WorkspaceSymbol {
-                name: name.clone(),
+                name,
                 kind,
                 tags: None,
                 container_name: path.file_name().map(|n| n.to_string_lossy().into_owned()),
-                location: OneOf::Left(Location::new(uri.clone(), file.source.text.range(declared.name.clone()))),
+                location: OneOf::Left(Location::new(uri.clone(), file.text.range(symbol.place.clone()))),
                 data: None,
             });
         }
     }
     out
+}
+
+/// Name of a symbol in a list: that of a part of the robot alone, and others with their containers.
+fn shown(names: &Resolution, id: SymbolId) -> String {
+    let symbol = names.symbol(id);
+    match symbol.container {
+        Some(outer) if names.symbol(outer).kind == SymbolKind::Robot => symbol.name.clone(),
+        _ => names.path(id),
+    }
 }
 
 /// True if a name contains the letters of a query in order.
@@ -221,19 +259,24 @@ fn matches(name: &str, query: &str) -> bool {
     query.chars().all(|q| letters.any(|c| c == q.to_ascii_lowercase()))
 }
 
-fn symbol(class: Class) -> Option<SymbolKind> {
-    Some(match class {
-        Class::Param | Class::Let => SymbolKind::CONSTANT,
-        Class::Robot => SymbolKind::CLASS,
-        Class::Task | Class::Field => SymbolKind::FUNCTION,
-        Class::Stack | Class::Mission => SymbolKind::MODULE,
-        Class::Level => SymbolKind::NAMESPACE,
-        Class::Arm => SymbolKind::OBJECT,
-        Class::Point | Class::Segment | Class::Tracked => SymbolKind::FIELD,
-        Class::Group | Class::JointGroup => SymbolKind::ARRAY,
-        Class::Signal | Class::Event => SymbolKind::EVENT,
-        Class::Human | Class::Machine | Class::Member => SymbolKind::CLASS,
-        Class::State => SymbolKind::ENUM_MEMBER,
-        Class::Argument | Class::Raised => return None,
+fn kind_of(kind: SymbolKind) -> Option<lsp_types::SymbolKind> {
+    use lsp_types::SymbolKind as L;
+    Some(match kind {
+        SymbolKind::Param | SymbolKind::Let => L::CONSTANT,
+        SymbolKind::Robot | SymbolKind::Human | SymbolKind::Machine | SymbolKind::Member => L::CLASS,
+        SymbolKind::Task | SymbolKind::SafetyField => L::FUNCTION,
+        SymbolKind::Stack | SymbolKind::Mission => L::MODULE,
+        SymbolKind::Level => L::NAMESPACE,
+        SymbolKind::Arm => L::OBJECT,
+        SymbolKind::Point | SymbolKind::Segment | SymbolKind::HumanPoint => L::FIELD,
+        SymbolKind::Group | SymbolKind::JointGroup => L::ARRAY,
+        SymbolKind::Signal | SymbolKind::Event => L::EVENT,
+        SymbolKind::Variable => L::VARIABLE,
+        SymbolKind::State => L::ENUM_MEMBER,
+        SymbolKind::Parameter
+        | SymbolKind::RaisedEvent
+        | SymbolKind::Outcome
+        | SymbolKind::Link
+        | SymbolKind::Joint => return None,
     })
 }
