@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Task type, and the file that contains its name in quotes. `hold` is also an option of a trajectory and of humans.
-const NAMED: [(&str, &str); 29] = [
+const NAMED: [(&str, &str); 30] = [
     ("frame_pose", "compiler/src/checks/conflicting_targets.rs"),
     ("frame_position", "compiler/src/checks/conflicting_targets.rs"),
     ("hold", "compiler/src/expr/trajectories.rs"),
@@ -17,12 +17,13 @@ const NAMED: [(&str, &str); 29] = [
     ("joint_position", "compiler/src/checks/ineffective.rs"),
     ("joint_position_limits", "compiler/src/checks/accelerations.rs"),
     ("joint_position_limits", "compiler/src/checks/braking.rs"),
-    ("joint_position_limits", "compiler/src/checks/mod.rs"),
+    ("joint_position_limits", "compiler/src/checks/wider_limits.rs"),
     ("joint_position_limits", "src/init/spec.rs"),
     ("joint_velocity", "compiler/src/checks/accelerations.rs"),
     ("joint_velocity", "compiler/src/checks/entries.rs"),
     ("joint_velocity_limits", "compiler/src/checks/accelerations.rs"),
-    ("joint_velocity_limits", "compiler/src/checks/mod.rs"),
+    ("joint_velocity_limits", "compiler/src/checks/built_stacks.rs"),
+    ("joint_velocity_limits", "compiler/src/checks/wider_limits.rs"),
     ("joint_velocity_limits", "compiler/src/checks/entries.rs"),
     ("joint_velocity_limits", "src/init/spec.rs"),
     ("keep", "compiler/src/binding/scope.rs"),

@@ -21,8 +21,8 @@ pub(crate) struct Checked<'c> {
 }
 
 /// Runs all checks of the machine.
-pub(crate) fn checks(program: &Program, places: &MachinePlaces, diagnostics: &mut Vec<Diagnostic>) {
-    let Some(machine) = &program.machine else { return };
+pub(super) fn checks(program: &Program, places: Option<&MachinePlaces>, diagnostics: &mut Vec<Diagnostic>) {
+    let (Some(machine), Some(places)) = (&program.machine, places) else { return };
     let reached = reached(machine, places);
     let c = Checked { program, machine, places, reached };
     c.unreachable(diagnostics);
