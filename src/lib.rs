@@ -11,8 +11,8 @@
 //! | [`robot`] | URDF, kinematics, distances |
 //! | [`solver`] | the hierarchical quadratic program |
 //! | [`runtime`] | programs, the controller, the simulated robot |
-//! | [`mission`] | planners of missions, and their execution |
-//! | [`runs`] | specs read and compiled, scenarios, sweeps, plans as data |
+//! | [`mission`] | planners of missions, plans as data, execution |
+//! | [`runs`] | specs read and compiled, scenarios, sweeps |
 //! | [`views`] | reports, charts, drawings of machines |
 //! | [`ide`] | the language server, the catalogue, the schema |
 //! | `serve` | web pages of a mission |
@@ -31,7 +31,7 @@ pub use stdlib_tasks;
 pub use views;
 
 pub use ide::{catalogue, keys, lsp, schema};
-pub use runs::{plan_data, planned, project, sweep, ticks, trial};
+pub use runs::{project, sweep, ticks, trial};
 pub use views::{gantt, graph, report, xml};
 
 pub mod init;

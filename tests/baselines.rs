@@ -10,14 +10,13 @@ use crate::common::reckoner;
 use std::path::{Path, PathBuf};
 
 use cli::{hierarq, text};
-use context::generate::{Bounds, GenerateError};
-use context::layers::layers;
-use context::prompt::{Wish, prompt};
-use context::transcript;
-use mission::kinds::Mission;
+use context::generate::{Bounds, GenerateError, Question, Wish, generate, prompt};
+use context::transcript::{self, Exchange};
+use mission::kind::generation::{Decides, Generation};
 use mission::kinds::layers::Layers;
 use mission::kinds::layers::cost::cost;
-use mission::kinds::layers::json::Mode;
+use mission::kinds::layers::generation::prompt::VERSION;
+use mission::kinds::layers::json::{Imported, Mode, import};
 use mission::kinds::layers::steps::from_plan;
 use mission::kinds::layers::validate::validate;
 use reckoner::Reckoner;
@@ -33,10 +32,7 @@ fn root() -> PathBuf {
 fn program(mission: &str) -> Layers {
     let compiled = hierarq::project::load(&root().join("examples/letters.hq"), &Default::default());
     let found = compiled.missions.iter().find(|m| m.name == mission).expect("a mission");
-    match &found.kind {
-        Mission::Layers(program) => program.clone(),
-        Mission::Schedule(_) => panic!("layers"),
-    }
+    found.kind.downcast::<Layers>().expect("layers").clone()
 }
 
 fn stand_in(mission: &str, noise: u64, forgets: bool) -> Reckoner {
@@ -44,9 +40,26 @@ fn stand_in(mission: &str, noise: u64, forgets: bool) -> Reckoner {
     Reckoner { layers: serde_json::from_str(&text).expect("JSON"), noise, forgets }
 }
 
-fn wish(program: &Layers, mode: Mode) -> Wish<'_> {
-    let instruction = program.instruction.as_deref().expect("an instruction");
-    Wish { problem: &program.problem, instruction, directives: &program.directives, mode }
+const MODES: [(Decides, Mode); 3] =
+    [(Decides::Tasks, Mode::Context), (Decides::Allocation, Mode::Allocated), (Decides::Everything, Mode::Scheduled)];
+
+fn wish(program: &Layers, decides: Decides) -> Wish<'_> {
+    Wish { mission: program, instruction: program.instruction().expect("an instruction"), decides }
+}
+
+/// Asks once for the layers.
+fn layers(
+    chat: &mut Reckoner,
+    program: &Layers,
+    (decides, mode): (Decides, Mode),
+    keep: impl FnMut(&Exchange) -> std::io::Result<()>,
+) -> Result<Imported, GenerateError> {
+    let once = Bounds { attempts: 1, ..Bounds::default() };
+    let question = Question { prompt: &prompt(&wish(program, decides)), keys: program.answer_keys() };
+    let judge = |text: &str| {
+        import(text, &program.problem, mode).map_err(|faults| faults.iter().map(ToString::to_string).collect())
+    };
+    generate(chat, &question, &once, judge, keep)
 }
 
 /// A model that computes correctly from the prompt is accepted, with any choice of agents and objects.
@@ -55,13 +68,11 @@ fn a_plan_reckoned_from_the_prompt_is_taken() {
     for mission in MISSIONS {
         let program = program(mission);
         for noise in 0..20 {
-            let once = Bounds { attempts: 1, ..Bounds::default() };
-            let mut chat = stand_in(mission, noise, false);
-            let taken = layers(&mut chat, &wish(&program, Mode::Scheduled), &once, |_| Ok(()));
+            let taken = layers(&mut stand_in(mission, noise, false), &program, MODES[2], |_| Ok(()));
             let imported = taken.unwrap_or_else(|why| panic!("{mission}, {noise}: {why:?}"));
             let plan = imported.plan.expect("a plan");
             assert!(validate(&imported.problem, &plan).is_empty());
-            assert!((cost(&imported.problem, &from_plan(&imported.problem, &plan)).total() - plan.cost).abs() < 1e-12);
+            assert!((cost(&imported.problem, &from_plan(&plan)).total() - plan.cost).abs() < 1e-12);
         }
     }
 }
@@ -70,8 +81,7 @@ fn a_plan_reckoned_from_the_prompt_is_taken() {
 #[test]
 fn a_plan_without_the_way_back_is_refused() {
     let program = program("letter_h");
-    let once = Bounds { attempts: 1, ..Bounds::default() };
-    let refused = layers(&mut stand_in("letter_h", 1, true), &wish(&program, Mode::Scheduled), &once, |_| Ok(()));
+    let refused = layers(&mut stand_in("letter_h", 1, true), &program, MODES[2], |_| Ok(()));
     let Err(GenerateError::Refused { reasons, .. }) = refused else { panic!("{refused:?}") };
     assert!(reasons.iter().any(|reason| reason.contains("s at least")), "{reasons:?}");
 }
@@ -81,8 +91,9 @@ fn a_plan_without_the_way_back_is_refused() {
 #[test]
 fn prompts_say_what_is_minimised_and_what_is_reckoned() {
     let program = program("letter_h");
-    let told = |mode| prompt(&wish(&program, mode)).iter().map(|m| m.content.clone()).collect::<Vec<_>>().join("\n");
-    let (alone, allocation, everything) = (told(Mode::Context), told(Mode::Allocated), told(Mode::Scheduled));
+    let told =
+        |decides| prompt(&wish(&program, decides)).iter().map(|m| m.content.clone()).collect::<Vec<_>>().join("\n");
+    let (alone, allocation, everything) = (told(Decides::Tasks), told(Decides::Allocation), told(Decides::Everything));
     let shared = [
         "\"slowing\": 3.0",
         "\"pace\"",
@@ -101,7 +112,7 @@ fn prompts_say_what_is_minimised_and_what_is_reckoned() {
     for words in ["minimising the makespan", "before all tasks of all layers before it have ended", "round `end` up"] {
         assert!(!alone.contains(words) && !allocation.contains(words) && everything.contains(words), "{words}");
     }
-    let version = format!("\"prompt\": {}", context::prompt::VERSION);
+    let version = format!("\"prompt\": {}", VERSION);
     assert!([&alone, &allocation, &everything].iter().all(|told| told.contains(&version)));
 }
 
@@ -114,14 +125,13 @@ fn recording(mission: &str) -> PathBuf {
 fn recorded(mission: &str) -> String {
     let program = program(mission);
     let mut out = Vec::new();
-    for (case, mode) in [Mode::Context, Mode::Allocated, Mode::Scheduled].into_iter().enumerate() {
+    for (case, mode) in MODES.into_iter().enumerate() {
         for trial in 0..TRIALS {
-            let forgets = mode == Mode::Scheduled && trial % 5 < 2;
+            let forgets = mode.1 == Mode::Scheduled && trial % 5 < 2;
             let mut chat = stand_in(mission, 1000 * case as u64 + trial, forgets);
-            let once = Bounds { attempts: 1, ..Bounds::default() };
-            let taken = layers(&mut chat, &wish(&program, mode), &once, |exchange| {
+            let taken = layers(&mut chat, &program, mode, |exchange| {
                 // The prompts are omitted, since `--prompt` prints them; times are set to zero.
-                let kept = transcript::Exchange { asked: Vec::new(), seconds: 0.0, ..exchange.clone() };
+                let kept = Exchange { asked: Vec::new(), seconds: 0.0, ..exchange.clone() };
                 transcript::write(&mut out, &kept)
             });
             assert_eq!(taken.is_err(), forgets, "{mission} {mode:?} {trial}: {taken:?}");
@@ -204,7 +214,7 @@ fn a_given_plan_has_a_cost() {
     let said = text(&out.stderr);
     assert_eq!(out.status.code(), Some(0), "{said}");
     let plan: Value = serde_json::from_slice(&out.stdout).expect("JSON");
-    let schema: Value = serde_json::from_str(hierarq::plan_data::SCHEMA).expect("a schema");
+    let schema = mission::kinds::plan_schema();
     let judge = jsonschema::draft202012::new(&schema).expect("a schema");
     assert!(judge.is_valid(&plan), "{plan}");
     assert_eq!(plan["formulation"], "given");

@@ -4,8 +4,11 @@ use crate::common::played;
 
 use std::path::Path;
 
+use mission::chart::{Bar, Chart};
+use mission::kinds::layers::Layers;
+use mission::kinds::layers::chart::chart;
+use mission::kinds::layers::choose::plan;
 use mission::kinds::layers::execution::Outcome;
-use mission::plan::{Activity, Plan};
 use played::{cells, compiled, numbers, table};
 use proptest::prelude::*;
 use runtime::expect::Verdict;
@@ -55,28 +58,32 @@ fn summary(body: &str) -> MissionSummary {
 /// Without disturbances the execution equals the plan, and the log equals the execution.
 #[test]
 fn without_disturbances_the_plan_is_what_is_done() {
-    let (run, header, rows) = logged("operations planned  step 100 ms  expect eventually done");
+    let body = "operations planned  step 100 ms  expect eventually done";
+    let (run, header, rows) = logged(body);
     assert!(run.summary.ok, "{:?}", run.summary.expectations);
     let End::Done { at_s } = run.summary.end else { panic!("{:?}", run.summary.end) };
     let (planned, executed) = (run.planned.expect("a plan"), run.executed.expect("what was done"));
-    let same = |a: &Activity, b: &Activity| {
-        (a.actor, a.work, a.speed) == (b.actor, b.work, b.speed) && (a.start - b.start).abs() < 1e-6
-    };
-    let all = |plan: &Plan| plan.activities.len();
+    let same = |a: &Bar, b: &Bar| (a.work, a.speed) == (b.work, b.speed) && (a.start - b.start).abs() < 1e-6;
+    let all = |chart: &Chart| chart.bars().count();
     assert!(all(&planned) == 5 && all(&executed) == 5);
-    assert!(planned.activities.iter().zip(&executed.activities).all(|(a, b)| same(a, b)));
-    assert!(planned.activities.iter().all(|a| !a.begun) && executed.activities.iter().all(|a| a.begun));
+    assert!(planned.bars().zip(executed.bars()).all(|(a, b)| same(a, b)));
+    assert!(planned.rows.iter().zip(&executed.rows).all(|(a, b)| a.bars.len() == b.bars.len()));
+    assert!(planned.bars().all(|bar| !bar.begun) && executed.bars().all(|bar| bar.begun));
     assert!((at_s - planned.end().expect("an end")).abs() < 1e-6);
-    let names = planned.layered.as_ref().expect("names");
-    for activity in &planned.activities {
-        let (who, work) = (planned.name(activity.actor), activity.work.expect("a task"));
+    let (mission, scenario) = scenario(body);
+    let layers = mission.kind.downcast::<Layers>().expect("layers");
+    let problem = &layers.problem;
+    let plan = plan(problem, &layers.settings(&scenario.run(&mission)).planning).expect("a plan");
+    assert_eq!(planned, chart(problem, &plan));
+    for activity in &plan.activities {
+        let who = &problem.agents[activity.agent].name;
         let tasks = cells(&header, &rows, &format!("{who}.task"));
         let objects = cells(&header, &rows, &format!("{who}.object"));
-        let object = work.object.map_or("", |object| &names.objects[object]);
+        let object = activity.object.map_or("", |object| &problem.objects[object].name);
         for (k, (task, with)) in tasks.iter().zip(objects).enumerate() {
             let time = 0.1 * k as f64;
             if time > activity.start + 1e-6 && time < activity.end - 1e-6 {
-                assert_eq!((*task, with), (names.tasks[work.task].name.as_str(), object), "{who} at {time} s");
+                assert_eq!((*task, with), (problem.tasks[activity.task].name.as_str(), object), "{who} at {time} s");
             }
         }
     }
@@ -217,7 +224,7 @@ proptest! {
         let MissionRun { summary, executed, .. } = logged(&body).0;
         // Activities drawn as done have been done: all of them at the end, and never future ones.
         let done = matches!(summary.end, End::Done { .. });
-        for activity in executed.iter().flat_map(|plan| &plan.activities) {
+        for activity in executed.iter().flat_map(Chart::bars) {
             prop_assert!(activity.begun || !done);
             prop_assert!(!activity.begun || activity.start <= summary.duration_s);
         }

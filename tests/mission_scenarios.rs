@@ -2,8 +2,8 @@
 
 use crate::common::played;
 
+use mission::chart::Chart;
 use mission::kinds::schedule::execution::Outcome;
-use mission::plan::Plan;
 use played::{compiled, numbers, table};
 use proptest::prelude::*;
 use runtime::expect::Verdict;
@@ -48,8 +48,8 @@ fn outcome(summary: &MissionSummary) -> Outcome {
     serde_json::from_value(summary.outcome.clone().expect("an outcome")).expect("of a schedule")
 }
 
-fn end(plan: Option<&Plan>) -> f64 {
-    plan.and_then(Plan::end).expect("a plan")
+fn end(plan: Option<&Chart>) -> f64 {
+    plan.and_then(Chart::end).expect("a plan")
 }
 
 #[test]

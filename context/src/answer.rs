@@ -2,8 +2,8 @@
 //!
 //! Models put a fence around the JSON, sentences before and after it, and drafts before the final answer; some print
 //! their reasoning first. The search skips the reasoning, up to the last `</think>`. In the rest, the last object with
-//! `layers` is the answer, else the last one with `tasks`. If no object has either key, it is the longest value, which
-//! may also be a list of objects: the reader of layers can then report what is wrong.
+//! the first key of the kind's answers is the answer, else the last one with the second, and so on. If no object has any of
+//! the keys, it is the longest value, which may also be a list of objects: the reader of answers can then report the mistake.
 
 use serde_json::Value;
 
@@ -41,7 +41,7 @@ impl<'a> Part<'a> {
     }
 }
 
-/// A complete JSON value. Its rank is 2 with the key `layers`, 1 with `tasks`, 0 with neither.
+/// A complete JSON value. Its rank is the number of keys with the best one, 1 with the last one, 0 with none.
 struct Found<'a> {
     rank: usize,
     part: Part<'a>,
@@ -58,7 +58,9 @@ impl Found<'_> {
 
 /// Returns the part of `text` that is the answer. If the answer is broken, the part extends to the end of `text`. None
 /// if `text` has no usable JSON value and no `{`.
-pub fn part(text: &str) -> Option<Part<'_>> {
+///
+/// `keys` are those of the answer, the best first.
+pub fn part<'a>(text: &'a str, keys: &[&str]) -> Option<Part<'a>> {
     let mut best: Option<Found<'_>> = None;
     // `brace` is the first `{`; `broken` is the first object since the best one that does not parse. Objects after
     // `broken` may be parts of it.
@@ -68,10 +70,10 @@ pub fn part(text: &str) -> Option<Part<'_>> {
         let rest = &text[from..];
         let mut stream = serde_json::Deserializer::from_str(rest).into_iter::<Value>();
         let read = stream.next().and_then(Result::ok);
-        if let Some(rank) = read.as_ref().and_then(rank) {
+        if let Some(rank) = read.as_ref().and_then(|value| rank(value, keys)) {
             at = from + stream.byte_offset();
             let found = Found { rank, part: Part { text, from, to: at } };
-            if (broken.is_none() || rank == 2) && best.as_ref().is_none_or(|best| found.replaces(best)) {
+            if (broken.is_none() || rank == keys.len()) && best.as_ref().is_none_or(|best| found.replaces(best)) {
                 (best, broken) = (Some(found), None);
             }
             continue;
@@ -85,7 +87,7 @@ pub fn part(text: &str) -> Option<Part<'_>> {
             }
         }
     }
-    let meant = |from: &usize| ["\"layers\"", "\"tasks\""].iter().any(|key| text[*from..].contains(key));
+    let meant = |from: &usize| keys.iter().any(|key| text[*from..].contains(&format!("\"{key}\"")));
     let to_the_end = |from: usize| Part { text, from, to: text.len() };
     match best {
         Some(best) => Some(broken.filter(meant).map_or(best.part, to_the_end)),
@@ -94,12 +96,15 @@ pub fn part(text: &str) -> Option<Part<'_>> {
 }
 
 /// Rank of a value, as in [`Found`]. None for a scalar, for a list without objects, and for a list around the answer.
-fn rank(value: &Value) -> Option<usize> {
+fn rank(value: &Value, keys: &[&str]) -> Option<usize> {
     match value {
-        Value::Object(object) if object.contains_key("layers") => Some(2),
-        Value::Object(object) => Some(usize::from(object.contains_key("tasks"))),
+        Value::Object(object) => {
+            let best = keys.iter().position(|key| object.contains_key(*key));
+            Some(best.map_or(0, |best| keys.len() - best))
+        }
         Value::Array(list) => {
-            let objects = list.iter().any(Value::is_object) && !list.iter().any(|one| one.get("layers").is_some());
+            let answer = |one: &Value| keys.first().is_some_and(|key| one.get(*key).is_some());
+            let objects = list.iter().any(Value::is_object) && !list.iter().any(answer);
             objects.then_some(0)
         }
         _ => None,
@@ -110,8 +115,10 @@ fn rank(value: &Value) -> Option<usize> {
 mod tests {
     use super::*;
 
+    const KEYS: [&str; 2] = ["layers", "tasks"];
+
     fn alone(text: &str) -> Option<&str> {
-        part(text).map(|part| part.alone())
+        part(text, &KEYS).map(|part| part.alone())
     }
 
     #[test]
@@ -156,9 +163,9 @@ mod tests {
 
     #[test]
     fn places_are_those_of_the_whole_answer() {
-        let part = part("one {ü}\ntwo {\"layers\":\n[]}\n\nend").unwrap();
+        let part = part("one {ü}\ntwo {\"layers\":\n[]}\n\nend", &KEYS).unwrap();
         assert_eq!(part.in_place(), "\n    {\"layers\":\n[]}");
         assert_eq!(part.lines(), Some((2, 3)));
-        assert_eq!(super::part("So:\n{} ").unwrap().lines(), None);
+        assert_eq!(super::part("So:\n{} ", &KEYS).unwrap().lines(), None);
     }
 }

@@ -3,8 +3,12 @@
 //! A rejected answer stays in the conversation, followed by all its errors, in the words that the compiler has for
 //! people. A question without an answer is sent again after a pause that doubles each time. If the server asks for a
 //! longer pause, it gets it, up to a limit. When the attempts are used up, the last errors are returned.
+//!
+//! The kind of mission writes the prompt, and reads answers.
 
 use std::time::{Duration, Instant};
+
+use mission::kind::generation::{Decides, Generated, Generation, Prompt};
 
 use crate::answer;
 use crate::endpoint::{AskError, Chat, Message, Speaker};
@@ -50,6 +54,47 @@ pub enum GenerateError {
 
 const NO_OBJECT: &str = "the answer holds no JSON object; answer with one object and nothing else";
 
+/// Wish for the tasks of a mission.
+#[derive(Clone, Copy)]
+pub struct Wish<'w> {
+    /// The mission.
+    pub mission: &'w dyn Generation,
+    /// The person's instruction.
+    pub instruction: &'w str,
+    /// Decisions that are left to the model.
+    pub decides: Decides,
+}
+
+/// Returns the first messages of the conversation.
+pub fn prompt(wish: &Wish<'_>) -> [Message; 2] {
+    let Prompt { system, user } = wish.mission.prompt(wish.decides, wish.instruction);
+    [Message::new(Speaker::System, system), Message::new(Speaker::User, user)]
+}
+
+/// Asks the model for the tasks of a mission until the mission accepts an answer. Passes each exchange to `keep`.
+///
+/// # Errors
+///
+/// As [`generate`].
+pub fn tasks(
+    chat: &mut dyn Chat,
+    wish: &Wish<'_>,
+    bounds: &Bounds,
+    keep: impl FnMut(&Exchange) -> std::io::Result<()>,
+) -> Result<Generated, GenerateError> {
+    let question = Question { prompt: &prompt(wish), keys: wish.mission.answer_keys() };
+    generate(chat, &question, bounds, |text| wish.mission.read(text, wish.decides), keep)
+}
+
+/// A question that is answered by a JSON object.
+#[derive(Clone, Copy, Debug)]
+pub struct Question<'q> {
+    /// The first messages of the conversation.
+    pub prompt: &'q [Message],
+    /// Keys of the answer, the best first.
+    pub keys: &'q [&'q str],
+}
+
 /// Asks the model until `judge` accepts an answer, and returns what `judge` made of it.
 ///
 /// `judge` gets the JSON text, padded so that its lines and columns are those of the whole answer. It returns the
@@ -60,12 +105,12 @@ const NO_OBJECT: &str = "the answer holds no JSON object; answer with one object
 /// If the server does not answer, no answer is accepted within `bounds`, or `keep` fails.
 pub fn generate<T>(
     chat: &mut dyn Chat,
-    prompt: &[Message],
+    question: &Question<'_>,
     bounds: &Bounds,
     mut judge: impl FnMut(&str) -> Result<T, Vec<String>>,
     mut keep: impl FnMut(&Exchange) -> std::io::Result<()>,
 ) -> Result<T, GenerateError> {
-    let mut conversation = prompt.to_vec();
+    let mut conversation = question.prompt.to_vec();
     let mut told = 0;
     let mut reasons = Vec::new();
     let attempts = bounds.attempts.max(1);
@@ -96,7 +141,7 @@ pub fn generate<T>(
             std::thread::sleep(pause(bounds, trial, &error));
             trial += 1;
         };
-        let part = answer::part(&text);
+        let part = answer::part(&text, question.keys);
         let judged = match (&exchange.answered, part) {
             (Err(error), _) => Err(vec![format!("{error}; answer more briefly")]),
             (Ok(_), Some(part)) => judge(&part.in_place()),

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use common::{Reply, Server};
 use hierarq_context::endpoint::Endpoint;
-use hierarq_context::generate::{Bounds, GenerateError};
-use hierarq_context::layers::layers;
-use hierarq_context::prompt::{Wish, prompt};
+use hierarq_context::generate::{Bounds, GenerateError, Wish, prompt, tasks};
 use hierarq_context::transcript::Exchange;
-use mission::kinds::layers::json::{Imported, Mode};
+use mission::kind::generation::{Decides, Generated, Generation};
+use mission::kinds::layers::Layers;
+use mission::kinds::layers::json::{Mode, import};
 use mission::kinds::layers::problem::{Agent, Body, Object, Problem, Skill, Weights};
 use mission::numbers::{Energy, Range};
 
@@ -59,16 +59,29 @@ const GOOD: &str = r#"{"layers": [
   {"name": "base", "tasks": [{"name": "left", "action": "pick_and_place", "features": ["red"], "to": "corner"}]},
   {"name": "top", "tasks": [{"name": "roof", "action": "pick_and_place", "features": ["blue"], "to": [0.1, 0.0, 0.1]}]}]}"#;
 
+fn mission(directives: &[&str]) -> Layers {
+    Layers {
+        problem: problem(),
+        batch: None,
+        reallocate_above: 0.1,
+        instruction: None,
+        directives: directives.iter().map(ToString::to_string).collect(),
+    }
+}
+
+/// The problem of a generated mission.
+fn generated(of: &Generated) -> &Problem {
+    &of.mission.downcast::<Layers>().unwrap().problem
+}
+
 /// What became of answers, the refusals of each, and what the server was asked.
-fn talk(answers: &[&str], mode: Mode) -> (Result<Imported, GenerateError>, Vec<Exchange>, Server) {
+fn talk(answers: &[&str], decides: Decides) -> (Result<Generated, GenerateError>, Vec<Exchange>, Server) {
     let server = Server::new(answers.iter().map(|text| Reply::Says((*text).to_string())).collect());
     let mut endpoint = Endpoint::new(&server.address, "tiny", None, Duration::from_secs(2)).unwrap();
-    let problem = problem();
-    let directives = ["Objects must not overlap.".to_string()];
-    let instruction = "Build a house.";
-    let wish = Wish { problem: &problem, instruction, directives: &directives, mode };
+    let mission = mission(&["Objects must not overlap."]);
+    let wish = Wish { mission: &mission, instruction: "Build a house.", decides };
     let mut kept = Vec::new();
-    let outcome = layers(&mut endpoint, &wish, &Bounds::default(), |exchange| {
+    let outcome = tasks(&mut endpoint, &wish, &Bounds::default(), |exchange| {
         kept.push(exchange.clone());
         Ok(())
     });
@@ -87,11 +100,11 @@ fn every_kind_of_broken_answer_goes_back_with_its_reason() {
         r#"{"name": "l2", "action": "pick_and_place", "features": ["red"], "to": [0, 0, 0]},
            {"name": "l3", "action": "pick_and_place", "features": ["red"], "to": [0, 0, 0]}, {"name": "left""#,
     );
-    let (outcome, kept, server) = talk(&[truncated, &unknown, cyclic, &too_many, GOOD], Mode::Context);
-    let imported = outcome.unwrap();
-    assert_eq!(imported.problem.layers, ["base", "top"]);
-    assert_eq!(imported.problem.tasks[0].path, [[0.0, 0.1, 0.0]]);
-    assert_eq!(imported.plan, None);
+    let (outcome, kept, server) = talk(&[truncated, &unknown, cyclic, &too_many, GOOD], Decides::Tasks);
+    let answer = outcome.unwrap();
+    assert_eq!(generated(&answer).layers, ["base", "top"]);
+    assert_eq!(generated(&answer).tasks[0].path, [[0.0, 0.1, 0.0]]);
+    assert!(answer.planned.is_none());
     let words: [&[&str]; 4] =
         [&["line 3"], &["`green`", "`cornr`", "`corner`", "line 2", "line 3"], &["`a`", "`b`"], &["red"]];
     for (exchange, words) in kept.iter().zip(words) {
@@ -110,22 +123,23 @@ fn a_model_may_decide_more() {
         GOOD.replace(r#""features": ["red"]"#, red).replace(r#""features": ["blue"]"#, blue)
     };
     let allocated = with([r#""agent": "arm", "object": "red_2""#, r#""agent": "anna", "object": "blue_1""#]);
-    let (outcome, kept, _) = talk(&[GOOD, &allocated], Mode::Allocated);
-    let imported = outcome.unwrap();
+    let (outcome, kept, _) = talk(&[GOOD, &allocated], Decides::Allocation);
+    let answer = outcome.unwrap();
     assert!(kept[0].refused.join("\n").contains("`agent` is missing"), "{:?}", kept[0].refused);
-    assert_eq!((imported.problem.tasks[0].agent, imported.problem.tasks[0].object), (Some(1), Some(1)));
+    let first = &generated(&answer).tasks[0];
+    assert_eq!((first.agent, first.object), (Some(1), Some(1)));
     let scheduled = with([
         r#""agent": "arm", "object": "red_2", "start": 0, "end": 20"#,
         r#""agent": "anna", "object": "blue_1", "start": 20, "end": 40"#,
     ]);
-    let (outcome, ..) = talk(&[&scheduled], Mode::Scheduled);
-    assert_eq!(outcome.unwrap().plan.unwrap().end(), Some(40.0));
+    let (outcome, ..) = talk(&[&scheduled], Decides::Everything);
+    assert_eq!(outcome.unwrap().planned.unwrap().chart.end(), Some(40.0));
     // A plan that cannot be goes back like any other mistake.
     let early = scheduled.replace("\"start\": 20", "\"start\": 4");
-    let (outcome, kept, _) = talk(&[&early, &scheduled], Mode::Scheduled);
-    assert_eq!(outcome.unwrap().plan.unwrap().end(), Some(40.0));
+    let (outcome, kept, _) = talk(&[&early, &scheduled], Decides::Everything);
+    assert_eq!(outcome.unwrap().planned.unwrap().chart.end(), Some(40.0));
     assert!(kept[0].refused.join("\n").contains("begins at 4 s, before"), "{:?}", kept[0].refused);
-    let (outcome, ..) = talk(&[&early, &early, &early, &early, &early], Mode::Scheduled);
+    let (outcome, ..) = talk(&[&early, &early, &early, &early, &early], Decides::Everything);
     assert!(matches!(outcome, Err(GenerateError::Refused { .. })), "{outcome:?}");
 }
 
@@ -135,7 +149,7 @@ fn thoughts_are_not_the_answer() {
     let thinks = |text: &str| format!("<think>maybe {{\"layers\": []}}\nor so</think>\n{text}");
     let wrong = thinks(&GOOD.replacen("pick", "lick", 1));
     let list = "[{\"name\": \"left\", \"action\": \"pick_and_place\"}]";
-    let (outcome, kept, server) = talk(&[&wrong, list, &thinks(GOOD)], Mode::Context);
+    let (outcome, kept, server) = talk(&[&wrong, list, &thinks(GOOD)], Decides::Tasks);
     assert!(outcome.is_ok(), "{outcome:?}");
     let column = GOOD.lines().nth(1).unwrap().find("\"pick").unwrap() + 1;
     let place = format!("line 4, column {column}, ");
@@ -151,9 +165,13 @@ fn thoughts_are_not_the_answer() {
 /// The form that the model is shown, with words of the mission, is one that is read.
 #[test]
 fn the_form_in_the_prompt_is_what_is_read() {
-    let problem = problem();
-    for mode in [Mode::Context, Mode::Allocated, Mode::Scheduled] {
-        let wish = Wish { problem: &problem, instruction: "Build.", directives: &[], mode };
+    let mission = mission(&[]);
+    for (decides, mode) in [
+        (Decides::Tasks, Mode::Context),
+        (Decides::Allocation, Mode::Allocated),
+        (Decides::Everything, Mode::Scheduled),
+    ] {
+        let wish = Wish { mission: &mission, instruction: "Build.", decides };
         let messages = prompt(&wish);
         assert!(messages[1].content.starts_with("Build."));
         assert_eq!(messages[1].content == "Build.", mode == Mode::Context);
@@ -165,7 +183,8 @@ fn the_form_in_the_prompt_is_what_is_read() {
             .replace("one of the actions", "pick_and_place")
             .replace("name of an agent", "arm")
             .replace("name of an object", "red_1");
-        let read = mission::kinds::layers::json::import(&answer, &problem, mode);
+        let read = import(&answer, &mission.problem, mode);
+        assert!(mission.read(&answer, decides).is_ok());
         assert!(read.is_ok(), "{answer}: {read:?}");
     }
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use common::{Reply, Server};
 use hierarq_context::endpoint::{AskError, Chat, Endpoint, EndpointError, MAX_ANSWER, Message, Speaker};
-use hierarq_context::generate::{Bounds, GenerateError, generate};
+use hierarq_context::generate::{Bounds, GenerateError, Question, generate};
 use hierarq_context::transcript::{self, Exchange, Replay};
 
 const QUICK: Bounds =
@@ -19,6 +19,10 @@ fn question() -> Vec<Message> {
     vec![Message::new(Speaker::System, "You plan."), Message::new(Speaker::User, "Plan.")]
 }
 
+fn asked(prompt: &[Message]) -> Question<'_> {
+    Question { prompt, keys: &[] }
+}
+
 /// Takes `{"good": n}` alone.
 fn judge(text: &str) -> Result<i64, Vec<String>> {
     let value: serde_json::Value = serde_json::from_str(text).map_err(|error| vec![error.to_string()])?;
@@ -30,7 +34,7 @@ fn talk(replies: Vec<Reply>) -> (Result<i64, GenerateError>, Vec<Exchange>, Serv
     let server = Server::new(replies);
     let mut kept = Vec::new();
     let mut endpoint = endpoint(&server, Duration::from_millis(300));
-    let outcome = generate(&mut endpoint, &question(), &QUICK, judge, |exchange| {
+    let outcome = generate(&mut endpoint, &asked(&question()), &QUICK, judge, |exchange| {
         kept.push(exchange.clone());
         Ok(())
     });
@@ -146,7 +150,7 @@ fn what_will_not_change_is_not_asked_again() {
 #[test]
 fn a_recording_ends_once() {
     let mut kept = 0;
-    let ended = generate(&mut Replay::new(Vec::new()), &question(), &QUICK, judge, |_| {
+    let ended = generate(&mut Replay::new(Vec::new()), &asked(&question()), &QUICK, judge, |_| {
         kept += 1;
         Ok(())
     });
@@ -164,7 +168,7 @@ fn a_transcript_replays() {
     let read = transcript::read(file.as_slice()).unwrap();
     assert_eq!(read, kept);
     let mut again = Vec::new();
-    let replayed = generate(&mut Replay::new(read), &question(), &QUICK, judge, |exchange| {
+    let replayed = generate(&mut Replay::new(read), &asked(&question()), &QUICK, judge, |exchange| {
         again.push(exchange.clone());
         Ok(())
     });
@@ -178,7 +182,8 @@ fn a_transcript_replays() {
 fn a_transcript_that_cannot_be_kept_ends_the_conversation() {
     let server = Server::new(vec![says("{\"good\": 5}")]);
     let mut endpoint = endpoint(&server, Duration::from_secs(1));
-    let outcome = generate(&mut endpoint, &question(), &QUICK, judge, |_| Err(std::io::Error::other("disk full")));
+    let outcome =
+        generate(&mut endpoint, &asked(&question()), &QUICK, judge, |_| Err(std::io::Error::other("disk full")));
     assert_eq!(outcome, Err(GenerateError::Transcript("disk full".to_string())));
 }
 

@@ -28,7 +28,7 @@ fn show(name: &str, problem: &Problem, options: &Options) -> f64 {
         }
     };
     let seconds = begun.elapsed().as_secs_f64();
-    let cost = cost(problem, &from_plan(problem, &plan));
+    let cost = cost(problem, &from_plan(&plan));
     let sure = match plan.status {
         Status::Proven { .. } => "proven".to_string(),
         Status::Gap { gap, .. } => format!("gap {:.2} %", 100.0 * gap),

@@ -7,26 +7,44 @@
 //! A *member* is everybody who takes part, robot, person or working robot. Members are numbered through in the order of
 //! [`Mission::members`].
 
+pub mod generation;
+
+use std::any::Any;
 use std::collections::BTreeMap;
+use std::fmt;
 
 use quantities::dimension::Dimension;
 use serde::{Deserialize, Serialize};
 
+use self::generation::Generation;
+use crate::chart::Chart;
 use crate::execution::Replan;
 use crate::labels::Labels;
 use crate::map::Map;
-use crate::plan::Plan;
+use crate::plan_data::Form as PlanForm;
+use crate::planned::{PlanOptions, Planned, Refusal};
 
 /// A mission of some kind: what is planned and executed.
-pub trait Mission {
+pub trait Mission: Any + fmt::Debug + Send + Sync {
     /// The entry of its kind.
     fn kind(&self) -> &'static Kind;
+
+    /// A copy.
+    fn boxed(&self) -> Box<dyn Mission>;
+
+    /// The mission as data, which [`Kind::read`] reads.
+    fn to_value(&self) -> serde_json::Value;
 
     /// Everybody who takes part.
     fn members(&self) -> Vec<Member<'_>>;
 
     /// Text that people read in place of names.
     fn labels(&self) -> &Labels;
+
+    /// The mission as one whose tasks a language model may write; none: its kind takes no tasks from one.
+    fn generation(&self) -> Option<&dyn Generation> {
+        None
+    }
 
     /// True if nothing is to be done yet: a language model is to write the tasks.
     fn waits_for_tasks(&self) -> bool {
@@ -62,8 +80,14 @@ pub trait Mission {
     /// The words for the settings of a run.
     fn describe_run(&self, how: &Run) -> String;
 
-    /// The map of a plan.
-    fn map(&self, plan: &Plan) -> Map;
+    /// The mission as text, for people to review and for snapshots to hold. `name` is that of the mission.
+    fn text(&self, name: &str) -> String;
+
+    /// Plans the mission, and validates the plan.
+    ///
+    /// # Errors
+    /// See [`Refusal`].
+    fn plan(&self, options: &PlanOptions<'_>) -> Result<Planned, Refusal>;
 
     /// Plans the mission and stands at its start.
     ///
@@ -85,6 +109,12 @@ pub struct Kind {
     pub events: &'static [EventInfo],
     /// Keys of scenarios and events that other kinds have and this one has not, each with the reason.
     pub absent: &'static [(&'static str, &'static str)],
+    /// Names of the formulations of its planner.
+    pub formulations: fn() -> Vec<&'static str>,
+    /// JSON Schema of the keys that it adds to plans; see [`PlanForm::keys`].
+    pub plan_keys: &'static str,
+    /// Reads a mission of the kind.
+    pub read: fn(serde_json::Value) -> serde_json::Result<Box<dyn Mission>>,
 }
 
 impl Kind {
@@ -96,6 +126,11 @@ impl Kind {
     /// True for the name of an event, and for a further key of one.
     pub fn has(&self, key: &str) -> bool {
         self.events.iter().any(|event| event.name == key || event.with.iter().any(|further| further.key == key))
+    }
+
+    /// The form of its plans as JSON.
+    pub fn plan_form(&self) -> PlanForm {
+        PlanForm { kind: self.name, title: self.title, keys: self.plan_keys }
     }
 
     /// The event of this name.
@@ -169,13 +204,8 @@ pub trait Execution: Send {
     /// Reason why there is no plan for everything any more, if so.
     fn stranded(&self) -> Option<String>;
 
-    /// The plan as it is now.
-    fn plan(&self) -> &Plan;
-
-    /// The plan with everything that has begun by now marked so.
-    fn carried_out(&self) -> Plan {
-        self.plan().clone()
-    }
+    /// The Gantt chart of the plan as it is now: activities as they were performed, and those that are to come.
+    fn chart(&self) -> Chart;
 
     /// Text that people read in place of names.
     fn labels(&self) -> &Labels;

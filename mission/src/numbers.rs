@@ -1,5 +1,8 @@
 //! Numbers that problems of all kinds of mission are made of: bounds, ranges of speeds, power of moving robots.
 
+use std::fmt;
+
+use quantities::number;
 use serde::{Deserialize, Serialize};
 
 /// The largest length (m), time (s), weight or coefficient.
@@ -30,6 +33,17 @@ impl Range {
     }
 }
 
+/// `0.1 to 0.4`; a fixed speed alone.
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.low == self.high {
+            f.pad(&number(self.low))
+        } else {
+            f.pad(&format!("{} to {}", number(self.low), number(self.high)))
+        }
+    }
+}
+
 /// Power of a moving robot, thesis (5.2): `standby + friction v + drag v^2`. Only ratios between the robots and between
 /// the three matter: the cost divides by the largest energy of the team.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,5 +61,12 @@ impl Energy {
     /// metre takes least energy at 0.05 m/s, and a heavier robot takes more of what depends on the speed.
     pub fn of_factor(factor: f64) -> Energy {
         Energy { standby: 1.0, friction: 20.0 * factor, drag: 400.0 * factor }
+    }
+}
+
+/// The power at a speed `v`.
+impl fmt::Display for Energy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} + {} v + {} v^2", number(self.standby), number(self.friction), number(self.drag))
     }
 }

@@ -1,132 +1,10 @@
-//! Result of all planners: a plan as data, with its status.
+//! The parts of a plan that all kinds of mission share: activities, cost, status of the search.
 //!
-//! A plan is a list of activities of actors with a start and an end, in a stable order. It can be printed, drawn,
-//! compared, and checked by a validator that is independent of the planner.
+//! Each kind has its own type of activity. A plan can be printed, drawn, compared, and checked by a validator that is
+//! independent of the planner; the rest of the program reads it as data ([`crate::planned`]) and as a chart
+//! ([`crate::chart`]).
 
 use serde::{Deserialize, Serialize};
-
-use crate::labels::Labels;
-
-/// Actor of an activity: an index into the names of the plan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Actor {
-    /// The robot of this index in [`Plan::robots`].
-    Robot(usize),
-    /// The agent (a person or a working robot) of this index in [`Plan::agents`].
-    Agent(usize),
-}
-
-/// Kind of an activity. The order is that of the phases of a service.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Phase {
-    /// An agent's own work.
-    Operation,
-    /// A robot moves from its depot to the waiting place.
-    Going,
-    /// A robot waits at the waiting place.
-    Waiting,
-    /// A robot moves from the waiting place to the agent.
-    Proximity,
-    /// A robot serves the agent.
-    Serving,
-    /// A robot returns to its depot and finishes the service there.
-    Depositing,
-    /// A task of a layered plan, from its agent's base to the end of the task.
-    Task,
-}
-
-impl Phase {
-    /// All phases of a schedule, in order.
-    pub const ALL: [Phase; 6] =
-        [Phase::Operation, Phase::Going, Phase::Waiting, Phase::Proximity, Phase::Serving, Phase::Depositing];
-
-    /// The phases of a robot's service, in order.
-    pub const SERVICE: [Phase; 5] = [Phase::Going, Phase::Waiting, Phase::Proximity, Phase::Serving, Phase::Depositing];
-
-    /// Returns the name of the phase for output.
-    pub fn name(self) -> &'static str {
-        match self {
-            Phase::Operation => "operation",
-            Phase::Going => "going",
-            Phase::Waiting => "waiting",
-            Phase::Proximity => "proximity",
-            Phase::Serving => "serving",
-            Phase::Depositing => "depositing",
-            Phase::Task => "task",
-        }
-    }
-}
-
-/// Target of an activity: operation `operation` (the first is 0) of agent `agent`. In a layered plan `agent` is the
-/// index of a layer and `operation` that of a task in [`Layered::tasks`], so that it identifies the task there too.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Target {
-    /// Index into [`Plan::agents`].
-    pub agent: usize,
-    /// Number of the agent's operation, from 0.
-    pub operation: usize,
-}
-
-/// Task and object of an activity in a layered plan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Work {
-    /// Index into [`Layered::tasks`].
-    pub task: usize,
-    /// Index into [`Layered::objects`]; `None`: the task needs no object.
-    pub object: Option<usize>,
-}
-
-/// A task of a layered plan for output.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LayeredTask {
-    /// Name of the task.
-    pub name: String,
-    /// The primitive action.
-    pub action: String,
-    /// Index into [`Layered::layers`].
-    pub layer: usize,
-}
-
-/// Names of layers, tasks and objects of a layered plan, in the problem's order.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Layered {
-    /// The layers.
-    pub layers: Vec<String>,
-    /// The tasks.
-    pub tasks: Vec<LayeredTask>,
-    /// The objects.
-    pub objects: Vec<String>,
-}
-
-/// An activity of one actor from `start` to `end`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Activity {
-    /// The actor.
-    pub actor: Actor,
-    /// Kind of the activity.
-    pub phase: Phase,
-    /// The operation or task to which it belongs.
-    pub target: Target,
-    /// Start (s).
-    pub start: f64,
-    /// End (s), not before `start`.
-    pub end: f64,
-    /// Mean speed of a motion (m/s); `None` without motion.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub speed: Option<f64>,
-    /// Position of the actor at the end (m); `None` if the problem has no coordinates. A schedule is on the ground, `z
-    /// = 0`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub place: Option<[f64; 3]>,
-    /// True if it had begun when the plan was made; it stays unchanged.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub begun: bool,
-    /// Task and object, of a layered plan only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub work: Option<Work>,
-}
 
 /// Limit that ended a search before its proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -175,6 +53,15 @@ impl Status {
         }
     }
 
+    /// Returns the same status with a bound that does not exceed the cost of the plan, as it may by rounding.
+    pub fn at_cost(self, cost: f64) -> Status {
+        match self {
+            Status::Proven { bound } => Status::Proven { bound: bound.min(cost) },
+            Status::Gap { bound, gap, stopped } => Status::Gap { bound: bound.min(cost), gap, stopped },
+            Status::Unbounded { stopped } => Status::Unbounded { stopped },
+        }
+    }
+
     /// Returns the lower bound on the cost of every plan, if there is one.
     pub fn bound(&self) -> Option<f64> {
         match self {
@@ -202,18 +89,22 @@ impl Statistics {
     }
 }
 
-/// A plan.
+/// An activity of a plan.
+pub trait Activity {
+    /// Start (s).
+    fn start(&self) -> f64;
+
+    /// End (s).
+    fn end(&self) -> f64;
+}
+
+/// A plan: activities of a kind in a stable order, with their cost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Plan {
-    /// Names of the robots, in the problem's order.
-    pub robots: Vec<String>,
-    /// Names of the agents, in the problem's order.
-    pub agents: Vec<String>,
-    /// Labels that are displayed instead of names.
-    #[serde(default, skip_serializing_if = "Labels::is_empty")]
-    pub labels: Labels,
-    /// All activities, sorted by actor, start, end, target and phase.
-    pub activities: Vec<Activity>,
+pub struct Plan<A> {
+    /// Names of the members, in the mission's order.
+    pub members: Vec<String>,
+    /// All activities.
+    pub activities: Vec<A>,
     /// The cost that the planner minimised, dimensionless.
     pub cost: f64,
     /// Status of the plan.
@@ -222,45 +113,11 @@ pub struct Plan {
     pub engine: String,
     /// Statistics of the search.
     pub statistics: Statistics,
-    /// Names of layers, tasks and objects, of a layered plan only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub layered: Option<Layered>,
 }
 
-impl Plan {
-    /// Returns the name of an actor; empty if the plan has no such actor.
-    pub fn name(&self, actor: Actor) -> &str {
-        let name = match actor {
-            Actor::Robot(index) => self.robots.get(index),
-            Actor::Agent(index) => self.agents.get(index),
-        };
-        name.map_or("", String::as_str)
-    }
-
-    /// Returns the label of an actor; empty if the plan has no such actor.
-    pub fn label(&self, actor: Actor) -> &str {
-        self.labels.member(self.name(actor))
-    }
-
-    /// Returns the activities of one actor, in order.
-    pub fn of(&self, actor: Actor) -> impl Iterator<Item = &Activity> {
-        self.activities.iter().filter(move |activity| activity.actor == actor)
-    }
-
+impl<A: Activity> Plan<A> {
     /// Returns the end of the last activity (s); `None` for an empty plan.
     pub fn end(&self) -> Option<f64> {
-        self.activities.iter().map(|activity| activity.end).reduce(f64::max)
-    }
-
-    /// Sorts the activities into the stable order.
-    pub fn sort(&mut self) {
-        self.activities.sort_by(|a, b| {
-            a.actor
-                .cmp(&b.actor)
-                .then(a.start.total_cmp(&b.start))
-                .then(a.end.total_cmp(&b.end))
-                .then(a.target.cmp(&b.target))
-                .then(a.phase.cmp(&b.phase))
-        });
+        self.activities.iter().map(Activity::end).reduce(f64::max)
     }
 }

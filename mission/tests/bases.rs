@@ -6,10 +6,10 @@ use common::execution::{count, keeps, settings};
 use hierarq_mission::kinds::schedule::execution::{
     Event, Execution, Happening, Obstacle, Potentials, Settings, Stage, Travel,
 };
+use hierarq_mission::kinds::schedule::plan::Actor;
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Problem};
 use hierarq_mission::kinds::schedule::validate::validate;
 use hierarq_mission::numbers::Range;
-use hierarq_mission::plan::Actor;
 use proptest::prelude::*;
 
 /// Runs a mission with bases, checked at every step; returns the minimum distance between two bases or to an obstacle,
@@ -41,7 +41,7 @@ fn watched_with(
             let _ = execution.tell(event);
         }
         execution.advance(time);
-        let robots: Vec<_> = (0..execution.plan().robots.len()).map(|m| execution.robot(m).unwrap()).collect();
+        let robots: Vec<_> = (0..execution.problem().robots.len()).map(|m| execution.robot(m).unwrap()).collect();
         for (m, robot) in robots.iter().enumerate() {
             for other in &robots[..m] {
                 let apart = f64::hypot(robot.position[0] - other.position[0], robot.position[1] - other.position[1]);

@@ -8,10 +8,10 @@ use hierarq_mission::execution::{Durations, Replan};
 use hierarq_mission::kinds::schedule::execution::{
     Doing, Event, EventError, Execution, Happening, Obstacle, Potentials, Refusal, Settings, Stage, Travel,
 };
+use hierarq_mission::kinds::schedule::plan::{Activity, Actor, Phase};
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Begun, Problem};
 use hierarq_mission::kinds::schedule::validate::validate;
 use hierarq_mission::numbers::Range;
-use hierarq_mission::plan::{Activity, Actor, Phase};
 
 /// 5.F: an operation that ends early is served early by a waiting robot; a late one delays the approach.
 #[test]
@@ -196,7 +196,7 @@ fn services_fail_end_early_and_move() {
     run(&mut execution);
     assert!(execution.done());
     let at = part(execution.plan(), (other, 0), Phase::Serving).unwrap();
-    assert_eq!(at.place, Some([5.0, 5.0, 0.0]));
+    assert_eq!(at.place, Some([5.0, 5.0]));
     assert!(matches!(execution.tell(Event::Done { agent }), Err(EventError::NotWorking { .. })));
     assert!(matches!(execution.tell(Event::Done { agent: 9 }), Err(EventError::NoAgent { agent: 9 })));
     let said = |wait| Event::Said { agent: 0, wait, approach: 0, distance: 0 };

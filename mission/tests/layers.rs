@@ -8,10 +8,11 @@ use std::time::Duration;
 use hierarq_mission::engine::Budget;
 use hierarq_mission::kinds::layers::choose::{Formulation, Options, Refusal, plan};
 use hierarq_mission::kinds::layers::cost::cost;
+use hierarq_mission::kinds::layers::plan::Plan;
 use hierarq_mission::kinds::layers::problem::{Begun, Body, Problem};
 use hierarq_mission::kinds::layers::steps::{Step, from_plan};
 use hierarq_mission::kinds::layers::validate::{Rule, validate};
-use hierarq_mission::plan::{Actor, Plan, Status};
+use hierarq_mission::plan::Status;
 use proptest::prelude::*;
 
 fn options(formulation: Formulation) -> Options {
@@ -121,7 +122,7 @@ fn possible(problem: Problem) -> Option<Problem> {
 /// Returns the problem at this time: the steps of a plan that have begun by then are fixed.
 fn later(problem: &Problem, plan: &Plan, time: f64) -> Problem {
     let mut rest = Problem { start: time, begun: vec![], ..problem.clone() };
-    for step in from_plan(problem, plan).iter().filter(|step| step.start <= time) {
+    for step in from_plan(plan).iter().filter(|step| step.start <= time) {
         let Step { task, agent, object, speed, start, end, .. } = *step;
         rest.begun.push(Begun { task, agent, object, speed, start, end });
     }
@@ -202,7 +203,7 @@ proptest! {
         match plan(&rest, &some) {
             Ok(found) => {
                 prop_assert_eq!(validate(&rest, &found), vec![]);
-                let new = from_plan(&rest, &found).into_iter().filter(|step| !step.begun);
+                let new = from_plan(&found).into_iter().filter(|step| !step.begun);
                 prop_assert!(new.into_iter().all(|step| step.agent != lost && step.start >= rest.start));
             }
             Err(Refusal::Problem(mistakes)) => prop_assert!(!mistakes.is_empty()),
@@ -221,7 +222,7 @@ proptest! {
             1 => activity.start += by,
             2 => activity.start = -by,
             3 => activity.speed = activity.speed.map_or(Some(1.0), |speed| Some(speed + by)),
-            4 => activity.actor = Actor::Robot(7),
+            4 => activity.agent = 7,
             5 => broken.cost += by,
             6 => drop(broken.activities.remove(at)),
             _ => {
@@ -243,7 +244,8 @@ fn each_rule_is_told() {
         change(&mut broken);
         validate(&problem, &broken).into_iter().map(|violation| violation.rule).collect::<Vec<_>>()
     };
-    let first = |plan: &Plan, layer: usize| plan.activities.iter().position(|a| a.target.agent == layer).unwrap();
+    let first =
+        |plan: &Plan, layer: usize| plan.activities.iter().position(|a| problem.tasks[a.task].layer == layer).unwrap();
     let earlier = |plan: &mut Plan| {
         let at = first(plan, 4);
         let activity = &mut plan.activities[at];
@@ -253,23 +255,22 @@ fn each_rule_is_told() {
     assert!(told(&earlier).contains(&Rule::Layers));
     let same = |plan: &mut Plan| {
         let (a, b) = (first(plan, 0), first(plan, 1));
-        plan.activities[b].work.as_mut().unwrap().object = plan.activities[a].work.unwrap().object;
+        plan.activities[b].object = plan.activities[a].object;
     };
     assert!(told(&same).contains(&Rule::ObjectOnce));
     let long = problem.objects.iter().position(|thing| thing.features.contains("parallelepiped"));
     let other = |plan: &mut Plan| {
         let at = first(plan, 0);
-        plan.activities[at].work.as_mut().unwrap().object = long;
+        plan.activities[at].object = long;
     };
     assert!(told(&other).contains(&Rule::Object));
     let none = |plan: &mut Plan| {
         let at = first(plan, 0);
-        plan.activities[at].work.as_mut().unwrap().object = None;
+        plan.activities[at].object = None;
     };
     assert!(told(&none).contains(&Rule::Object));
     assert!(told(&|plan| plan.cost *= 1.01).contains(&Rule::Cost));
-    assert!(told(&|plan| plan.robots[0].push('x')).contains(&Rule::Form));
-    assert!(told(&|plan| plan.layered = None).contains(&Rule::Form));
+    assert!(told(&|plan| plan.members[0].push('x')).contains(&Rule::Form));
     assert!(told(&|plan| plan.activities.truncate(3)).contains(&Rule::Once));
     let mut weak = problem.clone();
     weak.agents[0].payload = Some(0.0);
@@ -285,7 +286,7 @@ fn letter_h_is_proven_and_people_take_the_light_blocks() {
     assert_eq!(validate(&problem, &best), vec![]);
     assert!(matches!(best.status, Status::Proven { .. }), "{:?}", best.status);
     let mass = |human: bool| {
-        let of = from_plan(&problem, &best).into_iter().filter(|s| problem.agents[s.agent].is_human() == human);
+        let of = from_plan(&best).into_iter().filter(|s| problem.agents[s.agent].is_human() == human);
         let masses: Vec<f64> = of.filter_map(|step| problem.mass(step.object)).collect();
         masses.iter().sum::<f64>() / masses.len() as f64
     };

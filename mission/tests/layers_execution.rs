@@ -121,7 +121,7 @@ proptest! {
     fn as_planned(seed in 0_u64..100_000) {
         let Some(problem) = possible(layered::random(seed, 8, 12, 3, 1)) else { return Ok(()) };
         let mut execution = LayeredExecution::new(problem.clone(), settings()).unwrap();
-        let steps = from_plan(&problem, execution.plan());
+        let steps = from_plan(execution.plan());
         run(&mut execution);
         prop_assert!(execution.done());
         for one in performed(execution.records()) {
@@ -147,7 +147,7 @@ proptest! {
     fn ways_are_gone(seed in 0_u64..100_000) {
         let Some(problem) = possible(layered::random(seed, 6, 9, 2, 1)) else { return Ok(()) };
         let mut execution = LayeredExecution::new(problem.clone(), settings()).unwrap();
-        let steps = from_plan(&problem, execution.plan());
+        let steps = from_plan(execution.plan());
         let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
         for step in steps {
             let dt = (step.end - step.start) / 400.0;
@@ -183,7 +183,7 @@ fn spreads_are_those_that_are_said() {
     let mut problem = layered::letter_h(1);
     problem.agents.iter_mut().for_each(|who| who.spread = 0.2);
     let plan = hierarq_mission::kinds::layers::choose::plan(&problem, &settings().planning).unwrap();
-    let steps = from_plan(&problem, &plan);
+    let steps = from_plan(&plan);
     let mut shares = Vec::new();
     for seed in 0..120 {
         let settings = Settings { durations: Durations::Sampled { seed }, replan: Replan::None, ..settings() };
@@ -213,12 +213,12 @@ fn what_the_plan_does_is_what_the_settings_allow() {
         let plan = start.plan().clone();
         let mut execution =
             LayeredExecution::with_plan(problem.clone(), plan, Settings { replan, ..settings() }).unwrap();
-        let before = from_plan(&problem, execution.plan());
+        let before = from_plan(execution.plan());
         execution.advance(3.0);
         execution.tell(event).unwrap();
         run(&mut execution);
         assert!(execution.done());
-        let after = from_plan(&problem, execution.plan());
+        let after = from_plan(execution.plan());
         let same = before.iter().zip(&after).all(|(a, b)| (a.agent, a.object) == (b.agent, b.object));
         let speeds = before.iter().zip(&after).all(|(a, b)| a.speed == b.speed);
         (execution.plan().cost, same, speeds, execution.statistics().reallocations)
@@ -359,7 +359,7 @@ fn wrong_settings_and_events_are_refused() {
     short.activities.pop();
     let broken = LayeredExecution::with_plan(problem.clone(), short, settings()).unwrap_err();
     assert!(matches!(broken, Refusal::Violations(_)));
-    let step = from_plan(&problem, &plan)[0];
+    let step = from_plan(&plan)[0];
     let begun = Begun { task: step.task, agent: step.agent, object: step.object, speed: 0.2, start: 0.0, end: 9.0 };
     let under_way = Problem { begun: vec![begun], ..problem.clone() };
     assert_eq!(refused(under_way, settings()), Refusal::Begun);

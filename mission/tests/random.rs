@@ -9,11 +9,12 @@ use hierarq_mission::engine::Budget;
 use hierarq_mission::kinds::schedule::adapt::{Adaptation, Feedback, adapt};
 use hierarq_mission::kinds::schedule::assistance::{Assistance, from_plan, to_plan};
 use hierarq_mission::kinds::schedule::choose::{Formulation, Options, plan};
+use hierarq_mission::kinds::schedule::plan::{Actor, Phase, Plan};
 use hierarq_mission::kinds::schedule::problem::{Absence, AgentKind, Distances, Problem, Scales};
 use hierarq_mission::kinds::schedule::reallocate::{optimality_index, reallocate};
 use hierarq_mission::kinds::schedule::reschedule::{Observed, reschedule};
 use hierarq_mission::kinds::schedule::validate::{Rule, validate};
-use hierarq_mission::plan::{Actor, Limit, Phase, Plan, Status};
+use hierarq_mission::plan::{Limit, Status};
 use proptest::prelude::*;
 
 fn quick(formulation: Option<Formulation>) -> Options {

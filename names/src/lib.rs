@@ -49,6 +49,25 @@ pub fn pattern(names: &[&str]) -> String {
     }
 }
 
+/// Writes names in lines of at most 110 columns, indented below a head.
+///
+/// # Errors
+/// The output cannot be written.
+pub fn wrapped(head: &str, names: &[&str], out: &mut impl std::fmt::Write) -> std::fmt::Result {
+    let mut line = format!("      {head}");
+    for (i, n) in names.iter().enumerate() {
+        let comma = if i + 1 < names.len() { "," } else { "" };
+        if line.chars().count() + n.chars().count() + 2 > 110 {
+            writeln!(out, "{line}")?;
+            line = "          ".to_string();
+        }
+        line.push(' ');
+        line.push_str(n);
+        line.push_str(comma);
+    }
+    writeln!(out, "{line}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use compiler::{Compiled, Input, Report};
 use dsl::{Diagnostic, Span, Syntax};
-use runtime::program::CompiledFile;
+use mission::kinds::KINDS;
+use runtime::program::{CompiledFile, MissionProgram};
 
 /// Maximum size of a compiled program (bytes).
 const MAX_COMPILED: u64 = 256 << 20;
@@ -140,4 +141,32 @@ pub fn missions_alone(path: &Path) -> String {
     format!(
         "`{name}` declares missions and no robot, so there is nothing to run but their scenarios, `hierarq run {name} --scenario NAME`; plan them: `hierarq plan {name}`"
     )
+}
+
+/// Returns the mission of this name; without a name, the only mission of the spec.
+///
+/// # Errors
+/// There is none, or several and no name; the message says which there are.
+pub fn mission<'p>(missions: &'p [MissionProgram], name: Option<&str>) -> Result<&'p MissionProgram, String> {
+    let names = || missions.iter().map(|m| m.name.as_str());
+    let Some(name) = name else {
+        return match missions {
+            [one] => Ok(one),
+            [] => {
+                let kinds = compiler::names::list(KINDS.iter().map(|kind| kind.name), KINDS.len());
+                Err(format!(
+                    "it declares no mission: write one, `mission NAME : KIND {{ .. }}`, with a kind among {kinds}"
+                ))
+            }
+            _ => Err(format!("it declares several missions: name one of {}", compiler::names::list(names(), 12))),
+        };
+    };
+    missions.iter().find(|m| m.name == name).ok_or_else(|| {
+        let help = match compiler::names::suggest(name, names()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if missions.is_empty() => "it declares none".to_string(),
+            None => format!("it has {}", compiler::names::list(names(), 12)),
+        };
+        format!("there is no mission `{name}`: {help}")
+    })
 }

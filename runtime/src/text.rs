@@ -1,7 +1,6 @@
 //! A program as text: stable, for people to review and for snapshots to hold.
 
 mod fields;
-mod layers;
 mod leaves;
 mod machine;
 mod missions;
@@ -95,21 +94,6 @@ fn robot(p: &Program, out: &mut String) -> std::fmt::Result {
         )?;
     }
     Ok(())
-}
-
-fn wrapped(head: &str, names: &[&str], out: &mut String) -> std::fmt::Result {
-    let mut line = format!("      {head}");
-    for (i, n) in names.iter().enumerate() {
-        let comma = if i + 1 < names.len() { "," } else { "" };
-        if line.chars().count() + n.chars().count() + 2 > 110 {
-            writeln!(out, "{line}")?;
-            line = "          ".to_string();
-        }
-        line.push(' ');
-        line.push_str(n);
-        line.push_str(comma);
-    }
-    writeln!(out, "{line}")
 }
 
 fn parameters(p: &Program, task: &TaskProgram, gain_is_said: bool, out: &mut String) -> std::fmt::Result {

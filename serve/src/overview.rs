@@ -67,7 +67,7 @@ pub fn times(n: usize) -> String {
 }
 
 /// Returns the status of a plan in words.
-pub fn status(plan: &Plan) -> String {
+pub fn status<A>(plan: &Plan<A>) -> String {
     match &plan.status {
         Status::Proven { .. } => format!("cost {:.3}, no plan costs less ({})", plan.cost, plan.engine),
         Status::Gap { gap, .. } => {

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use mission::execution::PlanChange;
+use mission::kinds::schedule::chart::chart;
 use mission::kinds::schedule::execution::{Doing, Event, EventError, Execution, Happening, Stage};
 use mission::kinds::schedule::map::map;
-use mission::plan::Actor;
+use mission::kinds::schedule::plan::Actor;
 
 use super::engine::Answer;
 use super::engine::world::{Note, Shown, World};
@@ -79,7 +80,7 @@ impl World for Schedule {
         Shown {
             people: people.map(|index| person(execution, &self.diary, index, running)).collect(),
             supervisor: supervisor(execution, &self.diary),
-            plan: Arc::new(execution.plan().clone()),
+            plan: Arc::new(chart(execution.problem(), execution.plan())),
             map: Some(Arc::new(map(execution.problem(), execution.plan()))),
         }
     }

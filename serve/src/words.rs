@@ -2,8 +2,8 @@
 
 use mission::execution::PlanChange;
 use mission::kinds::schedule::execution::{Event, Happening, Record};
+use mission::kinds::schedule::plan::Actor;
 use mission::kinds::schedule::problem::Problem;
-use mission::plan::Actor;
 
 /// Formats seconds as `3:07` or `1:02:09`.
 pub fn written(seconds: f64) -> String {

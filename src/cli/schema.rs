@@ -23,7 +23,7 @@ enum Of {
 pub fn run(a: &Arguments) -> Outcome {
     match a.of {
         Of::Spec => output::data(&format!("{:#}\n", hierarq::schema::schema())),
-        Of::Plan => output::data(hierarq::plan_data::SCHEMA),
+        Of::Plan => output::data(&format!("{:#}\n", mission::kinds::plan_schema())),
     }
     Outcome::Good
 }

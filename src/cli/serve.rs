@@ -7,12 +7,12 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use hierarq::project;
 use hierarq::serve::{LayersMission, LinkOf, Mission, Options, Resuming, Served, Server, Trouble};
-use hierarq::{planned, project};
 use mission::engine::Budget;
 use mission::execution::Durations;
-use mission::kinds;
-use mission::kinds::layers;
+use mission::kinds::layers::{self, Layers};
+use mission::kinds::schedule::Schedule;
 use mission::kinds::schedule::choose;
 use mission::kinds::schedule::execution::Settings;
 use runtime::program::MissionProgram;
@@ -96,11 +96,17 @@ fn serve(a: &Arguments, spec: &Path) -> Outcome {
         return output::refuse(&compiled.report, spec, false);
     }
     output::show(&compiled.report);
-    let mission = match planned::find(&compiled.missions, a.mission.as_deref()) {
+    let mission = match project::mission(&compiled.missions, a.mission.as_deref()) {
         Ok(mission) => mission,
         Err(message) => return Outcome::Trouble(format!("{}: {message}", spec.display())),
     };
-    let served = served(a, mission);
+    let Some(served) = served(a, mission) else {
+        return Outcome::Trouble(format!(
+            "the mission `{}` is {}, which has no pages",
+            mission.name,
+            mission.kind.kind().title
+        ));
+    };
     let options = Options {
         bind: a.bind,
         port: a.port,
@@ -155,33 +161,30 @@ fn serve(a: &Arguments, spec: &Path) -> Outcome {
     }
 }
 
-/// Returns the mission with the settings of its execution.
-fn served(a: &Arguments, mission: &MissionProgram) -> Served {
+/// Returns the mission with the settings of its execution; none for a kind without pages.
+fn served(a: &Arguments, mission: &MissionProgram) -> Option<Served> {
     let (name, durations) = (mission.name.clone(), Durations::Sampled { seed: a.seed });
     let budget = |nodes| Budget { time: Duration::from_secs(LONGEST), nodes, ..Budget::default() };
-    match &mission.kind {
-        kinds::Mission::Schedule(schedule) => {
-            let budget = budget(a.nodes.unwrap_or(0));
-            let settings = Settings {
-                durations,
-                adaptation: schedule.adaptation,
-                reallocate_above: schedule.reallocate_above,
-                planning: choose::Options { batch: schedule.batch, budget, ..choose::Options::default() },
-                ..Settings::default()
-            };
-            Mission { name, problem: schedule.problem.clone(), settings }.into()
-        }
-        kinds::Mission::Layers(of) => {
-            let budget = budget(a.nodes.unwrap_or_else(|| layers::choose::parts_of_a_second(&of.problem)));
-            let settings = layers::execution::Settings {
-                durations,
-                reallocate_above: of.reallocate_above,
-                planning: layers::choose::Options { batch: of.batch, budget, ..layers::choose::Options::default() },
-                ..layers::execution::Settings::default()
-            };
-            LayersMission { name, problem: of.problem.clone(), settings }.into()
-        }
+    if let Some(schedule) = mission.kind.downcast::<Schedule>() {
+        let budget = budget(a.nodes.unwrap_or(0));
+        let settings = Settings {
+            durations,
+            adaptation: schedule.adaptation,
+            reallocate_above: schedule.reallocate_above,
+            planning: choose::Options { batch: schedule.batch, budget, ..choose::Options::default() },
+            ..Settings::default()
+        };
+        return Some(Mission { name, problem: schedule.problem.clone(), settings }.into());
     }
+    let of = mission.kind.downcast::<Layers>()?;
+    let budget = budget(a.nodes.unwrap_or_else(|| layers::choose::parts_of_a_second(&of.problem)));
+    let settings = layers::execution::Settings {
+        durations,
+        reallocate_above: of.reallocate_above,
+        planning: layers::choose::Options { batch: of.batch, budget, ..layers::choose::Options::default() },
+        ..layers::execution::Settings::default()
+    };
+    Some(LayersMission { name, problem: of.problem.clone(), settings }.into())
 }
 
 /// Returns the links, with hints on how to continue.

@@ -29,17 +29,18 @@ impl ReplanPolicy {
 }
 
 /// A plan repaired for what has happened.
-pub(crate) struct Repaired<P, A> {
+pub(crate) struct Repaired<R: Replans + ?Sized> {
     /// The problem at the present time.
-    pub problem: P,
-    /// The plan, which has not been checked yet, with the kind's form of it. None: work is left without anybody to do it.
-    pub plan: Option<(A, Plan)>,
+    pub problem: R::Problem,
+    /// The plan, which has not been checked yet, with the form that is executed. None: work is left without anybody to do
+    /// it.
+    pub plan: Option<(R::Steps, Plan<R::Activity>)>,
 }
 
 /// Result of planning anew where the repaired plan could be kept.
-pub(crate) enum Improved {
+pub(crate) enum Improved<A> {
     /// Use this plan.
-    Fresh(Box<Plan>),
+    Fresh(Box<Plan<A>>),
     /// The repaired plan is no worse; its new engine says so.
     Kept(String),
 }
@@ -48,7 +49,9 @@ pub(crate) enum Improved {
 pub(crate) trait Replans {
     /// The problem of the kind.
     type Problem: Clone;
-    /// The kind's form of a plan, from which it executes.
+    /// The activities of its plans.
+    type Activity;
+    /// The form of a plan that is executed.
     type Steps;
     /// The kind's list of what can happen.
     type Happening;
@@ -56,7 +59,7 @@ pub(crate) trait Replans {
     /// The problem as it is now.
     fn problem(&self) -> &Self::Problem;
     /// The plan as it is now.
-    fn plan_mut(&mut self) -> &mut Plan;
+    fn plan_mut(&mut self) -> &mut Plan<Self::Activity>;
     /// The log.
     fn log(&mut self) -> &mut Log<Self::Happening>;
     /// Writes a change of the plan into the log.
@@ -65,15 +68,15 @@ pub(crate) trait Replans {
     fn rule(&self) -> (Replan, f64);
 
     /// Repairs the plan under this problem for everything that has happened by now.
-    fn repair(&self, problem: Self::Problem) -> Repaired<Self::Problem, Self::Steps>;
+    fn repair(&self, problem: Self::Problem) -> Repaired<Self>;
     /// The first constraint of the problem that a plan violates, or mistake of the problem.
-    fn broken(problem: &Self::Problem, plan: &Plan) -> Option<String>;
+    fn broken(problem: &Self::Problem, plan: &Plan<Self::Activity>) -> Option<String>;
     /// True if times or speeds of these steps differ from those that are executed.
     fn moved(&self, steps: &Self::Steps) -> bool;
-    /// The kind's form of a plan.
-    fn steps_of(problem: &Self::Problem, plan: &Plan) -> Result<Self::Steps, String>;
+    /// The form of a plan that is executed.
+    fn steps_of(problem: &Self::Problem, plan: &Plan<Self::Activity>) -> Result<Self::Steps, String>;
     /// Executes a checked plan from now on.
-    fn adopt(&mut self, problem: Self::Problem, steps: Self::Steps, plan: Plan);
+    fn adopt(&mut self, problem: Self::Problem, steps: Self::Steps, plan: Plan<Self::Activity>);
     /// Relative change of the cost since the last planning.
     fn index(&self) -> f64;
     /// Takes the present plan as the one against which the index compares.
@@ -81,9 +84,9 @@ pub(crate) trait Replans {
     /// True if something has not begun.
     fn is_open(&self) -> bool;
     /// Plans the part that has not begun, around the rest.
-    fn improve(&self) -> Result<Improved, String>;
+    fn improve(&self) -> Result<Improved<Self::Activity>, String>;
     /// Plans from nothing but what has begun.
-    fn plan_anew(&self, problem: &Self::Problem) -> Result<Plan, String>;
+    fn plan_anew(&self, problem: &Self::Problem) -> Result<Plan<Self::Activity>, String>;
     /// The words for those who are all lost, if they are.
     fn nobody_left(problem: &Self::Problem) -> Option<&'static str>;
     /// There is no plan any more: what becomes of what is under way. The log has the reason already, unless it is the same
@@ -163,7 +166,7 @@ fn replace<R: Replans>(of: &mut R, problem: R::Problem, violated: Option<String>
     }
 }
 
-fn checked<R: Replans>(problem: &R::Problem, plan: &Plan) -> Result<R::Steps, NoFeasiblePlan> {
+fn checked<R: Replans>(problem: &R::Problem, plan: &Plan<R::Activity>) -> Result<R::Steps, NoFeasiblePlan> {
     match R::broken(problem, plan) {
         Some(why) => Err(NoFeasiblePlan::Broken { why }),
         None => R::steps_of(problem, plan).map_err(|why| NoFeasiblePlan::NotFound { why }),

@@ -6,7 +6,7 @@ use std::time::Duration;
 use hierarq_mission::engine::Budget;
 use hierarq_mission::kinds::schedule::choose::{Formulation, Options};
 use hierarq_mission::kinds::schedule::execution::{Event, Execution, Happening, Record, Settings};
-use hierarq_mission::plan::{Activity, Actor, Phase, Plan, Target};
+use hierarq_mission::kinds::schedule::plan::{Activity, Actor, Phase, Plan, Target};
 
 pub fn near(a: f64, b: f64, by: f64) {
     assert!((a - b).abs() <= by, "{a} is not {b}");

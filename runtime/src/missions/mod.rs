@@ -9,10 +9,10 @@ mod judge;
 mod summary;
 mod workers;
 
+use mission::chart::Chart;
 use mission::kind::{Event, Execution};
 use mission::labels::Labels;
 use mission::map::Map;
-use mission::plan::Plan;
 
 use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram, ProgramError};
 use judge::MissionJudge;
@@ -63,10 +63,10 @@ pub struct MissionRun {
     pub summary: MissionSummary,
     /// Text that people read in place of names.
     pub labels: Labels,
-    /// The plan that was made before anything happened; none: there was none.
-    pub planned: Option<Plan>,
-    /// Activities that were done or are still planned; none: there was no plan.
-    pub executed: Option<Plan>,
+    /// The chart of the plan before anything happened; none: there was no plan.
+    pub planned: Option<Chart>,
+    /// The chart of activities that were done or are still planned; none: there was no plan.
+    pub executed: Option<Chart>,
     /// The map of these; none: there was no plan.
     pub map: Option<Map>,
 }
@@ -124,7 +124,7 @@ pub fn run(
             return Ok(MissionRun { summary, labels, planned: None, executed: None, map: None });
         }
     };
-    let planned = execution.plan().clone();
+    let planned = execution.chart();
     let mut world = World::new(scenario, execution, workers);
     recorder.begin(&*world.execution, &world.workers.names())?;
     let (mut instants, mut interrupted) = (0, false);
@@ -143,7 +143,7 @@ pub fn run(
     let outcomes = judge.finish();
     let end = if interrupted { End::Interrupted } else { End::of(&*world.execution) };
     let map = Some(world.execution.map());
-    let executed = Some(world.execution.carried_out());
+    let executed = Some(world.execution.chart());
     let summary = MissionSummary::new(mission, scenario, world, RunEnd { end, instants, outcomes });
     Ok(MissionRun { summary, labels, planned: Some(planned), executed, map })
 }

@@ -3,7 +3,7 @@
 //! A spec may declare missions beside a robot, or missions alone. A compiled file holds both: the fields of the
 //! [`Program`], if there is one, and `missions`.
 
-use mission::kinds::Mission;
+use mission::any_mission::AnyMission;
 use serde::{Deserialize, Serialize};
 
 use super::{FORMAT, MissionScenarioProgram, Program, ProgramError, Running, error};
@@ -15,7 +15,7 @@ pub struct MissionProgram {
     pub name: String,
     /// Its problem, of one of the kinds.
     #[serde(flatten)]
-    pub kind: Mission,
+    pub kind: AnyMission,
     /// Members that run controllers of their own in scenarios.
     #[serde(default, skip_serializing_if = "Running::is_empty")]
     pub running: Running,

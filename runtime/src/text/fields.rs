@@ -2,12 +2,13 @@
 
 use std::fmt::Write;
 
+use names::wrapped;
 use stdlib_tasks::bound::Slot;
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::field::{DistanceProgram, Over};
 
 use super::operations::operation;
-use super::{number, slot, wrapped};
+use super::{number, slot};
 use crate::program::{Op, Program};
 
 /// Writes each field: the averaged distance, its links, and its points.

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
+use names::wrapped;
 use solver::Structure;
 use stdlib_tasks::task::Nature;
 
-use super::{number, parameters, wrapped};
+use super::{number, parameters};
 use crate::controller::{Controller, Observation};
 use crate::evaluator::{Evaluator, Member, build_tasks};
 use crate::program::{IdleRow, Program, StackProgram};

@@ -279,7 +279,6 @@ mod tests {
     use crate::engine::world::{Note, Shown};
     use crate::lines::tests::{Faults, Faulty};
     use crate::view::SupervisorView;
-    use mission::plan::{Plan, Statistics, Status};
 
     /// A mission in which every step takes longer than real time.
     struct Slow(f64);
@@ -310,18 +309,7 @@ mod tests {
                 events: Vec::new(),
                 drawing: 0,
             };
-            let plan = Plan {
-                robots: Vec::new(),
-                agents: Vec::new(),
-                labels: Default::default(),
-                activities: Vec::new(),
-                cost: 0.0,
-                status: Status::Unbounded { stopped: None },
-                engine: String::new(),
-                statistics: Statistics::default(),
-                layered: None,
-            };
-            Shown { people: Vec::new(), supervisor, plan: Arc::new(plan), map: None }
+            Shown { people: Vec::new(), supervisor, plan: Arc::default(), map: None }
         }
         fn person(&mut self, _: usize, _: PersonTells, _: &mut Note<'_>) -> Answer {
             Ok("Noted.".into())

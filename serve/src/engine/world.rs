@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use mission::chart::Chart;
 use mission::map::Map;
-use mission::plan::Plan;
 
 use crate::engine::Answer;
 use crate::journal::Entry;
@@ -19,8 +19,8 @@ pub struct Shown {
     pub people: Vec<PersonView>,
     /// The page of the supervisor.
     pub supervisor: SupervisorView,
-    /// The plan for the chart.
-    pub plan: Arc<Plan>,
+    /// The chart of the plan.
+    pub plan: Arc<Chart>,
     /// The map; `None` if there is none.
     pub map: Option<Arc<Map>>,
 }

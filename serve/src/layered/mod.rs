@@ -7,12 +7,11 @@ mod view;
 use std::sync::Arc;
 
 use mission::execution::PlanChange;
+use mission::kinds::layers::chart::chart;
 use mission::kinds::layers::execution::{AgentView, Doing, Event, EventError, Happening, LayeredExecution};
 use mission::kinds::layers::map::map;
 use mission::kinds::layers::problem::Problem;
-use mission::kinds::layers::steps::agent_of;
 use mission::kinds::layers::words::of_happening as of_layered_happening;
-use mission::plan::Actor;
 
 use self::view::{for_one, person, supervisor};
 use super::engine::Answer;
@@ -42,14 +41,12 @@ pub struct Layered {
 
 /// Returns the people of a mission, as indices of the execution.
 pub fn people(problem: &Problem) -> Vec<usize> {
-    let number = |person| agent_of(problem, Actor::Agent(person));
-    (0..).map_while(number).collect()
+    (0..problem.agents.len()).filter(|agent| problem.agents[*agent].is_human()).collect()
 }
 
 /// Returns the robots of a mission, as indices of the execution.
 pub fn robots(problem: &Problem) -> Vec<usize> {
-    let number = |robot| agent_of(problem, Actor::Robot(robot));
-    (0..).map_while(number).collect()
+    (0..problem.agents.len()).filter(|agent| !problem.agents[*agent].is_human()).collect()
 }
 
 impl Layered {
@@ -137,7 +134,7 @@ impl World for Layered {
         Shown {
             people: pages.map(|(agent, messages)| person(execution, agent, messages.shown(), running)).collect(),
             supervisor: supervisor(execution, self.events.shown()),
-            plan: Arc::new(execution.plan().clone()),
+            plan: Arc::new(chart(execution.problem(), execution.plan())),
             map: Some(Arc::new(map(self.execution.problem(), self.execution.plan()))),
         }
     }
@@ -189,12 +186,12 @@ impl World for Layered {
     fn supervisor(&mut self, tells: SupervisorTells, note: &mut Note<'_>) -> Answer {
         let problem = self.execution.problem();
         let who = |robot: Option<usize>, person: Option<usize>| {
-            let actor = match (robot, person) {
-                (Some(robot), None) => Actor::Robot(robot),
-                (None, Some(person)) => Actor::Agent(person),
+            let agent = match (robot, person) {
+                (Some(robot), None) => robots(problem).get(robot).copied(),
+                (None, Some(person)) => people(problem).get(person).copied(),
                 _ => return Err("Name a robot or an agent, not both."),
             };
-            agent_of(problem, actor).ok_or("There is nobody of that number.")
+            agent.ok_or("There is nobody of that number.")
         };
         let event = match tells {
             SupervisorTells::Replan {} => Event::Replan,

@@ -111,7 +111,7 @@ pub fn person(on: &LayeredExecution, agent: usize, messages: Vec<Message>, runni
 
 /// Returns the planned steps of an agent, sorted by start.
 fn own(on: &LayeredExecution, agent: usize) -> Vec<Planned> {
-    let mut steps = from_plan(on.problem(), on.plan());
+    let mut steps = from_plan(on.plan());
     steps.retain(|step| step.agent == agent);
     steps.sort_by(|a, b| a.start.total_cmp(&b.start).then(a.task.cmp(&b.task)));
     steps

@@ -2,9 +2,9 @@
 
 use mission::execution::PlanChange;
 use mission::kinds::schedule::execution::{Event, Happening, Record};
+use mission::kinds::schedule::plan::Actor;
 use mission::kinds::schedule::problem::{AgentKind, Problem};
 use mission::kinds::schedule::words::of_happening;
-use mission::plan::Actor;
 
 use crate::view::messages::Messages;
 use crate::view::{Ask, Measured, Message};

@@ -6,9 +6,10 @@ pub mod messages;
 use std::sync::Arc;
 use std::time::Duration;
 
+use mission::chart::Chart;
 use mission::kinds::schedule::execution::{AgentView, Coming, Doing, Execution, RobotView, Stage};
+use mission::kinds::schedule::plan::{Activity, Actor, Phase};
 use mission::kinds::schedule::problem::Problem;
-use mission::plan::{Actor, Phase, Plan};
 use serde::Serialize;
 
 use self::diary::Diary;
@@ -30,8 +31,8 @@ pub struct Published {
     pub people: Vec<PersonView>,
     /// The page of the supervisor.
     pub supervisor: SupervisorView,
-    /// The plan for charts.
-    pub plan: Arc<Plan>,
+    /// The chart of the plan.
+    pub plan: Arc<Chart>,
     /// The map; `None` if there is none.
     pub map: Option<Arc<Map>>,
 }
@@ -345,7 +346,7 @@ fn way(problem: &Problem, coming: &Coming, robot: &RobotView, index: usize) -> S
 fn steps(execution: &Execution, agent: &AgentView, index: usize) -> Vec<Step> {
     let (plan, problem) = (execution.plan(), execution.problem());
     let current = agent.operation.unwrap_or(usize::MAX);
-    let step = |operation: &mission::plan::Activity| {
+    let step = |operation: &Activity| {
         let serving = plan.activities.iter().find(|a| a.phase == Phase::Serving && a.target == operation.target);
         let by = serving.and_then(|a| match a.actor {
             Actor::Robot(robot) => Some((words::robot(problem, robot), a.start)),

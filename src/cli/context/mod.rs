@@ -9,17 +9,12 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use context::answer::part;
 use context::endpoint::{Chat, Endpoint};
-use context::generate::{Bounds, GenerateError};
-use context::layers::layers;
-use context::prompt::{Wish, prompt};
+use context::generate::{Bounds, GenerateError, Wish, prompt, tasks};
 use context::transcript::{self, Exchange, Replay};
 use files::Target;
-use hierarq::plan_data::{Found, PlanData};
-use hierarq::{outputs, planned, project};
-use mission::kinds::Mission;
-use mission::kinds::layers::cost::cost;
-use mission::kinds::layers::json::{Imported, Mode, export, export_plan};
-use mission::kinds::layers::steps::from_plan;
+use hierarq::{outputs, project};
+use mission::kind::Kind;
+use mission::kind::generation::{self, Generated, Generation};
 
 use super::{Outcome, SpecOptions, output, plan};
 
@@ -92,11 +87,12 @@ enum Decides {
 }
 
 impl Decides {
-    fn mode(self) -> Mode {
+    /// The same for the interface of missions.
+    fn generation(self) -> generation::Decides {
         match self {
-            Decides::Layers => Mode::Context,
-            Decides::Allocation => Mode::Allocated,
-            Decides::Everything => Mode::Scheduled,
+            Decides::Layers => generation::Decides::Tasks,
+            Decides::Allocation => generation::Decides::Allocation,
+            Decides::Everything => generation::Decides::Everything,
         }
     }
 }
@@ -107,32 +103,27 @@ pub fn run(a: &Arguments) -> Outcome {
         return output::refuse(&compiled.report, &a.spec, false);
     }
     output::show(&compiled.report);
-    let mission = match planned::find(&compiled.missions, a.mission.as_deref()) {
+    let mission = match project::mission(&compiled.missions, a.mission.as_deref()) {
         Ok(mission) => mission,
         Err(message) => return Outcome::Trouble(format!("{}: {message}", a.spec.display())),
     };
-    let Mission::Layers(program) = &mission.kind else {
-        let text = format!(
-            "the mission `{}` is a schedule; a model is asked for the layers of a mission of layers",
+    let Some(of) = mission.kind.generation() else {
+        let title = mission.kind.kind().title;
+        return Outcome::Trouble(format!(
+            "the mission `{}` is {title}, which takes no tasks from a model",
             mission.name
-        );
-        return Outcome::Trouble(text);
+        ));
     };
-    let Some(instruction) = a.instruction.as_deref().or(program.instruction.as_deref()) else {
+    let Some(instruction) = a.instruction.as_deref().or(of.instruction()) else {
         let text = format!(
             "nobody says what is to be done: write `instruction \"..\"` in `{}`, or `--instruction`",
             mission.name
         );
         return Outcome::Trouble(text);
     };
-    let wish_of = |decides: Decides| Wish {
-        problem: &program.problem,
-        instruction,
-        directives: &program.directives,
-        mode: decides.mode(),
-    };
+    let wish_of = |decides: Decides| Wish { mission: of, instruction, decides: decides.generation() };
     if let Some(trials) = a.trials {
-        return trials::run(a, (&mission.name, program), trials, &wish_of);
+        return trials::run(a, &mission.name, trials, &wish_of);
     }
     let [decides] = a.decides[..] else {
         let text = "`--decides` takes several only with `--trials N`, which compares them";
@@ -157,15 +148,19 @@ pub fn run(a: &Arguments) -> Outcome {
         Err(trouble) => return Outcome::Trouble(trouble),
     };
     match ask(a, &mission.name, &wish) {
-        Ok(imported) => finish(a, target, &mission.name, &imported),
+        Ok(generated) => {
+            let subject = Subject { name: &mission.name, kind: mission.kind.kind(), of };
+            finish(a, target, &subject, &generated)
+        }
         Err(outcome) => outcome,
     }
 }
 
 /// Asks the server, or replays the transcript.
-fn ask(a: &Arguments, mission: &str, wish: &Wish) -> Result<Imported, Outcome> {
+fn ask(a: &Arguments, mission: &str, wish: &Wish) -> Result<Generated, Outcome> {
     let mut talk = talk(a, mission)?;
-    let answered = layers(talk.chat.as_mut(), wish, &bounds(a, 5), |exchange| talk.kept.keep(exchange));
+    let answered =
+        tasks(talk.chat.as_mut(), wish, &bounds(a, 5), |exchange| talk.kept.keep(exchange, wish.mission.answer_keys()));
     talk.kept.tell();
     answered.map_err(|error| {
         let reasons = match &error {
@@ -188,8 +183,8 @@ struct Kept(Option<(File, PathBuf)>);
 
 impl Kept {
     /// Reports the result of an exchange, and writes it.
-    fn keep(&mut self, exchange: &Exchange) -> std::io::Result<()> {
-        say(exchange);
+    fn keep(&mut self, exchange: &Exchange, answer_keys: &[&str]) -> std::io::Result<()> {
+        say(exchange, answer_keys);
         self.0.as_mut().map_or(Ok(()), |(file, _)| transcript::write(file, exchange))
     }
 
@@ -246,14 +241,14 @@ fn server(a: &Arguments, address: &str) -> Result<Endpoint, Outcome> {
 }
 
 /// Reports the result of an attempt.
-fn say(exchange: &Exchange) {
+fn say(exchange: &Exchange, answer_keys: &[&str]) {
     let Exchange { attempt, seconds, answered, refused, .. } = exchange;
     let text = match answered {
         Err(error) => format!("attempt {attempt}: {error}"),
         Ok(_) if refused.is_empty() => format!("attempt {attempt}: taken ({seconds:.1} s)"),
         Ok(text) => {
             let reasons: String = refused.iter().map(|reason| format!("\n  {reason}")).collect();
-            let lines = part(text).and_then(|part| part.lines());
+            let lines = part(text, answer_keys).and_then(|part| part.lines());
             let read = lines.map(|(from, to)| format!("; read were lines {from} to {to}")).unwrap_or_default();
             format!("attempt {attempt}: refused ({seconds:.1} s){read}{reasons}")
         }
@@ -261,38 +256,38 @@ fn say(exchange: &Exchange) {
     output::eprint(&(text + "\n"));
 }
 
-/// Reason for the choice if the model decided the complete plan.
-const GIVEN: Found<'static> = Found { formulation: "given", why: "the model decided everything" };
+/// A mission whose tasks a model wrote.
+struct Subject<'s> {
+    name: &'s str,
+    kind: &'static Kind,
+    of: &'s dyn Generation,
+}
 
-/// Writes the layers, or the complete plan with its cost.
-fn finish(a: &Arguments, target: Option<Target>, mission: &str, imported: &Imported) -> Outcome {
-    let problem = &imported.problem;
-    let text = match &imported.plan {
-        None => export(problem),
-        Some(plan) => export_plan(problem, plan),
-    };
-    if let Some(plan) = &imported.plan {
-        let cost = cost(problem, &from_plan(problem, plan));
-        let end = plan.end().unwrap_or(0.0);
-        output::eprint(&format!("all done after {end:.1} s; {}\n", plan::cost(&cost)));
+/// Writes the tasks, or the complete plan with its cost.
+fn finish(a: &Arguments, target: Option<Target>, subject: &Subject<'_>, generated: &Generated) -> Outcome {
+    if let Some(plan) = &generated.planned {
+        let end = plan.chart.end().unwrap_or(0.0);
+        output::eprint(&format!("all done after {end:.1} s; {}\n", plan.cost_text));
         if a.json {
-            let of_spec = a.spec.display().to_string();
-            output::data(&plan::data(&PlanData::of_layers((&of_spec, mission), problem, (plan, &cost), GIVEN)));
+            output::data(&plan::data(plan, &a.spec.display().to_string(), subject.name, subject.kind));
         }
     }
     let Some(target) = target else {
         if !a.json {
-            output::data(&text);
+            output::data(&generated.text);
         }
         return Outcome::Good;
     };
     let path = target.path().to_path_buf();
-    if let Err(trouble) = target.write(&text) {
+    if let Err(trouble) = target.write(&generated.text) {
         return Outcome::Trouble(trouble);
     }
-    let what = match &imported.plan {
-        None => "",
-        Some(_) => ", a whole plan, with times; `layers_from` reads layers, without `start` and `end`",
+    let what = match &generated.planned {
+        None => String::new(),
+        Some(_) => {
+            let (key, noun) = (subject.of.key(), subject.of.noun());
+            format!(", a whole plan, with times; `{key}` reads {noun}, without `start` and `end`")
+        }
     };
     output::eprint(&format!("wrote {}{what}\n", path.display()));
     Outcome::Good

@@ -5,15 +5,10 @@
 use std::time::Instant;
 
 use context::endpoint::AskError;
-use context::generate::{Bounds, GenerateError};
-use context::layers::layers;
-use context::prompt::{VERSION, Wish};
-use hierarq::planned;
-use mission::kinds::layers::Layers;
-use mission::kinds::layers::choose::Options;
-use mission::kinds::layers::cost::{Cost, cost};
-use mission::kinds::layers::json::Imported;
-use mission::kinds::layers::steps::from_plan;
+use context::generate::{Bounds, GenerateError, Wish, tasks};
+use mission::kind::generation::Generated;
+use mission::plan_data::Cost;
+use mission::planned::PlanOptions;
 
 use super::super::{Outcome, output, plan};
 use super::{Arguments, Decides, Kept, Talk, bounds, talk};
@@ -37,12 +32,7 @@ struct Case {
 }
 
 /// Runs the trials of each case, and prints the table.
-pub(super) fn run<'w>(
-    a: &Arguments,
-    (mission, program): (&str, &Layers),
-    count: u32,
-    wish: &impl Fn(Decides) -> Wish<'w>,
-) -> Outcome {
+pub(super) fn run<'w>(a: &Arguments, mission: &str, count: u32, wish: &impl Fn(Decides) -> Wish<'w>) -> Outcome {
     for (index, decides) in a.decides.iter().enumerate() {
         if a.decides[..index].contains(decides) {
             return Outcome::Trouble("`--decides` names the same twice".to_string());
@@ -58,7 +48,7 @@ pub(super) fn run<'w>(
         let mut case = Case { decides, trials: Vec::new() };
         for number in 1..=count {
             output::eprint(&format!("{}, trial {number} of {count}\n", word(decides)));
-            match trial(&mut talk, &wish(decides), &bounds, program) {
+            match trial(&mut talk, &wish(decides), &bounds) {
                 Ok(trial) => case.trials.push(trial),
                 Err(error) => {
                     talk.kept.tell();
@@ -70,28 +60,28 @@ pub(super) fn run<'w>(
         cases.push(case);
     }
     talk.kept.tell();
-    output::print(&table(mission, talk.chat.model(), &bounds, &cases));
+    let version = wish(Decides::Layers).mission.version();
+    let head = format!("mission {mission}, model {}, prompt {version}", talk.chat.model());
+    output::print(&table(&head, &bounds, &cases));
     Outcome::Good
 }
 
 /// Runs one conversation, and plans its result.
-fn trial(talk: &mut Talk, wish: &Wish, bounds: &Bounds, program: &Layers) -> Result<Trial, GenerateError> {
+fn trial(talk: &mut Talk, wish: &Wish, bounds: &Bounds) -> Result<Trial, GenerateError> {
     let Talk { chat, kept } = talk;
     chat.begin();
     let (mut model, mut exchanges) = (0.0, 0);
-    let answered = layers(chat.as_mut(), wish, bounds, |exchange| {
+    let answered = tasks(chat.as_mut(), wish, bounds, |exchange| {
         model += exchange.seconds;
         exchanges += usize::from(exchange.answered != Err(AskError::RecordingEnds));
-        Kept::keep(kept, exchange)
+        Kept::keep(kept, exchange, wish.mission.answer_keys())
     });
     match answered {
-        Ok(imported) => {
+        Ok(generated) => {
             let begun = Instant::now();
-            let cost = priced(&imported, program);
-            let planner = if imported.plan.is_some() { 0.0 } else { begun.elapsed().as_secs_f64() };
-            if let Some(cost) = &cost {
-                output::eprint(&format!("{}\n", plan::cost(cost)));
-            }
+            let given = generated.planned.is_some();
+            let cost = cost(generated);
+            let planner = if given { 0.0 } else { begun.elapsed().as_secs_f64() };
             Ok(Trial { cost, model, planner })
         }
         // The replayed conversation had fewer answers.
@@ -101,16 +91,19 @@ fn trial(talk: &mut Talk, wish: &Wish, bounds: &Bounds, program: &Layers) -> Res
     }
 }
 
-/// Returns the cost of the given plan, or of a plan made for the layers.
-fn priced(imported: &Imported, program: &Layers) -> Option<Cost> {
-    let problem = &imported.problem;
-    if let Some(plan) = &imported.plan {
-        return Some(cost(problem, &from_plan(problem, plan)));
-    }
-    match planned::layers(problem, &Options { batch: program.batch, ..Options::default() }) {
-        Ok(planned) => Some(planned.cost),
+/// Returns the cost of the given plan, or of a plan made for the tasks.
+fn cost(generated: Generated) -> Option<Cost> {
+    let planned = match generated.planned {
+        Some(planned) => Ok(planned),
+        None => generated.mission.plan(&PlanOptions::default()),
+    };
+    match planned {
+        Ok(planned) => {
+            output::eprint(&format!("{}\n", planned.cost_text));
+            Some(planned.cost)
+        }
         Err(why) => {
-            output::eprint(&format!("no plan: {}\n", plan::refused(&why)));
+            output::eprint(&format!("no plan: {}\n", plan::refused(&why, generated.mission.kind())));
             None
         }
     }
@@ -125,24 +118,32 @@ fn word(decides: Decides) -> &'static str {
 }
 
 /// Returns the table with its caption.
-fn table(mission: &str, model: &str, bounds: &Bounds, cases: &[Case]) -> String {
-    let header = ["decides", "trials", "f %", "CP s", "LLM s", "eps_m", "eps_M", "J", "mu", "omega", "e"];
+fn table(head: &str, bounds: &Bounds, cases: &[Case]) -> String {
+    let parts = parts(cases);
+    let mut header = vec!["decides", "trials", "f %", "CP s", "LLM s", "eps_m", "eps_M", "J"];
+    header.extend(&parts);
     let reference = cases.iter().find(|case| case.decides == Decides::Layers);
-    let rows: Vec<Vec<String>> = cases.iter().map(|case| row(case, reference)).collect();
+    let rows: Vec<Vec<String>> = cases.iter().map(|case| row(case, reference, &parts)).collect();
     let answers = match bounds.attempts {
         1 => "the first answer counts".to_string(),
         n => format!("up to {n} answers are looked at, with what was wrong with those before"),
     };
     format!(
-        "mission {mission}, model {model}, prompt {VERSION}; {answers}\n\n{}\n\
+        "{head}; {answers}\n\n{}\n\
          f: valid plans; CP, LLM: time of planner and model; eps: least and greatest relative error of J against `layers`, trial by \
-         trial;\nJ: cost; mu, omega, e: makespan, workload, energy, normalised, each before its weight.\n\
+         trial;\nJ: cost; then its parts, normalised, each before its weight.\n\
          Means over valid plans ± standard deviation (n - 1).\n",
         plan::aligned(&header, &rows, 1)
     )
 }
 
-fn row(case: &Case, reference: Option<&Case>) -> Vec<String> {
+/// Returns the parts of the costs, in their order.
+fn parts(cases: &[Case]) -> Vec<&'static str> {
+    let first = cases.iter().flat_map(|case| &case.trials).find_map(|trial| trial.cost.as_ref());
+    first.into_iter().flat_map(|cost| &cost.parts).map(|part| part.name).collect()
+}
+
+fn row(case: &Case, reference: Option<&Case>, parts: &[&str]) -> Vec<String> {
     let all = &case.trials;
     let valid: Vec<(&Trial, &Cost)> = all.iter().filter_map(|trial| Some((trial, trial.cost.as_ref()?))).collect();
     let of = |value: &dyn Fn(&Trial, &Cost) -> f64| -> Vec<f64> { valid.iter().map(|(t, c)| value(t, c)).collect() };
@@ -154,7 +155,7 @@ fn row(case: &Case, reference: Option<&Case>) -> Vec<String> {
     let most = errors.iter().copied().reduce(f64::max);
     let share = 100.0 * valid.len() as f64 / all.len().max(1) as f64;
     let short = |x: Option<f64>| x.map_or_else(|| "-".to_string(), |x| format!("{x:.2}"));
-    vec![
+    let mut row = vec![
         word(case.decides).to_string(),
         all.len().to_string(),
         format!("{share:.0}"),
@@ -162,17 +163,22 @@ fn row(case: &Case, reference: Option<&Case>) -> Vec<String> {
         short(mean(&of(&|t, _| t.model))),
         short(least),
         short(most),
-        spread(&of(&|_, c| c.total())),
-        spread(&of(&|_, c| c.makespan)),
-        spread(&of(&|_, c| c.workload)),
-        spread(&of(&|_, c| c.energy)),
-    ]
+        spread(&of(&|_, c| c.total)),
+    ];
+    row.extend(parts.iter().map(|part| spread(&of(&|_, cost| value(cost, part)))));
+    row
+}
+
+/// Returns a part of a cost, before its weight.
+fn value(cost: &Cost, name: &str) -> f64 {
+    let part = cost.parts.iter().find(|part| part.name == name);
+    part.map_or(f64::NAN, |part| part.value.unwrap_or(part.cost))
 }
 
 /// Computes (6.17) for each trial in which both have a plan.
 fn errors(of: &[Trial], reference: &[Trial]) -> Vec<f64> {
     let both = of.iter().zip(reference).filter_map(|(one, other)| Some((one.cost.as_ref()?, other.cost.as_ref()?)));
-    let all = both.map(|(one, other)| (one.total() - other.total()) / other.total());
+    let all = both.map(|(one, other)| (one.total - other.total) / other.total);
     all.filter(|error| error.is_finite()).collect()
 }
 
@@ -205,7 +211,7 @@ mod tests {
     #[test]
     fn a_case_without_a_valid_plan_has_a_row() {
         let case = Case { decides: Decides::Everything, trials: vec![Trial::default(); 2] };
-        let row = row(&case, None);
+        let row = row(&case, None, &["makespan"]);
         assert_eq!(row[1..4], ["2", "0", "-"]);
         assert!(row[4..].iter().all(|cell| cell == "-"));
     }

@@ -1,14 +1,13 @@
 //! Drawings of plans: a Gantt chart for the terminal and as SVG, and a map of positions and paths.
 //!
-//! All are functions of data: a [`mission::plan::Plan`], a problem, an instant. A chart has a row for each robot and
-//! each agent; phases differ in character or height as well as in colour. Operations count from 1 in drawings.
+//! All are functions of data: a [`mission::chart::Chart`], a [`mission::map::Map`], an instant. Kinds of bars differ in
+//! character or height as well as in colour.
 
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
 mod axis;
 mod frame;
 mod map;
-mod rows;
 mod svg;
 mod text;
 

@@ -2,12 +2,11 @@
 
 use std::fmt::Write;
 
-use mission::plan::{Actor, Phase, Plan};
+use mission::chart::{Bar, Chart, Entry, LabelPlace, Row, Style};
 
 use crate::xml::escaped;
 
 use super::axis::Axis;
-use super::rows::{Bar, Kind, Row, label, rows, span};
 use super::{STYLE, columns, px, shortened};
 
 /// Appearance of a chart.
@@ -15,7 +14,7 @@ use super::{STYLE, columns, px, shortened};
 pub struct Look {
     /// The present (s): the time before it is shaded.
     pub now: Option<f64>,
-    /// Minimum end of the axis (s), so that two charts are comparable; `None`: the end of the plan.
+    /// Minimum end of the axis (s), so that two charts are comparable; `None`: the end of the chart.
     pub until: Option<f64>,
     /// True to embed the style sheet; a page with [`STYLE`] does not need it.
     pub styled: bool,
@@ -27,7 +26,7 @@ impl Default for Look {
     }
 }
 
-/// Number of distinct colours of layers.
+/// Number of distinct colours of groups.
 pub(super) const LAYERS: usize = 6;
 
 const WIDTH: f64 = 960.0;
@@ -42,20 +41,19 @@ const CHARACTER: f64 = 6.9;
 const LONGEST: usize = 18;
 
 /// Draws the chart as a standalone file.
-pub fn svg(plan: &Plan) -> String {
-    picture(plan, &Look::default())
+pub fn svg(chart: &Chart) -> String {
+    picture(chart, &Look::default())
 }
 
 /// Draws the chart with this appearance. Each activity is one `rect` with `data-phase`; for updates by a page, the
 /// group `now` has `data-left` and `data-scale` (px, px/s) and `data-start` (s).
-pub fn picture(plan: &Plan, look: &Look) -> String {
-    let rows = rows(plan);
-    let (first, last) = span(&rows).unwrap_or((0.0, 0.0));
+pub fn picture(chart: &Chart, look: &Look) -> String {
+    let (first, last) = (chart.start().unwrap_or(0.0), chart.end().unwrap_or(0.0));
     let last = look.until.filter(|until| until.is_finite()).map_or(last, |until| last.max(until));
-    let chart = Chart::new(&rows, Axis::over(first, last, 8));
+    let picture = Picture::new(chart, Axis::over(first, last, 8));
     let mut out = String::new();
     // Writing to a String never fails.
-    let _ = chart.write(plan, &rows, look, &mut out);
+    let _ = picture.write(look, &mut out);
     out
 }
 
@@ -74,23 +72,26 @@ pub(super) fn head(width: f64, height: f64, title: &str, styled: bool, out: &mut
     writeln!(out, "<rect class=\"paper\" width=\"{w}\" height=\"{h}\"/>")
 }
 
-struct Chart {
+struct Picture<'c> {
+    chart: &'c Chart,
     axis: Axis,
     left: f64,
     bottom: f64,
 }
 
-impl Chart {
-    fn new(rows: &[Row], axis: Axis) -> Chart {
+impl<'c> Picture<'c> {
+    fn new(chart: &'c Chart, axis: Axis) -> Picture<'c> {
+        let rows = &chart.rows;
         let longest = rows.iter().map(|row| columns(&row.name).min(LONGEST)).max().unwrap_or(0);
-        Chart { axis, left: 20.0 + CHARACTER * longest as f64, bottom: TOP + ROW * rows.len() as f64 }
+        Picture { chart, axis, left: 20.0 + CHARACTER * longest as f64, bottom: TOP + ROW * rows.len() as f64 }
     }
 
     fn x(&self, time: f64) -> f64 {
         self.left + self.axis.share(time).clamp(0.0, 1.0) * (WIDTH - RIGHT - self.left)
     }
 
-    fn write(&self, plan: &Plan, rows: &[Row], look: &Look, out: &mut String) -> std::fmt::Result {
+    fn write(&self, look: &Look, out: &mut String) -> std::fmt::Result {
+        let rows = &self.chart.rows;
         head(WIDTH, self.bottom + 34.0, "plan: who does what, and when", look.styled, out)?;
         for (index, row) in rows.iter().enumerate() {
             let y = TOP + ROW * index as f64;
@@ -102,12 +103,12 @@ impl Chart {
         }
         self.grid(out)?;
         for (index, row) in rows.iter().enumerate() {
-            self.row(plan, row, TOP + ROW * index as f64, out)?;
+            self.row(row, TOP + ROW * index as f64, out)?;
         }
         if let Some(now) = look.now.filter(|now| now.is_finite()) {
             self.now(now, out)?;
         }
-        self.legend(plan, rows, out)?;
+        self.legend(out)?;
         writeln!(out, "</svg>")
     }
 
@@ -121,22 +122,21 @@ impl Chart {
         Ok(())
     }
 
-    fn row(&self, plan: &Plan, row: &Row, y: f64, out: &mut String) -> std::fmt::Result {
+    fn row(&self, row: &Row, y: f64, out: &mut String) -> std::fmt::Result {
         for bar in &row.bars {
-            self.bar(plan, row, bar, y, out)?;
+            self.bar(row, bar, y, out)?;
         }
-        let layered = row.bars.iter().any(|bar| matches!(bar.kind, Kind::Task(_)));
-        match row.actor {
-            Actor::Agent(_) if !layered => row.bars.iter().try_for_each(|bar| self.number(bar, y, out)),
-            _ => row.services().try_for_each(|service| self.whom(plan, service, y, out)),
+        match row.labels {
+            LabelPlace::Within => row.bars.iter().try_for_each(|bar| self.within(bar, y, out)),
+            LabelPlace::Above => row.works().try_for_each(|work| self.above(work, y, out)),
         }
     }
 
-    fn bar(&self, plan: &Plan, row: &Row, bar: &Bar, y: f64, out: &mut String) -> std::fmt::Result {
-        let (x, height) = (self.x(bar.start), height(bar.kind));
+    fn bar(&self, row: &Row, bar: &Bar, y: f64, out: &mut String) -> std::fmt::Result {
+        let (x, height) = (self.x(bar.start), bar.style.height);
         let begun = if bar.begun { " begun" } else { "" };
-        let name = bar.kind.name();
-        let class = class(bar.kind);
+        let name = bar.style.name;
+        let class = class(bar.style, bar.group);
         write!(
             out,
             "<rect class=\"{class}{begun}\" x=\"{}\" y=\"{}\" width=\"{:.2}\" height=\"{}\"",
@@ -145,14 +145,14 @@ impl Chart {
             self.x(bar.end) - x,
             px(height)
         )?;
-        if let Kind::Phase(_) | Kind::Task(_) = bar.kind {
+        if bar.style.activity {
             write!(out, " data-phase=\"{name}\"")?;
         }
         let speed = bar.speed.map(|speed| format!(", {speed:.3} m/s")).unwrap_or_default();
         let title = format!(
             "{}: {name} {}, {:.1} s to {:.1} s ({:.1} s{speed})",
             row.name,
-            label(plan, bar),
+            bar.title,
             bar.start,
             bar.end,
             bar.end - bar.start
@@ -160,30 +160,31 @@ impl Chart {
         writeln!(out, "><title>{}</title></rect>", escaped(&title))
     }
 
-    /// Writes the number of an operation, if there is space.
-    fn number(&self, bar: &Bar, y: f64, out: &mut String) -> std::fmt::Result {
-        let text = (bar.target.operation + 1).to_string();
+    /// Writes the label of a bar into it, if there is space.
+    fn within(&self, bar: &Bar, y: f64, out: &mut String) -> std::fmt::Result {
+        let Some(text) = &bar.label else { return Ok(()) };
         let (from, to) = (self.x(bar.start), self.x(bar.end));
-        if bar.kind != Kind::Phase(Phase::Operation) || to - from < CHARACTER * text.len() as f64 + 4.0 {
+        if to - from < CHARACTER * columns(text) as f64 + 4.0 {
             return Ok(());
         }
         writeln!(
             out,
-            "<text class=\"on middle\" x=\"{}\" y=\"{}\">{text}</text>",
+            "<text class=\"on middle\" x=\"{}\" y=\"{}\">{}</text>",
             px(0.5 * (from + to)),
-            px(y + MIDDLE + 4.0)
+            px(y + MIDDLE + 4.0),
+            escaped(text)
         )
     }
 
-    /// Writes the served agent above the service, if there is space.
-    fn whom(&self, plan: &Plan, service: &[Bar], y: f64, out: &mut String) -> std::fmt::Result {
-        let (Some(first), Some(last)) = (service.first(), service.last()) else { return Ok(()) };
+    /// Writes the label of a work above it, if there is space.
+    fn above(&self, work: &[Bar], y: f64, out: &mut String) -> std::fmt::Result {
+        let (Some(first), Some(last)) = (work.first(), work.last()) else { return Ok(()) };
+        let Some(text) = &first.label else { return Ok(()) };
         let (from, to) = (self.x(first.start), self.x(last.end));
-        let text = label(plan, first);
-        if to - from < CHARACTER * columns(&text) as f64 {
+        if to - from < CHARACTER * columns(text) as f64 {
             return Ok(());
         }
-        writeln!(out, "<text class=\"small\" x=\"{}\" y=\"{}\">{}</text>", px(from + 1.0), px(y + 13.0), escaped(&text))
+        writeln!(out, "<text class=\"small\" x=\"{}\" y=\"{}\">{}</text>", px(from + 1.0), px(y + 13.0), escaped(text))
     }
 
     fn now(&self, now: f64, out: &mut String) -> std::fmt::Result {
@@ -207,14 +208,12 @@ impl Chart {
         writeln!(out, "</g>")
     }
 
-    fn legend(&self, plan: &Plan, rows: &[Row], out: &mut String) -> std::fmt::Result {
-        let has = |kind: &Kind| rows.iter().flat_map(|row| &row.bars).any(|bar| bar.kind == *kind);
-        let phases = Phase::ALL.map(Kind::Phase).into_iter().map(|kind| (kind, kind.name().to_string()));
-        let layers = plan.layered.iter().flat_map(|layered| &layered.layers).enumerate();
-        let layers = layers.map(|(index, name)| (Kind::Task(index), shortened(plan.labels.layer(name), LONGEST)));
+    fn legend(&self, out: &mut String) -> std::fmt::Result {
+        let has = |entry: &&Entry| self.chart.bars().any(|bar| bar.style == entry.style && bar.group == entry.group);
         let (mut x, y) = (self.left, self.bottom + 20.0);
-        for (kind, text) in phases.chain(layers).filter(|(kind, _)| has(kind)) {
-            let (height, end) = (height(kind), x + 46.0 + CHARACTER * columns(&text) as f64);
+        for entry in self.chart.legend.iter().filter(has) {
+            let text = shortened(&entry.text, LONGEST);
+            let (height, end) = (entry.style.height, x + 46.0 + CHARACTER * columns(&text) as f64);
             if end > WIDTH {
                 // A longer legend would exceed the picture; tooltips name the other kinds.
                 return writeln!(out, "<text class=\"small\" x=\"{}\" y=\"{}\">…</text>", px(x), px(y + 4.0));
@@ -222,7 +221,7 @@ impl Chart {
             writeln!(
                 out,
                 "<rect class=\"{}\" x=\"{}\" y=\"{}\" width=\"22\" height=\"{}\"/>",
-                class(kind),
+                class(entry.style, entry.group),
                 px(x),
                 px(y - 0.5 * height),
                 px(height)
@@ -240,23 +239,10 @@ impl Chart {
     }
 }
 
-/// Returns the class of a bar; the colours of layers repeat after six.
-fn class(kind: Kind) -> String {
-    match kind {
-        Kind::Task(layer) => format!("task layer-{}", layer % LAYERS),
-        kind => kind.name().to_string(),
-    }
-}
-
-/// Height of a bar (px).
-fn height(kind: Kind) -> f64 {
-    match kind {
-        Kind::Phase(Phase::Operation | Phase::Task) => 18.0,
-        Kind::Task(_) => 14.0,
-        Kind::Phase(Phase::Going) => 14.0,
-        Kind::Phase(Phase::Waiting) | Kind::Waits => 4.0,
-        Kind::Phase(Phase::Proximity) => 10.0,
-        Kind::Phase(Phase::Serving) | Kind::Served => 18.0,
-        Kind::Phase(Phase::Depositing) => 7.0,
+/// Returns the class of a bar; the colours of groups repeat after six.
+fn class(style: &Style, group: Option<usize>) -> String {
+    match group {
+        Some(group) => format!("{} layer-{}", style.name, group % LAYERS),
+        None => style.name.to_string(),
     }
 }

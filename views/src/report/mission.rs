@@ -3,6 +3,7 @@
 
 use std::fmt::Write;
 
+use mission::chart::Chart;
 use runtime::expect::Verdict;
 use runtime::missions::{End, MissionRun};
 
@@ -62,12 +63,11 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
         }
         writeln!(out, "</table>")?;
     }
-    let last = |plan: &mission::plan::Plan| plan.end();
-    let until = run.planned.iter().chain(&run.executed).filter_map(last).reduce(f64::max);
-    for (name, plan) in [("Planned", &run.planned), ("Executed", &run.executed)] {
-        if let Some(plan) = plan {
+    let until = run.planned.iter().chain(&run.executed).filter_map(Chart::end).reduce(f64::max);
+    for (name, chart) in [("Planned", &run.planned), ("Executed", &run.executed)] {
+        if let Some(chart) = chart {
             let look = Look { until, styled: false, ..Look::default() };
-            writeln!(out, "<h2>{name}</h2>\n<div class=\"rolls\">\n{}</div>", gantt::picture(plan, &look))?;
+            writeln!(out, "<h2>{name}</h2>\n<div class=\"rolls\">\n{}</div>", gantt::picture(chart, &look))?;
         }
     }
     if let Some(map) = &run.map {

@@ -24,7 +24,7 @@ mod watch;
 
 use dsl::tree::{Mission, MissionMember};
 use dsl::{Diagnostic, Syntax};
-use mission::kinds;
+use mission::any_mission::AnyMission;
 use names::{list, suggest};
 use runtime::program::{MissionProgram, Running};
 
@@ -47,10 +47,10 @@ impl Lowerer<'_> {
         all
     }
 
-    fn mission(&mut self, m: &Mission) -> Option<(kinds::Mission, Running)> {
+    fn mission(&mut self, m: &Mission) -> Option<(AnyMission, Running)> {
         match m.kind.value.as_str() {
-            "schedule" => self.schedule(m).map(|(schedule, running)| (kinds::Mission::Schedule(schedule), running)),
-            "layers" => self.layers(m).map(|layers| (kinds::Mission::Layers(layers), Running::default())),
+            "schedule" => self.schedule(m).map(|(schedule, running)| (AnyMission::new(schedule), running)),
+            "layers" => self.layers(m).map(|layers| (AnyMission::new(layers), Running::default())),
             // The reader has said that the kind is missing.
             "" => None,
             other => {

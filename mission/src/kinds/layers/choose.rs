@@ -6,9 +6,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::plan::Plan;
 use crate::engine::Engine;
 use crate::engine::{Budget, EngineError, Highs, Microlp, Milp};
-use crate::plan::{Limit, Plan, Statistics, Status};
+use crate::plan::{Limit, Statistics, Status};
 
 use super::batches::batches;
 use super::branch::{Found, branch, root_bound};

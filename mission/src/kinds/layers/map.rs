@@ -1,7 +1,7 @@
 //! The map of a layered plan, seen from above: bases of agents, objects, and the places to which the plan brings them.
 
+use super::plan::Plan;
 use crate::map::{Line, Map, Shape, Sign};
-use crate::plan::Plan;
 
 use super::problem::{Body, Problem};
 use super::steps::from_plan;
@@ -57,7 +57,7 @@ pub fn map(problem: &Problem, plan: &Plan) -> Map {
 /// The work of the plan, and for each object the layer of the task that takes it.
 fn paths(problem: &Problem, plan: &Plan) -> (Vec<Shape>, Vec<Option<usize>>) {
     let (mut shapes, mut taken) = (Vec::new(), vec![None; problem.objects.len()]);
-    for step in from_plan(problem, plan) {
+    for step in from_plan(plan) {
         let (Some(task), Some(who)) = (problem.tasks.get(step.task), problem.agents.get(step.agent)) else { continue };
         let object = step.object.and_then(|object| problem.objects.get(object));
         if let Some(slot) = step.object.and_then(|object| taken.get_mut(object)) {

@@ -6,18 +6,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::Budget;
 use crate::execution::Durations;
+use crate::kind::generation::Generation;
 use crate::kind::{self, Event, EventInfo, Further, Impossible, Kind, Member, Mistake, Run};
 use crate::labels::Labels;
-use crate::map::Map;
 use crate::numbers::MAX_BATCH;
-use crate::plan::Plan;
+use crate::planned::{PlanOptions, Planned, Refusal};
 
-use super::choose::{Options, parts_of_a_second};
+use super::choose::{Formulation, Options, parts_of_a_second};
 use super::execution::{LayeredExecution, Settings};
 use super::problem::Problem;
 use super::reason::Reason;
 use super::run::{Executed, MEASURES};
-use super::{event, map};
+use super::{event, text};
 
 /// The longest time of a plan, the first one and each that is made anew: far longer than the parts of the branch and bound
 /// that end it at the same place in every run.
@@ -42,6 +42,9 @@ pub static KIND: Kind = Kind {
         ("served", "in a mission of layers nobody is served"),
         ("feedback", "people say what a service was like, and in a mission of layers nobody is served"),
     ],
+    formulations: || Formulation::ALL.map(Formulation::name).to_vec(),
+    plan_keys: include_str!("plan.schema.json"),
+    read: |value| Ok(Box::new(serde_json::from_value::<Layers>(value)?)),
 };
 
 /// Layers of tasks to be planned and executed.
@@ -92,12 +95,25 @@ impl kind::Mission for Layers {
         &KIND
     }
 
+    fn boxed(&self) -> Box<dyn kind::Mission> {
+        Box::new(self.clone())
+    }
+
+    fn to_value(&self) -> serde_json::Value {
+        // Names, numbers and lists can always be serialised.
+        serde_json::to_value(self).unwrap_or_default()
+    }
+
     fn members(&self) -> Vec<Member<'_>> {
         members(&self.problem)
     }
 
     fn labels(&self) -> &Labels {
         &self.problem.labels
+    }
+
+    fn generation(&self) -> Option<&dyn Generation> {
+        Some(self)
     }
 
     fn waits_for_tasks(&self) -> bool {
@@ -143,8 +159,12 @@ impl kind::Mission for Layers {
         format!("tasks take as long as {durations}")
     }
 
-    fn map(&self, plan: &Plan) -> Map {
-        map::map(&self.problem, plan)
+    fn text(&self, name: &str) -> String {
+        text::text(name, self)
+    }
+
+    fn plan(&self, options: &PlanOptions<'_>) -> Result<Planned, Refusal> {
+        self.planned(options)
     }
 
     fn execute(&self, how: &Run) -> Result<Box<dyn kind::Execution>, String> {

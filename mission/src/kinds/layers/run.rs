@@ -2,11 +2,12 @@
 
 use quantities::dimension::{ENERGY, LENGTH, NONE, TIME, WORKLOAD};
 
+use crate::chart::Chart;
 use crate::kind::{self, Cell, Entry, Event, Form, Measure, Outcome, Table, Work, WorkState, number, truth};
 use crate::labels::Labels;
 use crate::map::Map;
-use crate::plan::Plan;
 
+use super::chart::chart;
 use super::event;
 use super::execution::{AgentOutcome, AgentView, Doing, Happening, LayeredExecution};
 use super::map::map;
@@ -151,11 +152,7 @@ impl kind::Execution for Executed {
         self.execution.stranded().map(ToString::to_string)
     }
 
-    fn plan(&self) -> &Plan {
-        self.execution.plan()
-    }
-
-    fn carried_out(&self) -> Plan {
+    fn chart(&self) -> Chart {
         let mut begun = vec![false; self.execution.problem().tasks.len()];
         for record in self.execution.records() {
             let (task, is) = match record.what {
@@ -169,9 +166,9 @@ impl kind::Execution for Executed {
         }
         let mut plan = self.execution.plan().clone();
         for activity in &mut plan.activities {
-            activity.begun = activity.work.is_some_and(|work| begun.get(work.task) == Some(&true));
+            activity.begun = begun.get(activity.task) == Some(&true);
         }
-        plan
+        chart(self.execution.problem(), &plan)
     }
 
     fn labels(&self) -> &Labels {

@@ -8,7 +8,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::plan::{Activity, Actor, Phase, Plan};
+use super::plan::{Activity, Plan};
 
 use super::problem::{Agent, Body, Object, Problem, Task};
 
@@ -147,41 +147,25 @@ impl<'a> Validator<'a> {
     /// Checks names, and returns each activity with its task, agent and object.
     fn form(&mut self) -> Vec<Done<'a>> {
         let (problem, plan) = (self.problem, self.plan);
-        let of = |human: bool| problem.agents.iter().enumerate().filter(move |(_, who)| who.is_human() == human);
-        let same =
-            of(false).map(|(_, who)| &who.name).eq(&plan.robots) && of(true).map(|(_, who)| &who.name).eq(&plan.agents);
-        let named = plan.layered.as_ref().is_some_and(|names| {
-            let layer = |(task, name): (&Task, &crate::plan::LayeredTask)| {
-                task.name == name.name && task.action == name.action && task.layer == name.layer
-            };
-            names.layers == problem.layers
-                && names.tasks.len() == problem.tasks.len()
-                && problem.tasks.iter().zip(&names.tasks).all(layer)
-                && problem.objects.iter().map(|thing| &thing.name).eq(&names.objects)
-        });
-        if !same || !named {
+        if !problem.agents.iter().map(|who| &who.name).eq(&plan.members) {
             self.broken(Rule::Form, None, 0.0);
         }
         let mut done: Vec<Done<'a>> = Vec::new();
         for activity in &plan.activities {
-            let index = activity.work.map(|work| work.task);
-            let found = activity.work.and_then(|work| {
-                let task = problem.tasks.get(work.task)?;
-                let object = match work.object {
+            let Activity { agent, task: index, object, .. } = *activity;
+            let found = || {
+                let (task, who) = (problem.tasks.get(index)?, problem.agents.get(agent)?);
+                let object = match object {
                     None => None,
                     Some(object) => Some((object, problem.objects.get(object)?)),
                 };
-                let (agent, who) = match activity.actor {
-                    Actor::Robot(number) => of(false).nth(number)?,
-                    Actor::Agent(number) => of(true).nth(number)?,
-                };
-                Some(Done { index: work.task, task, agent, who, object, activity })
-            });
+                Some(Done { index, task, agent, who, object, activity })
+            };
             let finite = activity.start.is_finite() && activity.end.is_finite();
             let ordered = activity.end >= activity.start - tolerance(activity.start);
-            match found.filter(|_| finite && ordered && activity.phase == Phase::Task) {
+            match found().filter(|_| finite && ordered) {
                 Some(one) => done.push(one),
-                None => self.broken(Rule::Form, index, 0.0),
+                None => self.broken(Rule::Form, Some(index), 0.0),
             }
         }
         for task in 0..problem.tasks.len() {

@@ -3,9 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::plan::{Activity, Actor, Phase, Plan, Statistics, Status, Target};
+use crate::plan::{Statistics, Status};
 
 use super::cost;
+use super::plan::{Activity, Actor, Phase, Plan, Target};
 use super::problem::{Begun, Problem, ServiceTimes};
 
 /// An operation of an agent and the service at its end.
@@ -56,21 +57,14 @@ pub fn to_plan(
     statistics: Statistics,
 ) -> Plan {
     let cost = cost::cost(problem, schedule).total();
-    let status = match status {
-        Status::Proven { bound } => Status::Proven { bound: bound.min(cost) },
-        Status::Gap { bound, gap, stopped } => Status::Gap { bound: bound.min(cost), gap, stopped },
-        Status::Unbounded { stopped } => Status::Unbounded { stopped },
-    };
+    let robots = problem.robots.iter().map(|robot| &robot.name);
     let mut plan = Plan {
-        robots: problem.robots.iter().map(|robot| robot.name.clone()).collect(),
-        agents: problem.agents.iter().map(|agent| agent.name.clone()).collect(),
-        labels: problem.labels.clone(),
+        members: robots.chain(problem.agents.iter().map(|agent| &agent.name)).cloned().collect(),
         activities: schedule.iter().flat_map(|assistance| activities(problem, assistance)).collect(),
         cost,
-        status,
+        status: status.at_cost(cost),
         engine,
         statistics,
-        layered: None,
     };
     plan.sort();
     plan
@@ -83,10 +77,9 @@ fn activities(problem: &Problem, assistance: &Assistance) -> [Activity; 6] {
     let lengths = problem.lengths(agent, robot);
     let deposit = problem.robots.get(robot).map_or(0.0, |machine| machine.deposit);
     let speed = |length: f64, time: f64| (length > 0.0 && time > 0.0).then(|| length / time);
-    let on_ground = |[x, y]: [f64; 2]| [x, y, 0.0];
-    let place = problem.agents.get(agent).map(|who| on_ground(who.place));
-    let wait = problem.waiting_place(agent, robot).map(on_ground);
-    let depot = problem.robots.get(robot).map(|machine| on_ground(machine.depot));
+    let place = problem.agents.get(agent).map(|who| who.place);
+    let wait = problem.waiting_place(agent, robot);
+    let depot = problem.robots.get(robot).map(|machine| machine.depot);
     let service = |phase, start, end, speed, place| Activity {
         actor: Actor::Robot(robot),
         phase,
@@ -96,7 +89,6 @@ fn activities(problem: &Problem, assistance: &Assistance) -> [Activity; 6] {
         speed,
         place,
         begun: served,
-        work: None,
     };
     [
         Activity {
@@ -108,7 +100,6 @@ fn activities(problem: &Problem, assistance: &Assistance) -> [Activity; 6] {
             speed: None,
             place,
             begun: begun.is_some(),
-            work: None,
         },
         service(Phase::Going, times.going, times.waiting, speed(lengths.going, times.waiting - times.going), wait),
         service(Phase::Waiting, times.waiting, times.proximity, None, wait),

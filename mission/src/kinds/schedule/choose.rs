@@ -12,8 +12,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::plan::Plan;
 use crate::engine::{Budget, Engine, EngineError, Halt, Highs, Microlp, Milp, Watch};
-use crate::plan::{Plan, Statistics, Status};
+use crate::plan::{Statistics, Status};
 
 use super::assistance::{Assistance, to_plan};
 use super::batches::batches;

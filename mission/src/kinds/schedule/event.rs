@@ -1,8 +1,8 @@
 //! Events of a schedule by the words of the language, as events of its execution.
 
+use super::plan::Actor;
 use crate::kind::{Detail, Event as Named};
 use crate::numbers::MAX_NUMBER;
-use crate::plan::Actor;
 
 use super::execution::{Event, Execution, Stage};
 use super::problem::Problem;

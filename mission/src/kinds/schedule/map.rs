@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use super::plan::{Actor, Phase, Plan};
 use crate::map::{Line, Map, Shape, Sign};
-use crate::plan::{Actor, Phase, Plan};
 
 use super::problem::{AgentKind, Problem};
 

@@ -8,17 +8,16 @@ use crate::engine::Budget;
 use crate::execution::Durations;
 use crate::kind::{self, Event, EventInfo, Further, Impossible, Kind, Member, Mistake, NotOf, Run};
 use crate::labels::Labels;
-use crate::map::Map;
 use crate::numbers::MAX_BATCH;
-use crate::plan::Plan;
+use crate::planned::{PlanOptions, Planned, Refusal};
 
 use super::adapt::Adaptation;
 use super::check::Item;
-use super::choose::Options;
+use super::choose::{Formulation, Options};
 use super::execution::{Execution, Potentials, Settings, Travel};
 use super::problem::{AgentKind, Distances, Problem};
 use super::run::{Executed, MEASURES};
-use super::{event, map};
+use super::{event, text};
 
 /// The work of a plan, the first one and each that is made anew. The count of nodes ends it at the same place in every run: a
 /// second on a usual machine. The time, which would not, is far beyond that.
@@ -56,6 +55,9 @@ pub static KIND: Kind = Kind {
         EventInfo { name: "back", with: &[], not_of: &[] },
     ],
     absent: &[],
+    formulations: || Formulation::ALL.map(Formulation::name).to_vec(),
+    plan_keys: include_str!("plan.schema.json"),
+    read: |value| Ok(Box::new(serde_json::from_value::<Schedule>(value)?)),
 };
 
 const SERVES: &str = "a robot that serves";
@@ -127,6 +129,15 @@ impl kind::Mission for Schedule {
         &KIND
     }
 
+    fn boxed(&self) -> Box<dyn kind::Mission> {
+        Box::new(self.clone())
+    }
+
+    fn to_value(&self) -> serde_json::Value {
+        // Names, numbers and lists can always be serialised.
+        serde_json::to_value(self).unwrap_or_default()
+    }
+
     fn members(&self) -> Vec<Member<'_>> {
         members(&self.problem)
     }
@@ -184,8 +195,12 @@ impl kind::Mission for Schedule {
         format!("operations {operations}, robots travel {travel}")
     }
 
-    fn map(&self, plan: &Plan) -> Map {
-        map::map(&self.problem, plan)
+    fn text(&self, name: &str) -> String {
+        text::text(name, self)
+    }
+
+    fn plan(&self, options: &PlanOptions<'_>) -> Result<Planned, Refusal> {
+        self.planned(options)
     }
 
     fn execute(&self, how: &Run) -> Result<Box<dyn kind::Execution>, String> {

@@ -1,6 +1,7 @@
 //! Replanning: index of the cost of a repaired plan, and a new plan for everything that has not begun; thesis 5.5.2.
 
-use crate::plan::{Plan, Status};
+use super::plan::Plan;
+use crate::plan::Status;
 
 use super::assistance::{Assistance, begun_of, to_plan};
 use super::choose::{Options, Refusal, plan};

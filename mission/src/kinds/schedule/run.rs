@@ -3,13 +3,15 @@
 
 use quantities::dimension::{ENERGY, LENGTH, NONE, TIME, VELOCITY};
 
+use super::plan::Actor;
+use crate::chart::Chart;
 use crate::kind::{
     self, Cell, Entry, Event, Form, Measure, Outcome, Rejected, Replies, Table, Work, WorkState, number, truth,
 };
 use crate::labels::Labels;
 use crate::map::Map;
-use crate::plan::{Actor, Plan};
 
+use super::chart::chart;
 use super::event;
 use super::execution::{AgentView, Doing, Execution, Happening, RobotView, Stage};
 use super::map::map;
@@ -222,8 +224,8 @@ impl kind::Execution for Executed {
         self.execution.stranded().map(ToString::to_string)
     }
 
-    fn plan(&self) -> &Plan {
-        self.execution.plan()
+    fn chart(&self) -> Chart {
+        chart(self.execution.problem(), self.execution.plan())
     }
 
     fn labels(&self) -> &Labels {

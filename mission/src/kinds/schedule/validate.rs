@@ -8,7 +8,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::plan::{Activity, Actor, Phase, Plan, Target};
+use super::plan::{Activity, Actor, Phase, Plan, Target};
 
 use super::problem::{Agent, Begun, Distances, Problem};
 use crate::numbers::Range;
@@ -161,7 +161,7 @@ impl<'a> Validator<'a> {
     fn form(&mut self) {
         let robots = self.problem.robots.iter().map(|robot| &robot.name);
         let agents = self.problem.agents.iter().map(|agent| &agent.name);
-        if !robots.eq(&self.plan.robots) || !agents.eq(&self.plan.agents) {
+        if !robots.chain(agents).eq(&self.plan.members) {
             self.broken(Rule::Form, None, 0.0);
         }
         for activity in &self.plan.activities {

@@ -1,8 +1,8 @@
 //! What happens in a mission, in words. Operations count from 1 here, as people count.
 
 use super::execution::{Doing, Event, Happening, Stage};
+use super::plan::Actor;
 use super::problem::Problem;
-use crate::plan::Actor;
 
 use quantities::number;
 

@@ -25,7 +25,7 @@ mod view;
 mod way;
 
 use crate::execution::{Log, NoFeasiblePlan};
-use crate::plan::Plan;
+use crate::kinds::layers::plan::Plan;
 
 use super::choose::plan;
 use super::problem::Problem;
@@ -96,7 +96,7 @@ impl LayeredExecution {
         if !violations.is_empty() {
             return Err(Refusal::Violations(violations));
         }
-        let mut ahead = from_plan(&problem, &plan);
+        let mut ahead = from_plan(&plan);
         repair::sort(&mut ahead);
         Ok(LayeredExecution {
             settings,

@@ -3,10 +3,11 @@
 use crate::execution::{Improved, Log, PlanChange, Repaired, Replan, ReplanPolicy, Replans, update};
 use crate::kinds::layers::choose::plan;
 use crate::kinds::layers::cost::cost_at;
+use crate::kinds::layers::plan::{Activity, Plan};
 use crate::kinds::layers::problem::Problem;
 use crate::kinds::layers::steps::{Step, from_plan, with_cost};
 use crate::kinds::layers::validate::validate;
-use crate::plan::{Plan, Statistics, Status};
+use crate::plan::{Statistics, Status};
 
 use super::LayeredExecution;
 use super::record::Happening;
@@ -16,6 +17,7 @@ use super::steps::SAME;
 
 impl Replans for LayeredExecution {
     type Problem = Problem;
+    type Activity = Activity;
     type Steps = Vec<Step>;
     type Happening = Happening;
 
@@ -39,7 +41,7 @@ impl Replans for LayeredExecution {
         (self.settings.replan, self.settings.reallocate_above)
     }
 
-    fn repair(&self, problem: Problem) -> Repaired<Problem, Vec<Step>> {
+    fn repair(&self, problem: Problem) -> Repaired<Self> {
         let open = problem.tasks.len() - problem.begun.len();
         let here = |step: &&Step| !problem.agents[step.agent].lost;
         if self.ahead.iter().filter(here).count() < open {
@@ -64,8 +66,8 @@ impl Replans for LayeredExecution {
         repair::differ(&self.ahead, steps, SAME)
     }
 
-    fn steps_of(problem: &Problem, plan: &Plan) -> Result<Vec<Step>, String> {
-        let mut ahead = from_plan(problem, plan);
+    fn steps_of(_: &Problem, plan: &Plan) -> Result<Vec<Step>, String> {
+        let mut ahead = from_plan(plan);
         ahead.retain(|step| !step.begun);
         repair::sort(&mut ahead);
         Ok(ahead)
@@ -88,7 +90,7 @@ impl Replans for LayeredExecution {
         self.problem.begun.len() < self.problem.tasks.len()
     }
 
-    fn improve(&self) -> Result<Improved, String> {
+    fn improve(&self) -> Result<Improved<Activity>, String> {
         let fresh = self.plan_anew(&self.problem)?;
         if let Some(why) = LayeredExecution::broken(&self.problem, &fresh) {
             return Err(why);

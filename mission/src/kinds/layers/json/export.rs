@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
+use crate::kinds::layers::plan::Plan;
 use crate::kinds::layers::problem::{Problem, Task};
 use crate::kinds::layers::steps::{Step, from_plan};
-use crate::plan::Plan;
 
 /// Writes the layers of a problem with their tasks.
 pub fn export(problem: &Problem) -> String {
@@ -13,7 +13,7 @@ pub fn export(problem: &Problem) -> String {
 
 /// Writes the layers with agent, object, start and end (s) of each task of a plan.
 pub fn export_plan(problem: &Problem, plan: &Plan) -> String {
-    written(problem, &from_plan(problem, plan))
+    written(problem, &from_plan(plan))
 }
 
 fn written(problem: &Problem, steps: &[Step]) -> String {

@@ -1,9 +1,10 @@
 //! A complete plan in a text: its times are validated, and violations are reported at their tasks.
 
+use crate::kinds::layers::plan::Plan;
 use crate::kinds::layers::problem::{Body, Problem};
 use crate::kinds::layers::steps::{Step, to_plan};
 use crate::kinds::layers::validate::{Rule, TOLERANCE, Violation, validate};
-use crate::plan::{Plan, Statistics, Status};
+use crate::plan::{Statistics, Status};
 
 use super::task::{MAX_FAULTS, ReadTask, join};
 use super::{Fault, FaultKind};

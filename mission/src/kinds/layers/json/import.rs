@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use crate::kinds::layers::check::{Item, Key, MAX_TASKS, Mistake};
+use crate::kinds::layers::plan::Plan;
 use crate::kinds::layers::problem::Problem;
 use crate::labels::Labels;
-use crate::plan::Plan;
 
 use super::given;
 use super::nearest::{listed, suggest};

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::kinds::schedule::adapt::{Feedback, NoFeedback};
-use crate::plan::Actor;
+use crate::kinds::schedule::plan::Actor;
 
 /// Something that happens at the present time. Agents and robots are named by index.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

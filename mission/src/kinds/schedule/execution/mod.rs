@@ -32,9 +32,9 @@ use crate::execution::{Log, NoFeasiblePlan};
 use crate::kinds::schedule::adapt::Satisfaction;
 use crate::kinds::schedule::assistance::{Assistance, from_plan};
 use crate::kinds::schedule::choose::plan;
+use crate::kinds::schedule::plan::Plan;
 use crate::kinds::schedule::problem::{Agent, Distances, Problem, Scales};
 use crate::kinds::schedule::validate::validate;
-use crate::plan::Plan;
 
 pub use self::event::{Event, EventError};
 pub use self::outcome::{AgentOutcome, Outcome, RobotOutcome};

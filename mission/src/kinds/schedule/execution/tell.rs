@@ -3,9 +3,9 @@
 use crate::execution::{Replan, ReplanPolicy};
 use crate::kinds::schedule::adapt::{Feedback, adapt};
 use crate::kinds::schedule::chance;
+use crate::kinds::schedule::plan::Actor;
 use crate::kinds::schedule::problem::Problem;
 use crate::numbers::MAX_NUMBER;
-use crate::plan::Actor;
 
 use super::Execution;
 use super::event::{Event, EventError};

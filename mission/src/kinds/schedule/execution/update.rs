@@ -4,11 +4,12 @@
 use crate::execution::{Improved, Log, PlanChange, Repaired, Replan, ReplanPolicy, Replans, update};
 use crate::kinds::schedule::assistance::{Assistance, from_plan, to_plan};
 use crate::kinds::schedule::choose::plan;
+use crate::kinds::schedule::plan::{Activity, Plan};
 use crate::kinds::schedule::problem::{Absence, Problem};
 use crate::kinds::schedule::reallocate::{optimality_index, reallocate};
 use crate::kinds::schedule::reschedule::repair;
 use crate::kinds::schedule::validate::validate;
-use crate::plan::{Plan, Statistics, Status};
+use crate::plan::{Statistics, Status};
 
 use super::Execution;
 use super::motion::{distance, waiting_place};
@@ -18,6 +19,7 @@ use super::view::{Doing, Stage};
 
 impl Replans for Execution {
     type Problem = Problem;
+    type Activity = Activity;
     type Steps = Vec<Assistance>;
     type Happening = Happening;
 
@@ -41,7 +43,7 @@ impl Replans for Execution {
         (self.settings.replan, self.settings.reallocate_above)
     }
 
-    fn repair(&self, problem: Problem) -> Repaired<Problem, Vec<Assistance>> {
+    fn repair(&self, problem: Problem) -> Repaired<Self> {
         let progress = self.progress(&problem);
         let (problem, steps) = repair(&self.problem, &self.schedule, &problem, self.time, &progress);
         if steps.len() < problem.operations() {
@@ -92,7 +94,7 @@ impl Replans for Execution {
         begun < self.problem.operations()
     }
 
-    fn improve(&self) -> Result<Improved, String> {
+    fn improve(&self) -> Result<Improved<Activity>, String> {
         let fresh = reallocate(&self.problem, &self.schedule, &self.settings.planning);
         fresh.map(|fresh| Improved::Fresh(Box::new(fresh))).map_err(|refusal| refusal.to_string())
     }

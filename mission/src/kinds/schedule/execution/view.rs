@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::plan::Target;
+use crate::kinds::schedule::plan::Target;
 
 use super::Execution;
 

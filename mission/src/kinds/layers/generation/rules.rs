@@ -3,9 +3,10 @@
 //!
 //! A plan that is computed correctly from these words alone is accepted by the validator; a test checks this.
 
-use mission::kinds::layers::json::Mode;
-use mission::kinds::layers::problem::{Body, Problem};
 use serde_json::{Value, json};
+
+use crate::kinds::layers::json::Mode;
+use crate::kinds::layers::problem::{Body, Problem};
 
 /// Returns the constraints that the model must satisfy itself, one directive each, in the order of the thesis
 /// equations.

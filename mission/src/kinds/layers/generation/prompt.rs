@@ -8,12 +8,12 @@
 
 use std::collections::BTreeMap;
 
-use mission::kinds::layers::json::Mode;
-use mission::kinds::layers::problem::{Agent, Problem};
 use serde_json::{Value, json};
 
-use crate::endpoint::{Message, Speaker};
-use crate::rules;
+use super::rules;
+use crate::kind::generation::Prompt;
+use crate::kinds::layers::json::Mode;
+use crate::kinds::layers::problem::{Agent, Object, Problem};
 
 /// Version of the wording. It is part of every prompt and so of transcripts: answers to different wordings are not
 /// comparable.
@@ -40,7 +40,7 @@ const UNITS: [&str; 2] = [
 ];
 
 /// Returns the first messages of the conversation.
-pub fn prompt(wish: &Wish) -> Vec<Message> {
+pub fn prompt(wish: &Wish<'_>) -> Prompt {
     let problem = wish.problem;
     let alone = wish.mode == Mode::Context;
     let mut scene = json!({
@@ -88,11 +88,11 @@ pub fn prompt(wish: &Wish) -> Vec<Message> {
         system["cost"] = rules::cost(problem);
     }
     let system = serde_json::to_string_pretty(&system).unwrap_or_else(|_| system.to_string());
-    let instruction = match rules::wanted(wish.mode) {
+    let user = match rules::wanted(wish.mode) {
         None => wish.instruction.to_string(),
         Some(wanted) => format!("{}\n\n{wanted}", wish.instruction),
     };
-    vec![Message::new(Speaker::System, system), Message::new(Speaker::User, instruction)]
+    Prompt { system, user }
 }
 
 /// Returns the labels of places, keyed by the names that the answer uses; also those of agents and objects, unless
@@ -152,7 +152,7 @@ fn kinds_of_objects(problem: &Problem) -> Value {
 }
 
 fn objects(problem: &Problem) -> Value {
-    let of = |thing: &mission::kinds::layers::problem::Object| json!({ "name": thing.name, "features": thing.features, "mass": thing.mass, "place": thing.place });
+    let of = |thing: &Object| json!({ "name": thing.name, "features": thing.features, "mass": thing.mass, "place": thing.place });
     problem.objects.iter().map(of).collect()
 }
 

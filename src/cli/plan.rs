@@ -1,9 +1,4 @@
-//! `hierarq plan SPEC [MISSION]`: the arguments, and the common parts of all kinds of mission.
-
-mod layered;
-mod schedule;
-
-pub use layered::cost;
+//! `hierarq plan SPEC [MISSION]`: plans a mission of any kind, and prints and draws the plan.
 
 use std::fmt::Write;
 use std::io::IsTerminal;
@@ -13,17 +8,15 @@ use std::time::Duration;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use files::{Target, is_same};
-use hierarq::plan_data::PlanData;
-use hierarq::planned::{self, Unplanned};
 use hierarq::{gantt, outputs, project};
-use mission::engine::Engine;
-use mission::engine::{Budget, EngineError};
-use mission::kinds::Mission;
-use mission::kinds::layers;
-use mission::kinds::schedule::choose::{Formulation, Refusal};
+use mission::engine::{Engine, EngineError};
+use mission::kind::{Kind, Mission};
+use mission::kinds::KINDS;
 use mission::numbers::MAX_BATCH;
-use mission::plan::{Limit, Plan, Status};
-use runtime::text::number;
+use mission::plan::{Limit, Status};
+use mission::planned::{Listing, PlanOptions, Planned, Refusal};
+use runtime::program::MissionProgram;
+use runtime::text::{number, running};
 
 use super::{Outcome, SpecOptions, output};
 
@@ -68,9 +61,12 @@ fn engines() -> impl TypedValueParser<Value = Engine> {
 
 /// Returns the formulations of all kinds of mission.
 fn formulations() -> PossibleValuesParser {
-    let of_layers = layers::choose::Formulation::ALL.map(layers::choose::Formulation::name);
-    let mut all: Vec<&str> = Formulation::ALL.map(Formulation::name).to_vec();
-    all.extend(of_layers.into_iter().filter(|name| Formulation::ALL.iter().all(|f| f.name() != *name)));
+    let mut all: Vec<&str> = Vec::new();
+    for name in KINDS.iter().flat_map(|kind| (kind.formulations)()) {
+        if !all.contains(&name) {
+            all.push(name);
+        }
+    }
     PossibleValuesParser::new(all)
 }
 
@@ -82,7 +78,7 @@ pub fn run(a: &Arguments) -> Outcome {
     if !a.json {
         output::show(&compiled.report);
     }
-    let mission = match planned::find(&compiled.missions, a.mission.as_deref()) {
+    let mission = match project::mission(&compiled.missions, a.mission.as_deref()) {
         Ok(mission) => mission,
         Err(message) => return Outcome::Trouble(format!("{}: {message}", a.spec.display())),
     };
@@ -91,11 +87,7 @@ pub fn run(a: &Arguments) -> Outcome {
         Ok(pictures) => pictures,
         Err(trouble) => return Outcome::Trouble(trouble),
     };
-    let done = match &mission.kind {
-        Mission::Schedule(of) => schedule::plan(a, mission, of, pictures),
-        Mission::Layers(of) => layered::plan(a, mission, of, pictures),
-    };
-    match done {
+    match plan(a, mission, pictures) {
         Ok(printed) => {
             if a.json {
                 output::data(&printed)
@@ -108,52 +100,72 @@ pub fn run(a: &Arguments) -> Outcome {
     }
 }
 
-/// Returns the requested formulation, if this kind of mission has it.
-fn asked<F: Copy, const N: usize>(
-    a: &Arguments,
-    what: &str,
-    all: [F; N],
-    name: fn(F) -> &'static str,
-) -> Result<Option<F>, String> {
-    let Some(wanted) = &a.formulation else { return Ok(None) };
-    let found = all.into_iter().find(|f| name(*f) == wanted);
-    let names = compiler::names::list(all.map(name), N);
-    found.map(Some).ok_or_else(|| format!("`{wanted}` is no formulation of {what}: it has {names}"))
-}
-
-fn batch(a: &Arguments) -> Option<usize> {
-    a.batch.and_then(|b| usize::try_from(b).ok())
-}
-
-fn budget(a: &Arguments) -> Result<Budget, String> {
-    let mut budget = Budget::default();
-    if let Some(seconds) = a.budget {
-        let time = Duration::try_from_secs_f64(seconds).ok().filter(|t| !t.is_zero() && seconds <= LONGEST);
-        budget.time =
-            time.ok_or_else(|| format!("--budget {seconds} s: a time above zero, and at most {LONGEST} s"))?;
-        // With an explicit time limit, the number of nodes is unlimited.
-        budget.nodes = u64::MAX;
+/// Plans a mission, and draws the requested drawings; returns the output.
+fn plan(a: &Arguments, mission: &MissionProgram, pictures: Pictures) -> Result<String, String> {
+    let (of, name): (&dyn Mission, &str) = (&*mission.kind, &mission.name);
+    if let Some(tasks) = of.generation().filter(|_| of.waits_for_tasks()) {
+        return Err(format!(
+            "mission `{name}` has no {} yet: let a model write them, `hierarq context {} {name} --out {name}.json`, and name \
+             the file in the mission, `{} \"{name}.json\"`",
+            tasks.noun(),
+            a.spec.display(),
+            tasks.key(),
+        ));
     }
-    Ok(budget)
+    let options = PlanOptions {
+        formulation: a.formulation.as_deref(),
+        engine: a.engine,
+        batch: a.batch.and_then(|batch| usize::try_from(batch).ok()),
+        time: budget(a)?,
+    };
+    let planned = of.plan(&options).map_err(|why| refused(&why, of.kind()))?;
+    pictures.draw(&planned)?;
+    if a.json {
+        return Ok(data(&planned, &a.spec.display().to_string(), name, of.kind()));
+    }
+    Ok(text(name, &planned, &running(mission)))
 }
 
-/// Returns the reason why there is no plan.
-pub fn refused(why: &Unplanned) -> String {
+/// Returns the plan as text.
+fn text(name: &str, p: &Planned, running: &[String]) -> String {
+    let end = p.chart.end().unwrap_or(0.0);
+    let mut out = format!("mission {name}: {}, all done after {end:.1} s\n", p.summary);
+    let _ = writeln!(out, "planned by {} ({}): {}", p.method.formulation, p.engine, p.method.why);
+    let _ = writeln!(out, "{}", status(&p.status));
+    let _ = writeln!(out, "checked: it keeps to everything that the mission says\n");
+    let mut out = output::plain(&out) + &gantt::text(&p.chart, output::width(), coloured());
+    let chart = out.len();
+    let Listing { columns, rows, names, note } = &p.table;
+    let _ = writeln!(out, "\n{}{note}\n{}", aligned(columns, rows, *names), p.cost_text);
+    for line in running {
+        let _ = writeln!(out, "{line}");
+    }
+    let below = output::plain(&out.split_off(chart));
+    out + &below
+}
+
+/// Returns the time limit of the planner, if one is requested.
+fn budget(a: &Arguments) -> Result<Option<Duration>, String> {
+    let Some(seconds) = a.budget else { return Ok(None) };
+    let time = Duration::try_from_secs_f64(seconds).ok().filter(|t| !t.is_zero() && seconds <= LONGEST);
+    time.map(Some).ok_or_else(|| format!("--budget {seconds} s: a time above zero, and at most {LONGEST} s"))
+}
+
+/// Returns the reason why there is no plan of a mission of this kind, with the options that help.
+pub fn refused(why: &Refusal, kind: &Kind) -> String {
     match why {
-        Unplanned::Refused(Refusal::Engine(e @ EngineError::Missing { .. }))
-        | Unplanned::Layers(layers::choose::Refusal::Engine(e @ EngineError::Missing { .. })) => {
+        Refusal::NoFormulation { written, known } => {
+            let names = compiler::names::list(known.iter().copied(), known.len());
+            format!("`{written}` is no formulation of {}: it has {names}", kind.title)
+        }
+        Refusal::Formulation { why, instead } => {
+            format!("{why}; leave `--formulation` out, or write `--formulation {instead}`")
+        }
+        Refusal::Engine(e @ EngineError::Missing { .. }) => {
             format!("{e}; or leave `--engine` out: the built-in one is always there")
         }
-        Unplanned::Refused(refusal @ (Refusal::Speeds { .. } | Refusal::NotSubsets)) => {
-            format!("{refusal}; leave `--formulation` out, or write `--formulation position`")
-        }
-        Unplanned::Refused(Refusal::Problem(mistakes)) => {
-            let all: Vec<String> = mistakes.iter().map(|m| m.reason.to_string()).collect();
-            format!("the mission cannot be planned: {}", all.join("; "))
-        }
-        Unplanned::Refused(refusal) => refusal.to_string(),
-        Unplanned::Layers(refusal) => refusal.to_string(),
-        Unplanned::Invalid(violations) => {
+        Refusal::Mission(_) | Refusal::Engine(_) => why.to_string(),
+        Refusal::Invalid(violations) => {
             let mut text =
                 "the planner gave what is no plan of this mission, and it is not shown: a mistake in Hierarq, \
                             and none in the spec; please report it with the spec"
@@ -167,9 +179,9 @@ pub fn refused(why: &Unplanned) -> String {
 }
 
 /// Returns a plan as JSON.
-pub fn data(plan: &PlanData) -> String {
+pub fn data(plan: &Planned, spec: &str, mission: &str, kind: &Kind) -> String {
     // Serialization cannot fail: the data are names, numbers and lists.
-    serde_json::to_string_pretty(plan).unwrap_or_default() + "\n"
+    plan.to_json(spec, mission, kind.name).unwrap_or_default() + "\n"
 }
 
 /// Output files of the drawings of a plan.
@@ -192,10 +204,10 @@ impl Pictures {
     }
 
     /// Draws the requested drawings.
-    fn draw(self, plan: &Plan, mission: &Mission) -> Result<(), String> {
+    fn draw(self, plan: &Planned) -> Result<(), String> {
         let standing = gantt::Standing { styled: true, ..gantt::Standing::default() };
-        self.gantt.map_or(Ok(()), |target| target.write(&gantt::svg(plan)))?;
-        self.map.map_or(Ok(()), |target| target.write(&gantt::map(&mission.map(plan), &standing)))
+        self.gantt.map_or(Ok(()), |target| target.write(&gantt::svg(&plan.chart)))?;
+        self.map.map_or(Ok(()), |target| target.write(&gantt::map(&plan.map, &standing)))
     }
 }
 

@@ -1,16 +1,24 @@
-//! Missions of layers as text: the team, the objects, the layers, and how they will be planned.
+//! Layers as text, for people to review: the team, the objects, the layers, and the planning method.
 
 use std::fmt::Write;
 
-use mission::kinds::layers::Layers;
-use mission::kinds::layers::choose::{Options, choose};
-use mission::kinds::layers::problem::{Agent, Body, Problem, Task};
-use mission::kinds::layers::scales::Scales;
+use names::wrapped;
+use quantities::number;
 
-use super::missions::range;
-use super::{number, wrapped};
+use super::choose::{Options, choose};
+use super::mission::Layers;
+use super::problem::{Agent, Body, Problem, Task};
+use super::scales::Scales;
 
-pub(super) fn layers(name: &str, of: &Layers, out: &mut String) -> std::fmt::Result {
+/// The text of a mission with this name.
+pub(super) fn text(name: &str, of: &Layers) -> String {
+    let mut out = String::new();
+    // Writing to a String does not fail.
+    let _ = write(name, of, &mut out);
+    out
+}
+
+fn write(name: &str, of: &Layers, out: &mut String) -> std::fmt::Result {
     let p = &of.problem;
     writeln!(out, "mission {name} : layers")?;
     writeln!(out, "  {} tasks in {} layers, {} objects", p.tasks.len(), p.layers.len(), p.objects.len())?;
@@ -55,11 +63,7 @@ fn point(p: &[f64; 3]) -> String {
 
 fn one(a: &Agent, out: &mut String) -> std::fmt::Result {
     let (kind, speed, power) = match a.body {
-        Body::Robot { speed, energy: e } => (
-            "robot",
-            range(speed),
-            format!("{} + {} v + {} v^2", number(e.standby), number(e.friction), number(e.drag)),
-        ),
+        Body::Robot { speed, energy } => ("robot", speed.to_string(), energy.to_string()),
         Body::Human { speed, .. } => ("human", format!("up to {}", number(speed)), String::new()),
     };
     let line = format!("  {:<16} {kind:<6} {:>20} {speed:>14}  {power}", a.name, point(&a.place));
