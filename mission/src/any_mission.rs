@@ -1,6 +1,5 @@
 //! A mission of any kind as a value, which is stored as `{ "NAME OF THE KIND": { .. } }`.
 
-use std::any::Any;
 use std::fmt;
 use std::ops::Deref;
 
@@ -20,12 +19,6 @@ impl AnyMission {
     /// A mission of a kind as one of any kind.
     pub fn new(mission: impl Mission) -> AnyMission {
         AnyMission(Box::new(mission))
-    }
-
-    /// The mission as one of this type; none if it is of another kind.
-    pub fn downcast<M: Mission>(&self) -> Option<&M> {
-        let any: &dyn Any = &*self.0;
-        any.downcast_ref()
     }
 }
 

@@ -96,6 +96,14 @@ pub trait Mission: Any + fmt::Debug + Send + Sync {
     fn execute(&self, how: &Run) -> Result<Box<dyn Execution>, String>;
 }
 
+impl dyn Mission {
+    /// The mission as one of this type; none if it is of another kind.
+    pub fn downcast<M: Mission>(&self) -> Option<&M> {
+        let any: &dyn Any = self;
+        any.downcast_ref()
+    }
+}
+
 /// The entry of a kind of mission: everything that the language, the editor and the pages derive from.
 #[derive(Debug)]
 pub struct Kind {

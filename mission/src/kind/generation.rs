@@ -1,6 +1,6 @@
 //! Tasks of a mission from a language model: the kind writes the prompt, and reads the answer.
 
-use crate::any_mission::AnyMission;
+use super::Mission;
 use crate::planned::Planned;
 
 /// Decisions that are left to a model, each with those before it.
@@ -27,7 +27,7 @@ pub struct Prompt {
 #[derive(Debug)]
 pub struct Generated {
     /// The mission with the tasks of the answer.
-    pub mission: AnyMission,
+    pub mission: Box<dyn Mission>,
     /// The answer as a file.
     pub text: String,
     /// The plan, if the model decided everything.

@@ -49,7 +49,7 @@ pub struct Arguments {
     #[arg(long, value_name = "TEXT")]
     instruction: Option<String>,
     /// What the model decides; with --trials several, one after the other: `layers,allocation,everything`.
-    #[arg(long, value_enum, default_value = "layers", value_delimiter = ',')]
+    #[arg(long, value_enum, default_values_t = [Decides::Layers], value_delimiter = ',')]
     decides: Vec<Decides>,
     /// Write the layers into this file instead of printing them: `layers_from` reads it, unless the model decided everything.
     #[arg(long, value_name = "FILE")]

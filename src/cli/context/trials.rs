@@ -4,6 +4,7 @@
 
 use std::time::Instant;
 
+use clap::ValueEnum;
 use context::endpoint::AskError;
 use context::generate::{Bounds, GenerateError, Wish, tasks};
 use mission::kind::generation::Generated;
@@ -109,12 +110,9 @@ fn cost(generated: Generated) -> Option<Cost> {
     }
 }
 
-fn word(decides: Decides) -> &'static str {
-    match decides {
-        Decides::Layers => "layers",
-        Decides::Allocation => "allocation",
-        Decides::Everything => "everything",
-    }
+/// Returns the word of the option for a decision.
+fn word(decides: Decides) -> String {
+    decides.to_possible_value().map(|value| value.get_name().to_string()).unwrap_or_default()
 }
 
 /// Returns the table with its caption.
@@ -156,7 +154,7 @@ fn row(case: &Case, reference: Option<&Case>, parts: &[&str]) -> Vec<String> {
     let share = 100.0 * valid.len() as f64 / all.len().max(1) as f64;
     let short = |x: Option<f64>| x.map_or_else(|| "-".to_string(), |x| format!("{x:.2}"));
     let mut row = vec![
-        word(case.decides).to_string(),
+        word(case.decides),
         all.len().to_string(),
         format!("{share:.0}"),
         short(mean(&of(&|t, _| t.planner))),

@@ -4,7 +4,6 @@
 pub mod prompt;
 mod rules;
 
-use crate::any_mission::AnyMission;
 use crate::kind::generation::{Decides, Generated, Generation, Prompt};
 use crate::planned::Method;
 
@@ -59,7 +58,7 @@ impl Generation for Layers {
         Ok(Generated {
             text: plan.map_or_else(|| export(&problem), |plan| export_plan(&problem, &plan)),
             planned: described.map_err(|refusal| vec![refusal.to_string()])?,
-            mission: AnyMission::new(Layers { problem, ..self.clone() }),
+            mission: Box::new(Layers { problem, ..self.clone() }),
         })
     }
 }
