@@ -1,5 +1,5 @@
 //! Descriptions of the language for people and editors: the language server, the catalogue of task types, the page of
-//! keys, and the JSON Schema of the YAML spelling.
+//! keys, and the JSON Schema of the YAML syntax.
 
 pub mod catalogue;
 pub mod keys;

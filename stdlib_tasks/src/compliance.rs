@@ -43,12 +43,12 @@ use nalgebra::Vector3;
 use robot::LinkId;
 
 use crate::bound::BoundParams;
+use crate::clik::axes;
 use crate::dimension::{ANGULAR_DAMPING, DAMPING, Dimension, FORCE, INERTIA, MASS, MOMENT, STIFFNESS};
 use crate::expression::Term;
+use crate::expression_tasks::fault;
 use crate::params::{Form, Input, Operand, ParamType, Presence, Quantity, WrongForm};
 use crate::task::{BuildError, Context, Rows, State, TaskFault};
-use crate::tracking::axes;
-use crate::written::fault;
 
 crate::params! {
     /// The virtual mass of a frame.

@@ -4,25 +4,25 @@
 //! the type's `build` turns them into a [`task::Task`]; the controller computes the task's rows at every tick. This
 //! crate depends on robots, but not on the language, solvers or state machines.
 
-pub mod apart;
 pub mod bound;
 pub mod build;
 pub mod clearance;
+pub mod clik;
+pub mod closest_points;
 pub mod compliance;
 pub mod expression;
+pub mod expression_tasks;
 pub mod field;
 pub mod geometry;
+pub mod gradient_bound;
 pub mod kinds;
 pub mod numbers;
 pub mod params;
-mod reserve;
-pub mod slope;
+mod sampled_margin;
 pub mod slot;
 pub mod so3;
 pub mod state;
 pub mod task;
-pub mod tracking;
-pub mod written;
 
 pub use quantities::dimension;
 

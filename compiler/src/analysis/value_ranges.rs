@@ -13,7 +13,7 @@ use runtime::program::Op;
 use stdlib_tasks::bound::Geometry;
 use stdlib_tasks::expression::Leaf;
 use stdlib_tasks::field::{DistanceProgram, FieldProgram, Over};
-use stdlib_tasks::slope;
+use stdlib_tasks::gradient_bound;
 
 use crate::binding::Table;
 use crate::expr::{Fact, Graph, Interval};
@@ -179,7 +179,7 @@ impl<'a> Ranges<'a> {
             Fact::Sum(a, b, sign) if *sign == -1.0 => match (self.ground.point_of(a), self.ground.point_of(b)) {
                 // The difference of two points of the robot does not depend on the base or on joints that carry both.
                 (Some((to, point)), Some((from, origin))) => {
-                    let (centre, radius) = slope::reach(self.ground.model, Some(from), to, &point);
+                    let (centre, radius) = gradient_bound::reach(self.ground.model, Some(from), to, &point);
                     let far = (centre - origin).norm();
                     Interval::new((far - radius).max(0.0), far + radius)
                 }
@@ -299,7 +299,7 @@ impl<'a> Ground<'a> {
     /// Ball of a position while the base is at rest.
     fn at_rest(&self, leaf: &Leaf) -> Ball {
         let one = |link: LinkId, point: &Vector3<f64>| {
-            let (centre, radius) = slope::reach(self.model, None, link, point);
+            let (centre, radius) = gradient_bound::reach(self.model, None, link, point);
             Ball { centre: (self.root * Point3::from(centre)).coords, radius }
         };
         match leaf {
@@ -318,7 +318,7 @@ impl<'a> Ground<'a> {
 
     /// Range of the distance between two parts.
     fn distance(&self, a: &Geometry, b: &Geometry) -> Interval {
-        let (centre, radius) = slope::reach(self.model, Some(b.link), a.link, &a.center().coords);
+        let (centre, radius) = gradient_bound::reach(self.model, Some(b.link), a.link, &a.center().coords);
         let far = (centre - b.center().coords).norm();
         let around = a.shape.bounding_radius() + b.shape.bounding_radius();
         Interval::new(far - radius - around, far + radius + around)

@@ -19,12 +19,12 @@
 use nalgebra::{Point3, Vector3};
 use robot::Model;
 
-use super::above::{Above, Lowest};
-use super::away;
 use super::center_of_mass::CenterOfMass;
-use super::people::People;
+use super::human_field::People;
+use super::plane_distance::{Above, Lowest};
+use super::point_distance;
 use super::{Expression, Leaf, Op};
-use crate::apart::{Apart, NoWay, Pair};
+use crate::closest_points::{Apart, NoWay, Pair};
 use crate::numbers::{write_rotation, write_vector};
 use crate::state::State;
 
@@ -38,7 +38,7 @@ enum Found {
     Above { above: Box<Above>, lowest: Option<Lowest> },
     Com(CenterOfMass),
     Field(Box<People>),
-    Away(Box<away::Ready>),
+    Away(Box<point_distance::Ready>),
 }
 
 /// Expression prepared for evaluation. Nothing here allocates after [`Evaluation::new`].
@@ -79,7 +79,7 @@ impl Evaluation {
                 Leaf::Above(above) => Found::Above { above: above.clone(), lowest: None },
                 Leaf::Com => Found::Com(CenterOfMass::new(model)),
                 Leaf::Field(field) => Found::Field(Box::new(People::new(field, model))),
-                Leaf::Away(away) => Found::Away(Box::new(away::Ready::new(away))),
+                Leaf::Away(away) => Found::Away(Box::new(point_distance::Ready::new(away))),
             };
             leaves.push((at, found));
             at += leaf.width();

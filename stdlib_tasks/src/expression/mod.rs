@@ -5,13 +5,13 @@
 //! an expression contains the rest. [`Evaluation`] is an expression prepared for evaluation: one forward sweep computes
 //! the value, one reverse sweep each row.
 
-mod above;
-mod away;
 mod center_of_mass;
 mod evaluation;
+mod human_field;
 mod op;
 mod operand;
-mod people;
+mod plane_distance;
+mod point_distance;
 mod term;
 
 use nalgebra::Vector3;
@@ -23,12 +23,12 @@ use crate::field::FieldProgram;
 use crate::geometry::Geometry;
 use crate::slot::Slot;
 
-pub use above::{Above, Plane};
-pub use away::Away;
 pub use center_of_mass::center_of_mass;
 pub use evaluation::Evaluation;
 pub use op::{Op, ROUNDING};
 pub use operand::Operand;
+pub use plane_distance::{Above, Plane};
+pub use point_distance::Away;
 pub use term::{Term, settle, turn_seeds};
 
 /// Quantity of the robot's present state, of which expressions are made.

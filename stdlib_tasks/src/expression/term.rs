@@ -5,7 +5,7 @@ use robot::Model;
 
 use super::Evaluation;
 use super::Operand;
-use crate::apart::NoWay;
+use crate::closest_points::NoWay;
 use crate::state::State;
 
 /// [`Operand`] prepared for evaluation.

@@ -6,9 +6,9 @@
 
 #[cfg(test)]
 mod adaptive;
-mod bend;
 mod body;
 mod chi;
+mod curvature_bound;
 mod error;
 mod line;
 mod program;

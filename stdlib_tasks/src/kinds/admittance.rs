@@ -5,6 +5,7 @@ use robot::LinkId;
 
 use crate::bound::BoundParams;
 use crate::build::check;
+use crate::clik;
 use crate::compliance::{Body, Damping, Mass, Motion, Stiffness, Wrench, read};
 use crate::dimension::LENGTH;
 use crate::kinds::frame_pose::{actual_pose, pose_measures, pose_rows};
@@ -13,7 +14,6 @@ use crate::so3;
 use crate::task::{
     Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
-use crate::tracking;
 
 crate::params! {
     /// Target pose of the frame without contact.
@@ -154,8 +154,8 @@ impl Task for Admittance {
 
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let pose = state.data.pose(self.body.link());
-        let (p_d, v_d) = tracking::position_target(state, self.target.position);
-        let (r_d, w_d) = tracking::orientation_target(state, self.target.orientation);
+        let (p_d, v_d) = clik::position_target(state, self.target.position);
+        let (r_d, w_d) = clik::orientation_target(state, self.target.orientation);
         let error = [p_d - pose.translation.vector, so3::log(&(r_d * pose.rotation.inverse()))];
         let velocity = [v_d, w_d];
         let before = self.before.unwrap_or(velocity);

@@ -13,6 +13,7 @@ use robot::LinkId;
 
 use crate::bound::{Arm, BoundParams};
 use crate::build::check;
+use crate::clik::{self, axes};
 use crate::dimension::{LENGTH, NONE};
 use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::kinds::uncooperative_motion::Pose;
@@ -23,7 +24,6 @@ use crate::task::{
     Actual, ActualType, Along, BuildError, Context, Is, Measure, Nature, RowInfo, Rows, State, Task, TaskFault,
     TaskKind,
 };
-use crate::tracking::{self, axes};
 
 crate::params! {
     /// Target pose of the right tip relative to the left one.
@@ -209,7 +209,7 @@ impl CooperativeMotion {
     fn absolute_rows(&self, state: &State, rows: &mut Rows, tips: &Tips, gain: [f64; 2]) {
         let ([alpha], [alpha_dot]) = (self.alpha.of(state.values), self.alpha.of(state.rates));
         let (p_a, r_a) = self.absolute(tips, alpha);
-        let (p_d, p_d_dot) = tracking::position_target(state, self.absolute.position);
+        let (p_d, p_d_dot) = clik::position_target(state, self.absolute.position);
         let drift = (tips.p_l - tips.p_r) * alpha_dot;
         let error = p_d - p_a;
         for (i, axis) in axes().iter().enumerate() {
@@ -220,7 +220,7 @@ impl CooperativeMotion {
         }
         rows.measures[0] = error.norm();
 
-        let (r_d, omega_d) = tracking::orientation_target(state, self.absolute.orientation);
+        let (r_d, omega_d) = clik::orientation_target(state, self.absolute.orientation);
         let error = so3::log(&(r_d * r_a.inverse()));
         let r_l = tips.r_l.to_rotation_matrix();
         let m_w: Matrix3<f64> = r_l * so3::interpolation_rate(&tips.phi, 1.0 - alpha) * r_l.transpose();
@@ -237,7 +237,7 @@ impl CooperativeMotion {
 
     fn relative_rows(&self, state: &State, rows: &mut Rows, tips: &Tips, gain: [f64; 2]) {
         let (p, r) = self.relative(tips);
-        let (p_d, p_d_dot) = tracking::position_target(state, self.relative.position);
+        let (p_d, p_d_dot) = clik::position_target(state, self.relative.position);
         let error = p_d - p;
         for (i, axis) in axes().iter().enumerate() {
             let row = rows.row(6 + i);
@@ -256,7 +256,7 @@ impl CooperativeMotion {
         }
         rows.measures[2] = error.norm();
 
-        let (r_d, omega_d) = tracking::orientation_target(state, self.relative.orientation);
+        let (r_d, omega_d) = clik::orientation_target(state, self.relative.orientation);
         let error = so3::log(&(r_d * r.inverse()));
         for (i, axis) in axes().iter().enumerate() {
             let row = rows.row(9 + i);

@@ -4,13 +4,13 @@ use robot::LinkId;
 
 use crate::bound::BoundParams;
 use crate::build::check;
+use crate::clik;
 use crate::dimension::{ANGLE, RATE};
 use crate::kinds::frame_pose::{actual_pose, pose_rows};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{
     Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
-use crate::tracking;
 
 crate::params! {
     /// Parameters of `frame_orientation`.
@@ -73,8 +73,8 @@ impl Task for FrameOrientation {
 
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let [gain] = self.0.gain.of(state.values);
-        let target = tracking::orientation_target(state, self.0.orientation);
-        rows.measures[0] = tracking::orientation(state, rows, 0, self.0.frame.1, target, gain);
+        let target = clik::orientation_target(state, self.0.orientation);
+        rows.measures[0] = clik::orientation(state, rows, 0, self.0.frame.1, target, gain);
         Ok(())
     }
 

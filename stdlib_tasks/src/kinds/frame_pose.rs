@@ -4,13 +4,13 @@ use robot::LinkId;
 
 use crate::bound::BoundParams;
 use crate::build::check;
+use crate::clik;
 use crate::dimension::{ANGLE, LENGTH};
 use crate::numbers;
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{
     Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
-use crate::tracking;
 
 crate::params! {
     /// Parameters of `frame_pose`.
@@ -113,10 +113,10 @@ impl Task for FramePose {
 
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let [linear, angular] = self.params.gain.of(state.values);
-        let target = tracking::position_target(state, self.params.position);
-        rows.measures[0] = tracking::position(state, rows, 0, self.link, target, linear);
-        let target = tracking::orientation_target(state, self.params.orientation);
-        rows.measures[1] = tracking::orientation(state, rows, 3, self.link, target, angular);
+        let target = clik::position_target(state, self.params.position);
+        rows.measures[0] = clik::position(state, rows, 0, self.link, target, linear);
+        let target = clik::orientation_target(state, self.params.orientation);
+        rows.measures[1] = clik::orientation(state, rows, 3, self.link, target, angular);
         Ok(())
     }
 

@@ -5,10 +5,10 @@ use robot::LinkId;
 
 use crate::bound::BoundParams;
 use crate::build::check;
+use crate::clik;
 use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
-use crate::tracking;
 
 crate::params! {
     /// Parameters of `hold`.
@@ -86,9 +86,9 @@ impl Task for Hold {
         let [linear, angular] = self.gain.of(state.values);
         for (i, (target, (_, link))) in self.targets.iter().zip(&self.frames).enumerate() {
             let position = (target.translation.vector, Vector3::zeros());
-            rows.measures[2 * i] = tracking::position(state, rows, 6 * i, *link, position, linear);
+            rows.measures[2 * i] = clik::position(state, rows, 6 * i, *link, position, linear);
             let rotation = (target.rotation, Vector3::zeros());
-            rows.measures[2 * i + 1] = tracking::orientation(state, rows, 6 * i + 3, *link, rotation, angular);
+            rows.measures[2 * i + 1] = clik::orientation(state, rows, 6 * i + 3, *link, rotation, angular);
         }
         Ok(())
     }

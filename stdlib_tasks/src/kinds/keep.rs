@@ -13,11 +13,11 @@ use crate::bound::BoundParams;
 use crate::build::check;
 use crate::dimension::{Dimension, NONE, RATE};
 use crate::expression::{Term, settle};
+use crate::expression_tasks::{Gain, actual, dimension, fault, row_names};
 use crate::params::{Form, Input, Operand, ParamType, Presence, Quantity};
 use crate::task::{
     Actual, ActualType, Along, BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
-use crate::written::{Gain, actual, dimension, fault, row_names};
 
 crate::params! {
     /// Parameters of `keep`.

@@ -7,14 +7,14 @@
 
 use robot::Model;
 
-use crate::apart::{NoWay, Pair};
 use crate::bound::{BoundParams, Geometry};
 use crate::build::check;
 use crate::clearance;
+use crate::closest_points::{NoWay, Pair};
 use crate::dimension::{LENGTH, RATE};
+use crate::gradient_bound;
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};
-use crate::reserve::{Reserve, extent, is_ball};
-use crate::slope;
+use crate::sampled_margin::{Reserve, extent, is_ball};
 use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
@@ -160,7 +160,7 @@ impl Task for SelfCollision {
     }
 
     fn slopes(&self, model: &Model) -> Vec<Vec<f64>> {
-        self.pairs.iter().map(|p| slope::between(model, &p.a, &p.b)).collect()
+        self.pairs.iter().map(|p| gradient_bound::between(model, &p.a, &p.b)).collect()
     }
 
     fn sampled_loss(&self) -> Vec<f64> {

@@ -16,13 +16,13 @@ use crate::bound::BoundParams;
 use crate::build::check;
 use crate::dimension::{ANGLE, Dimension, RATE};
 use crate::expression::{Term, settle, turn_seeds};
+use crate::expression_tasks::{Gain, actual, dimension, fault, row_names};
 use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::params::{Form, Operand, ParamType, Presence, Quantity};
 use crate::so3;
 use crate::task::{
     Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
-use crate::written::{Gain, actual, dimension, fault, row_names};
 
 crate::params! {
     /// Parameters of `track`.

@@ -4,13 +4,13 @@ use robot::LinkId;
 
 use crate::bound::{Arm, BoundParams};
 use crate::build::check;
+use crate::clik;
 use crate::dimension::LENGTH;
 use crate::kinds::frame_pose::{actual_pose, pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{
     Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
 };
-use crate::tracking;
 
 crate::params! {
     /// Target pose of one arm's tip in the world.
@@ -101,10 +101,10 @@ impl Task for UncooperativeMotion {
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let [linear, angular] = self.gain.of(state.values);
         for (i, (link, pose)) in self.sides.iter().enumerate() {
-            let target = tracking::position_target(state, pose.position);
-            rows.measures[2 * i] = tracking::position(state, rows, 6 * i, *link, target, linear);
-            let target = tracking::orientation_target(state, pose.orientation);
-            rows.measures[2 * i + 1] = tracking::orientation(state, rows, 6 * i + 3, *link, target, angular);
+            let target = clik::position_target(state, pose.position);
+            rows.measures[2 * i] = clik::position(state, rows, 6 * i, *link, target, linear);
+            let target = clik::orientation_target(state, pose.orientation);
+            rows.measures[2 * i + 1] = clik::orientation(state, rows, 6 * i + 3, *link, target, angular);
         }
         Ok(())
     }

@@ -15,9 +15,9 @@ use crate::bound::{BoundParams, Geometry, Slot};
 use crate::build::check;
 use crate::clearance;
 use crate::dimension::{LENGTH, RATE};
+use crate::gradient_bound;
 use crate::params::{Auto, FromBound, Input, ParamType, Presence, Quantity};
-use crate::reserve::{Reserve, extent};
-use crate::slope;
+use crate::sampled_margin::{Reserve, extent};
 use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};
 
 /// Three points, as nine constants.
@@ -169,7 +169,7 @@ impl Task for VirtualWall {
     }
 
     fn slopes(&self, model: &Model) -> Vec<Vec<f64>> {
-        self.points.iter().map(|g| slope::over_plane(model, self.on, &self.n, g)).collect()
+        self.points.iter().map(|g| gradient_bound::over_plane(model, self.on, &self.n, g)).collect()
     }
 
     fn sampled_loss(&self) -> Vec<f64> {

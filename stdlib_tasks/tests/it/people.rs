@@ -1,8 +1,8 @@
 //! What reads the points of people, as expressions: values against brute force, rows and rates against central differences
 //! while the robot and the points move.
 
-use hierarq_stdlib_tasks::apart::NoWay;
 use hierarq_stdlib_tasks::bound::Geometry;
+use hierarq_stdlib_tasks::closest_points::NoWay;
 use hierarq_stdlib_tasks::dimension::LENGTH;
 use hierarq_stdlib_tasks::expression::{Away, Evaluation, Expression, Leaf, Op};
 use hierarq_stdlib_tasks::field::{DistanceProgram, FieldProgram, Over};

@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use robot::{Model, Shape, geometry};
 use serde::{Deserialize, Serialize};
 
-use crate::apart::{NoWay, overlap};
+use crate::closest_points::{NoWay, overlap};
 use crate::geometry::Geometry;
 use crate::state::State;
 

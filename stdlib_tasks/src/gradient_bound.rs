@@ -12,7 +12,7 @@ use robot::{Base, DofUnit, Drive, Joint, JointId, JointKind, LinkId, Model};
 
 use crate::bound::Geometry;
 use crate::clearance::{ancestors, stroke};
-use crate::reserve::is_ball;
+use crate::sampled_margin::is_ball;
 
 /// Bounds of `|dh/dq|` for the distance between parts of two links: one number for each degree of freedom, in m/rad or
 /// m/m.

@@ -3,7 +3,7 @@
 
 use std::cell::RefCell;
 
-use crate::apart::NoWay;
+use crate::closest_points::NoWay;
 use crate::dimension::Dimension;
 use crate::expression::Term;
 use crate::params::Operand;

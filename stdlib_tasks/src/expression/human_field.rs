@@ -9,7 +9,7 @@
 use nalgebra::Vector3;
 use robot::Model;
 
-use crate::apart::NoWay;
+use crate::closest_points::NoWay;
 use crate::field::{Field, FieldProgram, HumanPoint};
 use crate::state::State;
 

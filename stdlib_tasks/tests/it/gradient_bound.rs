@@ -112,7 +112,7 @@ proptest! {
         let any = |rng: &mut dyn FnMut() -> f64| LinkId((rng() * model.links.len() as f64) as u32);
         let (to, from, point) = (any(&mut rng), any(&mut rng), vector(&mut rng, 0.5));
         for from in [None, Some(from)] {
-            let (centre, radius) = hierarq_stdlib_tasks::slope::reach(&model, from, to, &point);
+            let (centre, radius) = hierarq_stdlib_tasks::gradient_bound::reach(&model, from, to, &point);
             for _ in 0..20 {
                 let place = Place::new(&model, &model.random_configuration(&mut rng));
                 let seen = place.data.pose(from.unwrap_or(model.root())).inverse() * place.data.pose(to);
