@@ -79,7 +79,7 @@ fn sampled_loss(program: &Program, seen: &Seen) -> f64 {
     }
     let walks = f64::hypot(0.9, 0.2) / 2.0;
     let field = program.fields[0].field(model).expect("it can be built");
-    stdlib_tasks::clearance::loss(field.bend(model, &speed, fastest + walks), 0.005, 10.0)
+    stdlib_tasks::clearance::loss(field.curvature_bound(model, &speed, fastest + walks), 0.005, 10.0)
 }
 
 #[test]

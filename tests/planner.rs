@@ -38,7 +38,7 @@ fn told(table: &[f64], program: &Program, name: &str) -> f64 {
 
 /// Outputs of a planner at one tick, with the field's rate for its law.
 #[derive(Clone, Debug, PartialEq)]
-struct Told {
+struct TaskOutput {
     time: f64,
     scaling: f64,
     deviation: f64,
@@ -54,14 +54,14 @@ struct Told {
     fault: Option<Fault>,
 }
 
-struct All<'p>(&'p Program, Vec<Told>);
+struct All<'p>(&'p Program, Vec<TaskOutput>);
 
 impl Recorder for All<'_> {
     fn tick(&mut self, t: &Tick) -> std::io::Result<()> {
         let table = t.controller.signal_table();
         let of = |name: &str| told(table, self.0, &format!("guard.{name}"));
         let planner = t.controller.evaluator().safety().next();
-        self.1.push(Told {
+        self.1.push(TaskOutput {
             time: t.time,
             scaling: of("scaling"),
             deviation: of("deviation"),
@@ -80,7 +80,7 @@ impl Recorder for All<'_> {
     }
 }
 
-fn run(text: &str) -> Vec<Told> {
+fn run(text: &str) -> Vec<TaskOutput> {
     let program = common::program_of(text);
     let scenario = &program.scenarios[0];
     let program = scenario.program(&program);
@@ -90,7 +90,7 @@ fn run(text: &str) -> Vec<Told> {
     all.1
 }
 
-fn least(all: &[Told]) -> f64 {
+fn least(all: &[TaskOutput]) -> f64 {
     all.iter().map(|t| t.field).fold(f64::INFINITY, f64::min)
 }
 

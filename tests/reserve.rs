@@ -34,7 +34,7 @@ fn reserve(levels: &str) -> f64 {
     let program = common::program_of(&spec(100, "sampled_margin auto", levels));
     let evaluator = common::evaluator(&program);
     let wall = evaluator.members().iter().position(|m| m.name == "ceiling").expect("the wall is in the stack");
-    evaluator.reserve(wall)[0]
+    evaluator.sampled_margin(wall)[0]
 }
 
 fn compiled(levels: &str) -> Compiled {

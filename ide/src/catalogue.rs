@@ -7,13 +7,13 @@ use serde_json::{Value as Json, json};
 use stdlib_tasks::dimension::{ANGLE, LENGTH};
 use stdlib_tasks::kinds::safety_planner::PATH;
 use stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence, Quantity};
-use stdlib_tasks::task::{Nature, TaskKind};
+use stdlib_tasks::task::{RowKind, TaskKind};
 use stdlib_tasks::{KINDS, dimension::Dimension};
 
-fn nature(kind: &TaskKind) -> &'static str {
-    match kind.nature {
-        Nature::Limit => "limit",
-        Nature::Target => "target",
+fn row_kind(kind: &TaskKind) -> &'static str {
+    match kind.row_kind {
+        RowKind::Inequality => "limit",
+        RowKind::Equality => "target",
     }
 }
 
@@ -22,7 +22,7 @@ pub fn list() -> String {
     let width = KINDS.iter().map(|k| k.name.len()).max().unwrap_or(0);
     let mut out = String::new();
     for kind in KINDS {
-        let _ = writeln!(out, "{:<width$}  {:<6}  {}", kind.name, nature(kind), kind.summary);
+        let _ = writeln!(out, "{:<width$}  {:<6}  {}", kind.name, row_kind(kind), kind.summary);
     }
     out.push_str("\n`hierarq tasks TYPE` shows parameters, equations and an example.\n");
     out
@@ -104,7 +104,7 @@ fn rows<'a>(params: &'a [ParamInfo], prefix: &str, out: &mut Vec<(String, &'a Pa
 
 /// Returns the complete description of a type for the terminal.
 pub fn page(kind: &TaskKind) -> String {
-    let mut out = format!("{}  ({})\n{}\n\n{}\n\n", kind.name, nature(kind), kind.summary, kind.docs);
+    let mut out = format!("{}  ({})\n{}\n\n{}\n\n", kind.name, row_kind(kind), kind.summary, kind.docs);
     out.push_str("Parameters\n");
     let mut list = Vec::new();
     rows(kind.params, "", &mut list);
@@ -114,14 +114,16 @@ pub fn page(kind: &TaskKind) -> String {
     if !kind.positional.is_empty() {
         let _ = writeln!(out, "\nIn parentheses: {}({})", kind.name, kind.positional.join(", "));
     }
-    if !kind.actuals.is_empty() {
-        let names: Vec<&str> = kind.actuals.iter().map(|a| if a.name == "*" { "angle.ARM" } else { a.name }).collect();
+    if !kind.current_values.is_empty() {
+        let names: Vec<&str> =
+            kind.current_values.iter().map(|a| if a.name == "*" { "angle.ARM" } else { a.name }).collect();
         let _ = writeln!(out, "\nFor initial(..): {}", names.join(", "));
     }
-    if !kind.tells.is_empty() {
+    if !kind.outputs.is_empty() {
         out.push_str("\nTells, behind the task's name; conditions, expectations and logs read it\n");
-        for told in kind.tells {
-            let _ = writeln!(out, "  .{}: number in {}\n      {}", told.name, unit(told.dimension), told.is);
+        for output in kind.outputs {
+            let _ =
+                writeln!(out, "  .{}: number in {}\n      {}", output.name, unit(output.dimension), output.description);
         }
     }
     let _ = write!(out, "\nExample\n{}\n", kind.example.lines().map(|l| format!("  {l}\n")).collect::<String>());
@@ -146,13 +148,13 @@ pub fn json(kind: &TaskKind) -> Json {
         .collect();
     json!({
         "name": kind.name,
-        "nature": nature(kind),
+        "nature": row_kind(kind),
         "summary": kind.summary,
         "docs": kind.docs,
         "example": kind.example,
         "positional": kind.positional,
         "params": params,
-        "tells": kind.tells.iter().map(|t| json!({ "name": t.name, "unit": unit(t.dimension), "is": t.is })).collect::<Vec<_>>(),
+        "tells": kind.outputs.iter().map(|t| json!({ "name": t.name, "unit": unit(t.dimension), "is": t.description })).collect::<Vec<_>>(),
     })
 }
 
@@ -164,7 +166,7 @@ pub fn markdown() -> String {
          it should be and has errors.\n\n| type | | keeps or does |\n|---|---|---|\n",
     );
     for kind in KINDS {
-        let _ = writeln!(out, "| [`{0}`](#{0}) | {1} | {2} |", kind.name, nature(kind), kind.summary);
+        let _ = writeln!(out, "| [`{0}`](#{0}) | {1} | {2} |", kind.name, row_kind(kind), kind.summary);
     }
     for kind in KINDS {
         let _ = write!(out, "\n## {}\n\n{}\n\n", kind.name, kind.docs);
@@ -183,19 +185,20 @@ pub fn markdown() -> String {
         if !kind.positional.is_empty() {
             let _ = writeln!(out, "\nIn parentheses: `{}({})`.", kind.name, kind.positional.join(", "));
         }
-        if !kind.actuals.is_empty() {
+        if !kind.current_values.is_empty() {
             let names: Vec<String> = kind
-                .actuals
+                .current_values
                 .iter()
                 .map(|a| format!("`{}`", if a.name == "*" { "angle.ARM" } else { a.name }))
                 .collect();
             let _ = writeln!(out, "\nFor `initial(..)`: {}.", names.join(", "));
         }
-        if !kind.tells.is_empty() {
+        if !kind.outputs.is_empty() {
             out.push_str("\nWhile a stack with it runs, a task `NAME` of this type tells what conditions, expectations and logs may read:\n\n");
             out.push_str("| value | unit | is |\n|---|---|---|\n");
-            for told in kind.tells {
-                let _ = writeln!(out, "| `NAME.{}` | {} | {} |", told.name, unit(told.dimension), told.is);
+            for output in kind.outputs {
+                let _ =
+                    writeln!(out, "| `NAME.{}` | {} | {} |", output.name, unit(output.dimension), output.description);
             }
         }
         let _ = write!(out, "\n```hq\n{}\n```\n", kind.example);

@@ -18,9 +18,9 @@ pub struct Context<'a> {
     /// infinite if none bounds it. The speed limits of the robot itself are not included: the reference, for which
     /// limits are kept, moves as the levels determine.
     pub speed: &'a [f64],
-    /// Like `speed`, while joints that the stack locks come to rest: `speed` is zero for these joints, `coasting` is
+    /// Like `speed`, while joints that the stack locks come to rest: `speed` is zero for these joints, `entry_speed` is
     /// the speed that they may have when the stack is entered.
-    pub coasting: &'a [f64],
+    pub entry_speed: &'a [f64],
 }
 
 impl Context<'_> {

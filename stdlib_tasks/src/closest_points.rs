@@ -33,7 +33,7 @@ struct Last {
 
 /// Distance of two parts, with the closest points.
 #[derive(Clone, Copy, Debug)]
-pub struct Apart {
+pub struct Separation {
     /// Distance of the surfaces in m; negative if they overlap.
     pub distance: f64,
     /// Closest point of a in the world, in m.
@@ -46,7 +46,7 @@ pub struct Apart {
 
 /// Reason why two parts have no direction of separation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoWay {
+pub enum SeparationError {
     /// A pose is not finite.
     NotFinite,
     /// The cores of the parts intersect, and did so from the beginning.
@@ -78,7 +78,7 @@ impl Pair {
     ///
     /// # Errors
     /// A pose is not finite, or the cores intersect and always did.
-    pub fn find(&mut self, state: &State) -> Result<Apart, NoWay> {
+    pub fn find(&mut self, state: &State) -> Result<Separation, SeparationError> {
         let (link_a, link_b) = (state.data.pose(self.a.link), state.data.pose(self.b.link));
         let (pose_a, pose_b) = (link_a * self.a.origin, link_b * self.b.origin);
         match geometry::closest(&self.a.shape, &pose_a, &self.b.shape, &pose_b) {
@@ -89,25 +89,25 @@ impl Pair {
                     on_a: link_a.inverse_transform_point(&on_a),
                     on_b: link_b.inverse_transform_point(&on_b),
                 });
-                Ok(Apart { distance: c.distance, on_a: c.on_a, on_b: c.on_b, normal: c.normal })
+                Ok(Separation { distance: c.distance, on_a: c.on_a, on_b: c.on_b, normal: c.normal })
             }
             Err(_) => {
                 // A rotation that is NaN makes the translation NaN too.
                 if !pose_a.translation.vector.iter().chain(&pose_b.translation.vector).all(|x| x.is_finite()) {
-                    return Err(NoWay::NotFinite);
+                    return Err(SeparationError::NotFinite);
                 }
-                let last = self.last.ok_or(NoWay::Overlap)?;
+                let last = self.last.ok_or(SeparationError::Overlap)?;
                 let (on_a, on_b) = (link_a * last.on_a, link_b * last.on_b);
                 let distance = overlap(&self.a.shape, &self.b.shape);
-                Ok(Apart { distance, on_a: on_a.coords, on_b: on_b.coords, normal: last.normal })
+                Ok(Separation { distance, on_a: on_a.coords, on_b: on_b.coords, normal: last.normal })
             }
         }
     }
 
     /// Adds `scale` times the row of the distance.
-    pub fn add_row(&self, state: &State, apart: &Apart, scale: f64, row: &mut [f64]) {
-        let n = apart.normal * scale;
-        state.data.add_point(state.model, self.a.link, &apart.on_a, &n, row);
-        state.data.add_point(state.model, self.b.link, &apart.on_b, &-n, row);
+    pub fn add_row(&self, state: &State, separation: &Separation, scale: f64, row: &mut [f64]) {
+        let n = separation.normal * scale;
+        state.data.add_point(state.model, self.a.link, &separation.on_a, &n, row);
+        state.data.add_point(state.model, self.b.link, &separation.on_b, &-n, row);
     }
 }

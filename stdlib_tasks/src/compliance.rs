@@ -163,6 +163,16 @@ pub struct Motion {
     pub change: [Vector3<f64>; 2],
 }
 
+/// Parameters of the body's response to a wrench.
+pub struct Impedance {
+    /// Mass.
+    pub mass: Mass,
+    /// Damping.
+    pub damping: Damping,
+    /// Stiffness; `None` for a body that no target attracts.
+    pub stiffness: Option<Stiffness>,
+}
+
 /// Frame that yields to a wrench.
 pub struct Body {
     link: LinkId,
@@ -180,16 +190,12 @@ impl Body {
     ///
     /// # Errors
     /// A stiffness is larger than the period allows, or the wrench is not a pair of vectors.
-    pub fn new(
-        link: LinkId,
-        ctx: &Context,
-        (mass, damping, stiffness): (Mass, Damping, Option<Stiffness>),
-        wrench: Wrench,
-    ) -> Result<Self, BuildError> {
+    pub fn new(link: LinkId, ctx: &Context, impedance: Impedance, wrench: Wrench) -> Result<Self, BuildError> {
         if wrench.force.len() != 3 || wrench.moment.len() != 3 {
             return Err(BuildError::new("wrench", "force and moment are vectors"));
         }
         let period = ctx.period;
+        let Impedance { mass, damping, stiffness } = impedance;
         let body = Body {
             link,
             period,

@@ -3,7 +3,7 @@
 
 use std::cell::RefCell;
 
-use crate::closest_points::NoWay;
+use crate::closest_points::SeparationError;
 use crate::dimension::Dimension;
 use crate::expression::Term;
 use crate::params::Operand;
@@ -58,10 +58,10 @@ impl Gain {
 }
 
 /// Fault of an expression that has no value.
-pub fn fault(no: NoWay) -> TaskFault {
+pub fn fault(no: SeparationError) -> TaskFault {
     match no {
-        NoWay::NotFinite => TaskFault::NotFinite { row: 0 },
-        NoWay::Overlap => TaskFault::Overlap { row: 0 },
+        SeparationError::NotFinite => TaskFault::NotFinite { row: 0 },
+        SeparationError::Overlap => TaskFault::Overlap { row: 0 },
     }
 }
 
@@ -83,7 +83,7 @@ pub fn dimension(value: &Operand) -> Option<Dimension> {
 }
 
 /// Writes the value of a term, as `initial(value)` captures it; false if it has none.
-pub fn actual(term: &RefCell<Term>, state: &State, out: &mut [f64]) -> bool {
+pub fn current_value(term: &RefCell<Term>, state: &State, out: &mut [f64]) -> bool {
     let Ok(mut term) = term.try_borrow_mut() else { return false };
     if term.forward(state).is_err() {
         return false;

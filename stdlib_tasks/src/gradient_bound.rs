@@ -18,9 +18,9 @@ use crate::sampled_margin::is_ball;
 /// m/m.
 pub fn between(model: &Model, a: &Geometry, b: &Geometry) -> Vec<f64> {
     let mut slopes = vec![0.0; model.nv()];
-    let (up, down) = apart(model, Some(b.link), a.link);
-    outwards(model, &up, Ball::around(a), &mut slopes);
-    outwards(model, &down, Ball::around(b), &mut slopes);
+    let (up, down) = joints_between(model, Some(b.link), a.link);
+    towards_root(model, &up, Ball::around(a), &mut slopes);
+    towards_root(model, &down, Ball::around(b), &mut slopes);
     slopes
 }
 
@@ -28,13 +28,13 @@ pub fn between(model: &Model, a: &Geometry, b: &Geometry) -> Vec<f64> {
 /// the normal `n`.
 pub fn over_plane(model: &Model, on: Option<LinkId>, n: &Vector3<f64>, part: &Geometry) -> Vec<f64> {
     let mut slopes = vec![0.0; model.nv()];
-    let (up, down) = apart(model, on, part.link);
-    let mut ball = outwards(model, &up, Ball::around(part), &mut slopes);
+    let (up, down) = joints_between(model, on, part.link);
+    let mut ball = towards_root(model, &up, Ball::around(part), &mut slopes);
     // Turning the plane is equivalent to turning everything else about the same axis.
     for &j in down.iter().rev() {
         let joint = model.joint_ref(j);
         ball.centre = joint.origin.inverse_transform_point(&ball.centre);
-        pass(model, joint, &mut ball, &mut slopes);
+        cross_joint(model, joint, &mut ball, &mut slopes);
     }
     if on.is_none() {
         // A base on wheels moves along the floor and turns about the vertical.
@@ -56,12 +56,12 @@ pub fn over_plane(model: &Model, on: Option<LinkId>, n: &Vector3<f64>, part: &Ge
 /// Ball that contains a point of link `to` as seen from link `from`, or from the root, for any angles of the joints:
 /// its centre, and its radius in m. The radius is infinite if a joint slides without a limit.
 pub fn reach(model: &Model, from: Option<LinkId>, to: LinkId, point: &Vector3<f64>) -> (Vector3<f64>, f64) {
-    let (up, down) = apart(model, from, to);
-    let mut ball = outwards(model, &up, Ball { centre: Point3::from(*point), radius: 0.0 }, &mut []);
+    let (up, down) = joints_between(model, from, to);
+    let mut ball = towards_root(model, &up, Ball { centre: Point3::from(*point), radius: 0.0 }, &mut []);
     for &j in down.iter().rev() {
         let joint = model.joint_ref(j);
         ball.centre = joint.origin.inverse_transform_point(&ball.centre);
-        pass(model, joint, &mut ball, &mut []);
+        cross_joint(model, joint, &mut ball, &mut []);
     }
     (ball.centre.coords, ball.radius)
 }
@@ -87,7 +87,7 @@ impl Ball {
 }
 
 /// Joints that move `to` and not `from`, and those that move `from` and not `to`, from the link towards the root.
-fn apart(model: &Model, from: Option<LinkId>, to: LinkId) -> (Vec<JointId>, Vec<JointId>) {
+fn joints_between(model: &Model, from: Option<LinkId>, to: LinkId) -> (Vec<JointId>, Vec<JointId>) {
     let mut up = ancestors(model, to);
     let mut down = from.map(|link| ancestors(model, link)).unwrap_or_default();
     while up.last().is_some() && up.last() == down.last() {
@@ -98,17 +98,17 @@ fn apart(model: &Model, from: Option<LinkId>, to: LinkId) -> (Vec<JointId>, Vec<
 }
 
 /// Adds the slopes of joints from a link towards the root; returns the ball as seen from the last one.
-fn outwards(model: &Model, joints: &[JointId], mut ball: Ball, slopes: &mut [f64]) -> Ball {
+fn towards_root(model: &Model, joints: &[JointId], mut ball: Ball, slopes: &mut [f64]) -> Ball {
     for &j in joints {
         let joint = model.joint_ref(j);
-        pass(model, joint, &mut ball, slopes);
+        cross_joint(model, joint, &mut ball, slopes);
         ball.centre = joint.origin * ball.centre;
     }
     ball
 }
 
 /// Adds the slope of a joint, in whose frame the ball is expressed, and widens the ball by the joint's motion.
-fn pass(model: &Model, joint: &Joint, ball: &mut Ball, slopes: &mut [f64]) {
+fn cross_joint(model: &Model, joint: &Joint, ball: &mut Ball, slopes: &mut [f64]) {
     let slides = joint.kind == JointKind::Prismatic;
     let slope = if slides { 1.0 } else { ball.distance_from_axis(&joint.axis) };
     let driven = match joint.drive {

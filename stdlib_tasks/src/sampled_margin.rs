@@ -1,7 +1,7 @@
-//! Reserve of rows of curved distances against sampling in time.
+//! SampledMargin of rows of curved distances against sampling in time.
 //!
 //! `δ = A T / (2 φ)`, with the acceleration bound A of [`crate::clearance`], enters a row as `φ δ = A T / 2`: a rate
-//! that does not depend on φ, so that a reserve computed by `auto` follows a gain that moves.
+//! that does not depend on φ, so that a margin computed by `auto` follows a gain that moves.
 
 use robot::Shape;
 
@@ -22,80 +22,88 @@ pub fn is_ball(shape: &Shape) -> bool {
     matches!(shape, Shape::Sphere { .. }) || matches!(shape, Shape::Capsule { half_length, .. } if *half_length == 0.0)
 }
 
-/// Loss of curved rows by sampling in time, and their reserve against it.
-pub struct Reserve {
+/// Loss of curved rows by sampling in time, and the margin that is kept against it.
+pub struct SampledMargin {
     auto: bool,
-    /// A T / 2 of each row, in m/s; and the same while locked joints come to rest.
-    bend: Vec<f64>,
-    coasting: Vec<f64>,
+    /// A T / 2 of each row, in m/s.
+    half_bounds: Vec<f64>,
+    /// The same while locked joints come to rest.
+    entry_half_bounds: Vec<f64>,
     /// True while locked joints come to rest.
-    coasts: bool,
+    locked_joints_moving: bool,
     /// A T / (2 φ) of each row at the initial gain of a stack, in m.
     pub loss: Vec<f64>,
     /// δ of each row at that gain, in m.
     pub kept: Vec<f64>,
 }
 
-impl Reserve {
-    /// Creates the reserve from the name of each row, and its acceleration bound at given speeds, in m/s².
+impl SampledMargin {
+    /// Creates the margin from the name of each row, and its acceleration bound at given speeds, in m/s².
     ///
     /// # Errors
-    /// The reserve is `auto`, and nothing bounds the curvature of a row.
+    /// The margin is `auto`, and nothing bounds the curvature of a row.
     pub fn new(
         auto: Auto,
         gain: Input<1>,
         names: &[&str],
-        bend_of: &dyn Fn(usize, &[f64]) -> f64,
+        acceleration_bound_of: &dyn Fn(usize, &[f64]) -> f64,
         ctx: &Context,
     ) -> Result<Self, BuildError> {
         let [gain] = gain.of(ctx.values);
-        let bounds: Vec<f64> = (0..names.len()).map(|i| bend_of(i, ctx.speed)).collect();
-        let coasting: Vec<f64> = (0..names.len()).map(|i| bend_of(i, ctx.coasting)).collect();
+        let bounds: Vec<f64> = (0..names.len()).map(|i| acceleration_bound_of(i, ctx.speed)).collect();
+        let entry_bounds: Vec<f64> = (0..names.len()).map(|i| acceleration_bound_of(i, ctx.entry_speed)).collect();
         let loss: Vec<f64> = bounds.iter().map(|&a| clearance::loss(a, ctx.period, gain)).collect();
         let half = |bounds: &[f64]| bounds.iter().map(|&a| 0.5 * a * ctx.period).collect();
         let kept = match auto {
             Auto::Given(x) => vec![x.of(ctx.values)[0]; loss.len()],
-            // Coasting joints only increase the bound.
-            Auto::Auto => match coasting.iter().position(|a| !a.is_finite()) {
+            // Locked joints that still move only increase the bound.
+            Auto::Auto => match entry_bounds.iter().position(|a| !a.is_finite()) {
                 None => loss.clone(),
-                Some(i) => return Err(unbounded(names[i], &|speed| bend_of(i, speed), ctx)),
+                Some(i) => return Err(unbounded(names[i], &|speed| acceleration_bound_of(i, speed), ctx)),
             },
         };
-        let (bend, coasting) = (half(&bounds), half(&coasting));
-        Ok(Reserve { auto: auto == Auto::Auto, bend, coasting, coasts: false, loss, kept })
+        let (half_bounds, entry_half_bounds) = (half(&bounds), half(&entry_bounds));
+        Ok(SampledMargin {
+            auto: auto == Auto::Auto,
+            half_bounds,
+            entry_half_bounds,
+            locked_joints_moving: false,
+            loss,
+            kept,
+        })
     }
 
     /// `φ δ` of a row, in m/s: `auto` follows a gain that moves.
     pub fn rate(&self, row: usize, gain: f64) -> f64 {
         match self.auto {
-            true if self.coasts => self.coasting[row],
-            true => self.bend[row],
+            true if self.locked_joints_moving => self.entry_half_bounds[row],
+            true => self.half_bounds[row],
             false => gain * self.kept[row],
         }
     }
 
     /// Sets whether locked joints come to rest.
-    pub fn coast(&mut self, coasts: bool) {
-        self.coasts = coasts;
+    pub fn set_locked_joints_moving(&mut self, moving: bool) {
+        self.locked_joints_moving = moving;
     }
 }
 
 /// Returns the error that names the joints for which the curvature of a row is unbounded.
-fn unbounded(name: &str, bend: &dyn Fn(&[f64]) -> f64, ctx: &Context) -> BuildError {
+fn unbounded(name: &str, acceleration_bound: &dyn Fn(&[f64]) -> f64, ctx: &Context) -> BuildError {
     // A joint is at fault if the bound remains infinite although every other open speed is known.
-    let known: Vec<f64> = ctx.coasting.iter().map(|s| if s.is_finite() { *s } else { 1.0 }).collect();
+    let known: Vec<f64> = ctx.entry_speed.iter().map(|s| if s.is_finite() { *s } else { 1.0 }).collect();
     let at_fault = |dof: &usize| {
         let mut speed = known.clone();
-        speed[*dof] = ctx.coasting[*dof];
-        !speed[*dof].is_finite() && !bend(&speed).is_finite()
+        speed[*dof] = ctx.entry_speed[*dof];
+        !speed[*dof].is_finite() && !acceleration_bound(&speed).is_finite()
     };
-    if !bend(&known).is_finite() {
+    if !acceleration_bound(&known).is_finite() {
         let text = format!("`auto` has no bound for `{name}`: a joint on the way to it slides without position limits");
         return BuildError::new("sampled_margin", text).help(
             "give that joint `lower` and `upper` under `limits` of the robot, or write a length instead of `auto`",
         );
     }
-    let open: Vec<usize> = (0..ctx.coasting.len()).filter(at_fault).collect();
+    let open: Vec<usize> = (0..ctx.entry_speed.len()).filter(at_fault).collect();
     let shown: Vec<String> =
         open.iter().take(4).filter_map(|&d| Some(format!("`{}`", ctx.model.dofs.get(d)?.name))).collect();
     if open.iter().all(|&d| ctx.speed[d].is_finite()) {

@@ -8,29 +8,29 @@ use crate::dimension::Dimension;
 use crate::params::ParamInfo;
 pub use crate::state::{Rows, State};
 
-/// Goal of a task: reach a target, or keep out of a region.
+/// Kind of the rows of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Nature {
+pub enum RowKind {
     /// Rows are equalities; the task has errors.
-    Target,
+    Equality,
     /// Rows are inequalities; the task has margins.
-    Limit,
+    Inequality,
 }
 
-/// Actual value of a task, which `initial(NAME)` captures on entering a stack.
+/// Current value of a task, which `initial(NAME)` captures on entering a stack.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Actual {
+pub struct CurrentValue {
     /// Path of the value in the spec, which is that of the parameter whose target it is; `*` for any arm.
     pub name: &'static str,
     /// Its type.
-    pub ty: ActualType,
-    /// Axes in which the value, and the parameter of its name, are expressed.
-    pub along: Along,
+    pub ty: CurrentValueType,
+    /// ExpressedIn in which the value, and the parameter of its name, are expressed.
+    pub expressed_in: ExpressedIn,
 }
 
-/// Axes in which a vector is expressed, or into which an orientation turns.
+/// ExpressedIn in which a vector is expressed, or into which an orientation turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Along {
+pub enum ExpressedIn {
     /// The world's axes. Also used for a number, which has none.
     World,
     /// The axes of an arm's tip if all conditions hold, otherwise the world's.
@@ -38,26 +38,26 @@ pub enum Along {
         /// The parameter that names the arm.
         arm: &'static str,
         /// The conditions.
-        when: &'static [Is],
+        when: &'static [Condition],
         /// Description of the axes in words, to follow the name of the value.
         text: &'static str,
     },
     /// The axes of the parameter that the value is the actual value of.
-    Own,
+    SameAsParameter,
 }
 
 /// Condition on a parameter that is bound before.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Is {
+pub enum Condition {
     /// The parameter of this name is this constant number.
     Number(&'static str, f64),
     /// The parameter of this name is this word.
     Word(&'static str, &'static str),
 }
 
-/// The type of an [`Actual`].
+/// The type of a [`CurrentValue`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ActualType {
+pub enum CurrentValueType {
     /// One number.
     Scalar(Dimension),
     /// Three numbers.
@@ -70,14 +70,14 @@ pub enum ActualType {
     Of(&'static str),
 }
 
-impl ActualType {
+impl CurrentValueType {
     /// Largest number of numbers that it takes.
     pub fn len(self) -> usize {
         match self {
-            ActualType::Scalar(_) => 1,
-            ActualType::Vector(_) => 3,
-            ActualType::Rotation => 4,
-            ActualType::Pose | ActualType::Of(_) => 7,
+            CurrentValueType::Scalar(_) => 1,
+            CurrentValueType::Vector(_) => 3,
+            CurrentValueType::Rotation => 4,
+            CurrentValueType::Pose | CurrentValueType::Of(_) => 7,
         }
     }
 
@@ -90,13 +90,13 @@ impl ActualType {
 /// Output of a running task at each tick, named after the task: `guard.scaling`. Conditions, expectations and logs read
 /// it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Told {
+pub struct TaskOutput {
     /// Its name, without that of the task.
     pub name: &'static str,
     /// Its dimension.
     pub dimension: Dimension,
     /// Its description, in half a sentence.
-    pub is: &'static str,
+    pub description: &'static str,
 }
 
 /// Builds a task from bound parameters, or returns the parameter that prevents this.
@@ -112,39 +112,39 @@ pub struct TaskKind {
     pub docs: &'static str,
     /// A spec fragment that uses it, in the native syntax.
     pub example: &'static str,
-    /// Target or limit.
-    pub nature: Nature,
+    /// Kind of its rows: a target has equalities, a limit inequalities.
+    pub row_kind: RowKind,
     /// Parameters in the order of the docs.
     pub params: &'static [ParamInfo],
     /// Parameters that may be given in parentheses, in order.
     pub positional: &'static [&'static str],
     /// Values that `initial(..)` can capture inside its parameters.
-    pub actuals: &'static [Actual],
-    /// Outputs of the running task, in the order of [`Task::told`].
-    pub tells: &'static [Told],
+    pub current_values: &'static [CurrentValue],
+    /// Outputs of the running task, in the order of [`Task::write_outputs`].
+    pub outputs: &'static [TaskOutput],
     /// Use of the velocity of people; `None` for a task that protects nobody.
-    pub reckons: Option<&'static Reckons>,
+    pub person_velocity: Option<&'static PersonVelocityUse>,
     /// Builds a task.
     pub build: Build,
 }
 
 /// The task uses the velocity of tracked human points, through the time derivative of its parameters.
 #[derive(Clone, Copy, Debug)]
-pub struct Reckons {
+pub struct PersonVelocityUse {
     /// Returns true if the task uses the rate of a parameter, given by its name, with these parameters.
-    pub rate: fn(&str, &BoundParams) -> bool,
+    pub uses_rate: fn(&str, &BoundParams) -> bool,
     /// Consequence of a missing rate, in half a sentence.
-    pub lacking: &'static str,
+    pub consequence: &'static str,
     /// Alternative that can be written into the task, if there is one.
-    pub instead: Option<&'static str>,
+    pub alternative: Option<&'static str>,
 }
 
-impl Reckons {
+impl PersonVelocityUse {
     /// For a row that keeps a number above a bound: every rate is used.
-    pub const LIMIT: Reckons = Reckons {
-        rate: |_, _| true,
-        lacking: "a row that lacks it lets whoever comes get inside the limit, by their speed over `gain`",
-        instead: None,
+    pub const LIMIT: PersonVelocityUse = PersonVelocityUse {
+        uses_rate: |_, _| true,
+        consequence: "a row that lacks it lets whoever comes get inside the limit, by their speed over `gain`",
+        alternative: None,
     };
 }
 
@@ -216,8 +216,8 @@ pub trait Task: Send {
     fn hand_over(&mut self) {}
 
     /// Called before [`Task::update`]: sets whether joints that the stack locks still come to rest, see
-    /// [`Context::coasting`].
-    fn coast(&mut self, _coasts: bool) {}
+    /// [`Context::entry_speed`].
+    fn set_locked_joints_moving(&mut self, _moving: bool) {}
 
     /// Returns true if the task uses values other than its parameters that it captured when its stack was entered.
     fn remembers_entry(&self) -> bool {
@@ -239,16 +239,16 @@ pub trait Task: Send {
     /// Computes errors or margins that depend on the chosen velocity. Never allocates.
     fn observe(&self, _state: &State, _v: &[f64], _margins: &mut [f64], _measures: &mut [f64]) {}
 
-    /// Writes the numbers of [`TaskKind::tells`] in their units, for the velocity that was chosen; a number that is not
+    /// Writes the numbers of [`TaskKind::outputs`] in their units, for the velocity that was chosen; a number that is not
     /// finite is absent. Never allocates.
-    fn told(&self, _state: &State, _v: &[f64], _out: &mut [f64]) {}
+    fn write_outputs(&self, _state: &State, _v: &[f64], _out: &mut [f64]) {}
 
     /// Sets the velocity that the next [`Task::update`] asks for, `nv` numbers, for a task whose rows are decided
     /// elsewhere. Never allocates.
-    fn decided(&mut self, _velocity: &[f64]) {}
+    fn set_decided_velocity(&mut self, _velocity: &[f64]) {}
 
     /// Writes the value that `initial(name)` captures; false for an unknown name.
-    fn actual(&self, _name: &str, _state: &State, _out: &mut [f64]) -> bool {
+    fn current_value(&self, _name: &str, _state: &State, _out: &mut [f64]) -> bool {
         false
     }
 
@@ -262,7 +262,7 @@ pub trait Task: Send {
     }
 
     /// Part of [`Task::sampled_loss`] that the rows already keep in reserve.
-    fn reserve(&self) -> Vec<f64> {
+    fn sampled_margin(&self) -> Vec<f64> {
         Vec::new()
     }
 
@@ -272,9 +272,9 @@ pub trait Task: Send {
         None
     }
 
-    /// For limits: largest slope of the `h` of each row, as one number for each degree of freedom, in the row's unit
+    /// For limits: bounds of the gradient of each `h`, as one number for each degree of freedom, in the row's unit
     /// per rad or m, for all joint positions inside their limits. Empty if no bound is known.
-    fn slopes(&self, _model: &Model) -> Vec<Vec<f64>> {
+    fn gradient_bounds(&self, _model: &Model) -> Vec<Vec<f64>> {
         Vec::new()
     }
 

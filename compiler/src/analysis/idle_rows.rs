@@ -42,7 +42,7 @@ fn rows(program: &Program, task: &TaskProgram, built: Built) -> Option<Vec<IdleR
         return None;
     }
     let mut task = built.task.ok()?;
-    let slopes = task.slopes(&program.robot.model);
+    let slopes = task.gradient_bounds(&program.robot.model);
     let [gain] = task.gains(&program.values.initial)[..] else { return None };
     let mut view = View::new(program, task.as_mut(), slopes.len())?;
     let mut open: Vec<Candidate> = slopes

@@ -283,7 +283,7 @@ impl<'a> Ground<'a> {
                 if bounded { Interval::new(centre[k - at] - radius, centre[k - at] + radius) } else { Interval::ALL }
             }
             Leaf::Distance(_) => self.leaves.get(&at).map_or(Interval::ALL, |l| l.1),
-            Leaf::Above(_) | Leaf::Away(_) => Interval::ALL,
+            Leaf::PlaneDistance(_) | Leaf::PointDistance(_) => Interval::ALL,
             Leaf::Field(field) => of_field(field),
         }
     }

@@ -2,7 +2,7 @@
 
 use dsl::Diagnostic;
 use stdlib_tasks::bound::{Bound, BoundParams};
-use stdlib_tasks::task::{ActualType, Along, Is, TaskKind};
+use stdlib_tasks::task::{Condition, CurrentValueType, ExpressedIn, TaskKind};
 
 use super::present::axes_of;
 use super::{Binder, Owner};
@@ -12,16 +12,16 @@ impl Binder<'_> {
     /// Records the axes of the task's own values, from the parameters that are bound so far. The axes of expressions
     /// are recorded when the expressions are bound.
     pub(super) fn own_axes(&mut self, kind: &'static TaskKind, bound: &BoundParams) {
-        for a in kind.actuals.iter().filter(|a| !matches!(a.ty, ActualType::Scalar(_))) {
-            let frame = match a.along {
-                Along::World => Frame::World,
-                Along::Tip { arm, when, .. } => self.tip(arm, when, bound),
-                Along::Own => continue,
+        for a in kind.current_values.iter().filter(|a| !matches!(a.ty, CurrentValueType::Scalar(_))) {
+            let frame = match a.expressed_in {
+                ExpressedIn::World => Frame::World,
+                ExpressedIn::Tip { arm, when, .. } => self.tip(arm, when, bound),
+                ExpressedIn::SameAsParameter => continue,
             };
             // The difference between two tips has no origin.
-            let origins = if matches!(a.along, Along::World) { Some(1.0) } else { None };
+            let origins = if matches!(a.expressed_in, ExpressedIn::World) { Some(1.0) } else { None };
             let axes = match a.ty {
-                ActualType::Vector(_) | ActualType::Pose => Axes { origins, ..Axes::direction(frame) },
+                CurrentValueType::Vector(_) | CurrentValueType::Pose => Axes { origins, ..Axes::direction(frame) },
                 _ => Axes::orientation(Frame::Any, frame),
             };
             self.axes.insert(a.name, axes);
@@ -30,20 +30,20 @@ impl Binder<'_> {
 
     /// Axes of the arm's tip if all conditions in `when` hold, else those of the world; `Frame::Any` if a parameter was
     /// rejected, so that the conditions are unknown.
-    fn tip(&self, arm: &str, when: &[Is], bound: &BoundParams) -> Frame {
+    fn tip(&self, arm: &str, when: &[Condition], bound: &BoundParams) -> Frame {
         let Some(Bound::Arm(arm)) = bound.get(arm) else { return Frame::Any };
         let mut all = true;
         for is in when {
             let holds = match (
                 is,
                 bound.get(match is {
-                    Is::Number(name, _) | Is::Word(name, _) => *name,
+                    Condition::Number(name, _) | Condition::Word(name, _) => *name,
                 }),
             ) {
-                (Is::Number(_, x), Some(Bound::Value(slot))) => {
+                (Condition::Number(_, x), Some(Bound::Value(slot))) => {
                     self.table.nodes.get(slot.at).and_then(|&n| self.graph.constant(n)).map(|n| n == *x)
                 }
-                (Is::Word(_, word), Some(Bound::Choice(said))) => Some(said == word),
+                (Condition::Word(_, word), Some(Bound::Choice(said))) => Some(said == word),
                 _ => None,
             };
             match holds {
@@ -63,8 +63,8 @@ impl Binder<'_> {
     /// Adds a note to the diagnostic of a value in the wrong axes, if another parameter determines the axes.
     pub(super) fn because(&self, owner: Owner, typed: &Typed, d: Diagnostic) -> Diagnostic {
         let path = format!("{}{}", owner.prefix, owner.param);
-        let along = owner.kind.actuals.iter().find(|a| a.name == path).map(|a| a.along);
-        let Some(Along::Tip { text, .. }) = along else { return d };
+        let along = owner.kind.current_values.iter().find(|a| a.name == path).map(|a| a.expressed_in);
+        let Some(ExpressedIn::Tip { text, .. }) = along else { return d };
         let wanted = self.target_axes(owner);
         let kind = if typed.kind == crate::expr::Kind::Rotation { "rpy(..)" } else { "[x, y, z] m" };
         let name = wanted.written();

@@ -9,7 +9,7 @@ use names::{list, suggest};
 use runtime::program::{CaptureSource, Op};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::expression::Leaf;
-use stdlib_tasks::task::ActualType;
+use stdlib_tasks::task::CurrentValueType;
 
 use super::cut::cut;
 use super::scope::TaskScope;
@@ -43,12 +43,12 @@ impl TaskScope<'_> {
     }
 
     /// Name and type of the task's own value that the argument names.
-    fn own(&self, value: &Value) -> Option<(String, ActualType)> {
+    fn own(&self, value: &Value) -> Option<(String, CurrentValueType)> {
         let path = path_of(value)?;
         let arm = |name: &str| self.robot.arms.iter().any(|arm| name == format!("angle.{}", arm.name));
         let owner = self.owner?;
         [format!("{}{path}", owner.prefix), path].into_iter().find_map(|name| {
-            let actual = owner.kind.actuals.iter().find(|a| a.name == name || (a.name == "*" && arm(&name)))?;
+            let actual = owner.kind.current_values.iter().find(|a| a.name == name || (a.name == "*" && arm(&name)))?;
             Some((name, actual.ty))
         })
     }
@@ -58,12 +58,12 @@ impl TaskScope<'_> {
         &mut self,
         graph: &mut Graph,
         path: String,
-        ty: ActualType,
+        ty: CurrentValueType,
         at: Span,
         span: Span,
     ) -> Result<Typed, Refused> {
         let ty = match ty {
-            ActualType::Of(name) => self.type_of(name, at)?,
+            CurrentValueType::Of(name) => self.type_of(name, at)?,
             ty => ty,
         };
         self.must_move(span)?;
@@ -72,21 +72,21 @@ impl TaskScope<'_> {
         let first = self.table.capture(CaptureSource::Task(task, path), ty.len());
         let nodes = (first..first + ty.len()).map(|k| graph.push(Op::Input(k))).collect();
         let (kind, dimension) = match ty {
-            ActualType::Scalar(d) => (Kind::Scalar, d),
-            ActualType::Vector(d) => (Kind::Vector, d),
-            ActualType::Rotation | ActualType::Of(_) => (Kind::Rotation, NONE),
-            ActualType::Pose => (Kind::Pose, NONE),
+            CurrentValueType::Scalar(d) => (Kind::Scalar, d),
+            CurrentValueType::Vector(d) => (Kind::Vector, d),
+            CurrentValueType::Rotation | CurrentValueType::Of(_) => (Kind::Rotation, NONE),
+            CurrentValueType::Pose => (Kind::Pose, NONE),
         };
         Ok(Typed { kind, dimension, nodes, bare: false, axes, span })
     }
 
     /// Type of a parameter that was bound before. A parameter that failed to bind was reported there.
-    fn type_of(&self, name: &str, span: Span) -> Result<ActualType, Refused> {
+    fn type_of(&self, name: &str, span: Span) -> Result<CurrentValueType, Refused> {
         match self.forms.get(name) {
-            Some((Kind::Scalar | Kind::Truth, d)) => Ok(ActualType::Scalar(*d)),
-            Some((Kind::Vector, d)) => Ok(ActualType::Vector(*d)),
-            Some((Kind::Rotation, _)) => Ok(ActualType::Rotation),
-            Some((Kind::Pose, _)) => Ok(ActualType::Pose),
+            Some((Kind::Scalar | Kind::Truth, d)) => Ok(CurrentValueType::Scalar(*d)),
+            Some((Kind::Vector, d)) => Ok(CurrentValueType::Vector(*d)),
+            Some((Kind::Rotation, _)) => Ok(CurrentValueType::Rotation),
+            Some((Kind::Pose, _)) => Ok(CurrentValueType::Pose),
             None if self.owner.is_none_or(|o| o.param != name) => Err(None),
             None => {
                 let d = Diagnostic::error("HQ0311", span, format!("`{name}` cannot be captured inside itself"));
@@ -143,7 +143,7 @@ impl TaskScope<'_> {
         let e = cut(graph, self.table, &typed);
         let people = e.leaves.iter().find_map(|l| match l {
             Leaf::Field(_) => Some(("a safety field", "field")),
-            Leaf::Away(_) => Some(("the distance to a person", "distance")),
+            Leaf::PointDistance(_) => Some(("the distance to a person", "distance")),
             _ => None,
         });
         if let Some((what, function)) = people {
@@ -178,7 +178,7 @@ impl TaskScope<'_> {
         if root(argument).is_some_and(|name| self.params.knows(name)) || is_word(&path) {
             return None;
         }
-        let own: Vec<&str> = self.owner.iter().flat_map(|o| o.kind.actuals).map(|a| a.name).collect();
+        let own: Vec<&str> = self.owner.iter().flat_map(|o| o.kind.current_values).map(|a| a.name).collect();
         let text = match self.owner {
             Some(owner) => format!("`{}` has no value `{path}` that could be captured", owner.kind.name),
             None => format!("a `let` belongs to no task, so there is no `{path}` that could be captured"),

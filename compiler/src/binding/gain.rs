@@ -1,11 +1,11 @@
 //! Gains against the control period.
 
 use dsl::{Diagnostic, Span};
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 
 /// Diagnostic for a gain that overshoots within one control period, given as `(length in s, span)`.
-pub(crate) fn overshoot(at: Span, gain: f64, period: (f64, Span), nature: Nature) -> Diagnostic {
-    let why = if nature == Nature::Limit {
+pub(crate) fn overshoot(at: Span, gain: f64, period: (f64, Span), row_kind: RowKind) -> Diagnostic {
+    let why = if row_kind == RowKind::Inequality {
         "a barrier function is broken by a single step"
     } else {
         "the error changes its sign at every tick, and grows above 2"

@@ -4,7 +4,7 @@ use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
 use names::{list, suggest};
 use stdlib_tasks::bound::Geometry;
-use stdlib_tasks::expression::{Away, Leaf};
+use stdlib_tasks::expression::{Leaf, PointDistance};
 
 use super::scope::TaskScope;
 use crate::diagnostics::refused::{Refused, refuse};
@@ -125,7 +125,9 @@ impl TaskScope<'_> {
                 "name parts of links that move; how far a person is from a place is `norm(HUMAN.POINT - [x, y, z] m)`",
             )));
         }
-        let one = |part: &Geometry, ends: &Segment| Leaf::Away(Box::new(Away { part: part.clone(), ends: *ends }));
+        let one = |part: &Geometry, ends: &Segment| {
+            Leaf::PointDistance(Box::new(PointDistance { part: part.clone(), ends: *ends }))
+        };
         let leaves = moving.iter().flat_map(|&part| people.iter().map(move |ends| one(part, ends))).collect();
         self.smallest(graph, leaves, "a limit for each of them", span)
     }

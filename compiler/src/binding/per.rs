@@ -7,7 +7,7 @@ use dsl::{Diagnostic, Span};
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
 use stdlib_tasks::params::{ParamInfo, Quantity};
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 
 use super::{Binder, Owner};
 use crate::expr::Kind;
@@ -20,7 +20,7 @@ use crate::units;
 impl Owner<'_> {
     /// Range of a number. Limits of joints are read once, when the task is built, so they must be constant.
     fn range(&self, dimension: Dimension) -> Option<Quantity> {
-        (self.kind.nature == Nature::Limit).then(|| Quantity::any(dimension).constant())
+        (self.kind.row_kind == RowKind::Inequality).then(|| Quantity::any(dimension).constant())
     }
 }
 

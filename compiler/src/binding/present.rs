@@ -8,7 +8,7 @@ use robot::{Data, LinkId, Model};
 use runtime::program::Op;
 use stdlib_tasks::bound::Geometry;
 use stdlib_tasks::dimension::{LENGTH, NONE};
-use stdlib_tasks::expression::{Above, Leaf, Plane};
+use stdlib_tasks::expression::{Leaf, Plane, PlaneDistance};
 use stdlib_tasks::task::TaskKind;
 
 use super::parts;
@@ -259,8 +259,9 @@ impl TaskScope<'_> {
             Some(link) => model.moves_between(part.link, link),
             None => !model.support(part.link).is_empty(),
         };
-        let above = |part: &Geometry| Above { part: part.clone(), plane: Plane { link, normal, offset } };
-        let leaves: Vec<Leaf> = parts.iter().filter(moves).map(|part| Leaf::Above(Box::new(above(part)))).collect();
+        let above = |part: &Geometry| PlaneDistance { part: part.clone(), plane: Plane { link, normal, offset } };
+        let leaves: Vec<Leaf> =
+            parts.iter().filter(moves).map(|part| Leaf::PlaneDistance(Box::new(above(part)))).collect();
         if leaves.is_empty() {
             let d = Diagnostic::error("HQ0313", span, "these parts cannot move against this plane");
             return Err(Box::new(d.help("name parts of links that move, or a plane that another link carries")));

@@ -8,7 +8,7 @@ use names::{list, suggest};
 use stdlib_tasks::bound::{Bound, BoundParams};
 use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
 use stdlib_tasks::params::{ParamInfo, ParamType};
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 
 use super::{Binder, Owner};
 use crate::expr::{Axes, Frame};
@@ -36,10 +36,10 @@ impl Binder<'_> {
             return None;
         };
         let kind = stdlib_tasks::find(&definition.kind.value)?;
-        let why = match kind.nature {
-            Nature::Limit => "it is a limit, which has no path that could wait or give way",
-            Nature::Target if kind.name == owner.kind.name => "it is a safety planner itself",
-            Nature::Target => return Some(index),
+        let why = match kind.row_kind {
+            RowKind::Inequality => "it is a limit, which has no path that could wait or give way",
+            RowKind::Equality if kind.name == owner.kind.name => "it is a safety planner itself",
+            RowKind::Equality => return Some(index),
         };
         let text = format!("a safety planner cannot protect `{name}`: {why}");
         let d = Diagnostic::error("HQ0608", value.span, text).label(definition.kind.span, "declared here");

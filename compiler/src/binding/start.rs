@@ -4,7 +4,7 @@
 use dsl::tree::Value;
 use dsl::{Diagnostic, Span};
 use runtime::program::{CaptureSource, Op};
-use stdlib_tasks::task::ActualType;
+use stdlib_tasks::task::CurrentValueType;
 
 use super::scope::TaskScope;
 use crate::expr::{Graph, Kind, Lowering, Start, needs_from};
@@ -67,7 +67,7 @@ impl TaskScope<'_> {
             // A tracked value moves to its target.
             let all = [own.as_str(), "value"].into_iter();
             all.filter(|name| *name != "value" || own == "target")
-                .find_map(|name| owner.kind.actuals.iter().find(|a| a.name == name))
+                .find_map(|name| owner.kind.current_values.iter().find(|a| a.name == name))
                 .map(|actual| (owner.task, actual.name.to_string(), actual.ty))
         });
         let Some((task, path, ty)) = known else {
@@ -80,7 +80,7 @@ impl TaskScope<'_> {
         let len = match value.kind {
             Kind::Rotation => 3,
             Kind::Pose => 6,
-            _ => ActualType::len(ty).min(width),
+            _ => CurrentValueType::len(ty).min(width),
         };
         let first = self.table.capture(CaptureSource::Velocity(task, path, width), len);
         let velocity = (first..first + len).map(|k| graph.push(Op::Input(k))).collect();

@@ -166,7 +166,7 @@ impl Binder<'_> {
                     // the finished program.
                     let (period, rate) = (self.robot.period, self.robot.rate_span);
                     if gain && written && overshoots(x, period) {
-                        self.diagnostics.push(gain::overshoot(value.span, x, (period, rate), owner.kind.nature));
+                        self.diagnostics.push(gain::overshoot(value.span, x, (period, rate), owner.kind.row_kind));
                         return None;
                     }
                 }

@@ -13,7 +13,7 @@ use names::list;
 use runtime::program::{MemberProgram, Op, Program, StackProgram, Tape, TaskProgram, Times};
 use runtime::{Evaluator, Member, Rest, build_tasks};
 use stdlib_tasks::bound::Bound;
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 
 use crate::source_map::SourceMap;
 
@@ -43,7 +43,7 @@ impl AccelerationBounds {
         let origins = Origins::of(&program.values.tape);
         let movers: Vec<usize> =
             members().map(|(_, _, m)| m.task).filter(|&task| moves(program, &origins, task)).collect();
-        let target = |m: &MemberProgram| nature(program, m.task) == Some(Nature::Target);
+        let target = |m: &MemberProgram| row_kind(program, m.task) == Some(RowKind::Equality);
         let first = members().find(|(_, _, m)| target(m)).map_or(usize::MAX, |m| m.0);
         let all = build_tasks(program, stack);
         let (mut bounded, mut ineffective) = (BTreeSet::new(), None);
@@ -77,8 +77,8 @@ impl AccelerationBounds {
     }
 }
 
-fn nature(program: &Program, task: usize) -> Option<Nature> {
-    stdlib_tasks::find(&program.tasks[task].kind).map(|kind| kind.nature)
+fn row_kind(program: &Program, task: usize) -> Option<RowKind> {
+    stdlib_tasks::find(&program.tasks[task].kind).map(|kind| kind.row_kind)
 }
 
 /// Returns true if a task moves the robot by itself: a target that differs from the state at entry, or a moving limit.
@@ -91,10 +91,10 @@ fn moves(program: &Program, origins: &Origins, index: usize) -> bool {
         changes |= matches!(bound, Bound::Field(_)) || places.clone().any(|at| origins.changing.contains(&at));
         captured &= name == "gain" || places.all(|at| origins.captured.contains(&at));
     }
-    match nature(program, index) {
-        Some(Nature::Target) => changes || !(captured || stops(program, task)),
+    match row_kind(program, index) {
+        Some(RowKind::Equality) => changes || !(captured || stops(program, task)),
         // `speed_separation` bounds how fast the robot approaches, so a robot at rest meets it.
-        Some(Nature::Limit) => changes && task.kind != "speed_separation",
+        Some(RowKind::Inequality) => changes && task.kind != "speed_separation",
         None => false,
     }
 }
@@ -154,7 +154,7 @@ fn moved_dofs(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usi
             continue;
         }
         computed = true;
-        let counts = |m: &&Member| m.nature == Nature::Target || movers.contains(&m.program_index);
+        let counts = |m: &&Member| m.row_kind == RowKind::Equality || movers.contains(&m.program_index);
         for m in evaluator.members().iter().filter(counts) {
             let level = &problem.levels[m.level];
             for r in m.rows.clone() {
@@ -180,7 +180,7 @@ fn level_of_limits(stack: &StackProgram, program: &Program) -> Option<usize> {
 fn keeps_distances(stack: &StackProgram, program: &Program) -> bool {
     let members = stack.levels.iter().filter(|l| l.hard).flat_map(|l| &l.members);
     members.map(|m| &program.tasks[m.task]).any(|t| {
-        !t.kind.starts_with("joint_") && stdlib_tasks::find(&t.kind).is_some_and(|k| k.nature == Nature::Limit)
+        !t.kind.starts_with("joint_") && stdlib_tasks::find(&t.kind).is_some_and(|k| k.row_kind == RowKind::Inequality)
     })
 }
 

@@ -163,7 +163,7 @@ fn before_walls(hard: &Hard, limits: &[(usize, f64)]) -> Vec<(usize, f64, Weak)>
     for (m, built) in &hard.members {
         let Ok(task) = &built.task else { continue };
         let gains = task.gains(&hard.program.values.initial);
-        let slopes = task.slopes(&hard.program.robot.model);
+        let slopes = task.gradient_bounds(&hard.program.robot.model);
         for (row, steep) in slopes.iter().enumerate() {
             let Some(&gain) = gains.get(row).or(gains.first()) else { continue };
             // Deceleration of the margin that the joints can provide, and that the barrier needs, both along the

@@ -62,7 +62,7 @@ pub(super) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
 
 fn overshoot(gain: f64, values: &[f64], period: f64, places: &SourceMap, task: usize) -> Diagnostic {
     let at = number(places, task, "gain", |n| n.dimension == RATE && values.get(n.slot.at) == Some(&gain));
-    gain::overshoot(at, gain, (period, places.rate), places.tasks[task].kind.nature)
+    gain::overshoot(at, gain, (period, places.rate), places.tasks[task].kind.row_kind)
 }
 
 fn cannot_build(e: &BuildError, places: &SourceMap, task: usize) -> Diagnostic {

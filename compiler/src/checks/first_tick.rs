@@ -10,7 +10,7 @@ use runtime::{Controller, Evaluator, Fault, Member, Observation, Rest};
 use solver::{Active, Status};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{Dimension, LENGTH};
-use stdlib_tasks::task::{Nature, RowInfo};
+use stdlib_tasks::task::{RowInfo, RowKind};
 
 use super::entries;
 use super::{limit, number, place};
@@ -191,7 +191,7 @@ fn freedom(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
     let free = nv.saturating_sub(program.locked.len());
     for (k, level) in program.levels.iter().enumerate() {
         let left = if k == 0 { free } else { controller.freedom(k - 1) };
-        let targets = level.members.iter().any(|m| places.tasks[m.task].kind.nature == Nature::Target);
+        let targets = level.members.iter().any(|m| places.tasks[m.task].kind.row_kind == RowKind::Equality);
         let asks = controller.solution().levels[k].active.iter().any(|a| *a != Active::Free);
         if left > 0 || !targets || (k > 0 && !asks) {
             continue;
@@ -215,7 +215,7 @@ fn freedom(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
 /// Warns of limits whose reserve exceeds the margin at the start: they push the robot away from the first tick on.
 fn reserves(evaluator: &Evaluator, program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     for (i, m) in evaluator.members().iter().enumerate() {
-        let kept = evaluator.reserve(i);
+        let kept = evaluator.sampled_margin(i);
         let margins = &evaluator.margins()[m.margins.clone()];
         let rows = m.row_info.iter().zip(margins.iter().zip(&kept));
         let short: Vec<(&RowInfo, f64, f64)> =

@@ -11,7 +11,7 @@ use runtime::program::{Program, Times};
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{ANGLE, LENGTH};
 use stdlib_tasks::expression::{Leaf, Op};
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 
 use crate::expand::Expanded;
 use crate::source_map::SourceMap;
@@ -159,7 +159,8 @@ fn unmoved(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
         }
     }
     // A limit that nothing moves stays satisfied; a target is never reached.
-    let targets = evaluator.members().iter().zip(&still).filter(|(m, still)| **still && m.nature == Nature::Target);
+    let targets =
+        evaluator.members().iter().zip(&still).filter(|(m, still)| **still && m.row_kind == RowKind::Equality);
     for (m, _) in targets {
         told.push(m.program_index);
         let task = &places.tasks[m.program_index];

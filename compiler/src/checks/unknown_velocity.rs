@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use dsl::Diagnostic;
 use runtime::program::{Program, TaskProgram, Velocity};
 use stdlib_tasks::bound::Bound;
-use stdlib_tasks::task::Reckons;
+use stdlib_tasks::task::PersonVelocityUse;
 
 use crate::source_map::SourceMap;
 
@@ -17,8 +17,9 @@ pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
             continue;
         }
         let numbers: BTreeSet<usize> = signals().flat_map(|s| s.at + 1..=s.at + s.len).collect();
-        let uses = program.tasks.iter().enumerate().filter_map(|(i, t)| Some((i, reckons(program, t, &numbers)?)));
-        let uses: Vec<(usize, (&str, &Reckons))> = uses.collect();
+        let uses =
+            program.tasks.iter().enumerate().filter_map(|(i, t)| Some((i, person_velocity(program, t, &numbers)?)));
+        let uses: Vec<(usize, (&str, &PersonVelocityUse))> = uses.collect();
         let Some(&(task, (param, how))) = uses.first() else { continue };
         let t = &program.tasks[task];
         let more = match uses.len() - 1 {
@@ -28,23 +29,23 @@ pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
         };
         let text = format!("`{}` takes `{}` to stand{more}", t.name, human.name);
         let at = places.tasks.get(task).map(|b| b.spans.get(param).copied().unwrap_or(b.span)).unwrap_or_default();
-        let note = format!("with `velocity none` the points of `{}` have no speed: {}", human.name, how.lacking);
+        let note = format!("with `velocity none` the points of `{}` have no speed: {}", human.name, how.consequence);
         diagnostics.push(Diagnostic::warning("HQ0524", at, text).note(note).help(format!(
             "write `velocity estimated` into `human {}`, or `velocity measured` where the host sends it{}",
             human.name,
-            how.instead.map_or_else(String::new, |instead| format!("; or {instead}"))
+            how.alternative.map_or_else(String::new, |instead| format!("; or {instead}"))
         )));
     }
 }
 
 /// Returns the parameter with which a task uses the velocity of points, and the kind of use; `None` if it uses none.
 /// `numbers` are the numbers of these points in the table of signals.
-fn reckons<'t>(
+fn person_velocity<'t>(
     program: &Program,
     task: &'t TaskProgram,
     numbers: &BTreeSet<usize>,
-) -> Option<(&'t str, &'static Reckons)> {
-    let how = stdlib_tasks::find(&task.kind)?.reckons?;
+) -> Option<(&'t str, &'static PersonVelocityUse)> {
+    let how = stdlib_tasks::find(&task.kind)?.person_velocity?;
     let reads = |bound: &Bound| {
         let places: BTreeSet<usize> = match bound {
             Bound::Field(field) => program.fields.get(*field)?.points.iter().flatten().copied().collect(),
@@ -52,6 +53,6 @@ fn reckons<'t>(
         };
         (!program.values.tape.only(&places).signals().is_disjoint(numbers)).then_some(())
     };
-    let counts = |(name, bound): &(&'t String, &Bound)| (how.rate)(name, &task.params) && reads(bound).is_some();
+    let counts = |(name, bound): &(&'t String, &Bound)| (how.uses_rate)(name, &task.params) && reads(bound).is_some();
     task.params.iter().find(counts).map(|(name, _)| (name.as_str(), how))
 }

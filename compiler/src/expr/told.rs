@@ -31,10 +31,10 @@ impl Lowering<'_> {
             return None;
         }
         let mut tells = |output: &str| matches!(self.scope.name(&told(target(name), output)), Meaning::Value(_));
-        let kind = KINDS.iter().find(|k| !k.tells.is_empty() && k.tells.iter().all(|t| tells(t.name)))?;
+        let kind = KINDS.iter().find(|k| !k.outputs.is_empty() && k.outputs.iter().all(|t| tells(t.name)))?;
         let text = format!("`{}`, a `{}`, tells no `{}`", written(name), kind.name, field.value);
         let d = Diagnostic::error("HQ0201", field.span, text);
-        let names = || kind.tells.iter().map(|t| t.name);
+        let names = || kind.outputs.iter().map(|t| t.name);
         Some(self.fail(match suggest(&field.value, names()) {
             Some(near) => d.help(format!("did you mean `{near}`?")),
             None => d.help(format!("it tells {}", list(names(), 8))),

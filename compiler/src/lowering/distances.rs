@@ -4,7 +4,7 @@ use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, LENGTH};
-use stdlib_tasks::field::{DistanceFunction, DistanceProgram, MAX_OPERATIONS, WrittenDistance};
+use stdlib_tasks::field::{DistanceFunction, DistanceProgram, ExpressionDistance, MAX_OPERATIONS};
 
 use super::Lowerer;
 use crate::expr::constants::Constants;
@@ -77,7 +77,7 @@ impl Lowerer<'_> {
     }
 
     /// Operations of the function of the distance and of its derivative.
-    fn written(&mut self, typed: &Typed, at: Span) -> Option<WrittenDistance> {
+    fn written(&mut self, typed: &Typed, at: Span) -> Option<ExpressionDistance> {
         let value = typed.nodes[0];
         let slope = self.graph.rate(value);
         let (mut ops, index) = self.graph.extract(&[value, slope]);
@@ -106,11 +106,11 @@ impl Lowerer<'_> {
             self.push(Diagnostic::error("HQ0308", at, text).help("write a shorter one"));
             return None;
         }
-        Some(WrittenDistance { ops, value: index[&value], slope: index[&slope] })
+        Some(ExpressionDistance { ops, value: index[&value], slope: index[&slope] })
     }
 
     /// Rejects a function that is undefined or decreasing at a distance from zero to a kilometre.
-    fn never_falls(&mut self, function: &WrittenDistance, dimension: Dimension, at: Span) -> Option<()> {
+    fn never_falls(&mut self, function: &ExpressionDistance, dimension: Dimension, at: Span) -> Option<()> {
         let near = (0..=4000).map(|i| f64::from(i) * 0.005);
         let far = (1..=400).map(|i| 20.0 * (f64::from(i) * 0.01).exp());
         let mut before: Option<(f64, f64)> = None;

@@ -12,7 +12,7 @@ impl MachineLowering<'_, '_> {
         let model = &self.around.robot.model;
         let speed = vec![f64::INFINITY; model.nv()];
         let context =
-            Context { model, values: &values, period: self.around.robot.period, speed: &speed, coasting: &speed };
+            Context { model, values: &values, period: self.around.robot.period, speed: &speed, entry_speed: &speed };
         (bound.kind.build)(&bound.params, &context).ok().map(|task| task.measures())
     }
 

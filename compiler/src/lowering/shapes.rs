@@ -2,12 +2,12 @@
 
 use runtime::program::Program;
 use stdlib_tasks::dimension::Dimension;
-use stdlib_tasks::task::{Context, Nature, Task};
+use stdlib_tasks::task::{Context, RowKind, Task};
 
 /// Measures that a task provides.
 pub(super) struct Shape {
     /// Target or limit.
-    pub nature: Nature,
+    pub row_kind: RowKind,
     /// Common dimension of all rows, if they have one.
     pub margin: Option<Dimension>,
     /// True if the task depends on a value captured when its stack was entered.
@@ -23,7 +23,7 @@ pub(super) fn shapes(program: &Program) -> Vec<Option<Shape>> {
         let rows = task.rows();
         let first = rows.first().map(|r| r.dimension);
         Some(Shape {
-            nature: stdlib_tasks::find(kind)?.nature,
+            row_kind: stdlib_tasks::find(kind)?.row_kind,
             remembers_entry: task.remembers_entry(),
             margin: first.filter(|d| rows.iter().all(|r| r.dimension == *d)),
             parts: task.measures().into_iter().map(|m| (m.name, m.dimension)).collect(),
@@ -41,7 +41,7 @@ pub(super) fn shapes(program: &Program) -> Vec<Option<Shape>> {
         }
     }
     let speed = vec![f64::INFINITY; model.nv()];
-    let context = Context { model, values, period, speed: &speed, coasting: &speed };
+    let context = Context { model, values, period, speed: &speed, entry_speed: &speed };
     for ((shape_of, t), _) in all.iter_mut().zip(&program.tasks).zip(&stands).filter(|(_, stands)| !**stands) {
         let built = stdlib_tasks::find(&t.kind).and_then(|kind| (kind.build)(&t.params, &context).ok());
         *shape_of = built.and_then(|task| shape(&t.kind, task.as_ref()));

@@ -13,7 +13,7 @@ impl Lowerer<'_> {
     pub(super) fn told(&mut self, tasks: &[&Task]) {
         for task in tasks.iter().filter(|t| !is_word(&t.name.value)) {
             let name = &task.name;
-            for of in stdlib_tasks::find(&task.definition.kind.value).map_or(&[][..], |k| k.tells) {
+            for of in stdlib_tasks::find(&task.definition.kind.value).map_or(&[][..], |k| k.outputs) {
                 let kind = type_of(of.dimension).unwrap_or("number");
                 let signal = self.interface.tell(format!("{}.{}", name.value, of.name), kind);
                 let nodes = vec![self.graph.push(Op::Signal(self.interface.signals[signal].at + 1))];
@@ -31,7 +31,7 @@ mod tests {
 
     #[test]
     fn what_is_told_has_a_type() {
-        for told in stdlib_tasks::KINDS.iter().flat_map(|k| k.tells) {
+        for told in stdlib_tasks::KINDS.iter().flat_map(|k| k.outputs) {
             assert!(type_of(told.dimension).is_some(), "{told:?}");
         }
     }

@@ -5,7 +5,7 @@ use dsl::{Diagnostic, Span};
 use names::{list, suggest};
 use runtime::program::{FaultPattern, TransitionProgram, Trigger};
 use stdlib_tasks::dimension::TIME;
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 
 use super::machine::{MachineLowering, unknown_state};
 use super::triggers::{self, Known};
@@ -193,7 +193,7 @@ impl MachineLowering<'_, '_> {
             tasks: &self.around.tasks,
             levels: self.around.levels.as_deref(),
             limits: (self.around.bound.iter())
-                .map(|b| b.as_ref().is_none_or(|b| b.kind.nature == Nature::Limit))
+                .map(|b| b.as_ref().is_none_or(|b| b.kind.row_kind == RowKind::Inequality))
                 .collect(),
         };
         triggers::pattern(args, at, &known).map_err(|d| self.lowerer.diagnostics.extend(d.map(|d| *d))).ok()
@@ -208,7 +208,7 @@ impl MachineLowering<'_, '_> {
             }
         };
         let bound = self.around.bound.get(task)?.as_ref()?;
-        if bound.kind.nature == Nature::Limit {
+        if bound.kind.row_kind == RowKind::Inequality {
             let text = format!("`{}` is a limit, and has no target that could be reached", self.around.tasks[task]);
             let d = Diagnostic::error("HQ0703", args[0].span, text).label(bound.span, "declared here");
             self.lowerer.push(d.help("name a task with a target; for a limit write `on fault(limit(TASK))`"));

@@ -9,7 +9,7 @@ use runtime::FaultKind;
 use runtime::expect::Unit;
 use runtime::program::{Measure, PredicateTable, Program};
 use stdlib_tasks::dimension::{Dimension, NONE};
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 
 use super::expectations::of_a_stack;
 use super::predicates::{Graphs, measure, predicate};
@@ -79,7 +79,7 @@ impl Watch<'_> {
         self.named.insert(task);
         let name = &self.program.tasks[task].name;
         let Some(shape) = &self.shapes[task] else { return Err(None) };
-        if shape.nature != Nature::Limit {
+        if shape.row_kind != RowKind::Inequality {
             let d = Diagnostic::error("HQ0304", at, format!("`{name}` is a target, and only limits have a margin"));
             return refuse(d.help(format!("write `error({name})`")));
         }
@@ -95,7 +95,7 @@ impl Watch<'_> {
         self.named.insert(task);
         let name = &self.program.tasks[task].name;
         let Some(shape) = &self.shapes[task] else { return Err(None) };
-        if shape.nature != Nature::Target {
+        if shape.row_kind != RowKind::Equality {
             let d = Diagnostic::error("HQ0304", at, format!("`{name}` is a limit, and only targets have an error"));
             return refuse(d.help(format!("write `margin({name})`")));
         }

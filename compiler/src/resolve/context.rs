@@ -2,7 +2,7 @@
 
 use dsl::tree::{Block, Value};
 use stdlib_tasks::params::ParamInfo;
-use stdlib_tasks::task::{Actual, Told};
+use stdlib_tasks::task::{CurrentValue, TaskOutput};
 
 use super::symbols::{Formal, SymbolKind};
 use super::{Meaning, Resolver};
@@ -39,7 +39,7 @@ pub enum CompletionContext {
     /// These names.
     Offered(Vec<Offered>),
     /// Outputs of a task.
-    Outputs(&'static [Told]),
+    Outputs(&'static [TaskOutput]),
     /// A task type.
     TaskType,
     /// A member of a level: a task, or a task type.
@@ -58,7 +58,7 @@ pub enum CompletionContext {
     /// A condition of a machine, which may also use measures of the motion.
     Condition,
     /// Values that `initial(..)` can capture, after this prefix.
-    Captured(&'static [Actual], String),
+    Captured(&'static [CurrentValue], String),
     /// A unit.
     Unit,
     /// Points, segments, groups, links; also arms and people if so.

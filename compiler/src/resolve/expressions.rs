@@ -2,7 +2,7 @@
 
 use dsl::Spanned;
 use dsl::tree::{Value, ValueKind};
-use stdlib_tasks::task::Actual;
+use stdlib_tasks::task::CurrentValue;
 
 use super::symbols::SymbolKind as K;
 use super::vocabulary::{CALLED, FRAME_FIELDS, VALUE_FIELDS, WRENCH_FIELDS, built_in};
@@ -16,8 +16,8 @@ impl Resolver<'_> {
         self.typed(value, &[]);
     }
 
-    /// Resolves an expression; `actuals` are the values that `initial(..)` can capture in it.
-    pub(super) fn typed(&mut self, value: &Value, actuals: &'static [Actual]) {
+    /// Resolves an expression; `current_values` are the values that `initial(..)` can capture in it.
+    pub(super) fn typed(&mut self, value: &Value, current_values: &'static [CurrentValue]) {
         match &value.kind {
             ValueKind::Name(name) => {
                 if self.is_cursor(name, Self::expression_context) || self.is_bound(name, value.span) {
@@ -35,7 +35,7 @@ impl Resolver<'_> {
                 }
             }
             ValueKind::Unit(inner, unit) => {
-                self.typed(inner, actuals);
+                self.typed(inner, current_values);
                 if unit.factors.iter().any(|f| f.0 == CURSOR) {
                     self.out.context = Some(C::Unit);
                 } else {
@@ -49,7 +49,7 @@ impl Resolver<'_> {
                 }
                 self.note_built_in(function);
                 match (function.value.as_str(), args.as_slice()) {
-                    ("initial", [one]) => self.captured(one, actuals),
+                    ("initial", [one]) => self.captured(one, current_values),
                     ("present", [one]) => self.signal_or_human(one),
                     ("uncertainty", [one]) => self.uncertain(one),
                     ("field", [one]) => self.name_in(one, Class::Value, K::SafetyField, &[K::SafetyField]),
@@ -58,15 +58,15 @@ impl Resolver<'_> {
                     (name, [one]) if MEASURES.contains(&name) => self.measured(name, one),
                     ("point", [frame, offset]) => {
                         self.frame(frame, &[K::Link, K::Arm]);
-                        self.typed(offset, actuals);
+                        self.typed(offset, current_values);
                     }
                     ("distance", parts) => parts.iter().for_each(|p| match &p.kind {
-                        ValueKind::Call(..) => self.typed(p, actuals),
+                        ValueKind::Call(..) => self.typed(p, current_values),
                         _ => p.items().iter().for_each(|one| self.part_or_person(one)),
                     }),
                     (name, args) => match TRAJECTORIES.iter().find(|t| t.name == name) {
-                        Some(of) => self.trajectory(of, args, actuals),
-                        None => args.iter().for_each(|a| self.typed(a, actuals)),
+                        Some(of) => self.trajectory(of, args, current_values),
+                        None => args.iter().for_each(|a| self.typed(a, current_values)),
                     },
                 }
             }
@@ -84,19 +84,21 @@ impl Resolver<'_> {
                     _ => VALUE_FIELDS,
                 };
                 self.is_cursor(&field.value, |_| C::Words(fields));
-                self.typed(inner, actuals);
+                self.typed(inner, current_values);
             }
-            ValueKind::List(list) => list.iter().for_each(|v| self.typed(v, actuals)),
+            ValueKind::List(list) => list.iter().for_each(|v| self.typed(v, current_values)),
             ValueKind::In(inner, frame) => {
-                self.typed(inner, actuals);
+                self.typed(inner, current_values);
                 if frame.value != "world" {
                     self.frame_name(&frame.value, frame.span, &[K::Link, K::Arm]);
                 }
             }
-            ValueKind::Named(_, inner) | ValueKind::Negate(inner) | ValueKind::Not(inner) => self.typed(inner, actuals),
+            ValueKind::Named(_, inner) | ValueKind::Negate(inner) | ValueKind::Not(inner) => {
+                self.typed(inner, current_values)
+            }
             ValueKind::Binary(_, left, right) => {
-                self.typed(left, actuals);
-                self.typed(right, actuals);
+                self.typed(left, current_values);
+                self.typed(right, current_values);
             }
             ValueKind::Block(_) => self.anything(value),
             ValueKind::Number(_) | ValueKind::Text(_) | ValueKind::Missing => {}
@@ -108,9 +110,9 @@ impl Resolver<'_> {
         let Some(name) = inner.word().filter(|name| self.declared(Class::Value, name).is_none()) else { return false };
         let Some(task) = self.declared(Class::Task, name) else { return false };
         let kind = stdlib_tasks::find(&self.out.symbol(task).ty);
-        if !self.is_cursor(&field.value, |_| C::Outputs(kind.map_or(&[], |k| k.tells)))
+        if !self.is_cursor(&field.value, |_| C::Outputs(kind.map_or(&[], |k| k.outputs)))
             && let Some(kind) = kind
-            && let Some(output) = kind.tells.iter().find(|t| t.name == field.value)
+            && let Some(output) = kind.outputs.iter().find(|t| t.name == field.value)
         {
             self.note(&field.value, field.span, Meaning::Output(kind, output));
         }
@@ -128,7 +130,7 @@ impl Resolver<'_> {
     }
 
     /// Resolves the arguments of a trajectory.
-    fn trajectory(&mut self, of: &'static Trajectory, args: &[Value], actuals: &'static [Actual]) {
+    fn trajectory(&mut self, of: &'static Trajectory, args: &[Value], current_values: &'static [CurrentValue]) {
         let named = args.iter().filter_map(|a| match &a.kind {
             ValueKind::Named(name, _) => Some(name.value.clone()),
             _ => None,
@@ -142,31 +144,31 @@ impl Resolver<'_> {
                         self.note(&name.value, name.span, Meaning::BuiltIn(format!("{}.{}", of.name, name.value)));
                     }
                     let state = self.around.state || name.value == "from";
-                    self.with(Around { state, ..self.around.clone() }, |r| r.typed(value, actuals));
+                    self.with(Around { state, ..self.around.clone() }, |r| r.typed(value, current_values));
                 }
                 ValueKind::Name(name) if self.is_cursor(name, context) => {}
-                _ => self.typed(arg, actuals),
+                _ => self.typed(arg, current_values),
             }
         }
     }
 
     /// Resolves the argument of `initial(..)`: a value of the task itself, or an expression of the robot's state.
-    fn captured(&mut self, value: &Value, actuals: &'static [Actual]) {
+    fn captured(&mut self, value: &Value, current_values: &'static [CurrentValue]) {
         // Inside a group, the prefix of the group may be omitted.
-        let own = |name: &str| actuals.iter().any(|a| a.name.rsplit('.').next() == Some(name));
+        let own = |name: &str| current_values.iter().any(|a| a.name.rsplit('.').next() == Some(name));
         match &value.kind {
             ValueKind::Name(name) if name == CURSOR || own(name) => {
-                self.is_cursor(name, |_| C::Captured(actuals, String::new()));
+                self.is_cursor(name, |_| C::Captured(current_values, String::new()));
             }
             ValueKind::Field(inner, field) if matches!(inner.kind, ValueKind::Name(_)) => match inner.word() {
                 Some("angle") => self.arm_name(&field.value, field.span),
                 Some(first) => {
-                    self.is_cursor(&field.value, |_| C::Captured(actuals, format!("{first}.")));
+                    self.is_cursor(&field.value, |_| C::Captured(current_values, format!("{first}.")));
                 }
                 None => {}
             },
             _ => {
-                self.with(Around { state: true, ..self.around.clone() }, |r| r.typed(value, actuals));
+                self.with(Around { state: true, ..self.around.clone() }, |r| r.typed(value, current_values));
             }
         }
     }

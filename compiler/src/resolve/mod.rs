@@ -29,7 +29,7 @@ use std::rc::Rc;
 use dsl::tree::{Spec, Unit};
 use dsl::{Diagnostic, SourceId, Sources, Syntax};
 use stdlib_tasks::params::ParamInfo;
-use stdlib_tasks::task::{TaskKind, Told};
+use stdlib_tasks::task::{TaskKind, TaskOutput};
 
 use crate::expand::{Class, read_files};
 use crate::input::{Input, Texts};
@@ -55,7 +55,7 @@ pub enum Meaning {
     /// A parameter of a task type.
     Parameter(&'static TaskKind, &'static ParamInfo),
     /// An output of a task type.
-    Output(&'static TaskKind, &'static Told),
+    Output(&'static TaskKind, &'static TaskOutput),
     /// A key or keyword.
     Key(&'static Key),
     /// A built-in function or name.

@@ -79,22 +79,24 @@ impl Resolver<'_> {
 
     fn parameter(&mut self, kind: &'static TaskKind, info: &'static ParamInfo, value: &Value) {
         match info.ty {
-            ParamType::Scalar(_) => self.typed(value, kind.actuals),
+            ParamType::Scalar(_) => self.typed(value, kind.current_values),
             ParamType::AutoScalar(_) => match value.word() {
                 Some("auto") => {}
                 Some(CURSOR) => self.out.context = Some(C::Expression { auto: true, state: false }),
-                _ => self.typed(value, kind.actuals),
+                _ => self.typed(value, kind.current_values),
             },
-            ParamType::Vector(_) | ParamType::Vectors(..) | ParamType::PerAxis(_) => self.typed(value, kind.actuals),
-            ParamType::Rotation => self.typed(value, kind.actuals),
+            ParamType::Vector(_) | ParamType::Vectors(..) | ParamType::PerAxis(_) => {
+                self.typed(value, kind.current_values)
+            }
+            ParamType::Rotation => self.typed(value, kind.current_values),
             ParamType::Gains(names) => match &value.kind {
                 ValueKind::Block(b) => {
                     for e in &b.entries {
                         self.is_cursor(&e.key.value, |_| C::Words(names));
-                        self.typed(&e.value, kind.actuals);
+                        self.typed(&e.value, kind.current_values);
                     }
                 }
-                _ => self.typed(value, kind.actuals),
+                _ => self.typed(value, kind.current_values),
             },
             ParamType::Frame => self.frame(value, &[K::Link, K::Arm]),
             ParamType::Frames => value.items().iter().for_each(|v| self.frame(v, &[K::Link, K::Arm])),
@@ -103,23 +105,23 @@ impl Resolver<'_> {
             ParamType::Joints => self.joints(value),
             ParamType::JointPositions | ParamType::JointVelocities | ParamType::JointAccelerations => match &value.kind
             {
-                ValueKind::Block(_) => self.joint_block(value, |w, v| w.typed(v, kind.actuals)),
-                _ => self.typed(value, kind.actuals),
+                ValueKind::Block(_) => self.joint_block(value, |w, v| w.typed(v, kind.current_values)),
+                _ => self.typed(value, kind.current_values),
             },
             ParamType::PerArm(_) => match &value.kind {
                 ValueKind::Block(b) => {
                     for e in &b.entries {
                         self.arm_name(&e.key.value, e.key.span);
-                        self.typed(&e.value, kind.actuals);
+                        self.typed(&e.value, kind.current_values);
                     }
                 }
-                _ => self.typed(value, kind.actuals),
+                _ => self.typed(value, kind.current_values),
             },
             ParamType::Choice(words) => {
                 self.cursor_in(value, |_| C::Words(words));
             }
             ParamType::Expression(_) => {
-                self.with(Around { state: true, ..self.around.clone() }, |r| r.typed(value, kind.actuals));
+                self.with(Around { state: true, ..self.around.clone() }, |r| r.typed(value, kind.current_values));
             }
             ParamType::Task => self.name_in(value, Class::Task, K::Task, &[K::Task]),
             ParamType::Field => self.name_in(value, Class::Value, K::SafetyField, &[K::SafetyField]),

@@ -95,7 +95,7 @@ impl Bench<'_> {
             values: &p.values.initial,
             period: p.robot.period,
             speed: &speed,
-            coasting: &speed,
+            entry_speed: &speed,
         };
         let kind = stdlib_tasks::find(&p.tasks[index].kind).expect("a task type");
         (kind.build)(&p.tasks[index].params, &ctx).expect("good parameters")
@@ -166,7 +166,7 @@ impl Bench<'_> {
             velocity: &velocity,
             stack_velocity: &velocity,
         };
-        assert!(task.actual("value", &state, &mut out));
+        assert!(task.current_value("value", &state, &mut out));
         out
     }
 }

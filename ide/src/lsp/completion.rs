@@ -162,9 +162,9 @@ impl List<'_> {
                 }
             }
             C::Outputs(all) => {
-                for told in *all {
-                    let (dimension, text) = (told.dimension.to_string(), told.is.to_string());
-                    self.add(told.name, CompletionItemKind::PROPERTY, 0, &dimension, text);
+                for output in *all {
+                    let (dimension, text) = (output.dimension.to_string(), output.description.to_string());
+                    self.add(output.name, CompletionItemKind::PROPERTY, 0, &dimension, text);
                 }
             }
             C::TaskType => self.kinds(0),

@@ -108,7 +108,7 @@ fn missing(d: &Diagnostic, text: &str, syntax: Syntax) -> Vec<Fix> {
             .map(|&key| {
                 let info = kind.params.iter().find(|p| p.name == key)?;
                 let rests = matches!(info.ty, ParamType::JointVelocities).then(|| "0 rad/s".to_string());
-                let captured = kind.actuals.iter().any(|a| a.name == key).then(|| format!("initial({key})"));
+                let captured = kind.current_values.iter().any(|a| a.name == key).then(|| format!("initial({key})"));
                 Some((key, captured.or(rests)?))
             })
             .collect(),

@@ -8,7 +8,7 @@ use compiler::{VERBS, Verb, resolve, units};
 use lsp_types::{Hover, HoverContents, MarkupContent, MarkupKind};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::params::ParamInfo;
-use stdlib_tasks::task::{Nature, TaskKind};
+use stdlib_tasks::task::{RowKind, TaskKind};
 
 use super::document::Document;
 use super::text::Text;
@@ -28,9 +28,12 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
         Meaning::File(file) => self::file(names, (*file)?),
         Meaning::TaskType(kind) => task_kind(kind),
         Meaning::Parameter(kind, info) => format!("{}\n\nParameter of `{}`.", parameter(info), kind.name),
-        Meaning::Output(kind, told) => {
-            let unit = catalogue::unit(told.dimension);
-            format!("`{}`, in {unit}: {}\n\nWhat a task `{}` tells while it runs.", told.name, told.is, kind.name)
+        Meaning::Output(kind, output) => {
+            let unit = catalogue::unit(output.dimension);
+            format!(
+                "`{}`, in {unit}: {}\n\nWhat a task `{}` tells while it runs.",
+                output.name, output.description, kind.name
+            )
         }
         Meaning::Key(key) => self::key(key),
         Meaning::Verb(verb) => self::verb(verb),
@@ -135,9 +138,9 @@ pub(super) fn parameter(info: &ParamInfo) -> String {
 
 /// Text for a task type: its page of the catalogue.
 pub(super) fn task_kind(kind: &TaskKind) -> String {
-    let nature = match kind.nature {
-        Nature::Limit => "limit",
-        Nature::Target => "target",
+    let nature = match kind.row_kind {
+        RowKind::Inequality => "limit",
+        RowKind::Equality => "target",
     };
     let mut out = format!("**{}** ({nature}): {}\n\n{}\n\n", kind.name, kind.summary, kind.docs);
     for info in kind.params {

@@ -7,7 +7,7 @@ use runtime::program::ScenarioProgram;
 use runtime::program::Unit;
 use runtime::record::roster::Roster;
 use runtime::{Program, Simulation};
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 use twox_hash::XxHash3_128;
 
 use super::axis::{Axis, Values, drawn, spread};
@@ -312,7 +312,7 @@ fn limits(program: &Program, scenario: &ScenarioProgram) -> Result<Vec<Limit>, S
     let program = scenario.program(program);
     let simulation = Simulation::in_world(&program, scenario).map_err(|e| e.to_string())?;
     let roster = Roster::new(simulation.controller());
-    let limits = roster.members.iter().filter(|m| m.nature == Nature::Limit);
+    let limits = roster.members.iter().filter(|m| m.row_kind == RowKind::Inequality);
     let all = limits.map(|m| {
         let mut units: Vec<String> = m.row_info.iter().map(|r| r.dimension.to_string()).collect();
         units.sort();

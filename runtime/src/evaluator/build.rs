@@ -55,7 +55,7 @@ fn one(program: &Program, task: &TaskProgram, speed: &[f64], coasting: &[f64]) -
         return Err(BuildError::new("", format!("there is no task type `{}`", task.kind)));
     };
     let (model, values, period) = (&program.robot.model, &program.values.initial, program.robot.period);
-    (kind.build)(&task.params, &Context { model, values, period, speed, coasting })
+    (kind.build)(&task.params, &Context { model, values, period, speed, entry_speed: coasting })
 }
 
 /// Largest speed that each locked joint of a stack may have when the stack is entered: the largest that the hard levels

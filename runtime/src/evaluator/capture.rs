@@ -80,7 +80,7 @@ impl Evaluator {
             let out = &mut inputs[capture.inputs.clone()];
             match &mut capture.source {
                 Source::Task(member, name) => {
-                    tasks[*member].actual(name, &state, out);
+                    tasks[*member].current_value(name, &state, out);
                 }
                 Source::Velocity(..) => {}
                 Source::State(expression) => {
@@ -107,7 +107,7 @@ impl Evaluator {
                 model.forward(beside, data);
                 let Moment { velocity, stack_velocity, .. } = moment;
                 let state = State { model, data, q: beside, values: current, rates, velocity, stack_velocity };
-                tasks[*member].actual(name, &state, &mut numbers[..*width]);
+                tasks[*member].current_value(name, &state, &mut numbers[..*width]);
             }
             let [before, after] = &sides;
             velocity::between(&before[..*width], &after[..*width], &mut inputs[capture.inputs.clone()]);

@@ -9,7 +9,7 @@
 
 use robot::{Data, LinkId, Model};
 use solver::Problem;
-use stdlib_tasks::task::{Nature, Rows, State, Task};
+use stdlib_tasks::task::{RowKind, Rows, State, Task};
 
 use super::Member;
 use crate::program::{Interface, Times};
@@ -131,7 +131,7 @@ impl Stack<'_> {
     fn coefficients(&mut self, task: usize, initial: &[f64]) -> Coefficients {
         let (n, m) = (self.model.nv(), &self.members[task]);
         let rows = m.rows.len();
-        let limits = if m.nature == Nature::Limit { rows } else { 0 };
+        let limits = if m.row_kind == RowKind::Inequality { rows } else { 0 };
         let mut data = Data::new(self.model);
         let mut spread = Spread(SEED);
         let mut seen = vec![Vec::with_capacity(SAMPLES); rows * n];

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use stdlib_tasks::dimension::Dimension;
-use stdlib_tasks::task::{Measure, Nature, RowInfo};
+use stdlib_tasks::task::{Measure, RowInfo, RowKind};
 
 /// A task of the stack, and the ranges of its numbers.
 #[derive(Clone, Debug)]
@@ -13,7 +13,7 @@ pub struct Member {
     /// Name of its type.
     pub kind: &'static str,
     /// Target or limit.
-    pub nature: Nature,
+    pub row_kind: RowKind,
     /// Index of its level.
     pub level: usize,
     /// Its rows in that level.

@@ -113,8 +113,8 @@ impl Evaluator {
     }
 
     /// Reserve that each row of a task keeps against sampling in time; empty if its limit has no curvature.
-    pub fn reserve(&self, member: usize) -> Vec<f64> {
-        self.tasks.get(member).map(|t| t.reserve()).unwrap_or_default()
+    pub fn sampled_margin(&self, member: usize) -> Vec<f64> {
+        self.tasks.get(member).map(|t| t.sampled_margin()).unwrap_or_default()
     }
 
     /// Margin that each row of a task can lose to sampling in time; empty if its limit has no curvature.
@@ -190,7 +190,7 @@ impl Evaluator {
         for planner in &leader.planners {
             let mine = self.members.iter().position(|m| m.program_index == planner.program_index);
             if let Some(task) = mine.and_then(|i| self.tasks.get_mut(i)) {
-                task.decided(&planner.internal);
+                task.set_decided_velocity(&planner.internal);
             }
         }
     }
@@ -213,7 +213,7 @@ impl Evaluator {
     /// Sets whether locked joints are coming to rest at the next update, or are at rest.
     pub(crate) fn coast(&mut self, coasts: bool) {
         if std::mem::replace(&mut self.coasting.on, coasts) != coasts {
-            self.tasks.iter_mut().for_each(|task| task.coast(coasts));
+            self.tasks.iter_mut().for_each(|task| task.set_locked_joints_moving(coasts));
         }
     }
 

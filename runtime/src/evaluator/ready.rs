@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use robot::{Data, Model};
 use solver::{LevelShape, Problem};
-use stdlib_tasks::task::{BuildError, Nature, Task};
+use stdlib_tasks::task::{BuildError, RowKind, Task};
 
 use super::{Built, Evaluator, LIMIT_TOLERANCE, Led, Member, Telling, build_tasks, capture};
 use crate::coasting::Coasting;
@@ -71,7 +71,7 @@ impl Layout {
                 }
                 let Some(kind) = stdlib_tasks::find(&p.kind) else { continue };
                 let (row_info, measure_info) = (task.rows(), task.measures());
-                let limits = if kind.nature == Nature::Limit { row_info.len() } else { 0 };
+                let limits = if kind.row_kind == RowKind::Inequality { row_info.len() } else { 0 };
                 let mut idle = if m.idle.is_empty() { Vec::new() } else { vec![false; row_info.len()] };
                 for i in &m.idle {
                     match idle.get_mut(i.row) {
@@ -82,7 +82,7 @@ impl Layout {
                 members.push(Member {
                     name: p.name.clone(),
                     kind: kind.name,
-                    nature: kind.nature,
+                    row_kind: kind.row_kind,
                     level,
                     rows: rows..rows + row_info.len(),
                     margins: margins..margins + limits,

@@ -18,16 +18,16 @@ pub(super) struct Telling {
 impl Telling {
     /// Prepares the outputs of a member of a stack; `None` if it has none.
     pub fn new(program: &Program, member: usize, m: &Member) -> Option<Telling> {
-        let kind = stdlib_tasks::find(m.kind).filter(|k| !k.tells.is_empty())?;
-        let signals = kind.tells.iter().map(|t| program.interface.signal(&format!("{}.{}", m.name, t.name)));
-        Some(Telling { member, signals: signals.collect(), numbers: vec![f64::NAN; kind.tells.len()] })
+        let kind = stdlib_tasks::find(m.kind).filter(|k| !k.outputs.is_empty())?;
+        let signals = kind.outputs.iter().map(|t| program.interface.signal(&format!("{}.{}", m.name, t.name)));
+        Some(Telling { member, signals: signals.collect(), numbers: vec![f64::NAN; kind.outputs.len()] })
     }
 
     /// Reads the outputs of the task. Never allocates.
     pub fn listen(&mut self, tasks: &[Box<dyn Task>], state: &State, v: &[f64]) {
         self.numbers.fill(f64::NAN);
         if let Some(task) = tasks.get(self.member) {
-            task.told(state, v, &mut self.numbers);
+            task.write_outputs(state, v, &mut self.numbers);
         }
     }
 }

@@ -45,7 +45,7 @@ impl Evaluator {
             p.values.check(moment.signals)?;
             p.see(tasks[p.task].as_mut(), &now, (current, rates))?;
             p.decide(&problem.levels[..level], current, rates)?;
-            tasks[p.guard].decided(&p.internal);
+            tasks[p.guard].set_decided_velocity(&p.internal);
         }
         Ok(())
     }
@@ -70,7 +70,7 @@ impl Evaluator {
         if !p.reconsider(above, x, &self.values.current, &mut self.values.rates)? {
             return Ok(false);
         }
-        self.tasks[guard].decided(&p.internal);
+        self.tasks[guard].set_decided_velocity(&p.internal);
         self.write(task, q, moment, problem)?;
         self.write(guard, q, moment, problem)?;
         Ok(true)

@@ -7,7 +7,7 @@ use robot::{Data, Model};
 use solver::LevelShape;
 use stdlib_tasks::bound::{Bound, BoundParams, Slot};
 use stdlib_tasks::expression::Evaluation;
-use stdlib_tasks::kinds::safety_planner::{DeviationParams, Internal, Params, Scaling, TELLS};
+use stdlib_tasks::kinds::safety_planner::{DeviationParams, Internal, OUTPUTS, Params, Scaling};
 use stdlib_tasks::params::{Input, Operand};
 use stdlib_tasks::task::{State, Task};
 
@@ -223,7 +223,7 @@ impl Planning {
             wanted: vec![0.0; probe.rows],
             probe,
             internal: vec![0.0; model.nv()],
-            signals: TELLS.map(|t| program.interface.signal(&format!("{name}.{}", t.name))),
+            signals: OUTPUTS.map(|t| program.interface.signal(&format!("{name}.{}", t.name))),
         })
     }
 }

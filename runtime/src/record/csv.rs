@@ -26,7 +26,7 @@ use crate::csv::cell;
 use crate::evaluator::{Evaluator, Member};
 use crate::program::{Program, Subject};
 use crate::tick::{Recorder, Tick};
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 
 /// Writes ticks to a stream.
 pub struct CsvRecorder<W: Write> {
@@ -77,9 +77,9 @@ pub fn header(program: &Program, members: &[Member]) -> Vec<String> {
         names.extend(program.robot.model.dofs.iter().map(|d| format!("{prefix}.{}", d.name)));
     }
     for m in members {
-        match m.nature {
-            Nature::Limit => names.push(format!("margin.{}", m.name)),
-            Nature::Target => {
+        match m.row_kind {
+            RowKind::Inequality => names.push(format!("margin.{}", m.name)),
+            RowKind::Equality => {
                 names.push(format!("error.{}", m.name));
                 if m.measure_info.len() > 1 {
                     names.extend(m.measure_info.iter().map(|x| format!("error.{}.{}", m.name, x.name)));
@@ -121,9 +121,9 @@ impl<W: Write> Recorder for CsvRecorder<W> {
         let running: Vec<(usize, &Member)> = self.roster.running(tick).collect();
         for (i, m) in self.roster.members.iter().enumerate() {
             let now = running.iter().find(|r| r.0 == i).map(|r| r.1);
-            match m.nature {
-                Nature::Limit => number(now.map_or(f64::NAN, |m| margin(tick.evaluator, m)))?,
-                Nature::Target => {
+            match m.row_kind {
+                RowKind::Inequality => number(now.map_or(f64::NAN, |m| margin(tick.evaluator, m)))?,
+                RowKind::Equality => {
                     number(now.map_or(f64::NAN, |m| error(tick.evaluator, m)))?;
                     for part in (0..m.measure_info.len()).filter(|_| m.measure_info.len() > 1) {
                         number(now.map_or(f64::NAN, |m| tick.evaluator.measures()[m.measures.start + part]))?;

@@ -1,7 +1,7 @@
 //! Series thin enough to plot: at most [`MAX_SAMPLES`] samples each, with the worst value of each stretch of ticks.
 
 use robot::LinkId;
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 
 use super::roster::Roster;
 use crate::controller::Controller;
@@ -66,9 +66,9 @@ impl SeriesRecorder {
         }
     }
 
-    /// The members of a nature.
-    pub fn members_of(&self, nature: Nature) -> impl Iterator<Item = &Member> {
-        self.roster.members.iter().filter(move |m| m.nature == nature)
+    /// The members with rows of a kind.
+    pub fn members_of(&self, row_kind: RowKind) -> impl Iterator<Item = &Member> {
+        self.roster.members.iter().filter(move |m| m.row_kind == row_kind)
     }
 }
 

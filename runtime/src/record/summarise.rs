@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use solver::{Active, LevelStatus};
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 
 use super::summary::{
     FaultRecord, LateTicks, LevelSummary, MARGIN_TOLERANCE, PartError, Percentiles, StateRecord, Summary, TaskSummary,
@@ -65,9 +65,10 @@ fn sampling_hint(controller: &Controller, m: &Member, s: &TaskStatistics) -> Opt
         let members = stage.evaluator().members();
         Some((stage.evaluator(), members.iter().position(|x| x.program_index == m.program_index)?))
     })?;
-    let (loss, reserve) = (evaluator.sampled_loss(member), evaluator.reserve(member));
+    let (loss, reserve) = (evaluator.sampled_loss(member), evaluator.sampled_margin(member));
     let (loss, reserve) = (*loss.get(s.worst_row)?, *reserve.get(s.worst_row)?);
-    let explained = m.nature == Nature::Limit && s.worst < -MARGIN_TOLERANCE && -s.worst <= loss && reserve < loss;
+    let explained =
+        m.row_kind == RowKind::Inequality && s.worst < -MARGIN_TOLERANCE && -s.worst <= loss && reserve < loss;
     let text = |bound: String| {
         format!(
             "`{}` was passed by {}, and sampling in time can lose {bound}: use `sampled_margin auto`",
@@ -118,7 +119,7 @@ impl SummaryRecorder {
         let tasks = (roster.members.iter())
             .map(|m| TaskStatistics {
                 ticks: 0,
-                worst: if m.nature == Nature::Limit { f64::INFINITY } else { 0.0 },
+                worst: if m.row_kind == RowKind::Inequality { f64::INFINITY } else { 0.0 },
                 worst_row: 0,
                 at: 0.0,
                 last: f64::NAN,
@@ -163,7 +164,7 @@ impl SummaryRecorder {
         };
         let mut tasks = BTreeMap::new();
         for (m, s) in self.roster.members.iter().zip(&self.tasks).filter(|(_, s)| s.ticks > 0 || !machine) {
-            let limit = m.nature == Nature::Limit;
+            let limit = m.row_kind == RowKind::Inequality;
             let named = |used: &[bool]| {
                 m.row_info.iter().zip(used).filter(|(_, u)| **u).map(|(r, _)| r.name.clone()).collect::<Vec<_>>()
             };
@@ -324,8 +325,8 @@ fn task(s: &mut TaskStatistics, place: usize, m: &Member, tick: &Tick, frozen: b
     let e = tick.evaluator;
     s.ticks += 1;
     s.undefined += usize::from(e.undefined()[place] && !frozen);
-    match m.nature {
-        Nature::Limit => {
+    match m.row_kind {
+        RowKind::Inequality => {
             for (row, &h) in e.margins()[m.margins.clone()].iter().enumerate() {
                 if h < s.worst {
                     (s.worst, s.worst_row, s.at) = (h, row, tick.time);
@@ -341,7 +342,7 @@ fn task(s: &mut TaskStatistics, place: usize, m: &Member, tick: &Tick, frozen: b
             }
             s.active += usize::from(any);
         }
-        Nature::Target => {
+        RowKind::Equality => {
             let error = csv::error(e, m);
             s.last = error;
             if error > s.worst {

@@ -190,7 +190,7 @@ proptest! {
                 scene.decide(&mut planner, &eta, &[0.0; 3], threshold, Vector3::zeros());
                 let plan = planner.plan();
                 let speed: Vec<f64> = plan.velocity.iter().map(|v| v.abs()).collect();
-                let bend = scene.field.bend(&scene.model, &speed, 0.0);
+                let bend = scene.field.curvature_bound(&scene.model, &speed, 0.0);
                 let (margin, w) = (plan.margin, plan.outcome.slack);
                 scene.model.integrate(&mut scene.q, &plan.velocity, PERIOD);
                 planner.advance();

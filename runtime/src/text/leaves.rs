@@ -33,13 +33,13 @@ fn words(p: &Program, leaf: &Leaf) -> String {
         Leaf::Orientation(link) => format!("the orientation of {}", name(*link)),
         Leaf::Joint(dof) => format!("the position of joint {}", p.robot.model.dofs[*dof].name),
         Leaf::Distance(pair) => format!("the distance from {} to {}", pair.0.name, pair.1.name),
-        Leaf::Above(above) => {
+        Leaf::PlaneDistance(above) => {
             let plane = &above.plane;
             let axes = plane.link.map_or("the world", name);
             let (normal, offset) = (vector(&plane.normal), number(plane.offset));
             format!("the height of {} above the plane [{normal}]·x = {offset} m in {axes}", above.part.name)
         }
-        Leaf::Away(away) => {
+        Leaf::PointDistance(away) => {
             let [a, b] = away.ends.map(|e| format!("[{}]", e.map(|i| format!("${i}")).join(", ")));
             let what = if a == b { a } else { format!("the segment from {a} to {b}") };
             format!("the distance from {} to {what}", away.part.name)

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use names::wrapped;
 use solver::Structure;
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 
 use super::{number, parameters};
 use crate::controller::{Controller, Observation};
@@ -46,7 +46,7 @@ pub(super) fn stack(p: &Program, index: usize, stack: &StackProgram, out: &mut S
         structure(&problem.levels[i], out)?;
         for member in &level.members {
             let Some((m, task)) = members.next() else { break };
-            let kind = if m.nature == Nature::Limit { "inequalities" } else { "equalities" };
+            let kind = if m.row_kind == RowKind::Inequality { "inequalities" } else { "equalities" };
             let weight = if member.weight == 1.0 { String::new() } else { format!("  weight {}", member.weight) };
             writeln!(out, "    {}: {}  {} {kind}{weight}", m.name, m.kind, m.rows.len())?;
             let Ok(task) = task.task else { continue };
@@ -58,7 +58,7 @@ pub(super) fn stack(p: &Program, index: usize, stack: &StackProgram, out: &mut S
                 writeln!(out, "      gain {} /s, gain × period {}", gains.join(", "), products.join(", "))?;
             }
             parameters(p, &p.tasks[m.program_index], !gains.is_empty(), out)?;
-            let (loss, reserve) = (worst(&task.sampled_loss()), worst(&task.reserve()));
+            let (loss, reserve) = (worst(&task.sampled_loss()), worst(&task.sampled_margin()));
             if let Some(loss) = loss {
                 let bound = if loss.is_finite() {
                     format!("{} mm", number(loss * 1e3))
@@ -72,7 +72,7 @@ pub(super) fn stack(p: &Program, index: usize, stack: &StackProgram, out: &mut S
                 )?;
             }
             let names: Vec<&str> = m.row_info.iter().map(|r| r.name.as_str()).collect();
-            if m.nature == Nature::Limit {
+            if m.row_kind == RowKind::Inequality {
                 wrapped("rows", &names, out)?;
             }
             idle(m, &member.idle, out)?;

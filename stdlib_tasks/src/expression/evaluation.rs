@@ -20,11 +20,11 @@ use nalgebra::{Point3, Vector3};
 use robot::Model;
 
 use super::center_of_mass::CenterOfMass;
-use super::human_field::People;
-use super::plane_distance::{Above, Lowest};
+use super::human_field::HumanField;
+use super::plane_distance::{Lowest, PlaneDistance};
 use super::point_distance;
 use super::{Expression, Leaf, Op};
-use crate::closest_points::{Apart, NoWay, Pair};
+use crate::closest_points::{Pair, Separation, SeparationError};
 use crate::numbers::{write_rotation, write_vector};
 use crate::state::State;
 
@@ -34,11 +34,11 @@ enum Found {
     Point { link: robot::LinkId, offset: Point3<f64> },
     Orientation(robot::LinkId),
     Joint { dof: usize, q: usize },
-    Distance { pair: Box<Pair>, apart: Option<Apart> },
-    Above { above: Box<Above>, lowest: Option<Lowest> },
+    Distance { pair: Box<Pair>, apart: Option<Separation> },
+    PlaneDistance { above: Box<PlaneDistance>, lowest: Option<Lowest> },
     Com(CenterOfMass),
-    Field(Box<People>),
-    Away(Box<point_distance::Ready>),
+    Field(Box<HumanField>),
+    PointDistance(Box<point_distance::Ready>),
 }
 
 /// Expression prepared for evaluation. Nothing here allocates after [`Evaluation::new`].
@@ -76,15 +76,15 @@ impl Evaluation {
                 Leaf::Distance(pair) => {
                     Found::Distance { pair: Box::new(Pair::new(pair.0.clone(), pair.1.clone())), apart: None }
                 }
-                Leaf::Above(above) => Found::Above { above: above.clone(), lowest: None },
+                Leaf::PlaneDistance(above) => Found::PlaneDistance { above: above.clone(), lowest: None },
                 Leaf::Com => Found::Com(CenterOfMass::new(model)),
-                Leaf::Field(field) => Found::Field(Box::new(People::new(field, model))),
-                Leaf::Away(away) => Found::Away(Box::new(point_distance::Ready::new(away))),
+                Leaf::Field(field) => Found::Field(Box::new(HumanField::new(field, model))),
+                Leaf::PointDistance(away) => Found::PointDistance(Box::new(point_distance::Ready::new(away))),
             };
             leaves.push((at, found));
             at += leaf.width();
         }
-        let reads = |found: &Found| matches!(found, Found::Field(_) | Found::Away(_));
+        let reads = |found: &Found| matches!(found, Found::Field(_) | Found::PointDistance(_));
         let readers = leaves.iter().enumerate().filter(|(_, (_, found))| reads(found));
         Evaluation {
             readers: readers.map(|(i, (at, _))| (*at, i)).collect(),
@@ -108,7 +108,7 @@ impl Evaluation {
                     pair.forget();
                     *apart = None;
                 }
-                Found::Away(away) => away.forget(),
+                Found::PointDistance(away) => away.forget(),
                 _ => {}
             }
         }
@@ -128,7 +128,7 @@ impl Evaluation {
     ///
     /// # Errors
     /// Two parts whose distance is read overlap from the beginning; or a pose is not finite.
-    pub fn forward(&mut self, state: &State) -> Result<(), NoWay> {
+    pub fn forward(&mut self, state: &State) -> Result<(), SeparationError> {
         for (at, found) in &mut self.leaves {
             let numbers = &mut self.state[*at..];
             match found {
@@ -140,14 +140,14 @@ impl Evaluation {
                     numbers[0] = now.distance;
                     *apart = Some(now);
                 }
-                Found::Above { above, lowest } => {
+                Found::PlaneDistance { above, lowest } => {
                     let now = above.find(state);
                     numbers[0] = now.height;
                     *lowest = Some(now);
                 }
                 Found::Com(com) => write_vector(&com.position(state.data), numbers),
                 // Their points are operations, which are evaluated below.
-                Found::Field(_) | Found::Away(_) => {}
+                Found::Field(_) | Found::PointDistance(_) => {}
             }
         }
         for (i, op) in self.ops.iter().enumerate() {
@@ -157,7 +157,7 @@ impl Evaluation {
             {
                 match &mut self.leaves[*leaf].1 {
                     Found::Field(people) => self.state[k] = people.find(state, before)?,
-                    Found::Away(away) => self.state[k] = away.find(state, before)?,
+                    Found::PointDistance(away) => self.state[k] = away.find(state, before)?,
                     _ => {}
                 }
             }
@@ -201,7 +201,7 @@ impl Evaluation {
                     if let Some((_, leaf)) = self.readers.iter().find(|f| f.0 == k) {
                         match &self.leaves[*leaf].1 {
                             Found::Field(people) => people.pull(g, &mut self.adjoints[..i]),
-                            Found::Away(away) => away.pull(g, &mut self.adjoints[..i]),
+                            Found::PointDistance(away) => away.pull(g, &mut self.adjoints[..i]),
                             _ => {}
                         }
                     }
@@ -234,7 +234,7 @@ impl Evaluation {
                         pair.add_row(state, apart, a[0], row);
                     }
                 }
-                Found::Above { above, lowest } => {
+                Found::PlaneDistance { above, lowest } => {
                     if let Some(lowest) = lowest {
                         self.size += 2.0 * a[0].abs() * (1.0 + lowest.at.norm());
                         above.add_row(state, lowest, a[0], row);
@@ -246,7 +246,7 @@ impl Evaluation {
                     com.add_row(state, &n, row);
                 }
                 Found::Field(people) => self.size += people.add_row(a[0], row),
-                Found::Away(away) => self.size += away.add_row(state, a[0], row),
+                Found::PointDistance(away) => self.size += away.add_row(state, a[0], row),
             }
         }
         still

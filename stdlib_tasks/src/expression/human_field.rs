@@ -9,13 +9,13 @@
 use nalgebra::Vector3;
 use robot::Model;
 
-use crate::closest_points::NoWay;
+use crate::closest_points::SeparationError;
 use crate::field::{Field, FieldProgram, HumanPoint};
 use crate::state::State;
 
 /// A safety field with its points.
 #[derive(Clone, Debug)]
-pub(super) struct People {
+pub(super) struct HumanField {
     /// `None` for a field that cannot be created, which a checked expression excludes.
     field: Option<Field>,
     operations: Vec<[usize; 3]>,
@@ -24,10 +24,10 @@ pub(super) struct People {
     far: f64,
 }
 
-impl People {
+impl HumanField {
     /// Prepares the field. All memory is allocated here.
     pub fn new(program: &FieldProgram, model: &Model) -> Self {
-        People {
+        HumanField {
             field: program.field(model).ok(),
             operations: program.points.clone(),
             points: vec![HumanPoint::at_rest(Vector3::zeros()); program.points.len()],
@@ -39,13 +39,13 @@ impl People {
     ///
     /// # Errors
     /// A point is not finite.
-    pub fn find(&mut self, state: &State, registers: &[f64]) -> Result<f64, NoWay> {
+    pub fn find(&mut self, state: &State, registers: &[f64]) -> Result<f64, SeparationError> {
         for (point, ops) in self.points.iter_mut().zip(&self.operations) {
             let at = |i: usize| registers.get(i).copied().unwrap_or(f64::NAN);
             point.position = Vector3::from(ops.map(at));
         }
-        let field = self.field.as_mut().ok_or(NoWay::NotFinite)?;
-        field.update(state.model, state.data, &self.points).map_err(|_| NoWay::NotFinite)?;
+        let field = self.field.as_mut().ok_or(SeparationError::NotFinite)?;
+        field.update(state.model, state.data, &self.points).map_err(|_| SeparationError::NotFinite)?;
         self.far = field.body().ends().iter().flatten().fold(0.0, |far: f64, p| far.max(p.norm()));
         Ok(field.value())
     }

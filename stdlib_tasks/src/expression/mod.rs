@@ -27,8 +27,8 @@ pub use center_of_mass::center_of_mass;
 pub use evaluation::Evaluation;
 pub use op::{Op, ROUNDING};
 pub use operand::Operand;
-pub use plane_distance::{Above, Plane};
-pub use point_distance::Away;
+pub use plane_distance::{Plane, PlaneDistance};
+pub use point_distance::PointDistance;
 pub use term::{Term, settle, turn_seeds};
 
 /// Quantity of the robot's present state, of which expressions are made.
@@ -49,14 +49,14 @@ pub enum Leaf {
     /// The distance between two parts of the robot in m, negative if they overlap: one number.
     Distance(Box<(Geometry, Geometry)>),
     /// The height of a part of the robot above a plane in m, negative below it: one number.
-    Above(Box<Above>),
+    PlaneDistance(Box<PlaneDistance>),
     /// The position in the world of the robot's centre of mass, in m: three numbers.
     Com,
     /// A safety field, whose points are operations of the expression: one number.
     Field(Box<FieldProgram>),
     /// The distance from a part of the robot to a point or a segment, whose ends are operations of the expression, in
     /// m: one number.
-    Away(Box<Away>),
+    PointDistance(Box<PointDistance>),
 }
 
 impl Leaf {
@@ -65,7 +65,7 @@ impl Leaf {
         match self {
             Leaf::Point { .. } | Leaf::Com => 3,
             Leaf::Orientation(_) => 4,
-            Leaf::Joint(_) | Leaf::Distance(_) | Leaf::Above(_) | Leaf::Field(_) | Leaf::Away(_) => 1,
+            Leaf::Joint(_) | Leaf::Distance(_) | Leaf::PlaneDistance(_) | Leaf::Field(_) | Leaf::PointDistance(_) => 1,
         }
     }
 
@@ -83,10 +83,10 @@ impl Leaf {
                 ensure(model.dofs.get(*dof).is_some_and(|d| d.q_index.is_some()), "a joint has no position")
             }
             Leaf::Distance(pair) => [&pair.0, &pair.1].into_iter().try_for_each(|g| g.check(model)),
-            Leaf::Above(above) => above.check(model),
+            Leaf::PlaneDistance(above) => above.check(model),
             Leaf::Com => ensure(center_of_mass::exists(model), "no link has a mass, and there is no centre of mass"),
             Leaf::Field(field) => field.check(model, ops),
-            Leaf::Away(away) => away.check(model, ops),
+            Leaf::PointDistance(away) => away.check(model, ops),
         }
     }
 
@@ -94,7 +94,7 @@ impl Leaf {
     pub fn reads(&self) -> &[[usize; 3]] {
         match self {
             Leaf::Field(field) => &field.points,
-            Leaf::Away(away) => &away.ends,
+            Leaf::PointDistance(away) => &away.ends,
             _ => &[],
         }
     }
@@ -103,7 +103,7 @@ impl Leaf {
     pub fn renumber(&self, f: impl Fn(usize) -> usize) -> Leaf {
         match self {
             Leaf::Field(field) => Leaf::Field(Box::new(field.renumber(f))),
-            Leaf::Away(away) => Leaf::Away(Box::new(away.renumber(f))),
+            Leaf::PointDistance(away) => Leaf::PointDistance(Box::new(away.renumber(f))),
             other => other.clone(),
         }
     }

@@ -27,7 +27,7 @@ pub struct Plane {
 
 /// A part, and the plane below it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Above {
+pub struct PlaneDistance {
     /// The part.
     pub part: Geometry,
     /// The plane.
@@ -45,7 +45,7 @@ pub(super) struct Lowest {
     normal: Vector3<f64>,
 }
 
-impl Above {
+impl PlaneDistance {
     /// Checks that links exist, and that numbers are usable.
     pub(super) fn check(&self, model: &Model) -> Result<(), &'static str> {
         let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };

@@ -12,13 +12,13 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use robot::{Model, Shape, geometry};
 use serde::{Deserialize, Serialize};
 
-use crate::closest_points::{NoWay, overlap};
+use crate::closest_points::{SeparationError, overlap};
 use crate::geometry::Geometry;
 use crate::state::State;
 
 /// A part, and the point or segment from which its distance is measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Away {
+pub struct PointDistance {
     /// The part.
     pub part: Geometry,
     /// Numbers x, y, z of both ends in the world, in m: operations of the expression that come before its own. For a
@@ -49,12 +49,12 @@ struct Nearest {
 /// Prepared leaf, with memory for configurations without a direction of separation.
 #[derive(Clone, Debug)]
 pub(super) struct Ready {
-    away: Away,
+    away: PointDistance,
     last: Option<Last>,
     nearest: Option<Nearest>,
 }
 
-impl Away {
+impl PointDistance {
     /// Checks that the part can be used and that the ends are below `end`.
     pub(super) fn check(&self, model: &Model, end: usize) -> Result<(), &'static str> {
         self.part.check(model)?;
@@ -63,8 +63,8 @@ impl Away {
     }
 
     /// Copy with renumbered ends.
-    pub(super) fn renumber(&self, f: impl Fn(usize) -> usize) -> Away {
-        Away { ends: self.ends.map(|e| e.map(&f)), ..self.clone() }
+    pub(super) fn renumber(&self, f: impl Fn(usize) -> usize) -> PointDistance {
+        PointDistance { ends: self.ends.map(|e| e.map(&f)), ..self.clone() }
     }
 }
 
@@ -83,7 +83,7 @@ fn segment(ends: &[Vector3<f64>; 2]) -> (Shape, Isometry3<f64>) {
 }
 
 impl Ready {
-    pub fn new(away: &Away) -> Self {
+    pub fn new(away: &PointDistance) -> Self {
         Ready { away: away.clone(), last: None, nearest: None }
     }
 
@@ -98,14 +98,14 @@ impl Ready {
     ///
     /// # Errors
     /// A number is not finite, or the core intersects the segment and always did.
-    pub fn find(&mut self, state: &State, registers: &[f64]) -> Result<f64, NoWay> {
+    pub fn find(&mut self, state: &State, registers: &[f64]) -> Result<f64, SeparationError> {
         let at = |i: usize| registers.get(i).copied().unwrap_or(f64::NAN);
         let ends = self.away.ends.map(|e| Vector3::from(e.map(at)));
         let part = &self.away.part;
         let link = state.data.pose(part.link);
         let pose = link * part.origin;
         if !ends.iter().flatten().chain(pose.translation.vector.iter()).all(|x| x.is_finite()) {
-            return Err(NoWay::NotFinite);
+            return Err(SeparationError::NotFinite);
         }
         let (shape, place) = segment(&ends);
         let along = ends[1] - ends[0];
@@ -119,7 +119,7 @@ impl Ready {
                 Ok(c.distance)
             }
             Err(_) => {
-                let Last { normal, on_part, share } = self.last.ok_or(NoWay::Overlap)?;
+                let Last { normal, on_part, share } = self.last.ok_or(SeparationError::Overlap)?;
                 self.nearest = Some(Nearest { normal, at: (link * on_part).coords, share });
                 Ok(overlap(&part.shape, &shape))
             }

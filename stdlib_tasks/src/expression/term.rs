@@ -5,7 +5,7 @@ use robot::Model;
 
 use super::Evaluation;
 use super::Operand;
-use crate::closest_points::NoWay;
+use crate::closest_points::SeparationError;
 use crate::state::State;
 
 /// [`Operand`] prepared for evaluation.
@@ -55,7 +55,7 @@ impl Term {
     ///
     /// # Errors
     /// See [`Evaluation::forward`].
-    pub fn forward(&mut self, state: &State) -> Result<(), NoWay> {
+    pub fn forward(&mut self, state: &State) -> Result<(), SeparationError> {
         match self {
             Term::Slot(..) => Ok(()),
             Term::State(e) => e.forward(state),

@@ -29,7 +29,7 @@ impl Field {
     ///
     /// Infinite if it has no bound: for a joint without a speed, [`Chi::Clamped`] and [`Chi::Given`], and for
     /// [`Over::Least`] of several points, where another point may become the nearest within a tick.
-    pub fn bend(&self, model: &Model, speed: &[f64], closing: f64) -> f64 {
+    pub fn curvature_bound(&self, model: &Model, speed: &[f64], closing: f64) -> f64 {
         let far = |end: &crate::field::Attached| acceleration_bound(model, None, end.link, end.at.norm(), speed);
         let ends: f64 = self.body().segments().iter().map(|s| 0.5 * s.weight * (far(&s.start) + far(&s.end))).sum();
         let square = closing * closing;
@@ -127,7 +127,7 @@ mod tests {
                     let walking = people.iter().map(|p| p.velocity.norm()).fold(0.0, f64::max);
                     prop_assert!(field.update(&model, &data, &people).is_ok());
                     let speed: Vec<f64> = v.iter().map(|v| v.abs()).collect();
-                    let bend = field.bend(&model, &speed, 1.02 * fastest + walking);
+                    let bend = field.curvature_bound(&model, &speed, 1.02 * fastest + walking);
                     let least = before + period * rate - 0.5 * bend * period * period;
                     prop_assert!(field.value() >= least - 1e-7, "{} {least} {over:?}", field.value());
                     prop_assert!(bend.is_finite());
@@ -142,7 +142,7 @@ mod tests {
         let new = |chi, over, capacity| {
             let Ok(body) = Body::of_links(model, &[LinkId(3), LinkId(5)]) else { panic!() };
             let Ok(field) = Field::new(model, body, chi, over, capacity) else { panic!() };
-            field.bend(model, &[1.0; 7], 1.0)
+            field.curvature_bound(model, &[1.0; 7], 1.0)
         };
         let plain = new(Chi::Distance, Over::Mean, 3);
         assert!(plain > 0.0 && plain.is_finite());

@@ -45,12 +45,12 @@ pub enum DistanceProgram {
     /// `reach (1 - exp(-d / reach))`, the reach in m.
     Saturating(f64),
     /// A user-defined function.
-    Written(WrittenDistance),
+    Written(ExpressionDistance),
 }
 
 /// A function of the distance as operations, of which [`Op::Input`] 0 is the distance in m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct WrittenDistance {
+pub struct ExpressionDistance {
     /// Operations, operands before users; at most [`MAX_OPERATIONS`].
     pub ops: Vec<Op>,
     /// Operation that computes the value.
@@ -59,7 +59,7 @@ pub struct WrittenDistance {
     pub slope: usize,
 }
 
-impl DistanceFunction for WrittenDistance {
+impl DistanceFunction for ExpressionDistance {
     fn evaluate(&self, d: f64) -> (f64, f64) {
         let mut registers = [f64::NAN; MAX_OPERATIONS];
         for (i, op) in self.ops.iter().enumerate().take(MAX_OPERATIONS) {
@@ -73,7 +73,7 @@ impl DistanceFunction for WrittenDistance {
     }
 }
 
-impl WrittenDistance {
+impl ExpressionDistance {
     fn check(&self) -> Result<(), &'static str> {
         let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
         ensure(self.ops.len() <= MAX_OPERATIONS, "the function of the distance has too many operations")?;
@@ -144,9 +144,9 @@ mod tests {
     use robot::Data;
 
     /// `1 - exp(-d)` and its derivative.
-    fn written() -> WrittenDistance {
+    fn written() -> ExpressionDistance {
         let ops = vec![Op::Input(0), Op::Neg(0), Op::Exp(1), Op::Const(1.0), Op::Sub(3, 2)];
-        WrittenDistance { ops, value: 4, slope: 2 }
+        ExpressionDistance { ops, value: 4, slope: 2 }
     }
 
     fn program(distance: DistanceProgram) -> FieldProgram {
@@ -185,11 +185,11 @@ mod tests {
         assert!(FieldProgram { links: vec![LinkId(1), LinkId(1)], ..good.clone() }.check(model, 3).is_err());
         assert!(program(DistanceProgram::Clamped(-1.0)).check(model, 3).is_err());
         for bad in [
-            WrittenDistance { ops: vec![Op::Neg(0)], value: 0, slope: 0 },
-            WrittenDistance { ops: vec![Op::Time], value: 0, slope: 0 },
-            WrittenDistance { ops: vec![Op::Input(1)], value: 0, slope: 0 },
-            WrittenDistance { ops: vec![Op::Input(0)], value: 0, slope: 1 },
-            WrittenDistance { ops: vec![Op::Input(0); MAX_OPERATIONS + 1], value: 0, slope: 0 },
+            ExpressionDistance { ops: vec![Op::Neg(0)], value: 0, slope: 0 },
+            ExpressionDistance { ops: vec![Op::Time], value: 0, slope: 0 },
+            ExpressionDistance { ops: vec![Op::Input(1)], value: 0, slope: 0 },
+            ExpressionDistance { ops: vec![Op::Input(0)], value: 0, slope: 1 },
+            ExpressionDistance { ops: vec![Op::Input(0); MAX_OPERATIONS + 1], value: 0, slope: 0 },
         ] {
             assert!(program(DistanceProgram::Written(bad)).check(model, 3).is_err());
         }

@@ -5,14 +5,15 @@ use robot::LinkId;
 
 use crate::bound::BoundParams;
 use crate::build::check;
-use crate::clik;
-use crate::compliance::{Body, Damping, Mass, Motion, Stiffness, Wrench, read};
+use crate::clik::{self, OrientationTarget, PositionTarget};
+use crate::compliance::{Body, Damping, Impedance, Mass, Motion, Stiffness, Wrench, read};
 use crate::dimension::LENGTH;
-use crate::kinds::frame_pose::{actual_pose, pose_measures, pose_rows};
+use crate::kinds::frame_pose::{current_pose, pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
 use crate::so3;
 use crate::task::{
-    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
+    TaskFault, TaskKind,
 };
 
 crate::params! {
@@ -95,15 +96,19 @@ mass { linear 20 kg  angular 3 kg m^2 }\n  \
 damping { linear 253 N s/m  angular 27 N m s }\n  \
 stiffness { linear [800, 800, 400] N/m  angular 60 N m }\n  \
 wrench { force [20, 0, 0] N * smoothstep(t/(1 s)) }\n}",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &["frame"],
-    actuals: &[
-        Actual { name: "target.position", ty: ActualType::Vector(LENGTH), along: Along::World },
-        Actual { name: "target.orientation", ty: ActualType::Rotation, along: Along::World },
+    current_values: &[
+        CurrentValue {
+            name: "target.position",
+            ty: CurrentValueType::Vector(LENGTH),
+            expressed_in: ExpressedIn::World,
+        },
+        CurrentValue { name: "target.orientation", ty: CurrentValueType::Rotation, expressed_in: ExpressedIn::World },
     ],
-    tells: &[],
-    reckons: None,
+    outputs: &[],
+    person_velocity: None,
     build,
 };
 
@@ -122,7 +127,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let damping = read("damping", &params.damping, Damping::from_bound)?;
     let stiffness = read("stiffness", &params.stiffness, Stiffness::from_bound)?;
     let wrench = read("wrench", &params.wrench, Wrench::from_bound)?;
-    let body = Body::new(params.frame.1, ctx, (mass, damping, Some(stiffness)), wrench)?;
+    let body = Body::new(params.frame.1, ctx, Impedance { mass, damping, stiffness: Some(stiffness) }, wrench)?;
     Ok(Box::new(Admittance { body, target, before: None }))
 }
 
@@ -154,8 +159,9 @@ impl Task for Admittance {
 
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let pose = state.data.pose(self.body.link());
-        let (p_d, v_d) = clik::position_target(state, self.target.position);
-        let (r_d, w_d) = clik::orientation_target(state, self.target.orientation);
+        let PositionTarget { position: p_d, velocity: v_d } = clik::position_target(state, self.target.position);
+        let OrientationTarget { orientation: r_d, angular_velocity: w_d } =
+            clik::orientation_target(state, self.target.orientation);
         let error = [p_d - pose.translation.vector, so3::log(&(r_d * pose.rotation.inverse()))];
         let velocity = [v_d, w_d];
         let before = self.before.unwrap_or(velocity);
@@ -169,7 +175,7 @@ impl Task for Admittance {
         Ok(())
     }
 
-    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
-        name.strip_prefix("target.").is_some_and(|part| actual_pose(part, self.body.link(), state, out))
+    fn current_value(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        name.strip_prefix("target.").is_some_and(|part| current_pose(part, self.body.link(), state, out))
     }
 }

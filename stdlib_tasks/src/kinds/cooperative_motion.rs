@@ -13,7 +13,7 @@ use robot::LinkId;
 
 use crate::bound::{Arm, BoundParams};
 use crate::build::check;
-use crate::clik::{self, axes};
+use crate::clik::{self, OrientationTarget, PositionTarget, axes};
 use crate::dimension::{LENGTH, NONE};
 use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::kinds::uncooperative_motion::Pose;
@@ -21,8 +21,8 @@ use crate::numbers;
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::so3;
 use crate::task::{
-    Actual, ActualType, Along, BuildError, Context, Is, Measure, Nature, RowInfo, Rows, State, Task, TaskFault,
-    TaskKind,
+    BuildError, Condition, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows,
+    State, Task, TaskFault, TaskKind,
 };
 
 crate::params! {
@@ -61,17 +61,17 @@ crate::params! {
     }
 }
 
-/// Axes of the relative position.
-const POSITION: Along = Along::Tip {
+/// ExpressedIn of the relative position.
+const POSITION: ExpressedIn = ExpressedIn::Tip {
     arm: "left_arm",
-    when: &[Is::Number("beta", 1.0), Is::Word("relative_to", "left")],
+    when: &[Condition::Number("beta", 1.0), Condition::Word("relative_to", "left")],
     text: "counts along the axes of the left tip; with `relative_to world`, or `beta 0`, along those of the world",
 };
 
-/// Axes into which the relative orientation turns those of the right tip.
-const ORIENTATION: Along = Along::Tip {
+/// ExpressedIn into which the relative orientation turns those of the right tip.
+const ORIENTATION: ExpressedIn = ExpressedIn::Tip {
     arm: "left_arm",
-    when: &[Is::Number("beta", 1.0)],
+    when: &[Condition::Number("beta", 1.0)],
     text: "turns the axes of the right tip into those of the left one; with `beta 0` into those of the world",
 };
 
@@ -112,17 +112,21 @@ Source: thesis (3.26)-(3.34).",
     example: "task motion = cooperative_motion {\n  \
 absolute { position initial(absolute.position) + [0.1, 0, 0] m  orientation initial(absolute.orientation) }\n  \
 relative { position initial(relative.position)  orientation initial(relative.orientation) }\n}",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &[],
-    actuals: &[
-        Actual { name: "absolute.position", ty: ActualType::Vector(LENGTH), along: Along::World },
-        Actual { name: "absolute.orientation", ty: ActualType::Rotation, along: Along::World },
-        Actual { name: "relative.position", ty: ActualType::Vector(LENGTH), along: POSITION },
-        Actual { name: "relative.orientation", ty: ActualType::Rotation, along: ORIENTATION },
+    current_values: &[
+        CurrentValue {
+            name: "absolute.position",
+            ty: CurrentValueType::Vector(LENGTH),
+            expressed_in: ExpressedIn::World,
+        },
+        CurrentValue { name: "absolute.orientation", ty: CurrentValueType::Rotation, expressed_in: ExpressedIn::World },
+        CurrentValue { name: "relative.position", ty: CurrentValueType::Vector(LENGTH), expressed_in: POSITION },
+        CurrentValue { name: "relative.orientation", ty: CurrentValueType::Rotation, expressed_in: ORIENTATION },
     ],
-    tells: &[],
-    reckons: None,
+    outputs: &[],
+    person_velocity: None,
     build,
 };
 
@@ -209,7 +213,7 @@ impl CooperativeMotion {
     fn absolute_rows(&self, state: &State, rows: &mut Rows, tips: &Tips, gain: [f64; 2]) {
         let ([alpha], [alpha_dot]) = (self.alpha.of(state.values), self.alpha.of(state.rates));
         let (p_a, r_a) = self.absolute(tips, alpha);
-        let (p_d, p_d_dot) = clik::position_target(state, self.absolute.position);
+        let PositionTarget { position: p_d, velocity: p_d_dot } = clik::position_target(state, self.absolute.position);
         let drift = (tips.p_l - tips.p_r) * alpha_dot;
         let error = p_d - p_a;
         for (i, axis) in axes().iter().enumerate() {
@@ -220,7 +224,8 @@ impl CooperativeMotion {
         }
         rows.measures[0] = error.norm();
 
-        let (r_d, omega_d) = clik::orientation_target(state, self.absolute.orientation);
+        let OrientationTarget { orientation: r_d, angular_velocity: omega_d } =
+            clik::orientation_target(state, self.absolute.orientation);
         let error = so3::log(&(r_d * r_a.inverse()));
         let r_l = tips.r_l.to_rotation_matrix();
         let m_w: Matrix3<f64> = r_l * so3::interpolation_rate(&tips.phi, 1.0 - alpha) * r_l.transpose();
@@ -237,7 +242,7 @@ impl CooperativeMotion {
 
     fn relative_rows(&self, state: &State, rows: &mut Rows, tips: &Tips, gain: [f64; 2]) {
         let (p, r) = self.relative(tips);
-        let (p_d, p_d_dot) = clik::position_target(state, self.relative.position);
+        let PositionTarget { position: p_d, velocity: p_d_dot } = clik::position_target(state, self.relative.position);
         let error = p_d - p;
         for (i, axis) in axes().iter().enumerate() {
             let row = rows.row(6 + i);
@@ -256,7 +261,8 @@ impl CooperativeMotion {
         }
         rows.measures[2] = error.norm();
 
-        let (r_d, omega_d) = clik::orientation_target(state, self.relative.orientation);
+        let OrientationTarget { orientation: r_d, angular_velocity: omega_d } =
+            clik::orientation_target(state, self.relative.orientation);
         let error = so3::log(&(r_d * r.inverse()));
         for (i, axis) in axes().iter().enumerate() {
             let row = rows.row(9 + i);
@@ -294,7 +300,7 @@ impl Task for CooperativeMotion {
         Ok(())
     }
 
-    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+    fn current_value(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
         let tips = self.tips(state);
         let [alpha] = self.alpha.of(state.values);
         let Some((which, part)) = name.split_once('.') else { return false };

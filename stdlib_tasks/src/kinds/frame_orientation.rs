@@ -6,10 +6,11 @@ use crate::bound::BoundParams;
 use crate::build::check;
 use crate::clik;
 use crate::dimension::{ANGLE, RATE};
-use crate::kinds::frame_pose::{actual_pose, pose_rows};
+use crate::kinds::frame_pose::{current_pose, pose_rows};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{
-    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
+    TaskFault, TaskKind,
 };
 
 crate::params! {
@@ -42,12 +43,16 @@ At an angle of exactly pi both ways are equally short, and either may be taken. 
 `|log(R_d R^T)|` in rad.\n\n\
 Source: thesis (2.5), (3.33), (3.34).",
     example: "task level_tool = frame_orientation(tool) { orientation rpy(0 deg, 90 deg, 0 deg) }",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &["frame"],
-    actuals: &[Actual { name: "orientation", ty: ActualType::Rotation, along: Along::World }],
-    tells: &[],
-    reckons: None,
+    current_values: &[CurrentValue {
+        name: "orientation",
+        ty: CurrentValueType::Rotation,
+        expressed_in: ExpressedIn::World,
+    }],
+    outputs: &[],
+    person_velocity: None,
     build,
 };
 
@@ -74,11 +79,11 @@ impl Task for FrameOrientation {
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let [gain] = self.0.gain.of(state.values);
         let target = clik::orientation_target(state, self.0.orientation);
-        rows.measures[0] = clik::orientation(state, rows, 0, self.0.frame.1, target, gain);
+        rows.measures[0] = clik::orientation(state, rows, 0, self.0.frame.1, &target, gain);
         Ok(())
     }
 
-    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
-        name == "orientation" && actual_pose(name, self.0.frame.1, state, out)
+    fn current_value(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        name == "orientation" && current_pose(name, self.0.frame.1, state, out)
     }
 }

@@ -9,7 +9,8 @@ use crate::dimension::{ANGLE, LENGTH};
 use crate::numbers;
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{
-    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
+    TaskFault, TaskKind,
 };
 
 crate::params! {
@@ -47,15 +48,15 @@ The task reports the errors `|p_d - p|` in m and `|log(R_d R^T)|` in rad. `initi
 `initial(orientation)` are the frame's own pose at the moment the stack became active.\n\n\
 Source: thesis (2.5), (3.33), (3.34).",
     example: "task reach = frame_pose(tool) { position initial(position) + [0, 0, 0.1] m  gain { linear 5 /s  angular 2 /s } }",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &["frame"],
-    actuals: &[
-        Actual { name: "position", ty: ActualType::Vector(LENGTH), along: Along::World },
-        Actual { name: "orientation", ty: ActualType::Rotation, along: Along::World },
+    current_values: &[
+        CurrentValue { name: "position", ty: CurrentValueType::Vector(LENGTH), expressed_in: ExpressedIn::World },
+        CurrentValue { name: "orientation", ty: CurrentValueType::Rotation, expressed_in: ExpressedIn::World },
     ],
-    tells: &[],
-    reckons: None,
+    outputs: &[],
+    person_velocity: None,
     build,
 };
 
@@ -88,7 +89,7 @@ pub(crate) fn pose_measures(prefix: &str) -> Vec<Measure> {
 }
 
 /// Writes the pose of a link as `initial(position)` or `initial(orientation)` captures it; false for another part.
-pub(crate) fn actual_pose(part: &str, link: LinkId, state: &State, out: &mut [f64]) -> bool {
+pub(crate) fn current_pose(part: &str, link: LinkId, state: &State, out: &mut [f64]) -> bool {
     let pose = state.data.pose(link);
     match part {
         "position" => numbers::write_vector(&pose.translation.vector, out),
@@ -114,13 +115,13 @@ impl Task for FramePose {
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let [linear, angular] = self.params.gain.of(state.values);
         let target = clik::position_target(state, self.params.position);
-        rows.measures[0] = clik::position(state, rows, 0, self.link, target, linear);
+        rows.measures[0] = clik::position(state, rows, 0, self.link, &target, linear);
         let target = clik::orientation_target(state, self.params.orientation);
-        rows.measures[1] = clik::orientation(state, rows, 3, self.link, target, angular);
+        rows.measures[1] = clik::orientation(state, rows, 3, self.link, &target, angular);
         Ok(())
     }
 
-    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
-        actual_pose(name, self.link, state, out)
+    fn current_value(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        current_pose(name, self.link, state, out)
     }
 }

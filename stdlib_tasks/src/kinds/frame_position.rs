@@ -6,10 +6,11 @@ use crate::bound::BoundParams;
 use crate::build::check;
 use crate::clik;
 use crate::dimension::{LENGTH, RATE};
-use crate::kinds::frame_pose::{actual_pose, pose_rows};
+use crate::kinds::frame_pose::{current_pose, pose_rows};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{
-    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
+    TaskFault, TaskKind,
 };
 
 crate::params! {
@@ -40,12 +41,16 @@ K       1/s                 gain\n\
 The task reports the error `|p_d - p|` in m.\n\n\
 Source: thesis (2.5), (3.33), (3.34).",
     example: "task reach = frame_position(tool) { position initial(position) + [0, 0, 0.1] m }",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &["frame"],
-    actuals: &[Actual { name: "position", ty: ActualType::Vector(LENGTH), along: Along::World }],
-    tells: &[],
-    reckons: None,
+    current_values: &[CurrentValue {
+        name: "position",
+        ty: CurrentValueType::Vector(LENGTH),
+        expressed_in: ExpressedIn::World,
+    }],
+    outputs: &[],
+    person_velocity: None,
     build,
 };
 
@@ -72,11 +77,11 @@ impl Task for FramePosition {
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let [gain] = self.0.gain.of(state.values);
         let target = clik::position_target(state, self.0.position);
-        rows.measures[0] = clik::position(state, rows, 0, self.0.frame.1, target, gain);
+        rows.measures[0] = clik::position(state, rows, 0, self.0.frame.1, &target, gain);
         Ok(())
     }
 
-    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
-        name == "position" && actual_pose(name, self.0.frame.1, state, out)
+    fn current_value(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        name == "position" && current_pose(name, self.0.frame.1, state, out)
     }
 }

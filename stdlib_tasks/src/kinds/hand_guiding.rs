@@ -4,11 +4,11 @@ use robot::LinkId;
 
 use crate::bound::BoundParams;
 use crate::build::check;
-use crate::compliance::{Body, Damping, Mass, Motion, Wrench, read};
+use crate::compliance::{Body, Damping, Impedance, Mass, Motion, Wrench, read};
 use crate::dimension::{ANGULAR_VELOCITY, VELOCITY};
 use crate::kinds::frame_pose::pose_rows;
 use crate::params::{ParamType, Presence};
-use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
     /// Parameters of `hand_guiding`.
@@ -51,12 +51,12 @@ scaled by `Km/T + Kd`.",
 mass { linear 20 kg  angular 3 kg m^2 }\n  \
 damping { linear 253 N s/m  angular 27 N m s }\n  \
 wrench { force [0, 10, 0] N * smoothstep(t/(1 s)) }\n}",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &["frame"],
-    actuals: &[],
-    tells: &[],
-    reckons: None,
+    current_values: &[],
+    outputs: &[],
+    person_velocity: None,
     build,
 };
 
@@ -73,7 +73,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let mass = read("mass", &params.mass, Mass::from_bound)?;
     let damping = read("damping", &params.damping, Damping::from_bound)?;
     let wrench = read("wrench", &params.wrench, Wrench::from_bound)?;
-    let body = Body::new(params.frame.1, ctx, (mass, damping, None), wrench)?;
+    let body = Body::new(params.frame.1, ctx, Impedance { mass, damping, stiffness: None }, wrench)?;
     Ok(Box::new(HandGuiding { body, jacobian: vec![0.0; 6 * ctx.model.nv()], wanted: [0.0; 6] }))
 }
 

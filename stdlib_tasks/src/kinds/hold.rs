@@ -5,10 +5,10 @@ use robot::LinkId;
 
 use crate::bound::BoundParams;
 use crate::build::check;
-use crate::clik;
+use crate::clik::{self, OrientationTarget, PositionTarget};
 use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
-use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
     /// Parameters of `hold`.
@@ -34,12 +34,12 @@ active. The other symbols, frames and units are those of `frame_pose`. The task 
 frame.\n\n\
 Source: thesis (3.33), (3.34) with a constant desired value.",
     example: "task still = hold(left, right)",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &["frames"],
-    actuals: &[],
-    tells: &[],
-    reckons: None,
+    current_values: &[],
+    outputs: &[],
+    person_velocity: None,
     build,
 };
 
@@ -85,10 +85,10 @@ impl Task for Hold {
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let [linear, angular] = self.gain.of(state.values);
         for (i, (target, (_, link))) in self.targets.iter().zip(&self.frames).enumerate() {
-            let position = (target.translation.vector, Vector3::zeros());
-            rows.measures[2 * i] = clik::position(state, rows, 6 * i, *link, position, linear);
-            let rotation = (target.rotation, Vector3::zeros());
-            rows.measures[2 * i + 1] = clik::orientation(state, rows, 6 * i + 3, *link, rotation, angular);
+            let position = PositionTarget { position: target.translation.vector, velocity: Vector3::zeros() };
+            rows.measures[2 * i] = clik::position(state, rows, 6 * i, *link, &position, linear);
+            let rotation = OrientationTarget { orientation: target.rotation, angular_velocity: Vector3::zeros() };
+            rows.measures[2 * i + 1] = clik::orientation(state, rows, 6 * i + 3, *link, &rotation, angular);
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use crate::build::check;
 use crate::dimension::{ACCELERATION, ANGULAR_ACCELERATION};
 use crate::kinds::joint_position_limits::{among, replaced};
 use crate::params::{ParamType, Presence};
-use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
     /// Parameters of `joint_acceleration_limits`.
@@ -57,12 +57,12 @@ If the fault `infeasible` is worse than a velocity that jumps, put the accelerat
 them.\n\n\
 Source: thesis (4.41), the difference quotient of the velocity; the rows are ours.",
     example: "task gentle = joint_acceleration_limits { max 5 rad/s^2 }",
-    nature: Nature::Limit,
+    row_kind: RowKind::Inequality,
     params: Params::INFO,
     positional: &["joints"],
-    actuals: &[],
-    tells: &[],
-    reckons: Some(&Reckons::LIMIT),
+    current_values: &[],
+    outputs: &[],
+    person_velocity: Some(&PersonVelocityUse::LIMIT),
     build,
 };
 

@@ -5,7 +5,7 @@ use crate::build::check;
 use crate::dimension::{Dimension, RATE};
 use crate::kinds::joint_position_limits::dof_dimension;
 use crate::params::{Input, ParamType, Presence, Quantity};
-use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
     /// Parameters of `joint_position`.
@@ -33,12 +33,12 @@ The task reports the error as the Euclidean norm of `q_d - q` over the joints; f
 together, the norm mixes rad and m.\n\n\
 Source: thesis (2.5) with `J = I`.",
     example: "task posture = joint_position { target { torso_lift 0.15 m } gain 2 /s }",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &[],
-    actuals: &[],
-    tells: &[],
-    reckons: None,
+    current_values: &[],
+    outputs: &[],
+    person_velocity: None,
     build,
 };
 

@@ -6,7 +6,7 @@ use crate::bound::{BoundParams, Slot};
 use crate::build::check;
 use crate::dimension::{ANGLE, LENGTH, RATE};
 use crate::params::{Input, ParamType, Presence, Quantity};
-use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
     /// Parameters of `joint_position_limits`.
@@ -41,12 +41,12 @@ joint without any limit gets no row. With a control period T, `φ T <= 1` keeps 
 linear in the position.\n\n\
 Source: thesis (3.13)-(3.15); the lower bound of (3.15) lacks its minus sign there.",
     example: "task position_limits = joint_position_limits { gain 10 /s }",
-    nature: Nature::Limit,
+    row_kind: RowKind::Inequality,
     params: Params::INFO,
     positional: &["joints"],
-    actuals: &[],
-    tells: &[],
-    reckons: Some(&Reckons::LIMIT),
+    current_values: &[],
+    outputs: &[],
+    person_velocity: Some(&PersonVelocityUse::LIMIT),
     build,
 };
 

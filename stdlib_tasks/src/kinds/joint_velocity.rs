@@ -5,7 +5,7 @@ use crate::build::check;
 use crate::dimension::{ANGULAR_VELOCITY, VELOCITY};
 use crate::kinds::joint_position::common_dimension;
 use crate::params::{ParamType, Presence};
-use crate::task::{BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
     /// Parameters of `joint_velocity`.
@@ -29,12 +29,12 @@ The task reports the error as the Euclidean norm of `v_d - v` for the velocity t
 revolute and prismatic joints together, the norm mixes rad/s and m/s.\n\n\
 Source: thesis 3.5.1.1, (3.43).",
     example: "task sine = joint_velocity { velocity { arm_left 0.75*sin(2*pi*t/(25 s)) rad/s } }",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &[],
-    actuals: &[],
-    tells: &[],
-    reckons: None,
+    current_values: &[],
+    outputs: &[],
+    person_velocity: None,
     build,
 };
 

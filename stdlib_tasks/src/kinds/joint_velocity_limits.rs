@@ -5,7 +5,7 @@ use crate::build::check;
 use crate::dimension::{ANGULAR_VELOCITY, VELOCITY};
 use crate::kinds::joint_position_limits::{among, replaced};
 use crate::params::{ParamType, Presence};
-use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
     /// Parameters of `joint_velocity_limits`.
@@ -33,12 +33,12 @@ limit is missing, zero or implausible in the URDF gets no row unless `max` gives
 |v|` for the velocity that the hierarchy returned.\n\n\
 Source: thesis (3.12), (3.16).",
     example: "task velocity_limits = joint_velocity_limits { max 0.5 rad/s }",
-    nature: Nature::Limit,
+    row_kind: RowKind::Inequality,
     params: Params::INFO,
     positional: &["joints"],
-    actuals: &[],
-    tells: &[],
-    reckons: Some(&Reckons::LIMIT),
+    current_values: &[],
+    outputs: &[],
+    person_velocity: Some(&PersonVelocityUse::LIMIT),
     build,
 };
 

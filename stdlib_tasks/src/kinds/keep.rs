@@ -13,10 +13,11 @@ use crate::bound::BoundParams;
 use crate::build::check;
 use crate::dimension::{Dimension, NONE, RATE};
 use crate::expression::{Term, settle};
-use crate::expression_tasks::{Gain, actual, dimension, fault, row_names};
+use crate::expression_tasks::{Gain, current_value, dimension, fault, row_names};
 use crate::params::{Form, Input, Operand, ParamType, Presence, Quantity};
 use crate::task::{
-    Actual, ActualType, Along, BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, PersonVelocityUse, RowInfo, RowKind, Rows, State,
+    Task, TaskFault, TaskKind,
 };
 
 crate::params! {
@@ -61,12 +62,16 @@ this loss. The compiler does not compute A for an expression: there is no `auto`
 `virtual_wall`.\n\n\
 Source: thesis (3.19) for any h; the derivative by reverse accumulation is ours.",
     example: "task gap = keep(norm(frame(left_tool).position - frame(right_tool).position)) { min 0.3 m  gain 5 /s }",
-    nature: Nature::Limit,
+    row_kind: RowKind::Inequality,
     params: Params::INFO,
     positional: &["value"],
-    actuals: &[Actual { name: "value", ty: ActualType::Of("value"), along: Along::Own }],
-    tells: &[],
-    reckons: Some(&Reckons::LIMIT),
+    current_values: &[CurrentValue {
+        name: "value",
+        ty: CurrentValueType::Of("value"),
+        expressed_in: ExpressedIn::SameAsParameter,
+    }],
+    outputs: &[],
+    person_velocity: Some(&PersonVelocityUse::LIMIT),
     build,
 };
 
@@ -76,7 +81,7 @@ struct Keep {
     max: Option<Term>,
     gain: Gain,
     dimension: Dimension,
-    reserve: f64,
+    sampled_margin: f64,
     /// True if one row contains both sides.
     joint: bool,
 }
@@ -102,9 +107,9 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let moves = |t: &Option<Term>| t.as_ref().is_some_and(Term::is_state);
     let joint = min.is_none() || max.is_none() || !(moves(&min) || moves(&max));
     let gain = Gain::new(&params.gain, ctx)?;
-    let [reserve] = params.sampled_margin.of(ctx.values);
+    let [sampled_margin] = params.sampled_margin.of(ctx.values);
     let dimension = dimension(&params.value).unwrap_or(NONE);
-    Ok(Box::new(Keep { value: RefCell::new(ready(&params.value)), min, max, gain, dimension, reserve, joint }))
+    Ok(Box::new(Keep { value: RefCell::new(ready(&params.value)), min, max, gain, dimension, sampled_margin, joint }))
 }
 
 impl Keep {
@@ -128,13 +133,13 @@ impl Keep {
         if let Some(min) = self.min.as_mut().filter(|_| sides.0) {
             let h = y - min.value(state, c);
             let own = min.add_row(state, &minus, rows.row(i));
-            rows.lower[i] = -gain * (h - self.reserve) - own - still;
+            rows.lower[i] = -gain * (h - self.sampled_margin) - own - still;
             margin = h;
         }
         if let Some(max) = self.max.as_mut().filter(|_| sides.1) {
             let h = max.value(state, c) - y;
             let own = max.add_row(state, &minus, rows.row(i));
-            rows.upper[i] = gain * (h - self.reserve) - own - still;
+            rows.upper[i] = gain * (h - self.sampled_margin) - own - still;
             margin = margin.min(h);
         }
         let value = self.value.get_mut();
@@ -196,11 +201,11 @@ impl Task for Keep {
         Ok(())
     }
 
-    fn reserve(&self) -> Vec<f64> {
-        vec![self.reserve; if self.reserve > 0.0 { self.rows().len() } else { 0 }]
+    fn sampled_margin(&self) -> Vec<f64> {
+        vec![self.sampled_margin; if self.sampled_margin > 0.0 { self.rows().len() } else { 0 }]
     }
 
-    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
-        name == "value" && actual(&self.value, state, out)
+    fn current_value(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        name == "value" && current_value(&self.value, state, out)
     }
 }

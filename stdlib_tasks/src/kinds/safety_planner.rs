@@ -13,7 +13,8 @@ use crate::dimension::{ANGLE, ANGULAR_VELOCITY, LENGTH, NONE, RATE, VELOCITY};
 use crate::kinds::joint_position::common_dimension;
 use crate::params::{Form, Input, ParamInfo, ParamType, Presence, Quantity};
 use crate::task::{
-    BuildError, Context, Measure, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind, Told,
+    BuildError, Context, Measure, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind,
+    TaskOutput,
 };
 
 /// Range of a weight in the planner's cost.
@@ -148,24 +149,29 @@ impl DeviationParams {
 }
 
 /// Outputs of a planner. The controller computes them, since the decision is made outside of this task.
-pub const TELLS: [Told; 5] = [
-    Told { name: "scaling", dimension: NONE, is: "u_c, how fast the clock goes" },
-    Told { name: "deviation", dimension: LENGTH, is: "the size of the largest deviation; rad count as m" },
-    Told {
+pub const OUTPUTS: [TaskOutput; 5] = [
+    TaskOutput { name: "scaling", dimension: NONE, description: "u_c, how fast the clock goes" },
+    TaskOutput {
+        name: "deviation",
+        dimension: LENGTH,
+        description: "the size of the largest deviation; rad count as m",
+    },
+    TaskOutput {
         name: "slack",
         dimension: VELOCITY,
-        is: "w, what bounds, weights and limits above did not let the inputs give",
+        description: "w, what bounds, weights and limits above did not let the inputs give",
     },
-    Told {
+    TaskOutput {
         name: "withheld",
         dimension: VELOCITY,
-        is: "how much faster the field would rise if the rest of the hierarchy let the robot move as planned",
+        description: "how much faster the field would rise if the rest of the hierarchy let the robot move as planned",
     },
-    Told { name: "field", dimension: LENGTH, is: "F; absent while there is nobody" },
+    TaskOutput { name: "field", dimension: LENGTH, description: "F; absent while there is nobody" },
 ];
 
 /// People move its field, so the rate of `field` counts.
-const RECKONS: Reckons = Reckons { rate: |param, _| param == "field", ..Reckons::LIMIT };
+const PERSON_VELOCITY: PersonVelocityUse =
+    PersonVelocityUse { uses_rate: |param, _| param == "field", ..PersonVelocityUse::LIMIT };
 
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
@@ -211,12 +217,12 @@ motion.\n\n\
 Source: thesis 4.2.3, (4.5)-(4.34), 4.4.1.3, with the corrections of Safety field and planner.",
     example: "task guard = safety_planner(hands) {\n  field nearness  min 0.75 m  gain 10 /s\n  scaling { weight 10 }\n  \
 deviate { absolute { position { along operator.chest - frame(left_tool).position  speed 0.4 m/s  most 0.3 m } } }\n  internal { gain 0.1 }\n}",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &["task"],
-    actuals: &[],
-    tells: &TELLS,
-    reckons: Some(&RECKONS),
+    current_values: &[],
+    outputs: &OUTPUTS,
+    person_velocity: Some(&PERSON_VELOCITY),
     build,
 };
 
@@ -279,7 +285,7 @@ impl Task for SafetyPlanner {
         Vec::new()
     }
 
-    fn decided(&mut self, velocity: &[f64]) {
+    fn set_decided_velocity(&mut self, velocity: &[f64]) {
         for (w, v) in self.wanted.iter_mut().zip(velocity) {
             *w = *v;
         }

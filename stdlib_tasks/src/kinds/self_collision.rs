@@ -10,12 +10,12 @@ use robot::Model;
 use crate::bound::{BoundParams, Geometry};
 use crate::build::check;
 use crate::clearance;
-use crate::closest_points::{NoWay, Pair};
+use crate::closest_points::{Pair, SeparationError};
 use crate::dimension::{LENGTH, RATE};
 use crate::gradient_bound;
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};
-use crate::sampled_margin::{Reserve, extent, is_ball};
-use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::sampled_margin::{SampledMargin, extent, is_ball};
+use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 
 crate::params! {
     /// Parameters of `self_collision`.
@@ -62,12 +62,12 @@ moves at a constant rate. If two long parts become parallel, the closest points 
 lose more.\n\n\
 Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which would bound the distance from above.",
     example: "task arms_apart = self_collision { between left_elbow  and right_elbow  d_min 0.2 m  gain 10 /s }",
-    nature: Nature::Limit,
+    row_kind: RowKind::Inequality,
     params: Params::INFO,
     positional: &[],
-    actuals: &[],
-    tells: &[],
-    reckons: Some(&Reckons::LIMIT),
+    current_values: &[],
+    outputs: &[],
+    person_velocity: Some(&PersonVelocityUse::LIMIT),
     build,
 };
 
@@ -75,7 +75,7 @@ struct SelfCollision {
     pairs: Vec<Pair>,
     d_min: Input<1>,
     gain: Input<1>,
-    reserve: Reserve,
+    sampled_margin: SampledMargin,
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
@@ -101,14 +101,14 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
             .help("name parts of other links on one side"));
     }
     let names: Vec<&str> = pairs.iter().map(|p| p.a.name.as_str()).collect();
-    let bend_of = |i: usize, speed: &[f64]| bend(&pairs[i], ctx.model, speed);
-    let reserve = Reserve::new(params.sampled_margin, params.gain, &names, &bend_of, ctx)?;
-    Ok(Box::new(SelfCollision { pairs, d_min: params.d_min, gain: params.gain, reserve }))
+    let acceleration_bound_of = |i: usize, speed: &[f64]| pair_bound(&pairs[i], ctx.model, speed);
+    let sampled_margin = SampledMargin::new(params.sampled_margin, params.gain, &names, &acceleration_bound_of, ctx)?;
+    Ok(Box::new(SelfCollision { pairs, d_min: params.d_min, gain: params.gain, sampled_margin }))
 }
 
 /// Bound on the downward acceleration of the distance of a pair, in m/s². For a ball, it is that of its centre relative
 /// to the other part, which is convex. Of two long parts either may be the moving one.
-fn bend(p: &Pair, model: &Model, speed: &[f64]) -> f64 {
+fn pair_bound(p: &Pair, model: &Model, speed: &[f64]) -> f64 {
     let seen = |from: &Geometry, to: &Geometry| {
         clearance::acceleration_bound(model, Some(from.link), to.link, extent(to), speed)
     };
@@ -141,8 +141,8 @@ impl Task for SelfCollision {
         let [d_min_rate] = self.d_min.of(state.rates);
         for (i, p) in self.pairs.iter_mut().enumerate() {
             let apart = p.find(state).map_err(|e| match e {
-                NoWay::NotFinite => TaskFault::NotFinite { row: i },
-                NoWay::Overlap => TaskFault::Overlap { row: i },
+                SeparationError::NotFinite => TaskFault::NotFinite { row: i },
+                SeparationError::Overlap => TaskFault::Overlap { row: i },
             })?;
             let h = apart.distance - d_min;
             rows.margins[i] = h;
@@ -150,24 +150,24 @@ impl Task for SelfCollision {
                 continue;
             }
             p.add_row(state, &apart, 1.0, rows.row(i));
-            rows.lower[i] = d_min_rate - gain * h + self.reserve.rate(i, gain);
+            rows.lower[i] = d_min_rate - gain * h + self.sampled_margin.rate(i, gain);
         }
         Ok(())
     }
 
-    fn coast(&mut self, coasts: bool) {
-        self.reserve.coast(coasts);
+    fn set_locked_joints_moving(&mut self, moving: bool) {
+        self.sampled_margin.set_locked_joints_moving(moving);
     }
 
-    fn slopes(&self, model: &Model) -> Vec<Vec<f64>> {
+    fn gradient_bounds(&self, model: &Model) -> Vec<Vec<f64>> {
         self.pairs.iter().map(|p| gradient_bound::between(model, &p.a, &p.b)).collect()
     }
 
     fn sampled_loss(&self) -> Vec<f64> {
-        self.reserve.loss.clone()
+        self.sampled_margin.loss.clone()
     }
 
-    fn reserve(&self) -> Vec<f64> {
-        self.reserve.kept.clone()
+    fn sampled_margin(&self) -> Vec<f64> {
+        self.sampled_margin.kept.clone()
     }
 }

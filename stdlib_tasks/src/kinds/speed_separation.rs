@@ -5,7 +5,7 @@
 //! n·J_p v >= -v_max(d)     S_p(v_max(d)) = d                          [m/s]  n from the person to the part
 //! ```
 //!
-//! Its outputs (`TELLS`) allow a machine to stop and to continue. With `method watch` the task has outputs only.
+//! Its outputs (`OUTPUTS`) allow a machine to stop and to continue. With `method watch` the task has outputs only.
 //!
 //! `S_p` rises with `v_r`, so `d >= S_p` is a bound on the speed towards the person, in closed form: the barrier for
 //! `d - S_p`, whose row is met as soon as it is written and needs no gain.
@@ -18,7 +18,9 @@ use crate::build::check;
 use crate::dimension::{ACCELERATION, LENGTH, TIME, VELOCITY};
 use crate::field::{SpeedAndSeparation, Stopping};
 use crate::params::{Input, ParamType, Presence, Quantity};
-use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind, Told};
+use crate::task::{
+    BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind, TaskOutput,
+};
 
 crate::params! {
     /// Parameters of `speed_separation`.
@@ -52,22 +54,30 @@ crate::params! {
 }
 
 /// Outputs of the task.
-const TELLS: [Told; 4] = [
-    Told { name: "distance", dimension: LENGTH, is: "d, of the part for which it exceeds `required` by the least" },
-    Told { name: "required", dimension: LENGTH, is: "S_p of that part, at the velocity that the hierarchy gave" },
-    Told {
+const OUTPUTS: [TaskOutput; 4] = [
+    TaskOutput {
+        name: "distance",
+        dimension: LENGTH,
+        description: "d, of the part for which it exceeds `required` by the least",
+    },
+    TaskOutput {
+        name: "required",
+        dimension: LENGTH,
+        description: "S_p of that part, at the velocity that the hierarchy gave",
+    },
+    TaskOutput {
         name: "room",
         dimension: LENGTH,
-        is: "by how much d exceeds the S_p of a robot at rest, the least of all parts; below zero it is to stand",
+        description: "by how much d exceeds the S_p of a robot at rest, the least of all parts; below zero it is to stand",
     },
-    Told { name: "speed_limit", dimension: VELOCITY, is: "v_max, the least of all parts" },
+    TaskOutput { name: "speed_limit", dimension: VELOCITY, description: "v_max, the least of all parts" },
 ];
 
 /// The velocity of people is measured unless it is assumed.
-const RECKONS: Reckons = Reckons {
-    rate: |_, params| !matches!(params.get("human"), Some(Bound::Choice(human)) if human == "assumed"),
-    lacking: "nothing is added to the distance for how fast they come",
-    instead: Some("`human assumed` here"),
+const PERSON_VELOCITY: PersonVelocityUse = PersonVelocityUse {
+    uses_rate: |_, params| !matches!(params.get("human"), Some(Bound::Choice(human)) if human == "assumed"),
+    consequence: "nothing is added to the distance for how fast they come",
+    alternative: Some("`human assumed` here"),
 };
 
 /// The catalogue entry.
@@ -116,12 +126,12 @@ rated sensors: this is a rule of motion, not a safety function.\n\n\
 Source: ISO/TS 15066:2016, 5.5.4.2.3, formulas (1) to (4); ISO 13855 for `human_speed` and `intrusion`. The row in \
 closed form is ours.",
     example: "task slow = speed_separation(left_elbow) { from [2, 0, 1] m  reaction 0.1 s  deceleration 3 m/s^2  intrusion 0.1 m }",
-    nature: Nature::Limit,
+    row_kind: RowKind::Inequality,
     params: Params::INFO,
     positional: &["parts"],
-    actuals: &[],
-    tells: &TELLS,
-    reckons: Some(&RECKONS),
+    current_values: &[],
+    outputs: &OUTPUTS,
+    person_velocity: Some(&PERSON_VELOCITY),
     build,
 };
 
@@ -279,7 +289,7 @@ impl Task for SpeedSeparation {
         }
     }
 
-    fn told(&self, state: &State, v: &[f64], out: &mut [f64]) {
+    fn write_outputs(&self, state: &State, v: &[f64], out: &mut [f64]) {
         let [uncertainty] = self.human_uncertainty.of(state.values);
         let [distance, required, room, speed_limit] = out else { return };
         [*distance, *required, *room, *speed_limit] = [f64::INFINITY; 4];

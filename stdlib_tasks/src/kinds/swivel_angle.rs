@@ -24,7 +24,8 @@ use crate::build::check;
 use crate::dimension::{ANGLE, RATE};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{
-    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
+    TaskFault, TaskKind,
 };
 
 crate::params! {
@@ -59,12 +60,16 @@ the wrist is vertically above or below the shoulder, or if the arm is stretched.
 have opposite angles.\n\n\
 Source: thesis (3.35)-(3.42). The gradient is that of the dihedral angle, checked by central differences.",
     example: "task elbows = swivel_angle { angle { left 45 deg  right 45 deg }  gain 1 /s }",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &[],
-    actuals: &[Actual { name: "*", ty: ActualType::Scalar(ANGLE), along: Along::World }],
-    tells: &[],
-    reckons: None,
+    current_values: &[CurrentValue {
+        name: "*",
+        ty: CurrentValueType::Scalar(ANGLE),
+        expressed_in: ExpressedIn::World,
+    }],
+    outputs: &[],
+    person_velocity: None,
     build,
 };
 
@@ -168,7 +173,7 @@ impl Task for SwivelAngle {
         Ok(())
     }
 
-    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+    fn current_value(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
         let Some(r) = self.rows.iter().find(|r| r.name == name.strip_prefix("angle.").unwrap_or(name)) else {
             return false;
         };

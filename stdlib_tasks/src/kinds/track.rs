@@ -16,12 +16,13 @@ use crate::bound::BoundParams;
 use crate::build::check;
 use crate::dimension::{ANGLE, Dimension, RATE};
 use crate::expression::{Term, settle, turn_seeds};
-use crate::expression_tasks::{Gain, actual, dimension, fault, row_names};
+use crate::expression_tasks::{Gain, current_value, dimension, fault, row_names};
 use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::params::{Form, Operand, ParamType, Presence, Quantity};
 use crate::so3;
 use crate::task::{
-    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
+    TaskFault, TaskKind,
 };
 
 crate::params! {
@@ -65,12 +66,16 @@ numbers instead, such as `dot` with two axes, or a position in the robot's own f
 `inverse(frame(F).orientation)*(p - frame(F).position)`.\n\n\
 Source: thesis (2.5) for any y; the derivative by reverse accumulation is ours.",
     example: "task pointing = track(frame(tool).orientation*[0, 0, 1]) { target [0, 0, -1]  gain 2 /s }",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &["value"],
-    actuals: &[Actual { name: "value", ty: ActualType::Of("value"), along: Along::Own }],
-    tells: &[],
-    reckons: None,
+    current_values: &[CurrentValue {
+        name: "value",
+        ty: CurrentValueType::Of("value"),
+        expressed_in: ExpressedIn::SameAsParameter,
+    }],
+    outputs: &[],
+    person_velocity: None,
     build,
 };
 
@@ -187,7 +192,7 @@ impl Task for Track {
         }
     }
 
-    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
-        name == "value" && actual(&self.value, state, out)
+    fn current_value(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+        name == "value" && current_value(&self.value, state, out)
     }
 }

@@ -6,10 +6,11 @@ use crate::bound::{Arm, BoundParams};
 use crate::build::check;
 use crate::clik;
 use crate::dimension::LENGTH;
-use crate::kinds::frame_pose::{actual_pose, pose_measures, pose_rows};
+use crate::kinds::frame_pose::{current_pose, pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{
-    Actual, ActualType, Along, BuildError, Context, Measure, Nature, RowInfo, Rows, State, Task, TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
+    TaskFault, TaskKind,
 };
 
 crate::params! {
@@ -54,17 +55,17 @@ Source: thesis (3.7), (3.25), (3.33), (3.34).",
     example: "task motion = uncooperative_motion {\n  \
 left  { position initial(left.position)   orientation initial(left.orientation) }\n  \
 right { position initial(right.position)  orientation initial(right.orientation) }\n}",
-    nature: Nature::Target,
+    row_kind: RowKind::Equality,
     params: Params::INFO,
     positional: &[],
-    actuals: &[
-        Actual { name: "left.position", ty: ActualType::Vector(LENGTH), along: Along::World },
-        Actual { name: "left.orientation", ty: ActualType::Rotation, along: Along::World },
-        Actual { name: "right.position", ty: ActualType::Vector(LENGTH), along: Along::World },
-        Actual { name: "right.orientation", ty: ActualType::Rotation, along: Along::World },
+    current_values: &[
+        CurrentValue { name: "left.position", ty: CurrentValueType::Vector(LENGTH), expressed_in: ExpressedIn::World },
+        CurrentValue { name: "left.orientation", ty: CurrentValueType::Rotation, expressed_in: ExpressedIn::World },
+        CurrentValue { name: "right.position", ty: CurrentValueType::Vector(LENGTH), expressed_in: ExpressedIn::World },
+        CurrentValue { name: "right.orientation", ty: CurrentValueType::Rotation, expressed_in: ExpressedIn::World },
     ],
-    tells: &[],
-    reckons: None,
+    outputs: &[],
+    person_velocity: None,
     build,
 };
 
@@ -102,17 +103,17 @@ impl Task for UncooperativeMotion {
         let [linear, angular] = self.gain.of(state.values);
         for (i, (link, pose)) in self.sides.iter().enumerate() {
             let target = clik::position_target(state, pose.position);
-            rows.measures[2 * i] = clik::position(state, rows, 6 * i, *link, target, linear);
+            rows.measures[2 * i] = clik::position(state, rows, 6 * i, *link, &target, linear);
             let target = clik::orientation_target(state, pose.orientation);
-            rows.measures[2 * i + 1] = clik::orientation(state, rows, 6 * i + 3, *link, target, angular);
+            rows.measures[2 * i + 1] = clik::orientation(state, rows, 6 * i + 3, *link, &target, angular);
         }
         Ok(())
     }
 
-    fn actual(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
+    fn current_value(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
         match name.split_once('.') {
-            Some(("left", part)) => actual_pose(part, self.sides[0].0, state, out),
-            Some(("right", part)) => actual_pose(part, self.sides[1].0, state, out),
+            Some(("left", part)) => current_pose(part, self.sides[0].0, state, out),
+            Some(("right", part)) => current_pose(part, self.sides[1].0, state, out),
             _ => false,
         }
     }

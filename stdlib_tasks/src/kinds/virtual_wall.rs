@@ -17,8 +17,8 @@ use crate::clearance;
 use crate::dimension::{LENGTH, RATE};
 use crate::gradient_bound;
 use crate::params::{Auto, FromBound, Input, ParamType, Presence, Quantity};
-use crate::sampled_margin::{Reserve, extent};
-use crate::task::{BuildError, Context, Nature, Reckons, RowInfo, Rows, State, Task, TaskFault, TaskKind};
+use crate::sampled_margin::{SampledMargin, extent};
+use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 
 /// Three points, as nine constants.
 #[derive(Clone, Copy, Debug)]
@@ -80,12 +80,12 @@ constant rate. A flat shape that rotates into a position parallel to the plane c
 nearest point jumps.\n\n\
 Source: thesis (3.17)-(3.20); the Jacobian has the sign that follows from `h`, not the printed one.",
     example: "task deck = virtual_wall { points left_elbow  through [[0, 0, 0.4], [1, 0, 0.4], [0, 1, 0.4]] m  d_min 0.3 m }",
-    nature: Nature::Limit,
+    row_kind: RowKind::Inequality,
     params: Params::INFO,
     positional: &["points"],
-    actuals: &[],
-    tells: &[],
-    reckons: Some(&Reckons::LIMIT),
+    current_values: &[],
+    outputs: &[],
+    person_velocity: Some(&PersonVelocityUse::LIMIT),
     build,
 };
 
@@ -96,7 +96,7 @@ struct VirtualWall {
     n: Vector3<f64>,
     d_min: Input<1>,
     gain: Input<1>,
-    reserve: Reserve,
+    sampled_margin: SampledMargin,
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
@@ -117,14 +117,22 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
             .help("move one of them off the line"));
     }
     let on = params.on.map(|f| f.1);
-    let bend = |i: usize, speed: &[f64]| {
+    let acceleration_bound_of = |i: usize, speed: &[f64]| {
         let g: &Geometry = &params.points[i];
         clearance::acceleration_bound(ctx.model, on, g.link, extent(g), speed)
     };
     let names: Vec<&str> = params.points.iter().map(|g| g.name.as_str()).collect();
-    let reserve = Reserve::new(params.sampled_margin, params.gain, &names, &bend, ctx)?;
+    let sampled_margin = SampledMargin::new(params.sampled_margin, params.gain, &names, &acceleration_bound_of, ctx)?;
     let (a, n) = (Point3::from(p(0)), normal.normalize());
-    Ok(Box::new(VirtualWall { points: params.points, on, a, n, d_min: params.d_min, gain: params.gain, reserve }))
+    Ok(Box::new(VirtualWall {
+        points: params.points,
+        on,
+        a,
+        n,
+        d_min: params.d_min,
+        gain: params.gain,
+        sampled_margin,
+    }))
 }
 
 impl Task for VirtualWall {
@@ -159,24 +167,24 @@ impl Task for VirtualWall {
             if let Some(link) = self.on {
                 state.data.add_point(state.model, link, &nearest.on_a, &-n, row);
             }
-            rows.lower[i] = d_min_rate - gain * h + self.reserve.rate(i, gain);
+            rows.lower[i] = d_min_rate - gain * h + self.sampled_margin.rate(i, gain);
         }
         Ok(())
     }
 
-    fn coast(&mut self, coasts: bool) {
-        self.reserve.coast(coasts);
+    fn set_locked_joints_moving(&mut self, moving: bool) {
+        self.sampled_margin.set_locked_joints_moving(moving);
     }
 
-    fn slopes(&self, model: &Model) -> Vec<Vec<f64>> {
+    fn gradient_bounds(&self, model: &Model) -> Vec<Vec<f64>> {
         self.points.iter().map(|g| gradient_bound::over_plane(model, self.on, &self.n, g)).collect()
     }
 
     fn sampled_loss(&self) -> Vec<f64> {
-        self.reserve.loss.clone()
+        self.sampled_margin.loss.clone()
     }
 
-    fn reserve(&self) -> Vec<f64> {
-        self.reserve.kept.clone()
+    fn sampled_margin(&self) -> Vec<f64> {
+        self.sampled_margin.kept.clone()
     }
 }

@@ -118,7 +118,7 @@ fn runs(auto: bool, seed: u64, check: impl Fn(f64, f64, &str)) -> f64 {
                 let mut task = case.build_for(&model, PERIOD, &speed).unwrap();
                 let loss = task.sampled_loss()[0];
                 assert!(loss.is_finite() && loss > 0.0);
-                assert_eq!(task.reserve()[0], if auto { loss } else { 0.0 });
+                assert_eq!(task.sampled_margin()[0], if auto { loss } else { 0.0 });
                 let start = (0..200).find_map(|_| {
                     let place = Place::new(&model, &model.random_configuration(&mut rng));
                     let h = place.write(&mut *task, &case, 0.0).ok()?.margins[0];
@@ -160,7 +160,7 @@ fn a_reserve_follows_a_gain_that_moves() {
     let later = place.write(&mut *task, &case, 3.0).unwrap();
     assert!(kept(&now, 5.0) > 0.0);
     assert!((kept(&now, 5.0) - kept(&later, 8.0)).abs() < 1e-9);
-    assert!((kept(&now, 5.0) - 5.0 * task.reserve()[0]).abs() < 1e-9);
+    assert!((kept(&now, 5.0) - 5.0 * task.sampled_margin()[0]).abs() < 1e-9);
 }
 
 #[test]

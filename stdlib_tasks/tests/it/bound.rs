@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use hierarq_stdlib_tasks::KINDS;
 use hierarq_stdlib_tasks::bound::{Arm, Bound, Geometry, Slot};
 use hierarq_stdlib_tasks::dimension::LENGTH;
-use hierarq_stdlib_tasks::expression::{Above, Away, Expression, Leaf, Op, Plane};
+use hierarq_stdlib_tasks::expression::{Expression, Leaf, Op, Plane, PlaneDistance, PointDistance};
 use hierarq_stdlib_tasks::params::{Input, Presence};
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -210,12 +210,12 @@ fn anything(model: &Model) -> impl Strategy<Value = Bound> + use<> {
         1 => (geometry.clone(), prop::option::of(link.clone()), number.clone(), number.clone()).prop_map(
             |(part, link, z, offset)| {
                 let normal = Vector3::new(0.0, (1.0 - z * z).sqrt(), z);
-                Leaf::Above(Box::new(Above { part, plane: Plane { link, normal, offset } }))
+                Leaf::PlaneDistance(Box::new(PlaneDistance { part, plane: Plane { link, normal, offset } }))
             }
         ),
         1 => Just(Leaf::Com),
         1 => (geometry.clone(), prop::array::uniform2(prop::array::uniform3(0usize..9)))
-            .prop_map(|(part, ends)| Leaf::Away(Box::new(Away { part, ends }))),
+            .prop_map(|(part, ends)| Leaf::PointDistance(Box::new(PointDistance { part, ends }))),
     ];
     let outputs = prop_oneof![prop::collection::vec(0usize..8, 1), prop::collection::vec(0usize..8, 0..5)];
     let expression =
@@ -259,9 +259,9 @@ proptest! {
             let _ = place.write(&mut *task, &case, 0.0);
             let (mut margins, mut measures) = (vec![0.0; task.rows().len()], vec![0.0; task.measures().len()]);
             task.observe(&place.state(&case.values, &case.rates), &vec![0.1; model.nv()], &mut margins, &mut measures);
-            for a in kind.actuals {
+            for a in kind.current_values {
                 for len in [a.ty.len(), 1] {
-                    task.actual(a.name, &place.state(&case.values, &case.rates), &mut vec![0.0; len]);
+                    task.current_value(a.name, &place.state(&case.values, &case.rates), &mut vec![0.0; len]);
                 }
             }
         }

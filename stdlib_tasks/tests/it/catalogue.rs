@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use hierarq_stdlib_tasks::kinds::safety_planner;
 use hierarq_stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence};
-use hierarq_stdlib_tasks::task::{Nature, TaskKind};
+use hierarq_stdlib_tasks::task::{RowKind, TaskKind};
 use hierarq_stdlib_tasks::{KINDS, find};
 use robot::Base;
 
@@ -38,9 +38,13 @@ fn every_type_is_documented() {
             "`{name}` shows no example"
         );
         assert_eq!(kind.example.matches('{').count(), kind.example.matches('}').count(), "`{name}`");
-        for told in kind.tells {
-            assert!(is_word(told.name) && !told.is.is_empty(), "`{name}` tells `{}`", told.name);
-            assert_eq!(kind.tells.iter().filter(|t| t.name == told.name).count(), 1, "`{name}` tells it twice");
+        for output in kind.outputs {
+            assert!(
+                is_word(output.name) && !output.description.is_empty(),
+                "`{name}` has the output `{}`",
+                output.name
+            );
+            assert_eq!(kind.outputs.iter().filter(|t| t.name == output.name).count(), 1, "`{name}` tells it twice");
         }
         for p in all(kind.params) {
             assert!(!p.text().is_empty(), "`{name}`: `{}` has no text", p.name);
@@ -70,8 +74,8 @@ fn names_are_unique_and_found() {
         let params: BTreeSet<&str> = kind.params.iter().map(|p| p.name).collect();
         assert_eq!(params.len(), kind.params.len(), "`{}` has a parameter twice", kind.name);
         assert!(kind.positional.iter().all(|p| params.contains(p)), "`{}`", kind.name);
-        let actuals: BTreeSet<&str> = kind.actuals.iter().map(|a| a.name).collect();
-        assert_eq!(actuals.len(), kind.actuals.len(), "`{}`", kind.name);
+        let current_values: BTreeSet<&str> = kind.current_values.iter().map(|a| a.name).collect();
+        assert_eq!(current_values.len(), kind.current_values.len(), "`{}`", kind.name);
     }
     assert!(find("no_such_task").is_none() && find("").is_none());
 }
@@ -111,7 +115,7 @@ fn defaults_fit_their_types() {
                     let own = |a: &str| {
                         captured.is_some_and(|c| a == c || a.strip_suffix(c).is_some_and(|g| g.ends_with('.')))
                     };
-                    assert!(kind.actuals.iter().any(|a| own(a.name)), "{what}");
+                    assert!(kind.current_values.iter().any(|a| own(a.name)), "{what}");
                 }
                 _ => panic!("{what}, and no default of this type is known"),
             }
@@ -142,17 +146,18 @@ fn every_actual_value_is_answered() {
     for kind in KINDS {
         let case = valid(kind.name, &model);
         let task = case.build(&model);
-        for a in kind.actuals {
+        for a in kind.current_values {
             let name = if a.name == "*" { "angle.left" } else { a.name };
             assert!(a.name == "*" || has_param(kind, a.name), "`{}` has no parameter `{}`", kind.name, a.name);
-            let value = place.actual(&*task, &case, 0.0, name, a.ty.len());
+            let value = place.current_value(&*task, &case, 0.0, name, a.ty.len());
             assert!(value.iter().all(|x| x.is_finite()) && value.iter().any(|&x| x != 0.0), "`{}` {name}", kind.name);
             assert_eq!(a.ty.is_empty(), value.is_empty());
         }
         for name in ["", "nothing", "position.x", "absolute.", "left", ".", "angle.nobody"] {
             let mut out = [7.0; 4];
-            let known = task.actual(name, &place.state(&case.values, &case.rates), &mut out);
-            let real = kind.actuals.iter().any(|a| a.name == name) || (kind.name == "swivel_angle" && name == "left");
+            let known = task.current_value(name, &place.state(&case.values, &case.rates), &mut out);
+            let real =
+                kind.current_values.iter().any(|a| a.name == name) || (kind.name == "swivel_angle" && name == "left");
             assert_eq!(known, real, "`{}` {name}", kind.name);
         }
     }
@@ -166,18 +171,18 @@ fn natures_show_in_what_is_reported() {
         let case = valid(kind.name, &model);
         let mut task = case.build(&model);
         let w = place.write(&mut *task, &case, 0.0).unwrap();
-        assert_eq!(task.measures().is_empty(), kind.nature == Nature::Limit, "`{}`", kind.name);
+        assert_eq!(task.measures().is_empty(), kind.row_kind == RowKind::Inequality, "`{}`", kind.name);
         let (n, loss) = (task.rows().len(), task.sampled_loss());
         assert!(n > 0);
-        assert_eq!(loss.len(), task.reserve().len());
+        assert_eq!(loss.len(), task.sampled_margin().len());
         assert!(loss.is_empty() || loss.len() == n);
         let limits_speed = kind.name == "joint_velocity_limits";
         // Margins of what is only known once a velocity was chosen.
         let later = limits_speed || kind.name == "joint_acceleration_limits";
         for i in 0..n {
-            match kind.nature {
-                Nature::Target => assert!(w.lower[i] == w.upper[i] && w.margins[i] == f64::INFINITY),
-                Nature::Limit => assert!(w.lower[i] < w.upper[i] && (w.margins[i].is_finite() != later)),
+            match kind.row_kind {
+                RowKind::Equality => assert!(w.lower[i] == w.upper[i] && w.margins[i] == f64::INFINITY),
+                RowKind::Inequality => assert!(w.lower[i] < w.upper[i] && (w.margins[i].is_finite() != later)),
             }
         }
         let names: BTreeSet<String> = task.rows().into_iter().map(|r| r.name).collect();

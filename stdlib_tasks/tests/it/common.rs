@@ -172,7 +172,7 @@ impl Case {
 
     pub fn build_for(&self, model: &Model, period: f64, speed: &[f64]) -> Result<Box<dyn Task>, BuildError> {
         let kind = hierarq_stdlib_tasks::find(self.name).unwrap();
-        (kind.build)(&self.params, &Context { model, values: &self.values, period, speed, coasting: speed })
+        (kind.build)(&self.params, &Context { model, values: &self.values, period, speed, entry_speed: speed })
     }
 
     pub fn build(&self, model: &Model) -> Box<dyn Task> {
@@ -255,10 +255,10 @@ impl<'a> Place<'a> {
     }
 
     /// A value that `initial(name)` would capture.
-    pub fn actual(&self, task: &dyn Task, case: &Case, t: f64, name: &str, len: usize) -> Vec<f64> {
+    pub fn current_value(&self, task: &dyn Task, case: &Case, t: f64, name: &str, len: usize) -> Vec<f64> {
         let mut out = vec![0.0; len];
         let values = case.values_at(t);
-        assert!(task.actual(name, &self.state(&values, &case.rates), &mut out), "no value {name}");
+        assert!(task.current_value(name, &self.state(&values, &case.rates), &mut out), "no value {name}");
         out
     }
 

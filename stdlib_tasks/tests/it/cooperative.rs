@@ -82,7 +82,7 @@ fn the_rows_of_a_robot_are_exact_where_the_printed_ones_are_not() {
         let w = place.write(&mut *task, &case, 0.0).unwrap();
         let v = velocity(&model, &mut rng, 1.0);
         let orientation =
-            |t: f64| quaternion(&place.moved(&v, t).actual(&*task, &case, 0.0, "absolute.orientation", 4));
+            |t: f64| quaternion(&place.moved(&v, t).current_value(&*task, &case, 0.0, "absolute.orientation", 4));
         let truth = (orientation(1e-6) * orientation(-1e-6).inverse()).scaled_axis() / 2e-6;
         let rows = Vector3::from_fn(|i, _| w.rate(3 + i, &v));
         let omega = |l| place.data.angular_velocity(&model, l, &v);

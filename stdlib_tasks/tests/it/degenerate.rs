@@ -162,7 +162,7 @@ fn a_stretched_arm_has_no_swivel_angle() {
         let w = at(q).write(&mut *task, &case, 0.0).unwrap();
         assert!(w.undefined && w.measures[0].is_nan());
         assert!(w.lower[0] == f64::NEG_INFINITY && w.upper[0] == f64::INFINITY && w.j.amax() == 0.0);
-        assert!(at(q).actual(&*task, &case, 0.0, "angle.left", 1)[0].is_nan());
+        assert!(at(q).current_value(&*task, &case, 0.0, "angle.left", 1)[0].is_nan());
     }
     let mut bent = leaning.clone();
     bent[3] = 0.8;

@@ -44,7 +44,7 @@ fn check(model: &Model, seed: u64) -> Result<(), TestCaseError> {
         let speed = vec![1.0; model.nv()];
         // Parts of one rigid body are refused.
         let Ok(mut task) = case.build_for(model, 0.01, &speed) else { continue };
-        let slopes = task.slopes(model);
+        let slopes = task.gradient_bounds(model);
         prop_assert_eq!(slopes.len(), 1);
         for _ in 0..20 {
             let place = Place::new(model, &model.random_configuration(&mut rng));
@@ -93,7 +93,7 @@ fn the_bound_is_reached_by_a_stretched_arm() {
         .number("gain", &[1.0])
         .number("sampled_margin", &[0.0]);
     let mut task = case.build(&model);
-    assert_eq!(task.slopes(&model), [[0.75, 0.25]]);
+    assert_eq!(task.gradient_bounds(&model), [[0.75, 0.25]]);
     let written = Place::new(&model, &[0.0, 0.0]).write(task.as_mut(), &case, 0.0).unwrap();
     assert!((written.j[(0, 0)].abs() - 0.75).abs() < 1e-12 && (written.j[(0, 1)].abs() - 0.25).abs() < 1e-12);
 }

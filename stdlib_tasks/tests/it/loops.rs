@@ -1,7 +1,7 @@
 //! Closing the loop: errors decay as `exp(-K t)`, and the feed-forward follows a moving target.
 
 use hierarq_stdlib_tasks::bound::Bound;
-use hierarq_stdlib_tasks::task::ActualType;
+use hierarq_stdlib_tasks::task::CurrentValueType;
 use robot::{Base, Model};
 
 use crate::common::*;
@@ -44,11 +44,11 @@ fn cases(model: &Model, k: f64, rng: &mut impl FnMut() -> f64) -> Vec<Case> {
 }
 
 /// The names and types of the values that targets belong to.
-fn values_of(case: &Case) -> Vec<(String, ActualType)> {
+fn values_of(case: &Case) -> Vec<(String, CurrentValueType)> {
     let kind = hierarq_stdlib_tasks::find(case.name).unwrap();
-    let all = kind.actuals.iter();
+    let all = kind.current_values.iter();
     if case.name == "swivel_angle" {
-        return ["angle.left", "angle.right"].iter().map(|n| ((*n).to_string(), kind.actuals[0].ty)).collect();
+        return ["angle.left", "angle.right"].iter().map(|n| ((*n).to_string(), kind.current_values[0].ty)).collect();
     }
     all.map(|a| (a.name.to_string(), a.ty)).collect()
 }
@@ -57,7 +57,7 @@ fn values_of(case: &Case) -> Vec<(String, ActualType)> {
 fn aim(case: &mut Case, model: &Model, at: &Place) {
     let task = case.build(model);
     for (name, ty) in values_of(case) {
-        let value = at.actual(&*task, case, 0.0, &name, ty.len());
+        let value = at.current_value(&*task, case, 0.0, &name, ty.len());
         case.set(&name, &value);
     }
 }

@@ -2,9 +2,9 @@
 //! while the robot and the points move.
 
 use hierarq_stdlib_tasks::bound::Geometry;
-use hierarq_stdlib_tasks::closest_points::NoWay;
+use hierarq_stdlib_tasks::closest_points::SeparationError;
 use hierarq_stdlib_tasks::dimension::LENGTH;
-use hierarq_stdlib_tasks::expression::{Away, Evaluation, Expression, Leaf, Op};
+use hierarq_stdlib_tasks::expression::{Evaluation, Expression, Leaf, Op, PointDistance};
 use hierarq_stdlib_tasks::field::{DistanceProgram, FieldProgram, Over};
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -70,7 +70,7 @@ proptest! {
                 let (values, speeds) = (numbers(&mut rng, 6, 2.0), numbers(&mut rng, 6, 1.0));
                 // A segment, and a point.
                 for ends in [[[0, 1, 2], [3, 4, 5]], [[3, 4, 5]; 2]] {
-                    let mut e = squared(&model, Leaf::Away(Box::new(Away { part: part.clone(), ends })), 2);
+                    let mut e = squared(&model, Leaf::PointDistance(Box::new(PointDistance { part: part.clone(), ends })), 2);
                     let first = e.forward(&place.state(&values, &speeds));
                     prop_assume!(first.is_ok() && e.value(0) > 1e-4);
                     // The nearest point of the segment to the middle of a ball.
@@ -135,9 +135,9 @@ fn a_person_inside_a_part() {
     let place = Place::new(&model, &model.neutral());
     let inside = place.point(link);
     let ends = [[0, 1, 2]; 2];
-    let mut e = squared(&model, Leaf::Away(Box::new(Away { part: rod, ends })), 1);
+    let mut e = squared(&model, Leaf::PointDistance(Box::new(PointDistance { part: rod, ends })), 1);
     let zero = [0.0; 3];
-    assert_eq!(e.forward(&place.state(inside.as_slice(), &zero)), Err(NoWay::Overlap));
+    assert_eq!(e.forward(&place.state(inside.as_slice(), &zero)), Err(SeparationError::Overlap));
     let beside = inside + Vector3::new(0.3, 0.0, 0.0);
     let mut row = vec![0.0; model.nv()];
     e.forward(&place.state(beside.as_slice(), &zero)).unwrap();
@@ -145,7 +145,7 @@ fn a_person_inside_a_part() {
     assert!((e.value(0) - 0.02 * 0.02).abs() < 1e-12, "less by the radius");
     e.add_row(&place.state(inside.as_slice(), &zero), &[1.0], &mut row);
     assert!(row.iter().any(|x| *x != 0.0) && row.iter().all(|x| x.is_finite()));
-    assert_eq!(e.forward(&place.state(&[f64::NAN, 0.0, 0.0], &zero)), Err(NoWay::NotFinite));
+    assert_eq!(e.forward(&place.state(&[f64::NAN, 0.0, 0.0], &zero)), Err(SeparationError::NotFinite));
     e.forget();
-    assert_eq!(e.forward(&place.state(inside.as_slice(), &zero)), Err(NoWay::Overlap));
+    assert_eq!(e.forward(&place.state(inside.as_slice(), &zero)), Err(SeparationError::Overlap));
 }

@@ -187,7 +187,7 @@ proptest! {
                     prop_assert_eq!(w.lower[i] == f64::NEG_INFINITY, method == "watch");
                 }
                 let mut told = [f64::NAN; 4];
-                task.told(&place.state(&case.values_at(0.0), &case.rates), &v, &mut told);
+                task.write_outputs(&place.state(&case.values_at(0.0), &case.rates), &v, &mut told);
                 prop_assert!((told[0] - tightest.1).abs() < 1e-9 && (told[1] - tightest.2).abs() < 1e-9, "{told:?} {tightest:?}");
                 prop_assert!((told[2] - room).abs() < 1e-9, "{told:?} {room}");
                 prop_assert!(later > 0.0 || (told[3] - limit).abs() < 1e-9, "{told:?} {limit}");

@@ -2,7 +2,7 @@
 //! right side is the target's rate plus the gain times the error, both computed another way.
 
 use hierarq_stdlib_tasks::bound::Bound;
-use hierarq_stdlib_tasks::task::{Actual, ActualType, Task};
+use hierarq_stdlib_tasks::task::{CurrentValue, CurrentValueType, Task};
 use nalgebra::{UnitQuaternion, Vector3};
 use robot::{LinkId, Model};
 
@@ -83,21 +83,21 @@ fn spin(before: &[f64], after: &[f64], dt: f64) -> Vector3<f64> {
 }
 
 /// The derivative of one actual value along `v`, by central differences.
-fn derivative(place: &Place, task: &dyn Task, case: &Case, a: &Actual, v: &[f64]) -> Vector3<f64> {
-    let value = |s: f64| place.moved(v, s).actual(task, case, s, a.name, a.ty.len());
+fn derivative(place: &Place, task: &dyn Task, case: &Case, a: &CurrentValue, v: &[f64]) -> Vector3<f64> {
+    let value = |s: f64| place.moved(v, s).current_value(task, case, s, a.name, a.ty.len());
     let (before, after) = (value(-H), value(H));
     match a.ty {
-        ActualType::Rotation => spin(&before, &after, H),
+        CurrentValueType::Rotation => spin(&before, &after, H),
         _ => (Vector3::from_row_slice(&after) - Vector3::from_row_slice(&before)) / (2.0 * H),
     }
 }
 
 /// Rate and error of the target that belongs to an actual value, from the numbers of the case.
-fn target(case: &Case, a: &Actual, now: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+fn target(case: &Case, a: &CurrentValue, now: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
     let slot = case.place(a.name);
     let at = |t: f64| case.values_at(t)[slot.at..slot.at + slot.len].to_vec();
     match a.ty {
-        ActualType::Rotation => {
+        CurrentValueType::Rotation => {
             (spin(&at(-H), &at(H), H), (quaternion(&at(0.0)) * quaternion(now).inverse()).scaled_axis())
         }
         _ => {
@@ -131,11 +131,11 @@ fn rows_are_the_derivative_of_the_value_and_right_sides_lead_to_the_target() {
                 let kind = hierarq_stdlib_tasks::find(case.name).unwrap();
                 let v = velocity(&model, &mut rng, 1.0);
                 assert_eq!(w.lower, w.upper, "{}", case.name);
-                for (k, a) in kind.actuals.iter().enumerate() {
-                    let now = place.actual(&*task, &case, 0.0, a.name, a.ty.len());
+                for (k, a) in kind.current_values.iter().enumerate() {
+                    let now = place.current_value(&*task, &case, 0.0, a.name, a.ty.len());
                     let (rate, error) = target(&case, a, &now);
                     let gain = match (a.ty, case.values[case.place("gain").at..].len()) {
-                        (ActualType::Rotation, _) => 3.0,
+                        (CurrentValueType::Rotation, _) => 3.0,
                         _ => 2.0,
                     };
                     // value' = J v + drift, and the row asks for value' = rate + gain error
@@ -172,8 +172,8 @@ fn the_values_are_those_of_the_definitions() {
                     _ => (0.0, 0.0),
                 };
                 let in_left = matches!(case.params.get("relative_to"), Some(Bound::Choice(c)) if c == "left");
-                for a in hierarq_stdlib_tasks::find(case.name).unwrap().actuals {
-                    let now = place.actual(&*task, &case, 0.0, a.name, a.ty.len());
+                for a in hierarq_stdlib_tasks::find(case.name).unwrap().current_values {
+                    let now = place.current_value(&*task, &case, 0.0, a.name, a.ty.len());
                     let tip = if case.name == "frame_orientation" { r } else { l };
                     let position = match a.name {
                         "position" | "left.position" => tip.translation.vector,
@@ -194,7 +194,7 @@ fn the_values_are_those_of_the_definitions() {
                         _ => UnitQuaternion::identity(),
                     };
                     let wrong = match a.ty {
-                        ActualType::Rotation => turn.angle_to(&quaternion(&now)),
+                        CurrentValueType::Rotation => turn.angle_to(&quaternion(&now)),
                         _ => (position - Vector3::from_row_slice(&now)).norm(),
                     };
                     assert!(wrong < 1e-7, "{} {}: {wrong}", case.name, a.name);
@@ -219,7 +219,7 @@ fn swivel_rows_follow_the_angle() {
             let w = place.write(&mut *task, &case, 0.0).unwrap();
             for (i, (arm, slot)) in [(&left, slots[0]), (&right, slots[1])].into_iter().enumerate() {
                 let name = format!("angle.{}", arm.name);
-                let now = place.actual(&*task, &case, 0.0, &name, 1)[0];
+                let now = place.current_value(&*task, &case, 0.0, &name, 1)[0];
                 if now.is_nan() {
                     assert!(w.undefined && w.measures[i].is_nan());
                     assert_eq!((w.lower[i], w.upper[i]), (f64::NEG_INFINITY, f64::INFINITY));
@@ -229,7 +229,7 @@ fn swivel_rows_follow_the_angle() {
                 defined += 1;
                 let v = velocity(&model, &mut rng, 1.0);
                 let h = 1e-6 / (1.0 + w.j.row(i).norm());
-                let at = |s: f64| place.moved(&v, s).actual(&*task, &case, s, &name, 1)[0];
+                let at = |s: f64| place.moved(&v, s).current_value(&*task, &case, s, &name, 1)[0];
                 let step = at(h) - at(-h);
                 let numeric = step.sin().atan2(step.cos()) / (2.0 * h);
                 let scale = 1.0 + w.j.row(i).norm();

@@ -5,7 +5,7 @@ use runtime::Program;
 use runtime::record::series::SeriesRecorder;
 use runtime::record::signals::numbers;
 use serde_json::{Value as Json, json};
-use stdlib_tasks::task::Nature;
+use stdlib_tasks::task::RowKind;
 
 /// Number of plotted rows, those closest to their bounds; more would be unreadable.
 const MOST_ROWS: usize = 12;
@@ -36,7 +36,7 @@ pub fn all(program: &Program, series: &SeriesRecorder) -> Vec<Json> {
 }
 
 fn margins(series: &SeriesRecorder, plots: &mut Vec<Json>) {
-    for m in series.members_of(Nature::Limit) {
+    for m in series.members_of(RowKind::Inequality) {
         if m.kind.starts_with("joint_") {
             continue;
         }
@@ -60,7 +60,7 @@ fn margins(series: &SeriesRecorder, plots: &mut Vec<Json>) {
 }
 
 fn errors(series: &SeriesRecorder, plots: &mut Vec<Json>) {
-    for m in series.members_of(Nature::Target) {
+    for m in series.members_of(RowKind::Equality) {
         // One plot for each dimension, because metres and radians cannot share an axis.
         let mut dimensions: Vec<_> = m.measure_info.iter().map(|x| x.dimension).collect();
         dimensions.dedup();

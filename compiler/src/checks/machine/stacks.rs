@@ -7,7 +7,7 @@ use names::list;
 use runtime::build_tasks;
 use runtime::program::Program;
 use stdlib_tasks::bound::Bound;
-use stdlib_tasks::task::{Nature, Task};
+use stdlib_tasks::task::{RowKind, Task};
 
 use super::{Checked, is_dead, is_fault};
 use crate::checks::accelerations::AccelerationBounds;
@@ -37,7 +37,7 @@ impl Checked<'_> {
             let Some(stack) = self.machine.states[s].stack else { return BTreeSet::new() };
             let levels = self.program.stacks[stack].levels.iter().filter(|l| l.hard);
             let tasks = levels.flat_map(|l| &l.members).map(|m| m.task);
-            tasks.filter(|&t| self.nature(t) == Some(Nature::Limit)).collect()
+            tasks.filter(|&t| self.row_kind(t) == Some(RowKind::Inequality)).collect()
         };
         let all: BTreeSet<usize> = owners.iter().flat_map(|&s| kept(s)).collect();
         let mut told: Vec<usize> = Vec::new();
@@ -66,8 +66,8 @@ impl Checked<'_> {
         members.into_iter().any(|m| self.program.alike(m.task, task))
     }
 
-    fn nature(&self, task: usize) -> Option<Nature> {
-        stdlib_tasks::find(&self.program.tasks[task].kind).map(|k| k.nature)
+    fn row_kind(&self, task: usize) -> Option<RowKind> {
+        stdlib_tasks::find(&self.program.tasks[task].kind).map(|k| k.row_kind)
     }
 
     /// Warns of limits with a larger reserve in a stack than in a preceding one: the current margin may be smaller.
@@ -147,7 +147,7 @@ fn reserves_of(program: &Program, stack: usize) -> BTreeMap<usize, f64> {
     let built = hard.zip(build_tasks(program, stack)).filter(|((hard, task), _)| {
         *hard && matches!(program.tasks[*task].params.get("sampled_margin"), Some(Bound::Choice(_)))
     });
-    let largest = |task: &dyn Task| task.reserve().into_iter().fold(0.0, f64::max);
+    let largest = |task: &dyn Task| task.sampled_margin().into_iter().fold(0.0, f64::max);
     built.filter_map(|((_, task), built)| Some((task, largest(built.task.ok()?.as_ref())))).collect()
 }
 

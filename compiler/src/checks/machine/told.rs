@@ -13,7 +13,7 @@ impl Checked<'_> {
         let (task, output) = self.program.interface.signals.get(signal)?.name.rsplit_once('.')?;
         self.program.tasks.iter().position(|t| {
             t.name == task
-                && stdlib_tasks::find(&t.kind).is_some_and(|k| k.tells.iter().any(|told| told.name == output))
+                && stdlib_tasks::find(&t.kind).is_some_and(|k| k.outputs.iter().any(|told| told.name == output))
         })
     }
 
