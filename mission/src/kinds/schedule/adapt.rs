@@ -1,7 +1,7 @@
 //! Adaptation of a problem to feedback of people: satisfaction, weights, speeds and waiting distances; thesis 5.4.
 //!
 //! Corrected: the efficiency of a person is `min phi / phi_a`, which lies in 0 to 1 (printed inverted); (5.16) and
-//! (5.17) use the weighted satisfaction `nu`; the scaling of a slower robot's bounds is `mu_m / mu_m*`, as Algorithm 2
+//! (5.17) use the weighted satisfaction `eta`; the scaling of a slower robot's bounds is `mu_m / mu_m*`, as Algorithm 2
 //! has it.
 
 use serde::{Deserialize, Serialize};
