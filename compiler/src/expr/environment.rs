@@ -112,12 +112,14 @@ impl Params {
             || self.later.contains(name)
     }
 
-    /// All names that users can write.
+    /// All names of values that users can write; an event has no value.
     pub fn names(&self) -> Vec<String> {
         self.symbols
             .keys()
             .chain(self.humans.keys())
+            .chain(&self.wrenches)
             .chain(&self.fields)
+            .chain(&self.later)
             .chain(&self.failed)
             .filter(|n| !n.contains('.'))
             .cloned()
