@@ -4,13 +4,14 @@
 //! [`Controller::step`] turns an observation into a command. Nothing here knows source text.
 
 mod closed_loop;
-mod coasting;
 mod conditioning;
 pub mod controller;
 pub mod csv;
 pub mod evaluator;
 pub mod expect;
 pub mod fault;
+mod human_tracking;
+mod locked_joint_motion;
 pub mod missions;
 mod motion;
 mod period;
@@ -25,7 +26,6 @@ pub mod simulate;
 pub mod simulated_robot;
 pub mod text;
 mod tick;
-mod tracking;
 pub mod trajectory;
 mod values;
 mod velocity;

@@ -4,8 +4,8 @@
 use nalgebra::UnitQuaternion;
 
 use crate::conditioning::Conditioner;
+use crate::human_tracking::Estimate;
 use crate::program::{Interface, Lost, SignalProgram};
-use crate::tracking::Estimate;
 
 /// Largest difference from 1 of the length of a quaternion that counts as an orientation.
 pub const NOT_UNIT: f64 = 1e-3;

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use dsl::tree::{Action, Value, Variable};
 use dsl::{Diagnostic, Spanned};
 use names::{list, suggest};
-use runtime::program::{Conditioning, Initial, OwnAction, SignalProgram};
+use runtime::program::{Conditioning, Initial, MachineAction, SignalProgram};
 use stdlib_tasks::dimension::Dimension;
 
 use super::Lowerer;
@@ -140,7 +140,7 @@ impl MachineLowering<'_, '_> {
     }
 
     /// Lowers an action that the controller performs itself. Returns `None` if a part of it is wrong, with diagnostics.
-    pub(super) fn own(&mut self, a: &Action) -> Option<OwnAction> {
+    pub(super) fn own(&mut self, a: &Action) -> Option<MachineAction> {
         let first = a.args.first()?;
         match a.verb.value.as_str() {
             "set" => {
@@ -154,7 +154,7 @@ impl MachineLowering<'_, '_> {
                 if !used {
                     self.lowerer.params.used.remove(&name);
                 }
-                Some(OwnAction::Set { variable, value: value? })
+                Some(MachineAction::Set { variable, value: value? })
             }
             "clear" => {
                 let (variable, name) = self.variable_named("clear", first)?;
@@ -166,7 +166,7 @@ impl MachineLowering<'_, '_> {
                     self.lowerer.push(Diagnostic::error("HQ0205", first.span, text).help(help));
                     return None;
                 }
-                Some(OwnAction::Clear(variable))
+                Some(MachineAction::Clear(variable))
             }
             _ => {
                 let name = named(first);
@@ -186,7 +186,7 @@ impl MachineLowering<'_, '_> {
                     };
                     self.lowerer.push(d);
                 }
-                Some(OwnAction::Tare(wrench?))
+                Some(MachineAction::Tare(wrench?))
             }
         }
     }

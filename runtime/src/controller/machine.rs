@@ -15,7 +15,7 @@ use robot::{Data, Model};
 use stdlib_tasks::task::State as TaskState;
 
 use super::guards::{Guard, Guards};
-use super::own::{Own, Present};
+use super::machine_actions::{Present, ReadyAction};
 use super::stage::Stage;
 use crate::evaluator::Moment;
 use crate::fault::Fault;
@@ -70,7 +70,7 @@ pub(super) struct Machine {
     /// Events that the machine raised at the previous tick, and those of this one.
     raised: [Vec<bool>; 2],
     /// For each action, the part that the controller performs itself.
-    own: Vec<Option<Own>>,
+    own: Vec<Option<ReadyAction>>,
     /// Own actions due at this tick, each with the time at which its state was entered (s).
     pending: Vec<(usize, f64)>,
 }
@@ -91,7 +91,7 @@ impl Machine {
             // Each state is left and entered at most once at a tick.
             requests: Vec::with_capacity(2 * machine.actions.len() + 2),
             raised: [vec![false; events], vec![false; events]],
-            own: machine.actions.iter().map(|a| a.own.as_ref().map(|own| Own::new(program, own))).collect(),
+            own: machine.actions.iter().map(|a| a.own.as_ref().map(|own| ReadyAction::new(program, own))).collect(),
             pending: Vec::with_capacity(2 * machine.actions.len()),
             program: machine.clone(),
         }

@@ -12,8 +12,8 @@
 mod describe;
 mod guards;
 mod machine;
+mod machine_actions;
 mod measured;
-mod own;
 mod stage;
 mod tick;
 
@@ -97,7 +97,7 @@ pub struct Controller {
     /// Time of the last tick (s).
     last: f64,
     /// True if the tasks of the active stack ran to the end of this tick and wrote their outputs.
-    told: bool,
+    outputs_written: bool,
     /// True if the reference has been set to the robot's configuration.
     anchored: bool,
     /// Fault of the last tick that the machine has not handled yet.
@@ -182,7 +182,7 @@ impl Controller {
             command: vec![0.0; nv],
             started: None,
             last: 0.0,
-            told: false,
+            outputs_written: false,
             anchored: false,
             raised: None,
             halted: None,
@@ -291,7 +291,7 @@ impl Controller {
 
     /// Returns true if the budget of the last tick was spent before the stack's hierarchy was solved.
     pub fn is_late(&self) -> bool {
-        self.told && self.stages[self.active].is_late()
+        self.outputs_written && self.stages[self.active].is_late()
     }
 
     /// Returns true if a fault has halted the robot until a restart.

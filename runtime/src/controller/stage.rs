@@ -67,7 +67,7 @@ struct Blend {
     gentle: Vec<(usize, std::ops::Range<usize>)>,
     bounds: Vec<(f64, f64)>,
     /// True if a locked joint moved at the last tick.
-    coasting: bool,
+    locked_joints_moving: bool,
     /// True if a locked joint moves at this tick too.
     goes_on: bool,
     /// True once the first tick has been solved and the offset is known.
@@ -156,7 +156,7 @@ fn same_level(program: &Program, a: &LevelProgram, b: &LevelProgram) -> bool {
         && a.damping == b.damping
         && a.exact == b.exact
         && a.members.len() == b.members.len()
-        && members().all(|(x, y)| x.weight == y.weight && program.alike(x.task, y.task))
+        && members().all(|(x, y)| x.weight == y.weight && program.same_task(x.task, y.task))
 }
 
 /// Number of levels that two stacks share, from the top. A soft level does not count if one of its tasks depends on the
@@ -207,7 +207,7 @@ impl Stage {
             kept: vec![false; problem.levels.len()],
             bounds: vec![(0.0, 0.0); gentle.iter().map(|(_, rows)| rows.len()).sum()],
             gentle,
-            coasting: false,
+            locked_joints_moving: false,
             goes_on: false,
             begun: false,
         };
@@ -285,7 +285,7 @@ impl Stage {
 
     /// Returns true if the velocity of the last tick is a blended one.
     fn is_between(&self) -> bool {
-        self.blend.duration > 0.0 || self.blend.coasting
+        self.blend.duration > 0.0 || self.blend.locked_joints_moving
     }
 
     pub(super) fn solver_name(&self) -> &'static str {
@@ -313,8 +313,9 @@ impl Stage {
     /// # Errors
     /// No velocity was found.
     pub(super) fn solve(&mut self, q: &[f64], moment: Moment, until: Option<Instant>) -> Result<(), Fault> {
-        self.blend.coasting = self.evaluator.locked().iter().any(|&dof| moment.velocity[dof].abs() > STANDS);
-        self.evaluator.coast(self.blend.coasting);
+        self.blend.locked_joints_moving =
+            self.evaluator.locked().iter().any(|&dof| moment.velocity[dof].abs() > STANDS);
+        self.evaluator.set_locked_joints_moving(self.blend.locked_joints_moving);
         self.evaluator.update(q, moment, &mut self.problem)?;
         if self.blend.lasts(moment) {
             self.blend.leave_out_accelerations(&mut self.problem);
@@ -382,7 +383,7 @@ impl Stage {
         let (lasts, left) = (b.lasts(moment), b.left(moment));
         if !lasts {
             b.duration = 0.0;
-            if !b.coasting {
+            if !b.locked_joints_moving {
                 return Ok(());
             }
         }
@@ -396,7 +397,7 @@ impl Stage {
     /// a late tick the hard levels. Locked joints come to rest, at once if these levels allow nothing else.
     fn nearest(&mut self, moment: Moment, lasts: bool) -> Result<(), Fault> {
         self.between(moment, lasts, false);
-        if self.blend.coasting && matches!(self.blend.solution.status, Status::Infeasible { .. }) {
+        if self.blend.locked_joints_moving && matches!(self.blend.solution.status, Status::Infeasible { .. }) {
             self.between(moment, lasts, true);
         }
         for &dof in self.evaluator.locked() {
@@ -423,7 +424,7 @@ impl Stage {
                 (locks.lower[i], locks.upper[i]) = (last.min(0.0), last.max(0.0));
             } else {
                 b.problem.reference[dof] = 0.0;
-                if b.coasting {
+                if b.locked_joints_moving {
                     locks.row_mut(i)[dof] = 1.0;
                     (locks.lower[i], locks.upper[i]) = (0.0, 0.0);
                 }
@@ -439,7 +440,7 @@ impl Stage {
                 (0..to.rows()).for_each(|i| to.leave_out(i));
             }
             if from.hard {
-                self.evaluator.coasting().give_back(i, !stop, to);
+                self.evaluator.locked_joint_motion().give_back(i, !stop, to);
             }
         }
         if lasts {

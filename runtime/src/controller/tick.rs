@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::machine::{Answer, Change, Machine};
-use super::own::Present;
+use super::machine_actions::Present;
 use super::{Controller, Observation, Stage, TRACKING_LIMIT};
 use crate::evaluator::Moment;
 use crate::fault::Fault;
@@ -16,11 +16,11 @@ const PASSED: f64 = 1e-6;
 impl Controller {
     /// Runs the machine and the active stack for an observation. Returns the fault, if there is one.
     pub(super) fn tick(&mut self, o: &Observation, until: Option<Instant>) -> Option<Fault> {
-        self.told = false;
+        self.outputs_written = false;
         let fault = self.answer(o, until);
-        if !self.told {
+        if !self.outputs_written {
             // Outputs of an earlier tick must not keep a condition true.
-            for signal in self.stages[self.active].evaluator.telling() {
+            for signal in self.stages[self.active].evaluator.output_signals() {
                 self.signals.forget(signal);
             }
         }
@@ -124,7 +124,7 @@ impl Controller {
             self.entering = Some(change.blend);
             self.visits += 1;
             // A task that does not run has no outputs.
-            for signal in self.stages.iter().flat_map(|s| s.evaluator.telling()) {
+            for signal in self.stages.iter().flat_map(|s| s.evaluator.output_signals()) {
                 self.signals.forget(signal);
             }
         }
@@ -160,12 +160,12 @@ impl Controller {
         self.velocity.copy_from_slice(stage.velocity());
         self.stack_velocity.copy_from_slice(&stage.solution.x);
         stage.evaluator.observe(&self.reference, &self.velocity);
-        for (signal, value) in stage.evaluator.told(&self.velocity) {
+        for (signal, value) in stage.evaluator.output_values(&self.velocity) {
             if !self.signals.assign(signal, &[value]) {
                 self.signals.forget(signal);
             }
         }
-        self.told = true;
+        self.outputs_written = true;
         stage.evaluator.advance();
         let dofs = &stage.evaluator.model().dofs;
         for (((c, v), e), d) in self.command.iter_mut().zip(&self.velocity).zip(&self.tracking).zip(dofs) {

@@ -26,10 +26,10 @@ pub fn build_tasks(program: &Program, stack: &StackProgram) -> Vec<Built> {
     for &(dof, _) in &entered {
         speed[dof] = 0.0;
     }
-    let coasting = |speed: &[f64]| {
-        let mut coasting = speed.to_vec();
-        entered.iter().for_each(|&(dof, at_entry)| coasting[dof] = at_entry);
-        coasting
+    let entry_speed = |speed: &[f64]| {
+        let mut entry_speed = speed.to_vec();
+        entered.iter().for_each(|&(dof, at_entry)| entry_speed[dof] = at_entry);
+        entry_speed
     };
     let mut built = Vec::new();
     for level in &stack.levels {
@@ -37,25 +37,25 @@ pub fn build_tasks(program: &Program, stack: &StackProgram) -> Vec<Built> {
         if level.hard {
             let limits: Vec<(usize, f64)> = members
                 .clone()
-                .filter_map(|t| one(program, t, &speed, &coasting(&speed)).ok())
+                .filter_map(|t| one(program, t, &speed, &entry_speed(&speed)).ok())
                 .flat_map(|task| task.speed_limits(values))
                 .collect();
             for (dof, limit) in limits {
                 speed[dof] = speed[dof].min(limit);
             }
         }
-        let coasting = coasting(&speed);
-        built.extend(members.map(|t| Built { task: one(program, t, &speed, &coasting), speed: speed.clone() }));
+        let entry_speed = entry_speed(&speed);
+        built.extend(members.map(|t| Built { task: one(program, t, &speed, &entry_speed), speed: speed.clone() }));
     }
     built
 }
 
-fn one(program: &Program, task: &TaskProgram, speed: &[f64], coasting: &[f64]) -> Result<Box<dyn Task>, BuildError> {
+fn one(program: &Program, task: &TaskProgram, speed: &[f64], entry_speed: &[f64]) -> Result<Box<dyn Task>, BuildError> {
     let Some(kind) = stdlib_tasks::find(&task.kind) else {
         return Err(BuildError::new("", format!("there is no task type `{}`", task.kind)));
     };
     let (model, values, period) = (&program.robot.model, &program.values.initial, program.robot.period);
-    (kind.build)(&task.params, &Context { model, values, period, speed, entry_speed: coasting })
+    (kind.build)(&task.params, &Context { model, values, period, speed, entry_speed })
 }
 
 /// Largest speed that each locked joint of a stack may have when the stack is entered: the largest that the hard levels

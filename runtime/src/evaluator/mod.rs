@@ -10,7 +10,7 @@ mod curvature;
 mod member;
 mod moment;
 mod ready;
-mod telling;
+mod task_outputs;
 mod update;
 
 use robot::{Data, Model};
@@ -21,9 +21,9 @@ pub use build::{Built, build_tasks};
 use capture::Captured;
 pub use member::Member;
 pub use moment::{Moment, Rest};
-use telling::Telling;
+use task_outputs::TaskOutputs;
 
-use crate::coasting::Coasting;
+use crate::locked_joint_motion::LockedJointMotion;
 use crate::planning::Planning;
 use crate::program::Interface;
 use crate::safety::{Field, SafetyPlanner};
@@ -38,7 +38,7 @@ pub struct Evaluator {
     tasks: Vec<Box<dyn Task>>,
     members: Vec<Member>,
     locked: Vec<usize>,
-    coasting: Coasting,
+    locked_joint_motion: LockedJointMotion,
     margins: Vec<f64>,
     measures: Vec<f64>,
     undefined: Vec<bool>,
@@ -46,7 +46,7 @@ pub struct Evaluator {
     planners: Vec<Planning>,
     led: Led,
     /// Outputs of the tasks.
-    telling: Vec<Telling>,
+    outputs: Vec<TaskOutputs>,
     /// Signals that must be present.
     needs: Vec<usize>,
     /// Storage for a configuration beside the present one.
@@ -211,14 +211,14 @@ impl Evaluator {
     }
 
     /// Sets whether locked joints are coming to rest at the next update, or are at rest.
-    pub(crate) fn coast(&mut self, coasts: bool) {
-        if std::mem::replace(&mut self.coasting.on, coasts) != coasts {
-            self.tasks.iter_mut().for_each(|task| task.set_locked_joints_moving(coasts));
+    pub(crate) fn set_locked_joints_moving(&mut self, moving: bool) {
+        if std::mem::replace(&mut self.locked_joint_motion.on, moving) != moving {
+            self.tasks.iter_mut().for_each(|task| task.set_locked_joints_moving(moving));
         }
     }
 
     /// Coefficients of locked joints that were stored at the last update.
-    pub(crate) fn coasting(&self) -> &Coasting {
-        &self.coasting
+    pub(crate) fn locked_joint_motion(&self) -> &LockedJointMotion {
+        &self.locked_joint_motion
     }
 }

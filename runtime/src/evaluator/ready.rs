@@ -6,8 +6,8 @@ use robot::{Data, Model};
 use solver::{LevelShape, Problem};
 use stdlib_tasks::task::{BuildError, RowKind, Task};
 
-use super::{Built, Evaluator, LIMIT_TOLERANCE, Led, Member, Telling, build_tasks, capture};
-use crate::coasting::Coasting;
+use super::{Built, Evaluator, LIMIT_TOLERANCE, Led, Member, TaskOutputs, build_tasks, capture};
+use crate::locked_joint_motion::LockedJointMotion;
 use crate::planning::{self, Planning};
 use crate::program::{Capture, Program, ProgramError, StackProgram, TaskProgram, overshoots};
 use crate::values::ValueTable;
@@ -150,8 +150,8 @@ impl Evaluator {
         let Layout { mut tasks, members, shapes, speeds } = layout;
         let margins = members.last().map_or(0, |m| m.margins.end);
         let measures = members.last().map_or(0, |m| m.measures.end);
-        let mut coasting = Coasting::new(&problem, &stack_program.locked);
-        members.iter().zip(&tasks).for_each(|(member, task)| coasting.fix(member, task.as_ref()));
+        let mut locked_joint_motion = LockedJointMotion::new(&problem, &stack_program.locked);
+        members.iter().zip(&tasks).for_each(|(member, task)| locked_joint_motion.fix(member, task.as_ref()));
         let planned = planning::planners(program, stack_program);
         let mut wanted = places(members.iter().map(|m| &program.tasks[m.program_index]));
         let mut led = Led::default();
@@ -187,13 +187,13 @@ impl Evaluator {
                 .collect(),
             needs: needs.into_iter().collect(),
             led,
-            telling: members.iter().enumerate().filter_map(|(i, m)| Telling::new(program, i, m)).collect(),
+            outputs: members.iter().enumerate().filter_map(|(i, m)| TaskOutputs::new(program, i, m)).collect(),
             values,
             planners,
             undefined: vec![false; tasks.len()],
             tasks,
             members,
-            coasting,
+            locked_joint_motion,
             locked: stack_program.locked.clone(),
             margins: vec![f64::INFINITY; margins],
             measures: vec![0.0; measures],

@@ -83,7 +83,7 @@ impl Evaluator {
     pub fn update(&mut self, q: &[f64], moment: Moment, problem: &mut Problem) -> Result<(), Fault> {
         self.kinematics(q, moment);
         self.values.check(moment.signals)?;
-        self.coasting.begin();
+        self.locked_joint_motion.begin();
         self.margins.fill(f64::INFINITY);
         self.inside = self.limits.iter().all(|&(i, lower, upper)| lower <= q[i] && q[i] <= upper);
         let mut level = None;
@@ -100,7 +100,7 @@ impl Evaluator {
 
     /// Writes the rows of one task.
     fn write(&mut self, i: usize, q: &[f64], moment: Moment, problem: &mut Problem) -> Result<(), Fault> {
-        let Evaluator { model, data, values, tasks, coasting, margins, measures, undefined, .. } = self;
+        let Evaluator { model, data, values, tasks, locked_joint_motion, margins, measures, undefined, .. } = self;
         let ValueTable { current, rates, .. } = values;
         let (m, task) = (&self.members[i], &mut tasks[i]);
         let Moment { velocity, stack_velocity, .. } = moment;
@@ -119,7 +119,7 @@ impl Evaluator {
         upper.fill(f64::INFINITY);
         undefined[i] = false;
         // The proofs assume that locked joints are at rest.
-        let idle = if self.inside && !coasting.on { &m.idle[..] } else { &[] };
+        let idle = if self.inside && !locked_joint_motion.on { &m.idle[..] } else { &[] };
         let mut rows = Rows {
             jacobian,
             stride,
@@ -146,7 +146,7 @@ impl Evaluator {
         flush(rows.jacobian);
         flush(rows.lower);
         flush(rows.upper);
-        coasting.keep(m, rows.jacobian, stride);
+        locked_joint_motion.keep(m, rows.jacobian, stride);
         if !self.locked.is_empty() {
             // The rows of a robot without degrees of freedom have no coefficients.
             for row in rows.jacobian.chunks_exact_mut(stride.max(1)) {
@@ -155,7 +155,7 @@ impl Evaluator {
                 }
             }
         }
-        coasting.free(m, level);
+        locked_joint_motion.free(m, level);
         for (row, _) in idle.iter().enumerate().filter(|(_, is)| **is) {
             level.leave_out(m.rows.start + row);
         }
@@ -164,12 +164,12 @@ impl Evaluator {
 
     /// Passes the chosen velocity to the tasks and reads their outputs. Never allocates.
     pub fn observe(&mut self, q: &[f64], v: &[f64]) {
-        let Evaluator { model, data, values, tasks, members, margins, measures, telling, .. } = self;
+        let Evaluator { model, data, values, tasks, members, margins, measures, outputs, .. } = self;
         let ValueTable { current, rates, .. } = values;
         let state = State { model, data, q, values: current, rates, velocity: v, stack_velocity: v };
         for (task, m) in tasks.iter().zip(members.iter()) {
             task.observe(&state, v, &mut margins[m.margins.clone()], &mut measures[m.measures.clone()]);
         }
-        telling.iter_mut().for_each(|t| t.listen(tasks, &state, v));
+        outputs.iter_mut().for_each(|t| t.update(tasks, &state, v));
     }
 }

@@ -347,7 +347,7 @@ impl Planning {
     }
 
     /// Outputs at this tick, in which the robot moves with `v`, `nv` numbers.
-    pub fn told(&self, v: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+    pub fn outputs(&self, v: &[f64]) -> impl Iterator<Item = (usize, f64)> {
         let plan = self.planner.plan();
         let sizes = self.deviated.iter().enumerate().map(|(i, d)| match d.slot.len {
             4 => self.planner.turn(i).angle(),

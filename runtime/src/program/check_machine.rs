@@ -2,7 +2,7 @@
 
 use super::check::{ProgramError, ensure, error};
 use super::{
-    FaultPattern, Lost, MAX_SIGNAL, MachineProgram, Measure, MeasuredProgram, OwnAction, Program, SignalProgram,
+    FaultPattern, Lost, MAX_SIGNAL, MachineAction, MachineProgram, Measure, MeasuredProgram, Program, SignalProgram,
     StateProgram, Trigger, Velocity,
 };
 
@@ -93,10 +93,10 @@ impl Program {
         ensure(m.since.is_none_or(|s| s < machine.states.len()), place, "counts since a state that does not exist")
     }
 
-    fn check_own(&self, own: &OwnAction, place: &str) -> Result<(), ProgramError> {
+    fn check_own(&self, own: &MachineAction, place: &str) -> Result<(), ProgramError> {
         let signal = |i: usize| self.interface.signals.get(i);
         match own {
-            OwnAction::Set { variable, value } => {
+            MachineAction::Set { variable, value } => {
                 let known = signal(*variable).filter(|s| s.is_variable());
                 value.check(&self.robot.model, self.values.initial.len()).map_err(|text| error(place, text))?;
                 ensure(
@@ -105,11 +105,11 @@ impl Program {
                     "sets what is no variable of its kind",
                 )
             }
-            OwnAction::Clear(variable) => {
+            MachineAction::Clear(variable) => {
                 let known = signal(*variable).is_some_and(|s| s.is_variable() && s.optional);
                 ensure(known, place, "clears what is no variable that may be absent")
             }
-            OwnAction::Tare(i) => {
+            MachineAction::Tare(i) => {
                 ensure(signal(*i).is_some_and(|s| s.kind == "wrench"), place, "tares what is no wrench")
             }
         }

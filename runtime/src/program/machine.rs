@@ -126,13 +126,13 @@ pub struct ActionProgram {
     pub outcomes: Vec<(String, usize)>,
     /// Action of the controller on its own signals; it is not requested from the host.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub own: Option<OwnAction>,
+    pub own: Option<MachineAction>,
 }
 
 /// Action that the controller performs itself, at the tick of the action.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum OwnAction {
+pub enum MachineAction {
     /// Sets a variable to a value.
     Set {
         /// Index of the variable among the signals.

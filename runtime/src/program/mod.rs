@@ -4,7 +4,6 @@
 //! and run without the spec it came from; [`Program::check`] makes sure that one that was read from a file cannot make
 //! the controller panic.
 
-mod alike;
 mod check;
 mod check_machine;
 mod check_scenario;
@@ -16,6 +15,7 @@ mod mission_scenario;
 mod scenario;
 mod signal;
 mod tape;
+mod task_equality;
 mod trajectory;
 mod window;
 mod worker;
@@ -31,7 +31,8 @@ pub(crate) use check::error;
 pub use formula::{Formula, MAX_NODES, Node, Unit};
 pub use gain::overshoots;
 pub use machine::{
-    ActionProgram, FaultPattern, MachineProgram, MeasuredProgram, OwnAction, StateProgram, TransitionProgram, Trigger,
+    ActionProgram, FaultPattern, MachineAction, MachineProgram, MeasuredProgram, StateProgram, TransitionProgram,
+    Trigger,
 };
 pub use mission::{CompiledFile, MissionProgram};
 pub use mission_scenario::{

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::Diagnostic;
 use runtime::Controller;
-use runtime::program::OwnAction;
+use runtime::program::MachineAction;
 
 use super::{Checked, is_dead};
 
@@ -50,14 +50,14 @@ impl Checked<'_> {
         let entered: Vec<usize> = m.path(leaf).collect();
         let enters = entered.iter().flat_map(|&s| m.states[s].enter.iter().chain(&m.states[s].activities));
         for &a in exits.chain(enters) {
-            if let Some(OwnAction::Clear(variable)) = m.actions[a].own {
+            if let Some(MachineAction::Clear(variable)) = m.actions[a].own {
                 there.remove(&variable);
             }
         }
         // A state that encloses both is not entered.
         let certain = entered.iter().filter(|s| **s == target || !left.contains(s));
         for &a in certain.flat_map(|&s| m.states[s].enter.iter().chain(&m.states[s].activities)) {
-            if let Some(OwnAction::Set { variable, .. }) = m.actions[a].own {
+            if let Some(MachineAction::Set { variable, .. }) = m.actions[a].own {
                 there.insert(variable);
             }
         }

@@ -63,7 +63,7 @@ impl Checked<'_> {
     /// True if a stack has a hard task that is equal to `task` under another name.
     fn alike(&self, stack: usize, task: usize) -> bool {
         let members = self.program.stacks[stack].levels.iter().filter(|l| l.hard).flat_map(|l| &l.members);
-        members.into_iter().any(|m| self.program.alike(m.task, task))
+        members.into_iter().any(|m| self.program.same_task(m.task, task))
     }
 
     fn row_kind(&self, task: usize) -> Option<RowKind> {

@@ -10,7 +10,7 @@ use crate::planning;
 impl Program {
     /// Returns true if two tasks have the same type and equal parameters: the same references, the same constants, and
     /// moving numbers that the same operations of the tape compute.
-    pub fn alike(&self, a: usize, b: usize) -> bool {
+    pub fn same_task(&self, a: usize, b: usize) -> bool {
         let (Some(x), Some(y)) = (self.tasks.get(a), self.tasks.get(b)) else { return false };
         let both = || x.params.iter().zip(&y.params);
         a == b

@@ -7,7 +7,7 @@ use crate::planning::Planning;
 use crate::program::Program;
 
 /// Outputs of one task.
-pub(super) struct Telling {
+pub(super) struct TaskOutputs {
     /// Index of the task in the stack.
     member: usize,
     /// Signals that store the outputs, if they are declared.
@@ -15,16 +15,16 @@ pub(super) struct Telling {
     numbers: Vec<f64>,
 }
 
-impl Telling {
+impl TaskOutputs {
     /// Prepares the outputs of a member of a stack; `None` if it has none.
-    pub fn new(program: &Program, member: usize, m: &Member) -> Option<Telling> {
+    pub fn new(program: &Program, member: usize, m: &Member) -> Option<TaskOutputs> {
         let kind = stdlib_tasks::find(m.kind).filter(|k| !k.outputs.is_empty())?;
         let signals = kind.outputs.iter().map(|t| program.interface.signal(&format!("{}.{}", m.name, t.name)));
-        Some(Telling { member, signals: signals.collect(), numbers: vec![f64::NAN; kind.outputs.len()] })
+        Some(TaskOutputs { member, signals: signals.collect(), numbers: vec![f64::NAN; kind.outputs.len()] })
     }
 
     /// Reads the outputs of the task. Never allocates.
-    pub fn listen(&mut self, tasks: &[Box<dyn Task>], state: &State, v: &[f64]) {
+    pub fn update(&mut self, tasks: &[Box<dyn Task>], state: &State, v: &[f64]) {
         self.numbers.fill(f64::NAN);
         if let Some(task) = tasks.get(self.member) {
             task.write_outputs(state, v, &mut self.numbers);
@@ -34,15 +34,15 @@ impl Telling {
 
 impl Evaluator {
     /// Signals that store the outputs of tasks of the stack.
-    pub(crate) fn telling(&self) -> impl Iterator<Item = usize> {
-        self.telling.iter().flat_map(|t| t.signals.iter().flatten().copied())
+    pub(crate) fn output_signals(&self) -> impl Iterator<Item = usize> {
+        self.outputs.iter().flat_map(|t| t.signals.iter().flatten().copied())
     }
 
     /// Outputs of the tasks at this tick, in which the robot moves with `v`, `nv` numbers: each signal with its value,
     /// which is not finite if there is none. Decisions of planners come last. Never allocates.
-    pub(crate) fn told(&self, v: &[f64]) -> impl Iterator<Item = (usize, f64)> {
-        let own = self.telling.iter().flat_map(|t| t.signals.iter().zip(&t.numbers));
+    pub(crate) fn output_values(&self, v: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        let own = self.outputs.iter().flat_map(|t| t.signals.iter().zip(&t.numbers));
         let own = own.filter_map(|(signal, number)| Some(((*signal)?, *number)));
-        own.chain(self.planners.iter().flat_map(move |p: &Planning| p.told(v)))
+        own.chain(self.planners.iter().flat_map(move |p: &Planning| p.outputs(v)))
     }
 }

@@ -9,12 +9,12 @@ use stdlib_tasks::expression::{Evaluation, Expression};
 use stdlib_tasks::task::State;
 
 use crate::fault::Fault;
-use crate::program::{OwnAction, Program, Times};
+use crate::program::{MachineAction, Program, Times};
 use crate::signals::Signals;
 use crate::values::ValueTable;
 
 /// Prepared action of the controller itself.
-pub(super) enum Own {
+pub(super) enum ReadyAction {
     Set { variable: usize, optional: bool, value: Box<Assigned> },
     Clear(usize),
     Tare(usize),
@@ -40,17 +40,17 @@ pub(super) struct Present<'a> {
     pub time: f64,
 }
 
-impl Own {
+impl ReadyAction {
     /// Prepares a checked action.
-    pub fn new(program: &Program, action: &OwnAction) -> Own {
+    pub fn new(program: &Program, action: &MachineAction) -> ReadyAction {
         match action {
-            OwnAction::Set { variable, value } => Own::Set {
+            MachineAction::Set { variable, value } => ReadyAction::Set {
                 variable: *variable,
                 optional: program.interface.signals[*variable].optional,
                 value: Box::new(Assigned::new(program, value)),
             },
-            OwnAction::Clear(variable) => Own::Clear(*variable),
-            OwnAction::Tare(signal) => Own::Tare(*signal),
+            MachineAction::Clear(variable) => ReadyAction::Clear(*variable),
+            MachineAction::Tare(signal) => ReadyAction::Tare(*signal),
         }
     }
 
@@ -67,7 +67,7 @@ impl Own {
         entered: f64,
     ) -> Result<(), Fault> {
         match self {
-            Own::Set { variable, optional, value } => {
+            ReadyAction::Set { variable, optional, value } => {
                 let found = value.evaluate(signals.table(), (model, data), now, entered);
                 let failed = match found {
                     Ok(numbers) if signals.assign(*variable, numbers) => return Ok(()),
@@ -79,8 +79,8 @@ impl Own {
                 }
                 signals.forget(*variable);
             }
-            Own::Clear(variable) => signals.forget(*variable),
-            Own::Tare(signal) => {
+            ReadyAction::Clear(variable) => signals.forget(*variable),
+            ReadyAction::Tare(signal) => {
                 if !signals.tare(*signal) {
                     return Err(Fault::Stale { signal: *signal });
                 }

@@ -10,8 +10,8 @@ use stdlib_tasks::task::Task;
 
 use crate::evaluator::Member;
 
-/// Coefficients and bounds stored at a tick. Nothing here allocates after [`Coasting::new`].
-pub(crate) struct Coasting {
+/// Coefficients and bounds stored at a tick. Nothing here allocates after [`LockedJointMotion::new`].
+pub(crate) struct LockedJointMotion {
     /// True while a locked joint still moves.
     pub on: bool,
     locked: Vec<usize>,
@@ -25,9 +25,9 @@ pub(crate) struct Coasting {
     bounds: Vec<Option<(f64, f64)>>,
 }
 
-impl Coasting {
+impl LockedJointMotion {
     /// Allocates the storage for a problem whose stack locks these degrees of freedom.
-    pub fn new(problem: &Problem, locked: &[usize]) -> Coasting {
+    pub fn new(problem: &Problem, locked: &[usize]) -> LockedJointMotion {
         let mut rows = 0;
         let mut first = Vec::with_capacity(problem.levels.len());
         for level in &problem.levels {
@@ -35,7 +35,7 @@ impl Coasting {
             rows += level.rows();
         }
         let kept = if locked.is_empty() { 0 } else { rows };
-        Coasting {
+        LockedJointMotion {
             on: false,
             locked: locked.to_vec(),
             first,
