@@ -6,10 +6,10 @@ use crate::conic;
 use crate::dense::{Matrix, axpy, dot, norm};
 use crate::descent::descend;
 use crate::factor::least_squares;
+use crate::feasible_set::{FeasibleSet, Kind, UnitLevel};
 use crate::problem::{Problem, check, nothing};
+use crate::reduced_level::{ActiveSetGuess, Proven, ReducedLevel};
 use crate::solution::{Active, HierarchicalSolver, LevelSolution, LevelStatus, MET, Solution, Status, refusal};
-use crate::space::{Kind, Space, UnitLevel};
-use crate::stage::{Guess, Proven, Stage};
 
 /// Solves a hierarchy level by level, each in the affine set that the levels above leave.
 ///
@@ -23,7 +23,7 @@ use crate::stage::{Guess, Proven, Stage};
 /// nothing panics. The same sequence of problems gives the same bits.
 #[derive(Clone, Debug)]
 pub struct ClarabelCascade {
-    guesses: Vec<Guess>,
+    guesses: Vec<ActiveSetGuess>,
     searching: bool,
     /// Off only in the test of unproven points.
     proving: bool,
@@ -47,17 +47,17 @@ pub struct Statistics {
 
 /// State between two levels.
 #[derive(Clone)]
-struct Walk {
-    space: Space,
+struct CascadeState {
+    feasible: FeasibleSet,
     /// True if the point of the space may not be the nearest to the reference, so that this point has to be computed.
-    rough: bool,
+    inexact: bool,
 }
 
 impl ClarabelCascade {
     /// Creates a solver for problems of this shape.
     pub fn new(problem: &Problem) -> Self {
         ClarabelCascade {
-            guesses: vec![Guess::default(); problem.levels.len()],
+            guesses: vec![ActiveSetGuess::default(); problem.levels.len()],
             searching: true,
             proving: true,
             statistics: Statistics::default(),
@@ -78,28 +78,28 @@ impl ClarabelCascade {
 
     /// Clears the memory of the last tick: the next solve starts cold.
     pub fn forget(&mut self) {
-        self.guesses.iter_mut().for_each(|g| *g = Guess::default());
+        self.guesses.iter_mut().for_each(|g| *g = ActiveSetGuess::default());
     }
 
-    /// Solves one level: moves the walk to the level's minimisers. Returns false if none were found.
-    fn descend(&mut self, walk: &mut Walk, problem: &Problem, l: usize, unit: &UnitLevel) -> bool {
-        if walk.space.dimension() == 0 {
+    /// Solves one level: moves the state to the level's minimisers. Returns false if none were found.
+    fn solve_level(&mut self, state: &mut CascadeState, problem: &Problem, l: usize, unit: &UnitLevel) -> bool {
+        if state.feasible.dimension() == 0 {
             return true;
         }
         let decides = unit.damping > 0.0 || unit.kind.contains(&Kind::Equality);
-        if !walk.rough && !decides && unit.is_met(&walk.space.x0) {
+        if !state.inexact && !decides && unit.is_met(&state.feasible.x0) {
             self.statistics.free_levels += 1;
-            hold_own(&mut walk.space, unit, l, &[]);
+            hold_own(&mut state.feasible, unit, l, &[]);
             return true;
         }
-        let stage = Stage::new(unit, &walk.space, &problem.reference);
+        let stage = ReducedLevel::new(unit, &state.feasible, &problem.reference);
         let mut proven = None;
         if self.searching {
             let warm = &self.guesses[l];
-            if warm.own.iter().any(|s| *s != 0) || !warm.held.is_empty() {
+            if warm.violated.iter().any(|s| *s != 0) || !warm.blocking.is_empty() {
                 proven = stage.search(warm);
             }
-            proven = proven.or_else(|| stage.search(&Guess::default()));
+            proven = proven.or_else(|| stage.search(&ActiveSetGuess::default()));
             proven = proven.or_else(|| self.descend_and_search(&stage));
         }
         if proven.is_none() {
@@ -120,26 +120,26 @@ impl ClarabelCascade {
         }
         let Some(proven) = proven else { return false };
         self.guesses[l] = proven.guess.clone();
-        walk.rough = !proven.is_nearest;
-        walk.space = narrowed(&walk.space, &proven);
-        hold_own(&mut walk.space, unit, l, &proven.guess.own);
+        state.inexact = !proven.is_nearest;
+        state.feasible = narrowed(&state.feasible, &proven);
+        hold_own(&mut state.feasible, unit, l, &proven.guess.violated);
         true
     }
 
-    fn descend_and_search(&mut self, stage: &Stage) -> Option<Proven> {
+    fn descend_and_search(&mut self, stage: &ReducedLevel) -> Option<Proven> {
         self.statistics.descents += 1;
         stage.search(&descend(stage)?)
     }
 
     /// Moves to the point of the remaining set that is nearest to the reference, if the last level did not find it.
-    fn finish(&mut self, walk: &mut Walk, problem: &Problem) -> bool {
-        if !walk.rough || walk.space.dimension() == 0 {
+    fn finish(&mut self, state: &mut CascadeState, problem: &Problem) -> bool {
+        if !state.inexact || state.feasible.dimension() == 0 {
             return true;
         }
         let none = crate::Level::new(problem.n, crate::LevelShape { rows: 0, hard: false, damping: 0.0 });
         let unit = UnitLevel::new(&none, 0.0);
-        let stage = Stage::new(&unit, &walk.space, &problem.reference);
-        let proven = if self.proving { stage.search(&Guess::default()) } else { None };
+        let stage = ReducedLevel::new(&unit, &state.feasible, &problem.reference);
+        let proven = if self.proving { stage.search(&ActiveSetGuess::default()) } else { None };
         let y = match proven {
             Some(proven) => proven.y,
             None => match conic::solve(&stage, true) {
@@ -150,7 +150,7 @@ impl ClarabelCascade {
                 _ => return false,
             },
         };
-        axpy(1.0, &walk.space.z.apply(&y), &mut walk.space.x0);
+        axpy(1.0, &state.feasible.z.apply(&y), &mut state.feasible.x0);
         true
     }
 }
@@ -167,44 +167,44 @@ impl HierarchicalSolver for ClarabelCascade {
             solution.status = refusal(error, problem);
             return;
         }
-        self.guesses.resize(problem.levels.len(), Guess::default());
-        let mut walk = Walk { space: Space::whole(problem), rough: false };
+        self.guesses.resize(problem.levels.len(), ActiveSetGuess::default());
+        let mut state = CascadeState { feasible: FeasibleSet::whole(problem), inexact: false };
         let norms = problem.levels.iter().flat_map(|level| (0..level.rows()).map(|i| norm(level.row(i))));
         let zero = nothing(norms.fold(0.0, f64::max));
         let mut done = 0;
         for (l, level) in problem.levels[..levels].iter().enumerate() {
             let unit = UnitLevel::new(level, zero);
-            let before = level.hard.then(|| walk.clone());
-            if !self.descend(&mut walk, problem, l, &unit) {
+            let before = level.hard.then(|| state.clone());
+            if !self.solve_level(&mut state, problem, l, &unit) {
                 solution.status = Status::Failed { level: l };
                 return;
             }
-            solution.levels[l].freedom = walk.space.dimension();
+            solution.levels[l].freedom = state.feasible.dimension();
             if let Some(before) = before {
-                report(problem, l, &walk.space.x0, &mut solution.levels[l]);
+                report(problem, l, &state.feasible.x0, &mut solution.levels[l]);
                 if solution.levels[l].status != LevelStatus::Met {
                     solution.levels[l].status = LevelStatus::Infeasible;
                     solution.status = Status::Infeasible { level: l };
-                    walk = before;
+                    state = before;
                     break;
                 }
             }
             done = l + 1;
         }
-        if !self.finish(&mut walk, problem) {
+        if !self.finish(&mut state, problem) {
             solution.status = Status::Failed { level: done };
             return;
         }
         if done == levels {
             solution.status = Status::Optimal;
         }
-        solution.x.copy_from_slice(&walk.space.x0);
+        solution.x.copy_from_slice(&state.feasible.x0);
         if solution.x.iter().any(|x| !x.is_finite()) {
             solution.status = Status::Failed { level: done };
             return;
         }
         for l in 0..done {
-            report(problem, l, &walk.space.x0, &mut solution.levels[l]);
+            report(problem, l, &state.feasible.x0, &mut solution.levels[l]);
         }
         let look = Certifier::new(problem).look(problem, Claim::Optimum(done), &solution.x);
         if !look.proves(&solution.x) {
@@ -214,12 +214,12 @@ impl HierarchicalSolver for ClarabelCascade {
 }
 
 /// Returns the set of the level's minimisers as the next space, without the held rows that are constant on it.
-fn narrowed(space: &Space, proven: &Proven) -> Space {
+fn narrowed(space: &FeasibleSet, proven: &Proven) -> FeasibleSet {
     let mut x0 = space.x0.clone();
     axpy(1.0, &space.z.apply(&proven.y), &mut x0);
     let z = space.z.times(&proven.null, None);
     let mut next =
-        Space { x0, rows: Matrix::zeros(0, space.rows.cols), z, lower: vec![], upper: vec![], names: vec![] };
+        FeasibleSet { x0, rows: Matrix::zeros(0, space.rows.cols), z, lower: vec![], upper: vec![], names: vec![] };
     let mut image = vec![0.0; next.z.cols];
     for (j, name) in space.names.iter().enumerate() {
         next.z.apply_transposed_into(space.rows.row(j), &mut image);
@@ -231,7 +231,7 @@ fn narrowed(space: &Space, proven: &Proven) -> Space {
 }
 
 /// Adds the inequality rows of a level that are met, and not constant on the space, to the held rows.
-fn hold_own(space: &mut Space, unit: &UnitLevel, l: usize, violated: &[i8]) {
+fn hold_own(space: &mut FeasibleSet, unit: &UnitLevel, l: usize, violated: &[i8]) {
     let mut image = vec![0.0; space.z.cols];
     for i in 0..unit.kind.len() {
         if unit.kind[i] == Kind::Inequality && violated.get(i).is_none_or(|s| *s == 0) {
@@ -244,9 +244,9 @@ fn hold_own(space: &mut Space, unit: &UnitLevel, l: usize, violated: &[i8]) {
 }
 
 /// Returns Clarabel's point with the directions along which all of its active rows are constant.
-fn take_as_is(stage: &Stage, y: Vec<f64>, guess: Guess) -> Proven {
-    let (mut rows, _, mut size) = stage.cost_rows(&guess.own);
-    for (name, _) in &guess.held {
+fn take_as_is(stage: &ReducedLevel, y: Vec<f64>, guess: ActiveSetGuess) -> Proven {
+    let (mut rows, _, mut size) = stage.cost_rows(&guess.violated);
+    for (name, _) in &guess.blocking {
         if let Ok(j) = stage.space.names.binary_search(name) {
             rows.push(stage.held.g.row(j));
             size.push(1.0);

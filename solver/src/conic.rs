@@ -7,8 +7,8 @@
 //! Rows are added when they are first violated, so that the programs stay small. Infinite bounds are omitted.
 
 use crate::dense::{Matrix, dot};
-use crate::space::Kind;
-use crate::stage::{Guess, Stage};
+use crate::feasible_set::Kind;
+use crate::reduced_level::{ActiveSetGuess, ReducedLevel};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 
@@ -20,7 +20,7 @@ pub(crate) struct Conic {
     /// The point, accurate to about 1e-8.
     pub(crate) y: Vec<f64>,
     /// Active set that the point suggests: violated rows of the level and blocking held rows.
-    pub(crate) guess: Guess,
+    pub(crate) guess: ActiveSetGuess,
     /// False if Clarabel stopped before it reached its tolerances: then only the guess is usable.
     pub(crate) converged: bool,
     /// Number of programs solved.
@@ -45,7 +45,7 @@ struct Point {
 
 /// Solves the stage. With `nearest`, it computes instead the point nearest to the reference among those that meet the
 /// held rows, and ignores the rows of the level. Returns `None` if Clarabel fails too.
-pub(crate) fn solve(stage: &Stage, nearest: bool) -> Option<Conic> {
+pub(crate) fn solve(stage: &ReducedLevel, nearest: bool) -> Option<Conic> {
     let k = stage.space.dimension();
     let none = vec![0; stage.level.kind.len()];
     let (mut rows, mut target) = if nearest {
@@ -74,14 +74,14 @@ pub(crate) fn solve(stage: &Stage, nearest: bool) -> Option<Conic> {
     Some(answer(stage, point, &own, &sides, ROUNDS + 1))
 }
 
-fn largest_scale(stage: &Stage) -> f64 {
+fn largest_scale(stage: &ReducedLevel) -> f64 {
     let scales = (stage.level.scale.iter().zip(&stage.level.kind)).filter(|(_, k)| **k != Kind::Silent);
     let largest = scales.fold(stage.level.damping, |m, (s, _)| m.max(*s));
     if largest > 0.0 && largest.is_finite() { largest } else { 1.0 }
 }
 
 /// Adds every side that `y` violates (with `all`: every side with a finite bound) and that is not in the list yet.
-fn add_violated(stage: &Stage, own: &[usize], y: &[f64], all: bool, sides: &mut Vec<Side>) {
+fn add_violated(stage: &ReducedLevel, own: &[usize], y: &[f64], all: bool, sides: &mut Vec<Side>) {
     let candidates = (own.iter().map(|i| (false, *i))).chain((0..stage.held.g.rows).map(|j| (true, j)));
     for (held, row) in candidates {
         let from = if held { &stage.held } else { &stage.own };
@@ -97,7 +97,7 @@ fn add_violated(stage: &Stage, own: &[usize], y: &[f64], all: bool, sides: &mut 
 }
 
 /// Builds and solves one program. Returns `None` if Clarabel does not even find a feasible point.
-fn program(stage: &Stage, rows: &Matrix, target: &[f64], sides: &[Side], largest: f64) -> Option<Point> {
+fn program(stage: &ReducedLevel, rows: &Matrix, target: &[f64], sides: &[Side], largest: f64) -> Option<Point> {
     let k = stage.space.dimension();
     let slacks: Vec<usize> = (0..sides.len()).filter(|s| !sides[*s].held).collect();
     let n = k + slacks.len();
@@ -171,21 +171,21 @@ fn program(stage: &Stage, rows: &Matrix, target: &[f64], sides: &[Side], largest
 
 /// Derives the active set from Clarabel's point: a row of the level is violated if its distance from the interval
 /// exceeds a tolerance; a held row is blocking if its dual is larger than its gap.
-fn answer(stage: &Stage, point: Point, own: &[usize], sides: &[Side], solves: usize) -> Conic {
+fn answer(stage: &ReducedLevel, point: Point, own: &[usize], sides: &[Side], solves: usize) -> Conic {
     let y = point.y;
-    let mut guess = Guess { own: vec![0; stage.level.kind.len()], held: Vec::new() };
+    let mut guess = ActiveSetGuess { violated: vec![0; stage.level.kind.len()], blocking: Vec::new() };
     for &i in own {
         let value = dot(stage.own.g.row(i), &y);
         let size = 1e-7 * (1.0 + value.abs());
         if value < stage.own.lower[i] - size {
-            guess.own[i] = -1;
+            guess.violated[i] = -1;
         } else if value > stage.own.upper[i] + size {
-            guess.own[i] = 1;
+            guess.violated[i] = 1;
         }
     }
     for (s, side) in sides.iter().enumerate().filter(|(_, s)| s.held) {
         if point.dual[s] > point.gap[s] {
-            guess.held.push((stage.space.names[side.row], side.side));
+            guess.blocking.push((stage.space.names[side.row], side.side));
         }
     }
     Conic { y, guess, solves, converged: point.converged }

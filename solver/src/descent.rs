@@ -7,8 +7,8 @@
 //! pieces).
 
 use crate::dense::{axpy, dot, norm};
-use crate::space::Kind;
-use crate::stage::{Guess, Stage};
+use crate::feasible_set::Kind;
+use crate::reduced_level::{ActiveSetGuess, ReducedLevel};
 
 /// Maximum number of steps.
 const STEPS: usize = 150;
@@ -17,7 +17,7 @@ const STEPS: usize = 150;
 const STILL: f64 = 1e-11;
 
 /// Descends from x0, which meets all held rows. Returns `None` if the maximum number of steps was reached.
-pub(crate) fn descend(stage: &Stage) -> Option<Guess> {
+pub(crate) fn descend(stage: &ReducedLevel) -> Option<ActiveSetGuess> {
     let k = stage.space.dimension();
     let mut y = vec![0.0; k];
     let mut held = vec![0_i8; stage.space.names.len()];
@@ -49,7 +49,7 @@ pub(crate) fn descend(stage: &Stage) -> Option<Guess> {
 }
 
 /// Returns for each row of the level the side on which `y` violates it; 0 for equalities and rows that are met.
-fn violated(stage: &Stage, y: &[f64]) -> Vec<i8> {
+fn violated(stage: &ReducedLevel, y: &[f64]) -> Vec<i8> {
     (0..stage.level.kind.len())
         .map(|i| {
             let value = dot(stage.own.g.row(i), y);
@@ -67,7 +67,7 @@ fn violated(stage: &Stage, y: &[f64]) -> Vec<i8> {
 
 /// Returns the maximum length along `step` that the held rows outside the working set allow, and the row that blocks
 /// there.
-fn longest(stage: &Stage, held: &[i8], y: &[f64], step: &[f64]) -> (f64, Option<(usize, i8)>) {
+fn longest(stage: &ReducedLevel, held: &[i8], y: &[f64], step: &[f64]) -> (f64, Option<(usize, i8)>) {
     let mut limit = f64::INFINITY;
     let mut blocking = None;
     for j in (0..held.len()).filter(|j| held[*j] == 0) {
@@ -87,7 +87,7 @@ fn longest(stage: &Stage, held: &[i8], y: &[f64], step: &[f64]) -> (f64, Option<
 
 /// Returns the minimiser of the cost along `step` in `[0, limit]`: the root of its derivative, which is piecewise
 /// linear and increasing.
-fn line_search(stage: &Stage, y: &[f64], step: &[f64], limit: f64) -> f64 {
+fn line_search(stage: &ReducedLevel, y: &[f64], step: &[f64], limit: f64) -> f64 {
     let level = stage.level;
     // Per row: value, slope, interval, weight.
     let mut lines: Vec<(f64, f64, f64, f64, f64)> = Vec::new();

@@ -68,12 +68,12 @@ mod dense;
 mod descent;
 mod distance;
 mod factor;
+mod feasible_set;
 mod nnls;
 pub mod problem;
+mod reduced_level;
 pub mod smooth;
 pub mod solution;
-mod space;
-mod stage;
 pub mod structure;
 
 pub use active_set::{ActiveSet, Effort};

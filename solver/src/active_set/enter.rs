@@ -4,9 +4,9 @@
 use super::kernels::{dot, norm};
 use super::rows::{Rows, tolerance};
 use super::search::{Rule, Search, Stopped};
-use super::stages::Entry;
+use super::working_set::Entry;
+use crate::feasible_set::Kind;
 use crate::problem::Problem;
-use crate::space::Kind;
 use crate::structure::Structure;
 
 /// Maximum number of times that a row is added in one solve: more are a cycle.
@@ -97,16 +97,16 @@ impl Search {
         loop {
             self.count()?;
             let own = s == entry.level;
-            let held = self.relaxed.stages.held[s].len();
+            let held = self.relaxed.working_set.held[s].len();
             if own {
                 self.relaxed.rewind(s, held);
-                self.relaxed.stages.own[s].push(entry);
+                self.relaxed.working_set.own[s].push(entry);
             } else if let Some(next) = self.hold(problem, s, &mut entry) {
                 s = next;
                 continue;
             }
             self.relaxed.complete(problem);
-            let list = if own { &self.relaxed.stages.own[s] } else { &self.relaxed.stages.held[s] };
+            let list = if own { &self.relaxed.working_set.own[s] } else { &self.relaxed.working_set.held[s] };
             if list.last().is_some_and(|e| e.trial < -e.noise) {
                 // The multiplier of an added row rises. If it falls, the working set is so nearly dependent that
                 // rounding dominates. Another order avoids it.
@@ -117,11 +117,11 @@ impl Search {
                 return Ok(());
             };
             self.go_part(s, part);
-            let list = if own { &mut self.relaxed.stages.own[s] } else { &mut self.relaxed.stages.held[s] };
+            let list = if own { &mut self.relaxed.working_set.own[s] } else { &mut self.relaxed.working_set.held[s] };
             entry = list.pop().unwrap_or(entry);
-            self.relaxed.rewind(s, self.relaxed.stages.held[s].len());
+            self.relaxed.rewind(s, self.relaxed.working_set.held[s].len());
             if is_own {
-                let gone = self.relaxed.stages.own[stage].remove(j);
+                let gone = self.relaxed.working_set.own[stage].remove(j);
                 let at = self.relaxed.rows.at(gone.level, gone.row);
                 self.relaxed.rows.side[at] = 0;
             } else {
@@ -133,7 +133,7 @@ impl Search {
     /// Adds a row to those held at stage `s`, and to the frame. If it depends on them, one of them gives way to it, or
     /// those that it presses against move to the stage above; the stage to try next is then returned.
     pub(super) fn hold(&mut self, problem: &Problem, s: usize, entry: &mut Entry) -> Option<usize> {
-        let held = self.relaxed.stages.held[s].len();
+        let held = self.relaxed.working_set.held[s].len();
         self.relaxed.rewind(s, held);
         self.relaxed.advance(problem, s);
         let room = self.relaxed.outward(problem, entry);
@@ -143,7 +143,7 @@ impl Search {
             return Some(self.oppose(s, leaving, entry));
         }
         self.relaxed.fix(left, room);
-        self.relaxed.stages.held[s].push(*entry);
+        self.relaxed.working_set.held[s].push(*entry);
         None
     }
 
@@ -152,7 +152,7 @@ impl Search {
     /// the row back.
     fn combine(&mut self, s: usize) -> Option<usize> {
         let (n, from) = (self.relaxed.n, self.relaxed.mark[s]);
-        let held = &self.relaxed.stages.held[s];
+        let held = &self.relaxed.working_set.held[s];
         let w = held.len();
         let mut least = f64::INFINITY;
         let mut leaving = None;
@@ -175,7 +175,7 @@ impl Search {
     /// gives way to it, or the held rows that it presses against move with it to the stage above. Returns the stage to
     /// try next.
     fn oppose(&mut self, s: usize, leaving: Option<usize>, entry: &mut Entry) -> usize {
-        let held = &mut self.relaxed.stages.held[s];
+        let held = &mut self.relaxed.working_set.held[s];
         let w = held.len();
         if let Some(leaving) = leaving {
             let least = held[leaving].value.max(0.0) / self.combination[leaving];
@@ -187,15 +187,15 @@ impl Search {
             return s;
         }
         let above = s - 1;
-        let kept = self.relaxed.stages.held[above].len();
+        let kept = self.relaxed.working_set.held[above].len();
         for j in (0..w).rev() {
             if self.combination[j] < -COMBINED {
-                let mut e = self.relaxed.stages.held[s].remove(j);
+                let mut e = self.relaxed.working_set.held[s].remove(j);
                 e.value = 0.0;
                 if e.level == above {
-                    self.relaxed.stages.own[above].push(e);
+                    self.relaxed.working_set.own[above].push(e);
                 } else {
-                    self.relaxed.stages.held[above].push(e);
+                    self.relaxed.working_set.held[above].push(e);
                 }
             }
         }

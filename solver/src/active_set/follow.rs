@@ -16,9 +16,9 @@
 use super::kernels::{dot, norm};
 use super::rows::tolerance;
 use super::search::{Search, Stopped};
-use super::stages::Entry;
+use super::working_set::Entry;
+use crate::feasible_set::Kind;
 use crate::problem::Problem;
-use crate::space::Kind;
 use crate::structure::Structure;
 
 /// Maximum number of wrong signs and violated rows, in addition to a third of the working set, for which the last tick
@@ -48,7 +48,7 @@ impl Search {
     /// Moves from the current point and multipliers, those of the last tick, to those of this tick. The frame must be
     /// complete, with trial multipliers. Returns false if it was given up on the way.
     pub(super) fn follow(&mut self, problem: &Problem) -> Result<bool, Stopped> {
-        let count = self.relaxed.stages.count();
+        let count = self.relaxed.working_set.count();
         if self.locate(problem) + self.wrong() > FAR + count / 3 {
             return Ok(false);
         }
@@ -84,10 +84,10 @@ impl Search {
             self.approach(part);
             match event {
                 Event::Leaves(stage, true, j) => {
-                    let gone = self.relaxed.stages.own[stage].remove(j);
+                    let gone = self.relaxed.working_set.own[stage].remove(j);
                     let at = self.relaxed.rows.at(gone.level, gone.row);
                     self.relaxed.rows.side[at] = 0;
-                    let held = self.relaxed.stages.held[stage].len();
+                    let held = self.relaxed.working_set.held[stage].len();
                     self.relaxed.rewind(stage, held);
                 }
                 Event::Leaves(stage, false, j) => self.relaxed.release(stage, j),
@@ -106,7 +106,7 @@ impl Search {
 
     /// Returns the number of multipliers of the wrong sign at the frame's point.
     fn wrong(&self) -> usize {
-        let stages = &self.relaxed.stages;
+        let stages = &self.relaxed.working_set;
         stages.own.iter().chain(&stages.held).flatten().filter(|e| e.trial < -e.noise).count()
     }
 
@@ -197,9 +197,9 @@ impl Search {
         let mut s = self.relaxed.levels;
         loop {
             if s == entry.level {
-                let held = self.relaxed.stages.held[s].len();
+                let held = self.relaxed.working_set.held[s].len();
                 self.relaxed.rewind(s, held);
-                self.relaxed.stages.own[s].push(entry);
+                self.relaxed.working_set.own[s].push(entry);
                 return Ok(());
             }
             match self.hold(problem, s, &mut entry) {

@@ -17,7 +17,7 @@ use super::closed::{Closed, Member};
 use super::frame::{DEPENDENT, Frame, is_dependent, is_near};
 use super::kernels::{LANES, axpy, dot, norm, scaled};
 use super::rows::{Norms, weight};
-use super::stages::Entry;
+use super::working_set::Entry;
 use crate::problem::Level;
 use crate::structure::Structure;
 

@@ -2,7 +2,7 @@
 //! is zero.
 
 use super::search::{Search, Stopped};
-use super::stages::Entry;
+use super::working_set::Entry;
 use crate::problem::Problem;
 
 /// Number of times that a row may move to a lower stage in one solve, in addition to once for each, before it stays.
@@ -29,10 +29,10 @@ impl Search {
     /// that the frame may keep.
     pub(super) fn first_idle(&mut self) -> Option<(usize, usize)> {
         for s in 0..=self.relaxed.levels {
-            let mut keep = self.relaxed.stages.held[s].len();
+            let mut keep = self.relaxed.working_set.held[s].len();
             let mut changed = false;
-            for j in (0..self.relaxed.stages.held[s].len()).rev() {
-                let e = self.relaxed.stages.held[s][j];
+            for j in (0..self.relaxed.working_set.held[s].len()).rev() {
+                let e = self.relaxed.working_set.held[s][j];
                 if e.value <= e.noise && self.retire(e, s) {
                     // A row that moves to a lower stage stays in the working set.
                     let side = self.relaxed.rows.side[self.relaxed.rows.at(e.level, e.row)];
@@ -44,12 +44,12 @@ impl Search {
                 }
             }
             if s < self.relaxed.levels {
-                for j in (0..self.relaxed.stages.own[s].len()).rev() {
-                    let e = self.relaxed.stages.own[s][j];
+                for j in (0..self.relaxed.working_set.own[s].len()).rev() {
+                    let e = self.relaxed.working_set.own[s][j];
                     if e.value <= e.noise && self.retire(e, s) {
-                        self.relaxed.stages.own[s].remove(j);
+                        self.relaxed.working_set.own[s].remove(j);
                         changed = true;
-                        keep = keep.min(self.relaxed.stages.held[s].len());
+                        keep = keep.min(self.relaxed.working_set.held[s].len());
                     }
                 }
             }
@@ -68,7 +68,7 @@ impl Search {
         }
         self.returns[at] = self.returns[at].saturating_add(1);
         if e.value >= -e.noise && s < self.relaxed.levels {
-            self.relaxed.stages.held[s + 1].push(Entry::new(e.level, e.row, e.side));
+            self.relaxed.working_set.held[s + 1].push(Entry::new(e.level, e.row, e.side));
         } else {
             self.relaxed.rows.side[at] = 0;
         }
@@ -83,8 +83,8 @@ impl Search {
         let mut first = None;
         let mut least = f64::INFINITY;
         for stage in s..=self.relaxed.levels {
-            let violated = if stage < self.relaxed.levels { &self.relaxed.stages.own[stage][..] } else { &[] };
-            for (is_own, list) in [(true, violated), (false, &self.relaxed.stages.held[stage][..])] {
+            let violated = if stage < self.relaxed.levels { &self.relaxed.working_set.own[stage][..] } else { &[] };
+            for (is_own, list) in [(true, violated), (false, &self.relaxed.working_set.held[stage][..])] {
                 let added = usize::from(stage == s && added == Some(is_own));
                 for (j, e) in list[..list.len() - added].iter().enumerate() {
                     if e.trial < -e.noise {
@@ -102,8 +102,8 @@ impl Search {
 
     /// Moves the multipliers from stage `s` on by the fraction `part` towards the trial multipliers.
     pub(super) fn go_part(&mut self, s: usize, part: f64) {
-        let own = self.relaxed.stages.own[s.min(self.relaxed.levels)..].iter_mut();
-        for e in own.chain(&mut self.relaxed.stages.held[s..]).flatten() {
+        let own = self.relaxed.working_set.own[s.min(self.relaxed.levels)..].iter_mut();
+        for e in own.chain(&mut self.relaxed.working_set.held[s..]).flatten() {
             e.value += part * (e.trial - e.value);
         }
     }

@@ -1,6 +1,6 @@
 //! The hierarchical active-set solver: exact, warm-started, without allocation while it solves.
 //!
-//! At each tick the solver reads the rows once (`rows`), takes the working set of the last tick (`stages`), and fixes
+//! At each tick the solver reads the rows once (`rows`), takes the working set of the last tick (`working_set`), and fixes
 //! its rows one after the other in an orthonormal frame, level by level (`frame`, `group`, `closed`, `relaxed`).
 //! Multipliers show which rows must leave, residuals which must enter (`search`). If nothing changes, the usual case,
 //! this costs one factorisation and one scan of all rows. Otherwise the optimum of the last tick is followed to that of
@@ -46,7 +46,7 @@ mod relaxed;
 mod report;
 mod rows;
 mod search;
-mod stages;
+mod working_set;
 
 use crate::certificate::Claim;
 use crate::problem::Problem;
@@ -110,7 +110,7 @@ impl ActiveSet {
     /// Clears the working set, so that the next solve starts from an empty one.
     pub fn forget(&mut self) {
         let relaxed = &mut self.search.relaxed;
-        relaxed.stages.clear(&mut relaxed.rows);
+        relaxed.working_set.clear(&mut relaxed.rows);
         (self.search.known, self.search.adding) = (0, 0);
     }
 

@@ -8,7 +8,7 @@ use super::frame::Frame;
 use super::group::Group;
 use super::kernels::{LANES, axpy, dot, norm, scaled};
 use super::rows::Rows;
-use super::stages::{Entry, Stages};
+use super::working_set::{Entry, WorkingSet};
 use crate::problem::Problem;
 
 /// A multiplier below this fraction of the forces that it balances is rounding.
@@ -19,7 +19,7 @@ pub(crate) struct Relaxed {
     /// Number of levels that are solved; also the index of the last stage.
     pub(crate) levels: usize,
     pub(crate) rows: Rows,
-    pub(crate) stages: Stages,
+    pub(crate) working_set: WorkingSet,
     pub(crate) frame: Frame,
     group: Group,
     /// The frame contains the stages before this one, and `pushed` held rows of this one.
@@ -58,7 +58,7 @@ impl Relaxed {
         Relaxed {
             levels,
             rows,
-            stages: Stages::new(&sizes),
+            working_set: WorkingSet::new(&sizes),
             frame: Frame::new(n),
             group: Group::new(n, most),
             stage: 0,
@@ -82,7 +82,7 @@ impl Relaxed {
     /// Begins a solve of the first `levels` levels from the current working set.
     pub(crate) fn begin(&mut self, problem: &Problem, levels: usize) {
         self.levels = levels;
-        self.stages.adopt(problem, &mut self.rows, levels);
+        self.working_set.adopt(problem, &mut self.rows, levels);
         self.reference[..self.n].copy_from_slice(&problem.reference);
         self.start[..self.stride].copy_from_slice(&self.reference);
         self.mark[0] = 0;
@@ -104,7 +104,7 @@ impl Relaxed {
     /// Removes held row `j` of stage `s` from the working set and from the frame. At the last stage, which nothing
     /// follows, the frame is updated in place by Givens rotations; elsewhere it is truncated before the row.
     pub(crate) fn release(&mut self, s: usize, j: usize) {
-        let held = &mut self.stages.held[s];
+        let held = &mut self.working_set.held[s];
         let gone = held.remove(j);
         let left = held.len();
         let at = self.rows.at(gone.level, gone.row);
@@ -167,14 +167,14 @@ impl Relaxed {
     /// working set.
     pub(crate) fn advance(&mut self, problem: &Problem, s: usize) {
         loop {
-            while self.pushed < self.stages.held[self.stage].len() {
-                let e = self.stages.held[self.stage][self.pushed];
+            while self.pushed < self.working_set.held[self.stage].len() {
+                let e = self.working_set.held[self.stage][self.pushed];
                 let room = self.outward(problem, &e);
                 let left = self.project();
                 if left > 0.0 {
                     self.fix(left, room);
                 } else {
-                    self.stages.held[self.stage].remove(self.pushed);
+                    self.working_set.held[self.stage].remove(self.pushed);
                     let at = self.rows.at(e.level, e.row);
                     self.rows.side[at] = 0;
                 }
@@ -207,8 +207,8 @@ impl Relaxed {
         self.presses[l] = self.group.minimise(
             &problem.levels[l],
             self.rows.norms(l),
-            &self.stages.equal[l],
-            &mut self.stages.own[l],
+            &self.working_set.equal[l],
+            &mut self.working_set.own[l],
             &mut self.frame,
             &mut self.gradient[span],
         );
@@ -219,7 +219,7 @@ impl Relaxed {
     /// Returns true if a row held against level `l` has a multiplier so small that `weigh` has to examine it.
     fn is_close(&self, l: usize) -> bool {
         let (n, from) = (self.n, self.mark[l]);
-        self.stages.held[l].iter().enumerate().any(|(j, e)| {
+        self.working_set.held[l].iter().enumerate().any(|(j, e)| {
             let diagonal = self.lower[(from + j) * n + from + j];
             e.trial.abs() > e.noise && e.trial.abs() <= self.group.slight / diagonal
         })
@@ -227,7 +227,7 @@ impl Relaxed {
 
     /// Computes the trial multipliers of the rows held against stage `s` from its gradient.
     fn balance(&mut self, s: usize) {
-        let held = &mut self.stages.held[s];
+        let held = &mut self.working_set.held[s];
         let gradient = &self.gradient[s * self.stride..(s + 1) * self.stride];
         if !self.presses[s] {
             held.iter_mut().for_each(|e| (e.trial, e.noise) = (0.0, 0.0));
@@ -249,10 +249,10 @@ impl Relaxed {
     /// could release a row and then follow the direction to where the row forbids it.
     fn weigh(&mut self, problem: &Problem, l: usize) {
         let (n, from) = (self.n, self.mark[l]);
-        let w = self.stages.held[l].len();
+        let w = self.working_set.held[l].len();
         for j in 0..w {
             let diagonal = self.lower[(from + j) * n + from + j];
-            let e = self.stages.held[l][j];
+            let e = self.working_set.held[l][j];
             if e.trial.abs() <= e.noise || e.trial.abs() > self.group.slight / diagonal {
                 continue;
             }
@@ -267,7 +267,7 @@ impl Relaxed {
                 axpy(self.lets_go[i], self.frame.row(from + i), &mut self.row);
             }
             if !self.group.moves(&problem.levels[l], &self.row) {
-                self.stages.held[l][j].noise = self.group.slight / diagonal;
+                self.working_set.held[l][j].noise = self.group.slight / diagonal;
             }
         }
     }
@@ -276,7 +276,7 @@ impl Relaxed {
     pub(crate) fn complete(&mut self, problem: &Problem) {
         let last = self.levels;
         self.advance(problem, last);
-        if self.stages.held[last].is_empty() {
+        if self.working_set.held[last].is_empty() {
             return;
         }
         let span = last * self.stride..(last + 1) * self.stride;
@@ -290,8 +290,8 @@ impl Relaxed {
 
     /// Replaces the multipliers from stage `s` on by the trial multipliers.
     pub(crate) fn accept(&mut self, s: usize) {
-        let own = self.stages.own[s.min(self.levels)..].iter_mut();
-        for e in own.chain(&mut self.stages.held[s..]).flatten() {
+        let own = self.working_set.own[s.min(self.levels)..].iter_mut();
+        for e in own.chain(&mut self.working_set.held[s..]).flatten() {
             e.value = e.trial;
         }
     }

@@ -44,7 +44,7 @@ pub(crate) fn write(relaxed: &Relaxed, problem: &Problem, solution: &mut Solutio
         out.freedom = relaxed.freedom(l);
     }
     solution.blocking.clear();
-    for (level, held) in relaxed.stages.held.iter().enumerate().take(relaxed.levels) {
+    for (level, held) in relaxed.working_set.held.iter().enumerate().take(relaxed.levels) {
         for e in held.iter().filter(|e| e.value > e.noise) {
             solution.blocking.push(Blocking {
                 level,

@@ -1,8 +1,8 @@
 //! Properties of a tick's rows: norm, kind, and membership in the working set.
 
 use super::kernels::{LANES, dot};
+use crate::feasible_set::{FEASIBLE, Kind};
 use crate::problem::{Level, Problem, ProblemError, check, nothing};
-use crate::space::{FEASIBLE, Kind};
 use crate::structure::{Structure, usable};
 
 /// Norms of a level's rows.

@@ -124,13 +124,13 @@ impl Search {
             self.add_level(problem)?;
         } else if !self.start(problem, known == all && self.rule == Rule::Worst)? {
             self.relaxed.rewind(0, 0);
-            self.relaxed.stages.clear(&mut self.relaxed.rows);
+            self.relaxed.working_set.clear(&mut self.relaxed.rows);
             reached = 0;
         }
         for l in reached + 1..=all {
             if l > 1 {
                 self.relaxed.rewind(l - 1, 0);
-                let (above, below) = self.relaxed.stages.held.split_at_mut(l);
+                let (above, below) = self.relaxed.working_set.held.split_at_mut(l);
                 below[0].append(&mut above[l - 1]);
             }
             self.relaxed.levels = l;
@@ -141,7 +141,7 @@ impl Search {
 
     /// Searches for the optimum from the current working set. Returns false if that is no usable start.
     fn start(&mut self, problem: &Problem, follows: bool) -> Result<bool, Stopped> {
-        let before = self.relaxed.stages.count();
+        let before = self.relaxed.working_set.count();
         self.relaxed.complete(problem);
         if follows {
             if self.first_to_leave(0, None).is_none() && self.next_violated(problem).is_none() {
@@ -163,7 +163,7 @@ impl Search {
         self.relaxed.accept(0);
         self.settle(problem)?;
         let Some(entry) = self.next_violated(problem) else { return Ok(true) };
-        let changes = self.violated + before.saturating_sub(self.relaxed.stages.count());
+        let changes = self.violated + before.saturating_sub(self.relaxed.working_set.count());
         if self.rule == Rule::Worst && (before == 0 || changes > FEW) {
             return Ok(false);
         }

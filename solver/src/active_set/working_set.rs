@@ -2,7 +2,7 @@
 //! the rows of higher levels that hold it back.
 
 use super::rows::Rows;
-use crate::space::Kind;
+use crate::feasible_set::Kind;
 
 /// A row in the working set.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +27,7 @@ impl Entry {
 }
 
 #[derive(Clone, Debug)]
-pub(crate) struct Stages {
+pub(crate) struct WorkingSet {
     /// Per level: the rows that it violates.
     pub(crate) own: Vec<Vec<Entry>>,
     /// Per stage: rows of higher levels that are held at their bound against it, in the order of the frame. The last
@@ -37,11 +37,11 @@ pub(crate) struct Stages {
     pub(crate) equal: Vec<Vec<usize>>,
 }
 
-impl Stages {
+impl WorkingSet {
     /// Creates storage for levels of these sizes. A row is in at most one list, but may be in any of them.
     pub(crate) fn new(rows: &[usize]) -> Self {
         let all = rows.iter().sum();
-        Stages {
+        WorkingSet {
             own: rows.iter().map(|m| Vec::with_capacity(*m)).collect(),
             held: (0..=rows.len()).map(|_| Vec::with_capacity(all)).collect(),
             equal: rows.iter().map(|m| Vec::with_capacity(*m)).collect(),

@@ -7,11 +7,11 @@ use crate::problem::{Level, Problem};
 pub(crate) const FEASIBLE: f64 = 1e-11;
 
 /// Level and row of an inequality.
-pub(crate) type Name = (usize, usize);
+pub(crate) type RowId = (usize, usize);
 
 /// `{ x = x0 + Z y }` with `lower <= A x <= upper`.
 #[derive(Clone, Debug)]
-pub(crate) struct Space {
+pub(crate) struct FeasibleSet {
     /// A point of the set that meets all held rows; usually the nearest such point to the reference.
     pub(crate) x0: Vec<f64>,
     /// n x k, orthonormal columns.
@@ -20,13 +20,13 @@ pub(crate) struct Space {
     pub(crate) rows: Matrix,
     pub(crate) lower: Vec<f64>,
     pub(crate) upper: Vec<f64>,
-    pub(crate) names: Vec<Name>,
+    pub(crate) names: Vec<RowId>,
 }
 
-impl Space {
+impl FeasibleSet {
     /// Returns the whole space, relative to the reference.
     pub(crate) fn whole(problem: &Problem) -> Self {
-        Space {
+        FeasibleSet {
             x0: problem.reference.clone(),
             z: Matrix::identity(problem.n),
             rows: Matrix::zeros(0, problem.n),
@@ -43,7 +43,7 @@ impl Space {
 
     /// Adds a held row. If rounding left a bound violated at `x0`, the bound is moved to `x0`, so that the set never
     /// becomes empty.
-    pub(crate) fn hold(&mut self, name: Name, row: &[f64], lower: f64, upper: f64) {
+    pub(crate) fn hold(&mut self, name: RowId, row: &[f64], lower: f64, upper: f64) {
         let value = dot(row, &self.x0);
         self.rows.push(row);
         self.lower.push(lower.min(value));

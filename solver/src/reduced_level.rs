@@ -13,25 +13,25 @@
 use crate::dense::{DEPENDENT, Frame, Matrix, axpy, dot, norm};
 use crate::distance::{Nearest, Rows, nearest};
 use crate::factor::least_squares;
+use crate::feasible_set::{FeasibleSet, Kind, RowId, UnitLevel, tolerance};
 use crate::nnls::nnls;
-use crate::space::{Kind, Name, Space, UnitLevel, tolerance};
 
 /// Maximum number of guesses in a search; more rows than this have never been seen to change in one tick.
 const ROUNDS: usize = 80;
 
 /// A guess of the active set: the rows that the level violates, and the held rows that block it.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Guess {
+pub(crate) struct ActiveSetGuess {
     /// Per row of the level: -1 below, +1 above, 0 within.
-    pub(crate) own: Vec<i8>,
+    pub(crate) violated: Vec<i8>,
     /// Blocking held rows, with the bound (-1 lower, +1 upper) that they are at.
-    pub(crate) held: Vec<(Name, i8)>,
+    pub(crate) blocking: Vec<(RowId, i8)>,
 }
 
 /// A level in reduced coordinates.
-pub(crate) struct Stage<'a> {
+pub(crate) struct ReducedLevel<'a> {
     pub(crate) level: &'a UnitLevel,
-    pub(crate) space: &'a Space,
+    pub(crate) space: &'a FeasibleSet,
     /// Rows of the level times Z (m x k), and their intervals relative to x0.
     pub(crate) own: Rows,
     /// Held rows times Z (h x k), and their intervals relative to x0.
@@ -48,7 +48,7 @@ pub(crate) struct Proven {
     pub(crate) is_nearest: bool,
     /// k x k', directions along which the cost of the level is constant.
     pub(crate) null: Matrix,
-    pub(crate) guess: Guess,
+    pub(crate) guess: ActiveSetGuess,
 }
 
 /// All minimisers for one guess.
@@ -57,21 +57,21 @@ pub(crate) struct Flat {
     pub(crate) null: Matrix,
 }
 
-impl<'a> Stage<'a> {
-    pub(crate) fn new(level: &'a UnitLevel, space: &'a Space, reference: &[f64]) -> Self {
+impl<'a> ReducedLevel<'a> {
+    pub(crate) fn new(level: &'a UnitLevel, space: &'a FeasibleSet, reference: &[f64]) -> Self {
         let own = project(&level.rows, &level.lower, &level.upper, space);
         let held = project(&space.rows, &space.lower, &space.upper, space);
         let away: Vec<f64> = reference.iter().zip(&space.x0).map(|(r, x)| r - x).collect();
-        Stage { level, space, own, held, start: space.z.apply_transposed(&away) }
+        ReducedLevel { level, space, own, held, start: space.z.apply_transposed(&away) }
     }
 
     /// Searches for the active set from `guess`. Returns `None` if no guess could be proven.
-    pub(crate) fn search(&self, guess: &Guess) -> Option<Proven> {
+    pub(crate) fn search(&self, guess: &ActiveSetGuess) -> Option<Proven> {
         let m = self.level.kind.len();
-        let mut own: Vec<i8> = guess.own.clone();
+        let mut own: Vec<i8> = guess.violated.clone();
         own.resize(m, 0);
         let mut held = vec![0_i8; self.space.names.len()];
-        for (name, side) in &guess.held {
+        for (name, side) in &guess.blocking {
             if let Ok(j) = self.space.names.binary_search(name) {
                 held[j] = *side;
             }
@@ -179,9 +179,9 @@ impl<'a> Stage<'a> {
         Proven { y, null, guess, is_nearest }
     }
 
-    pub(crate) fn guess(&self, own: Vec<i8>, held: &[i8]) -> Guess {
+    pub(crate) fn guess(&self, own: Vec<i8>, held: &[i8]) -> ActiveSetGuess {
         let names = self.space.names.iter().zip(held);
-        Guess { own, held: names.filter(|(_, s)| **s != 0).map(|(n, s)| (*n, *s)).collect() }
+        ActiveSetGuess { violated: own, blocking: names.filter(|(_, s)| **s != 0).map(|(n, s)| (*n, *s)).collect() }
     }
 
     /// Returns the target of a row of E or V, relative to x0.
@@ -343,7 +343,7 @@ impl<'a> Stage<'a> {
 }
 
 /// Transforms rows of norm one to the coordinates of `space`, with intervals relative to its point.
-fn project(rows: &Matrix, lower: &[f64], upper: &[f64], space: &Space) -> Rows {
+fn project(rows: &Matrix, lower: &[f64], upper: &[f64], space: &FeasibleSet) -> Rows {
     let offset = rows.apply(&space.x0);
     Rows {
         g: rows.times(&space.z, Some(1.0)),
@@ -366,15 +366,15 @@ mod tests {
         let mut problem = Problem::new(2, &[shape, shape]);
         problem.levels[0].set(0, &[1.0, 0.0], -1.0, 1.0);
         problem.levels[1].set(0, &[0.0, 1.0], 0.5, 0.5);
-        let mut space = Space::whole(&problem);
+        let mut space = FeasibleSet::whole(&problem);
         space.hold((0, 0), &[1.0, 0.0], -1.0, 1.0);
         let unit = UnitLevel::new(&problem.levels[1], 0.0);
-        let stage = Stage::new(&unit, &space, &problem.reference);
+        let stage = ReducedLevel::new(&unit, &space, &problem.reference);
         let flat = stage.minimisers(&[0], &[1]).expect("the row can be held");
         assert!((flat.y[0] - 1.0).abs() < 1e-14 && flat.null.cols == 0);
         let proven = stage.settle(flat, vec![0], vec![1]);
         assert_eq!(proven.null.cols, 1);
-        assert!(proven.is_nearest && proven.guess.held.is_empty());
+        assert!(proven.is_nearest && proven.guess.blocking.is_empty());
         assert!(proven.y[0].abs() < 1e-14 && (proven.y[1] - 0.5).abs() < 1e-14);
     }
 }
