@@ -222,7 +222,7 @@ const STAGES: [&[&str]; 11] = [
     &["forms", "input", "paths"],
     &["cli_overrides", "expr", "recording"],
     &["expand", "robot_binding"],
-    &["binding", "named"],
+    &["binding", "let_bindings"],
     &["analysis", "source_map"],
     &["lowering"],
     &["resolve"],

@@ -4,7 +4,7 @@ use dsl::Diagnostic;
 use stdlib_tasks::bound::{Bound, BoundParams};
 use stdlib_tasks::task::{Condition, CurrentValueType, ExpressedIn, TaskKind};
 
-use super::present::axes_of;
+use super::robot_state::axes_of;
 use super::{Binder, Owner};
 use crate::expr::{Axes, Frame, Typed};
 

@@ -11,7 +11,7 @@ use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::expression::Leaf;
 use stdlib_tasks::task::CurrentValueType;
 
-use super::cut::cut;
+use super::partition::partition;
 use super::scope::TaskScope;
 use crate::diagnostics::refused::Refused;
 use crate::expr::constants::is_word;
@@ -140,7 +140,7 @@ impl TaskScope<'_> {
             let d = Diagnostic::error("HQ0311", argument.span, "nothing can be captured from this");
             return if asked { Ok(Typed { span, ..typed }) } else { Err(Some(Box::new(d.help(USE)))) };
         }
-        let e = cut(graph, self.table, &typed);
+        let e = partition(graph, self.table, &typed);
         let people = e.leaves.iter().find_map(|l| match l {
             Leaf::Field(_) => Some(("a safety field", "field")),
             Leaf::PointDistance(_) => Some(("the distance to a person", "distance")),

@@ -6,8 +6,8 @@ use runtime::program::Op;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::expression::Expression;
 
-use super::cut::cut;
 use super::motion::MeasuredState;
+use super::partition::partition;
 use super::{Binder, Known, TaskScope};
 use crate::expr::{Frame, Graph, Kind, Lowering};
 
@@ -56,7 +56,7 @@ impl Binder<'_> {
         let constant = self.graph.constant(typed.nodes[0]).map(|x| x >= 0.0);
         let mut demands = Vec::new();
         self.demanded(typed.nodes[0], &mut demands);
-        let mut expression = cut(self.graph, self.table, &typed);
+        let mut expression = partition(self.graph, self.table, &typed);
         for input in &mut expression.inputs {
             *input = self.table.place(&[*input]).at;
         }
@@ -79,7 +79,7 @@ impl Binder<'_> {
             );
             return None;
         }
-        let mut expression = cut(self.graph, self.table, &typed);
+        let mut expression = partition(self.graph, self.table, &typed);
         for input in &mut expression.inputs {
             *input = self.table.place(&[*input]).at;
         }

@@ -9,7 +9,7 @@ use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::expression::Expression;
 use stdlib_tasks::params::{Form, ParamInfo, Quantity};
 
-use super::cut::cut;
+use super::partition::partition;
 use super::{Binder, Number, Owner};
 use crate::expr::{Kind, Typed};
 
@@ -98,7 +98,7 @@ impl Binder<'_> {
 
     /// Expression of the state; its parts that depend on time alone are stored in the table of values.
     fn of_state(&mut self, typed: &Typed, value: &Value) -> Expression {
-        let mut e = cut(self.graph, self.table, typed);
+        let mut e = partition(self.graph, self.table, typed);
         for input in &mut e.inputs {
             let slot = self.table.place(&[*input]);
             self.numbers.push(Number { slot, dimension: NONE, span: value.span, written: true });

@@ -3,15 +3,15 @@
 mod along;
 mod capture;
 mod condition;
-mod cut;
 mod expression;
 pub(crate) mod gain;
 pub(crate) mod motion;
+mod partition;
 mod parts;
 mod people;
 mod per;
-mod present;
 mod protects;
+mod robot_state;
 mod scope;
 mod start;
 mod table;
@@ -34,8 +34,8 @@ use crate::forms::{block_of, text_of, unknown_keys};
 use crate::robot_binding::{BoundRobot, joints};
 
 pub(crate) use condition::Condition;
-pub(crate) use cut::whole;
-use present::axes_of;
+pub(crate) use partition::whole;
+use robot_state::axes_of;
 pub(crate) use scope::{Known, TaskScope};
 pub use table::Table;
 

@@ -12,7 +12,7 @@ use stdlib_tasks::task::RowKind;
 use super::{Binder, Owner};
 use crate::expr::Kind;
 use crate::expr::constants::{fits, joint_dimension, joint_items, merge_bare, with_units};
-use crate::expr::fitting::wrong_dimension;
+use crate::expr::dimension_check::wrong_dimension;
 use crate::forms::{block_of, names_of_key};
 use crate::robot_binding::joints;
 use crate::units;

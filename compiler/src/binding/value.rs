@@ -10,7 +10,7 @@ use stdlib_tasks::params::{ParamInfo, Quantity};
 
 use super::gain;
 use super::scope::TaskScope;
-use super::{Binder, DEFAULTS, Number, Owner, present};
+use super::{Binder, DEFAULTS, Number, Owner, robot_state};
 use crate::expr::constants::{fits, one_unit, unit_of_divisor, with_units};
 use crate::expr::{Frame, Kind, Lowering, Typed, frames};
 use crate::forms::unknown_key;
@@ -39,7 +39,7 @@ impl Binder<'_> {
             Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()?;
         // A named expression of the robot's state is valid by itself, so only this check rejects it here.
         if !state && typed.nodes.iter().any(|&n| self.graph.is_state(n)) {
-            self.diagnostics.push(present::misplaced(Some(kind), value.span));
+            self.diagnostics.push(robot_state::misplaced(Some(kind), value.span));
             return None;
         }
         Some(typed)

@@ -9,7 +9,7 @@ use super::arguments::CallError;
 use super::errors;
 use super::functions::{self, FUNCTIONS};
 use super::helps::{count, elsewhere, families};
-use super::present::PRESENT;
+use super::robot_state::PRESENT;
 use super::scope::{Failed, MEASURES};
 use super::trajectories::{self, TRAJECTORIES};
 use super::{Kind, Lowering, Typed, frames, ops};

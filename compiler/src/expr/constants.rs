@@ -5,8 +5,8 @@ use dsl::{Diagnostic, Span, Spanned};
 use robot::{DofUnit, Model};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
 
+pub use crate::expr::dimension_check::{bare_angle, fits, merge_bare, one_unit, unit_of_divisor, wrong_dimension};
 pub use crate::expr::environment::{Human, Params, is_word};
-pub use crate::expr::fitting::{bare_angle, fits, merge_bare, one_unit, unit_of_divisor, wrong_dimension};
 use crate::expr::{Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Typed};
 
 /// Context of values that are needed at compile time: their graph and scope.

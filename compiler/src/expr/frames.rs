@@ -11,7 +11,7 @@ use runtime::program::Op;
 
 use super::ops::{conjugate, quaternion_product, rotate};
 use super::poses::{composed, inverted};
-use super::present::Now;
+use super::robot_state::Now;
 use super::scope::Failed;
 use super::{Fact, Kind, Lowering, Typed};
 

@@ -7,7 +7,7 @@ use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE, TIME};
 
 use super::functions::function;
-use super::present::Now;
+use super::robot_state::Now;
 use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
 use crate::forms::{target, written};

@@ -13,7 +13,7 @@ use stdlib_tasks::dimension::{LENGTH, NONE};
 use super::arguments::{CallError, number, orientation, vector};
 use super::functions::slerp;
 use super::ops::{Mismatch, conjugate, is_zero, quaternion_product, rotate};
-use super::present::Now;
+use super::robot_state::Now;
 use super::scope::Failed;
 use super::{Axes, Frame, Graph, Kind, Lowering, Meaning, Typed};
 

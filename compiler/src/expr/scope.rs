@@ -3,7 +3,7 @@
 use dsl::tree::Value;
 use dsl::{Diagnostic, Span, Spanned};
 
-use super::present::Now;
+use super::robot_state::Now;
 use super::trajectories::needs_from;
 use super::{Frame, Graph, Start, Typed};
 use crate::expr::constants::Human;

@@ -10,10 +10,10 @@ use runtime::program::{Measure, PredicateTable, Program, ScenarioProgram};
 use runtime::world::is_bound_to_its_stack;
 
 use super::Lowerer;
+use super::expectation_scope::Watch;
 use super::formulas::{Source, Ticks};
 use super::predicates::{Graphs, measure, mixed, number, predicate};
 use super::shapes::Shape;
-use super::watch::Watch;
 use crate::binding::{Known, TaskScope};
 use crate::robot_binding::BoundRobot;
 

@@ -3,10 +3,12 @@
 mod actions;
 mod declared;
 mod distances;
+mod expectation_scope;
 mod expectations;
 mod fields;
 mod formulas;
 mod given;
+mod human_trajectories;
 mod humans;
 mod in_place;
 mod machine;
@@ -21,13 +23,11 @@ mod shapes;
 mod signals;
 mod stack;
 mod states;
-mod told;
+mod task_outputs;
 mod transitions;
 mod triggers;
 mod values;
 mod variables;
-mod walks;
-mod watch;
 mod wording;
 mod world;
 

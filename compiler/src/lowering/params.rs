@@ -41,11 +41,11 @@ impl Lowerer<'_> {
     /// Declares all named values.
     pub(super) fn named_values<'t>(&mut self, expanded: &'t Expanded, declared: &Declared) -> NamedValues<'t> {
         let overrides = self.overrides(declared);
-        let (mut all, mut told) = (NamedValues::default(), false);
+        let (mut all, mut outputs_declared) = (NamedValues::default(), false);
         for value in &expanded.values {
             // Outputs of tasks come after the signals and before the lets, which may use them.
-            if matches!(value, Named::Let(_)) && !std::mem::replace(&mut told, true) {
-                self.told(&declared.tasks);
+            if matches!(value, Named::Let(_)) && !std::mem::replace(&mut outputs_declared, true) {
+                self.declare_task_outputs(&declared.tasks);
             }
             match value {
                 Named::Param(p) => {
@@ -62,8 +62,8 @@ impl Lowerer<'_> {
                 Named::Variable(v) => self.variable(v, &mut all.variables),
             }
         }
-        if !told {
-            self.told(&declared.tasks);
+        if !outputs_declared {
+            self.declare_task_outputs(&declared.tasks);
         }
         all
     }

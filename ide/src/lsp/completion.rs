@@ -189,8 +189,8 @@ impl List<'_> {
                 self.built_in(compiler::expr::MOTION, 0);
                 self.expression(names, false, true);
             }
-            C::Captured(actuals, prefix) => {
-                for actual in *actuals {
+            C::Captured(values, prefix) => {
+                for actual in *values {
                     match actual.name.strip_prefix(prefix.as_str()) {
                         Some("*") if prefix.is_empty() => {
                             self.add("angle", CompletionItemKind::FIELD, 0, "angle.ARM", String::new());

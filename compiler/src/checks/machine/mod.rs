@@ -2,7 +2,7 @@
 
 mod presence;
 mod stacks;
-mod told;
+mod task_outputs;
 
 use std::collections::BTreeSet;
 
@@ -30,7 +30,7 @@ pub(super) fn checks(program: &Program, places: Option<&MachinePlaces>, diagnost
     c.never(diagnostics);
     c.faults(diagnostics);
     c.waiting(diagnostics);
-    c.told(diagnostics);
+    c.task_outputs(diagnostics);
     c.targets(diagnostics);
     c.stacks(diagnostics);
     c.absent(diagnostics);

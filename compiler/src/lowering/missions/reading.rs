@@ -11,7 +11,7 @@ use mission::numbers::Range;
 
 use super::super::Lowerer;
 use crate::expr::constants::{Constants, with_units};
-use crate::expr::fitting::one_unit;
+use crate::expr::dimension_check::one_unit;
 use crate::expr::function;
 use crate::forms::misspelt;
 use crate::sections::{Holds, Key, Section};

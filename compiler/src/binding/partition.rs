@@ -11,7 +11,7 @@ use crate::expr::{Graph, Kind, Typed};
 
 /// Extracts the expression of a typed value. Its inputs are the nodes that depend on time or on captured values, and
 /// not on the state.
-pub(super) fn cut(graph: &Graph, table: &Table, typed: &Typed) -> Expression {
+pub(super) fn partition(graph: &Graph, table: &Table, typed: &Typed) -> Expression {
     // Operands precede their users, so no later node needs the last open node.
     let mut open: BTreeSet<usize> = typed.nodes.iter().copied().collect();
     let mut needed = BTreeSet::new();

@@ -4,7 +4,7 @@ use dsl::tree::{Let, Param, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 
 use crate::expr::constants::{Constants, Params, is_word};
-use crate::expr::fitting::replaces;
+use crate::expr::dimension_check::replaces;
 use crate::expr::{Kind, PRESENT, Symbol, Typed};
 use crate::forms::target;
 use crate::units;

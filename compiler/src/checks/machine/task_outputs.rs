@@ -9,16 +9,15 @@ use super::Checked;
 
 impl Checked<'_> {
     /// Returns the task whose output is this signal; `None` for other signals.
-    fn teller(&self, signal: usize) -> Option<usize> {
+    fn task_of_output(&self, signal: usize) -> Option<usize> {
         let (task, output) = self.program.interface.signals.get(signal)?.name.rsplit_once('.')?;
         self.program.tasks.iter().position(|t| {
-            t.name == task
-                && stdlib_tasks::find(&t.kind).is_some_and(|k| k.outputs.iter().any(|told| told.name == output))
+            t.name == task && stdlib_tasks::find(&t.kind).is_some_and(|k| k.outputs.iter().any(|o| o.name == output))
         })
     }
 
     /// Warns of task outputs that are absent in every state in which a transition waits for them.
-    pub(super) fn told(&self, diagnostics: &mut Vec<Diagnostic>) {
+    pub(super) fn task_outputs(&self, diagnostics: &mut Vec<Diagnostic>) {
         for &s in &self.reached {
             let leaves = self.reached.iter().copied().filter(|&l| self.machine.states[l].initial.is_none());
             let inside: Vec<usize> = leaves.filter(|&l| self.machine.path(l).any(|p| p == s)).collect();
@@ -27,8 +26,9 @@ impl Checked<'_> {
                 let Trigger::When { condition, .. } = &t.trigger else { continue };
                 let read: BTreeSet<usize> = condition.inputs.iter().copied().collect();
                 let signals = self.program.values.tape.only(&read).signals();
-                let tellers = signals.into_iter().filter_map(|at| self.teller(self.program.interface.signal_of(at)?));
-                let silent = tellers.into_iter().find(|&task| !runs(task) && !inside.is_empty());
+                let tasks =
+                    signals.into_iter().filter_map(|at| self.task_of_output(self.program.interface.signal_of(at)?));
+                let silent = tasks.into_iter().find(|&task| !runs(task) && !inside.is_empty());
                 let Some(task) = silent else { continue };
                 let name = &self.program.tasks[task].name;
                 let text = format!("`{name}` does not run in state `{}`, and tells nothing there", self.name(s));

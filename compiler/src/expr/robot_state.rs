@@ -89,8 +89,8 @@ impl Lowering<'_> {
         if let Some(point) = self.tracked(inner, field, span) {
             return point;
         }
-        if let Some(told) = self.told_by_task(inner, field, span) {
-            return told;
+        if let Some(output) = self.task_output(inner, field, span) {
+            return output;
         }
         if let Some(k) = ["x", "y", "z"].iter().position(|n| *n == field.value) {
             let of = self.value(inner)?;
