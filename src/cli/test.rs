@@ -11,6 +11,7 @@ use hierarq::trial::{self, Trial};
 use hierarq::{outputs, project};
 use runtime::expect::Verdict;
 use serde_json::json;
+use views::xml::escaped;
 
 use super::{Outcome, SpecOptions, output, table};
 
@@ -150,20 +151,6 @@ fn text(trials: &[Trial], broken: &[&str]) -> String {
         let _ = writeln!(out, "{spec}: not run, because it does not compile");
     }
     out
-}
-
-/// Escapes a text for XML.
-fn escaped(text: &str) -> String {
-    let one = |c: char| match c {
-        '&' => "&amp;".to_string(),
-        '<' => "&lt;".to_string(),
-        '>' => "&gt;".to_string(),
-        '"' => "&quot;".to_string(),
-        // Other control characters are invalid in XML.
-        c if c.is_control() => " ".to_string(),
-        c => c.to_string(),
-    };
-    text.chars().map(one).collect()
 }
 
 /// Returns the results in JUnit's format: a suite for each scenario, a case for each expectation.
