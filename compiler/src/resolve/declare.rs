@@ -95,6 +95,7 @@ impl Resolver<'_> {
         let id = SymbolId(self.out.symbols.len());
         if let Some(container) = symbol.container {
             self.inside.entry((container, symbol.name.clone())).or_default().push(id);
+            self.children.entry(container).or_default().push(id);
         }
         self.out.symbols.push(symbol);
         id

@@ -39,7 +39,7 @@ impl Resolver<'_> {
                 if unit.factors.iter().any(|f| f.0 == CURSOR) {
                     self.out.context = Some(C::Unit);
                 } else {
-                    let (place, meaning) = (unit.span.range(), Meaning::Unit(unit.clone()));
+                    let (place, meaning) = (unit.span.range(), Meaning::Unit(unit.clone(), value.clone()));
                     self.out.references.push(Reference { place, exact: false, declares: false, meaning });
                 }
             }

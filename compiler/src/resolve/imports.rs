@@ -22,21 +22,6 @@ fn spec_of(member: &MissionMember) -> Option<&str> {
     runs.iter().find(|e| e.key.value == "spec")?.value.word()
 }
 
-/// Specs that workers of all missions of a spec run, as written.
-fn specs_of_workers(spec: &Spec) -> Vec<&str> {
-    fn below<'s>(members: &'s [MissionMember], repeats: &'s [MissionRepeat], out: &mut Vec<&'s str>) {
-        out.extend(members.iter().filter_map(spec_of));
-        repeats.iter().for_each(|r| below(&r.members, &r.repeats, out));
-    }
-    let mut out = Vec::new();
-    for item in &spec.items {
-        if let ItemKind::Mission(m) = &item.kind {
-            below(&m.members, &m.repeats, &mut out);
-        }
-    }
-    out
-}
-
 /// Symbol whose name has this span, also in a copy that a repetition makes of its declaration; a name in quotes follows
 /// the quote.
 fn at(starts: &BTreeMap<usize, SymbolId>, name: Span) -> Option<SymbolId> {
@@ -75,6 +60,7 @@ impl<'t> Resolver<'t> {
             links: None,
             joints: None,
             base_joints: &[],
+            children: BTreeMap::new(),
             bases: BTreeMap::new(),
             controllers: BTreeMap::new(),
             bound: Vec::new(),
@@ -290,9 +276,8 @@ impl<'t> Resolver<'t> {
     }
 
     /// Adds the specs that workers of the spec's missions run.
-    pub(super) fn workers(&mut self, input: &Input, texts: &Texts) {
-        let spec = self.out.spec.clone();
-        for written in specs_of_workers(&spec) {
+    pub(super) fn workers(&mut self, own: &Module, input: &Input, texts: &Texts) {
+        for written in own.workers() {
             if self.named_files.contains_key(written) {
                 continue;
             }

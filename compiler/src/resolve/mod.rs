@@ -26,7 +26,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use dsl::tree::{Spec, Unit};
+use dsl::tree::{Spec, Unit, Value};
 use dsl::{Diagnostic, SourceId, Sources, Syntax};
 use stdlib_tasks::params::ParamInfo;
 use stdlib_tasks::task::{TaskKind, TaskOutput};
@@ -62,8 +62,8 @@ pub enum Meaning {
     BuiltIn(String),
     /// A verb of an action.
     Verb(&'static Verb),
-    /// A unit.
-    Unit(Unit),
+    /// The unit of a quantity, with the whole quantity.
+    Unit(Unit, Value),
 }
 
 /// An occurrence of a word in the spec, with its meaning.
@@ -181,7 +181,7 @@ pub fn resolve(input: &Input, texts: &Texts, urdf: &dyn Fn(&Path) -> Option<Rc<U
     };
     let mut resolver = Resolver::new(out, input);
     resolver.add(&modules, input);
-    resolver.workers(input, texts);
+    modules.iter().take(1).for_each(|own| resolver.workers(own, input, texts));
     resolver.urdf(&modules, input, urdf);
     resolver.spec(&spec);
     resolver.holes();
@@ -209,6 +209,8 @@ struct Resolver<'t> {
     scopes: Vec<Scope>,
     /// Contained symbols, by the container and the name.
     inside: BTreeMap<(SymbolId, String), Vec<SymbolId>>,
+    /// Contained symbols, in source order.
+    children: BTreeMap<SymbolId, Vec<SymbolId>>,
     /// The stack from which a stack is derived.
     bases: BTreeMap<SymbolId, SymbolId>,
     /// Specs that workers run.

@@ -75,10 +75,8 @@ impl Resolver<'_> {
 
     /// All symbols of a kind inside another one, in source order.
     pub(super) fn all_inside(&self, container: SymbolId, kind: SymbolKind) -> Vec<SymbolId> {
-        let container = self.out.origin(container);
-        let all = self.out.symbols.iter().enumerate();
-        let own = all.filter(|(_, s)| s.container == Some(container) && s.kind == kind);
-        own.map(|(i, _)| SymbolId(i)).collect()
+        let all = self.children.get(&self.out.origin(container)).into_iter().flatten();
+        all.copied().filter(|id| self.out.symbol(*id).kind == kind).collect()
     }
 
     /// Records a parameter in scope. Returns true if the word is one.
@@ -289,10 +287,12 @@ impl Resolver<'_> {
             if line.starts_with("//") || line.starts_with('#') {
                 continue;
             }
-            let mut start = at + 2;
-            for word in inner.split(|c| !letter(c)) {
-                let place = start..start + word.len();
-                start = place.end + 1;
+            let (mut start, mut rest) = (at + 2, inner);
+            while let Some(first) = rest.find(letter) {
+                let word = &rest[first..];
+                let word = &word[..word.find(|c| !letter(c)).unwrap_or(word.len())];
+                let place = start + first..start + first + word.len();
+                (start, rest) = (place.end, &rest[first + word.len()..]);
                 // Of nested scopes, the inner one is added last.
                 let mut around = self.holes.iter().rev().filter(|(range, name, _)| range.contains(&at) && name == word);
                 if let Some((_, _, id)) = around.next() {

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use dsl::tree::{Item, ItemKind};
 use dsl::{Diagnostic, SourceId, Sources, Syntax, limits, parse, print};
-use hierarq_compiler::{Input, Style, codes, compile};
+use hierarq_compiler::resolve::{CURSOR, resolve};
+use hierarq_compiler::{Input, Style, Texts, codes, compile};
 use runtime::{Controller, Observation};
 
 /// Every span covers whole characters of an existing text, and every code has a page.
@@ -56,6 +57,22 @@ pub fn formats(text: &str, syntax: Syntax) {
     }
 }
 
+/// The symbols and references of a text cover whole characters of existing texts, at the cursor of an editor too.
+fn names(input: &Input) {
+    let middle = (input.text.len() / 2..=input.text.len()).find(|&i| input.text.is_char_boundary(i)).unwrap_or(0);
+    let at_cursor = [&input.text[..middle], CURSOR, &input.text[middle..]].concat();
+    for text in [input.text, &at_cursor] {
+        let names = resolve(&Input { text, ..input.clone() }, &Texts::new(), &|_| None);
+        for r in &names.references {
+            assert!(text.get(r.place.clone()).is_some(), "{r:?} points outside of its text");
+        }
+        for symbol in &names.symbols {
+            let there = names.text(&names.files[symbol.file.0]);
+            assert!(there.get(symbol.place.clone()).is_some(), "{symbol:?} points outside of its text");
+        }
+    }
+}
+
 /// True if two declarations of one kind have the same name, here or inside a repetition.
 fn declares_twice(items: &[Item]) -> bool {
     let mut seen = BTreeSet::new();
@@ -86,6 +103,7 @@ fn declares_twice(items: &[Item]) -> bool {
 pub fn checks(text: &str, syntax: Syntax, folder: &Path) {
     let input = Input { name: "spec", text, syntax, folder, set: &[], package_paths: &[] };
     let compiled = compile(&input);
+    names(&input);
     let report = &compiled.report;
     assert_eq!(compiled.is_good(), report.errors() == 0, "{:?}", report.diagnostics);
     points_into(&report.diagnostics, &report.sources);

@@ -38,7 +38,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
         Meaning::Key(key) => self::key(key),
         Meaning::Verb(verb) => self::verb(verb),
         Meaning::BuiltIn(name) => built_in(name)?,
-        Meaning::Unit(unit) => {
+        Meaning::Unit(unit, _) => {
             let text = document.text.as_str().get(reference.place.clone()).filter(|_| reference.exact);
             let (factor, dimension) = units::meaning(unit).ok()?;
             let si = units::written(dimension);

@@ -32,7 +32,7 @@ fn kind(names: &Resolution, meaning: &Meaning) -> Option<u32> {
         Meaning::BuiltIn(name) if CONSTANTS.contains(&name.as_str()) => 5,
         Meaning::BuiltIn(name) if FAULTS.iter().any(|f| f.name == *name) => 5,
         Meaning::BuiltIn(_) | Meaning::Verb(_) => 4,
-        Meaning::File(_) | Meaning::Unit(_) => return None,
+        Meaning::File(_) | Meaning::Unit(..) => return None,
     })
 }
 
