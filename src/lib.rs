@@ -30,8 +30,12 @@ pub use solver;
 pub use stdlib_tasks;
 pub use views;
 
-pub use ide::{catalogue, keys, lsp, schema};
-pub use runs::{project, sweep, ticks, trial};
+#[cfg(feature = "lsp")]
+pub use ide::lsp;
+pub use ide::{catalogue, keys, schema};
+#[cfg(feature = "sweep")]
+pub use runs::sweep;
+pub use runs::{project, ticks, trial};
 pub use views::{gantt, graph, report, xml};
 
 pub mod init;

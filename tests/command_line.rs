@@ -236,3 +236,21 @@ fn an_interrupted_run_leaves_whole_files() {
     assert_eq!(summary["ticks"].as_u64(), Some(log.lines().count() as u64 - 1));
     assert!(std::fs::read_to_string(out.join("report.html")).expect("a report").ends_with("</html>\n"));
 }
+
+/// Each optional command is a feature of its name, `full` is all of them, and each has an answer in a build without it.
+#[test]
+fn features_are_commands() {
+    let text = |path: &str| std::fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(path));
+    let manifest: toml_edit::Document<String> = text("Cargo.toml").expect("readable").parse().expect("TOML");
+    let features = manifest["features"].as_table().expect("a table");
+    let single: Vec<&str> = features.iter().map(|(name, _)| name).filter(|name| *name != "full").collect();
+    let full: Vec<&str> =
+        features["full"].as_array().expect("a list").iter().filter_map(|name| name.as_str()).collect();
+    assert_eq!(full, single);
+    let (absent, help) = (text("src/cli/absent.rs").expect("readable"), hierarq(&["--help"]));
+    for name in single {
+        assert!(absent.contains(&format!("{name} = \"{name}\"")), "{name}");
+        assert!(self::text(&help.stdout).contains(&format!("\n  {name} ")), "{name}");
+    }
+    assert!(!self::text(&help.stdout).contains("does not contain"), "tests are of a build with all features");
+}

@@ -33,7 +33,6 @@ mod planner;
 mod reserve;
 mod same_bytes;
 mod scenarios;
-#[cfg(feature = "serve")]
 mod serve;
 mod shared_control;
 mod smoothness;

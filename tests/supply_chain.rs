@@ -46,6 +46,7 @@ fn metadata() -> Value {
     let mut command = cargo();
     command.current_dir(ROOT).args([
         "metadata",
+        "--all-features",
         "--format-version",
         "1",
         "--offline",

@@ -3,5 +3,6 @@
 
 pub mod catalogue;
 pub mod keys;
+#[cfg(feature = "lsp")]
 pub mod lsp;
 pub mod schema;

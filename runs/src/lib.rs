@@ -2,6 +2,7 @@
 //! problems that a run solves ([`ticks`]).
 
 pub mod project;
+#[cfg(feature = "sweep")]
 pub mod sweep;
 pub mod ticks;
 pub mod trial;

@@ -19,6 +19,9 @@ use serde::Serialize;
 
 use crate::project::{self, Settings};
 
+/// Maximum seed, as in a spec.
+pub const MAX_SEED: u64 = 9_000_000_000_000_000;
+
 /// Result of a scenario.
 #[derive(Clone, Debug, Serialize)]
 pub struct Trial {

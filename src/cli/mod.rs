@@ -2,17 +2,21 @@
 //!
 //! 0 success, 1 the spec or the run failed, 2 wrong usage or a file that cannot be written.
 
+#[cfg_attr(feature = "full", allow(dead_code, reason = "no command is absent"))]
+mod absent;
 mod backend;
 mod bench;
 mod check;
 mod compile;
 mod completions;
+#[cfg(feature = "context")]
 mod context;
 mod explain;
 mod fmt;
 mod graph;
 mod init;
 mod interruption;
+#[cfg(feature = "lsp")]
 mod lsp;
 mod man;
 mod output;
@@ -23,10 +27,12 @@ mod schema;
 #[cfg(feature = "serve")]
 mod serve;
 mod solve;
+#[cfg(feature = "sweep")]
 mod sweep;
 mod table;
 mod tasks;
 mod test;
+#[cfg(feature = "watch")]
 mod watch;
 
 use std::io::Write;
@@ -36,9 +42,20 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 use hierarq::project::Settings;
 
+#[cfg(not(feature = "context"))]
+use self::absent::context;
+#[cfg(not(feature = "lsp"))]
+use self::absent::lsp;
+#[cfg(not(feature = "serve"))]
+use self::absent::serve;
+#[cfg(not(feature = "sweep"))]
+use self::absent::sweep;
+#[cfg(not(feature = "watch"))]
+use self::absent::watch;
+
 /// Task hierarchies for robots that work beside people: check a spec, compile it, run it.
 #[derive(Parser)]
-#[command(name = "hierarq", version, about, max_term_width = 100)]
+#[command(name = "hierarq", version, about, max_term_width = 100, after_help = absent::listed())]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -71,7 +88,6 @@ enum Command {
     /// Format specs, or convert them to the other syntax.
     Fmt(fmt::Arguments),
     /// Serve the people of a mission: a web page for each of them, and one for whoever supervises.
-    #[cfg(feature = "serve")]
     Serve(serve::Arguments),
     /// Solve a file of hierarchical problems, and check and time the answers.
     Solve(solve::Arguments),
@@ -161,7 +177,6 @@ pub fn main() -> ExitCode {
         Command::Tasks(a) => tasks::run(&a),
         Command::Explain(a) => explain::run(&a),
         Command::Fmt(a) => fmt::run(&a),
-        #[cfg(feature = "serve")]
         Command::Serve(a) => serve::run(&a),
         Command::Solve(a) => solve::run(&a),
         Command::Bench(a) => bench::run(&a),

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use files::{Results, Target};
-use hierarq::sweep::plan::MAX_SEED;
+use hierarq::trial::MAX_SEED;
 
 use hierarq::{outputs, project, report, trial};
 use indicatif::{ProgressBar, ProgressStyle};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use files::Target;
 use hierarq::report::roughness;
-use hierarq::sweep::plan::MAX_SEED;
+use hierarq::trial::MAX_SEED;
 use hierarq::trial::{self, Trial};
 use hierarq::{outputs, project};
 use runtime::expect::Verdict;

@@ -14,13 +14,10 @@ use super::axis::{Axis, Values, drawn, spread};
 use super::head::{Expectation, Head, Limit, Param, Shard, VERSION, line, quoted};
 use super::row::Cell;
 use crate::project::{self, Settings};
-use crate::trial;
+use crate::trial::{self, MAX_SEED};
 
 /// Maximum number of runs of a sweep.
 pub const MAX_RUNS: u64 = 10_000_000;
-
-/// Maximum seed, as in a spec.
-pub const MAX_SEED: u64 = 9_000_000_000_000_000;
 
 /// Default number of runs per grid point, if values are drawn.
 pub const RUNS: u64 = 200;
