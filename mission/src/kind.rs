@@ -21,6 +21,7 @@ use crate::chart::Chart;
 use crate::execution::Replan;
 use crate::labels::Labels;
 use crate::map::Map;
+use crate::pages::{Pages, ServeSettings};
 use crate::plan_data::Form as PlanForm;
 use crate::planned::{PlanOptions, Planned, Refusal};
 
@@ -94,6 +95,12 @@ pub trait Mission: Any + fmt::Debug + Send + Sync {
     /// # Errors
     /// The reason why there is no plan, in a sentence.
     fn execute(&self, how: &Run) -> Result<Box<dyn Execution>, String>;
+
+    /// Plans the mission and stands at its start, with web pages for the people who take part.
+    ///
+    /// # Errors
+    /// The reason why there is no plan, in a sentence.
+    fn pages(&self, settings: &ServeSettings) -> Result<Box<dyn Pages>, String>;
 }
 
 impl dyn Mission {
@@ -238,8 +245,13 @@ pub trait Execution: Send {
     /// Number of entries of the log.
     fn log_len(&self) -> usize;
 
+    /// The log in words, from this entry on.
+    fn log_from(&self, first: usize) -> Vec<Entry>;
+
     /// The log in words.
-    fn log(&self) -> Vec<Entry>;
+    fn log(&self) -> Vec<Entry> {
+        self.log_from(0)
+    }
 
     /// The value of a measure of the mission, or of a member: a number, a truth value as 1 or -1, or a point (m). NaN for a
     /// measure that does not exist.

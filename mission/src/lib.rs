@@ -6,6 +6,7 @@
 //!
 //! - [`kinds`]: the kinds of mission, each with its problem, its planner, its validator and its execution.
 //! - [`kind`]: the interface between a kind and everything that runs, judges, logs and shows missions.
+//! - [`pages`]: web pages for the people of a mission, as data.
 //! - [`execution`]: the parts of an execution that all kinds share.
 
 pub mod any_mission;
@@ -18,6 +19,7 @@ pub mod kinds;
 pub mod labels;
 pub mod map;
 pub mod numbers;
+pub mod pages;
 pub mod plan;
 pub mod plan_data;
 pub mod planned;

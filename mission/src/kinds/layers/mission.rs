@@ -10,10 +10,12 @@ use crate::kind::generation::Generation;
 use crate::kind::{self, Event, EventInfo, Further, Impossible, Kind, Member, Mistake, Run};
 use crate::labels::Labels;
 use crate::numbers::MAX_BATCH;
+use crate::pages::{Pages, ServeSettings};
 use crate::planned::{PlanOptions, Planned, Refusal};
 
 use super::choose::{Formulation, Options, parts_of_a_second};
 use super::execution::{LayeredExecution, Settings};
+use super::pages::LayersPages;
 use super::problem::Problem;
 use super::reason::Reason;
 use super::run::{Executed, MEASURES};
@@ -171,5 +173,12 @@ impl kind::Mission for Layers {
         let execution =
             LayeredExecution::new(self.problem.clone(), self.settings(how)).map_err(|why| why.to_string())?;
         Ok(Box::new(Executed::new(execution)))
+    }
+
+    fn pages(&self, of: &ServeSettings) -> Result<Box<dyn Pages>, String> {
+        let mut settings = self.settings(&of.run());
+        settings.planning.budget = of.budget(parts_of_a_second(&self.problem));
+        let execution = LayeredExecution::new(self.problem.clone(), settings).map_err(|why| why.to_string())?;
+        Ok(Box::new(LayersPages::new(Executed::new(execution))))
     }
 }

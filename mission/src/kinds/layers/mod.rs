@@ -25,6 +25,7 @@ pub mod map;
 pub mod matching;
 mod mission;
 mod mixed;
+mod pages;
 pub mod plan;
 pub mod planned;
 pub mod problem;

@@ -120,7 +120,7 @@ pub(super) static MEASURES: &[(Measure, Value)] = &[
 
 /// Layers under way.
 pub(super) struct Executed {
-    execution: LayeredExecution,
+    pub(super) execution: LayeredExecution,
 }
 
 impl Executed {
@@ -192,7 +192,7 @@ impl kind::Execution for Executed {
         self.execution.records().len()
     }
 
-    fn log(&self) -> Vec<Entry> {
+    fn log_from(&self, first: usize) -> Vec<Entry> {
         let entry = |record: &super::execution::Record| Entry {
             time: record.time,
             text: of_happening(&record.what, self.execution.problem()),
@@ -202,7 +202,7 @@ impl kind::Execution for Executed {
                 _ => false,
             },
         };
-        self.execution.records().iter().map(entry).collect()
+        self.execution.records().iter().skip(first).map(entry).collect()
     }
 
     fn measure(&self, name: &str, member: Option<usize>) -> [f64; 3] {

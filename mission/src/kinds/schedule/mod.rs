@@ -25,6 +25,7 @@ pub(crate) mod instance;
 pub mod map;
 mod mission;
 mod orders;
+mod pages;
 pub mod plan;
 pub mod planned;
 mod position;

@@ -158,7 +158,7 @@ fn speed(view: &RobotView) -> f64 {
 
 /// A schedule under way, with people who answer.
 pub(super) struct Executed {
-    execution: Execution,
+    pub(super) execution: Execution,
     replies: Vec<Replies>,
     /// Number of answers of each entry of `replies`.
     answers: Vec<usize>,
@@ -254,7 +254,7 @@ impl kind::Execution for Executed {
         self.execution.records().len()
     }
 
-    fn log(&self) -> Vec<Entry> {
+    fn log_from(&self, first: usize) -> Vec<Entry> {
         let entry = |record: &super::execution::Record| Entry {
             time: record.time,
             text: of_happening(&record.what, self.execution.problem()),
@@ -266,7 +266,7 @@ impl kind::Execution for Executed {
                 _ => false,
             },
         };
-        self.execution.records().iter().map(entry).collect()
+        self.execution.records().iter().skip(first).map(entry).collect()
     }
 
     fn measure(&self, name: &str, member: Option<usize>) -> [f64; 3] {
