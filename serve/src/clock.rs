@@ -15,7 +15,7 @@ pub struct Clock {
 
 impl Clock {
     /// Creates a stopped clock with this time (s) and speed.
-    pub fn standing(time: f64, speed: f64) -> Clock {
+    pub fn stopped(time: f64, speed: f64) -> Clock {
         Clock { shown: time, since: None, speed }
     }
 
@@ -47,10 +47,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_clock_stands_runs_and_stands_again() {
+    fn a_clock_is_stopped_runs_and_is_stopped_again() {
         let start = Instant::now();
         let after = |seconds: u64| start + Duration::from_secs(seconds);
-        let mut clock = Clock::standing(100.0, 10.0);
+        let mut clock = Clock::stopped(100.0, 10.0);
         assert_eq!(clock.at(after(5)), 100.0);
         clock.set(true, after(5));
         assert_eq!(clock.at(after(7)), 120.0);

@@ -1,15 +1,15 @@
-//! Journal: a file with all reports of people, from which a mission is restored after a crash.
+//! Journal: a file with all requests that had an effect, from which a mission is restored after a crash.
 //!
 //! One JSON object per line. The first line holds the mission's name and digest; each further one a mission time and an
-//! entry. A report is written and synced to the disk before it has any effect; if that fails, it has none. Since an
-//! execution is a function of its problem and of the reports with their times, replaying the lines restores the same
-//! state.
+//! entry. A request is written and synced to the disk before it has any effect; if that fails, it has none. Since a
+//! mission is a function of its problem and of the requests with their times, replaying the lines restores the same
+//! state. A request is the kind's own JSON, as it came from a page.
 
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use files::Unopened;
-use mission::kinds::schedule::execution::Event;
+use mission::pages::Request;
 use runtime::program::MAX_MISSION;
 use serde::{Deserialize, Serialize};
 
@@ -22,23 +22,9 @@ const LARGEST: u64 = 256 << 20;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Entry {
-    /// An event of a schedule.
-    Event(Event),
-    /// An event of a mission of layers.
-    Layered(mission::kinds::layers::execution::Event),
-    /// A person started the measurement of a service.
-    Serve {
-        /// Index of the agent.
-        agent: usize,
-        /// Number of the operation that is served.
-        operation: usize,
-    },
-    /// A person ended the measurement of a service.
-    Served {
-        /// Index of the agent.
-        agent: usize,
-    },
-    /// A heartbeat with the number of records of the execution.
+    /// A request.
+    Request(Request),
+    /// A heartbeat with the number of log entries of the execution.
     Records(usize),
 }
 
@@ -49,6 +35,15 @@ pub struct Line {
     pub time: f64,
     /// The entry.
     pub entry: Entry,
+}
+
+/// Format of the file.
+const FORMAT: u32 = 2;
+
+/// The part of the first line that all formats have.
+#[derive(Deserialize)]
+struct Format {
+    journal: u32,
 }
 
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
@@ -86,6 +81,12 @@ pub enum NoJournal {
     Time { path: PathBuf, time: f64, since: f64 },
     #[error("the journal `{}` has more than 256 MiB; name a file that does not exist yet", .path.display())]
     Large { path: PathBuf },
+    #[error(
+        "the journal `{}` has format {format}, and this version of hierarq reads and writes format {FORMAT}; continue it with the \
+         version that began it, or name a file that does not exist yet",
+        .path.display()
+    )]
+    Format { path: PathBuf, format: u32 },
     #[error("`{}` is no journal of a mission; name a file that does not exist yet", .path.display())]
     Foreign { path: PathBuf },
     #[error(
@@ -131,16 +132,23 @@ impl Journal {
                 lines => broken(lines + 1, "it is no text in UTF-8".into()),
             }
         })?;
-        let head = Head { journal: 1, mission: mission.into(), digest: digest.into() };
+        let head = Head { journal: FORMAT, mission: mission.into(), digest: digest.into() };
         let mut lines = text.lines();
         let begun = match lines.next() {
             // A file without a complete line is foreign, unless it is empty or has a torn journal header.
-            None if bytes.is_empty() || bytes.starts_with(b"{\"journal\":1") => false,
+            None if bytes.is_empty() || bytes.starts_with(format!("{{\"journal\":{FORMAT}").as_bytes()) => false,
             None => return Err(NoJournal::Foreign { path: path.into() }),
             Some(first) => match serde_json::from_str::<Head>(first) {
                 Ok(is) if is == head => true,
-                Ok(is) => return Err(NoJournal::Other { path: path.into(), mission: is.mission }),
-                Err(_) => return Err(NoJournal::Foreign { path: path.into() }),
+                Ok(is) if is.journal == FORMAT => {
+                    return Err(NoJournal::Other { path: path.into(), mission: is.mission });
+                }
+                _ => match serde_json::from_str::<Format>(first) {
+                    Ok(Format { journal }) if journal != FORMAT => {
+                        return Err(NoJournal::Format { path: path.into(), format: journal });
+                    }
+                    _ => return Err(NoJournal::Foreign { path: path.into() }),
+                },
             },
         };
         let read = |(index, line): (usize, &str)| {
@@ -213,6 +221,9 @@ impl Journal {
 
 #[cfg(test)]
 mod tests {
+    use mission::pages::Client;
+    use serde_json::json;
+
     use super::*;
 
     fn path(name: &str) -> PathBuf {
@@ -224,7 +235,8 @@ mod tests {
     }
 
     fn line(time: f64) -> Line {
-        Line { time, entry: Entry::Event(Event::Done { agent: 1 }) }
+        let body = json!({ "what": "done", "operation": 0, "until": 0.1 + 0.2 });
+        Line { time, entry: Entry::Request(Request { from: Client::Person(1), body }) }
     }
 
     #[test]
@@ -265,7 +277,8 @@ mod tests {
             "dear diary\n",
             "{}\n",
             "\u{0}\u{1}\n",
-            "{\"journal\":2,\"mission\":\"v\",\"digest\":\"d\"}\n",
+            "{\"journal\":1,\"mission\":\"v\",\"digest\":\"d\"}\n",
+            "{\"journal\":3,\"mission\":\"v\",\"digest\":\"d\"}\n",
         ] {
             std::fs::write(&path, text).expect("writable");
             assert!(Journal::open(&path, "v", "d").is_err(), "{text}");
@@ -277,6 +290,14 @@ mod tests {
         let text = std::fs::read_to_string(&path).expect("readable");
         std::fs::write(&path, text + "{\"time\":1}\n{\"time\":2,\"entry\":{\"records\":1}}\n").expect("writable");
         assert!(matches!(Journal::open(&path, "v", "d"), Err(NoJournal::Broken { line: 2, .. })));
+    }
+
+    #[test]
+    fn a_journal_of_another_format_is_refused() {
+        let path = path("format");
+        std::fs::write(&path, "{\"journal\":1,\"mission\":\"v\",\"digest\":\"d\"}\n").expect("writable");
+        let refused = Journal::open(&path, "v", "d").expect_err("an earlier format").to_string();
+        assert!(refused.contains("has format 1, and this version of hierarq reads and writes format 2"), "{refused}");
     }
 
     #[test]

@@ -3,7 +3,9 @@
 //! One thread owns the mission and advances its time ([`engine`]); another one serves requests. Each person has a page
 //! with the plan in words, the next step, and buttons; the supervisor has one with the chart, the map and all events.
 //! Pages listen to a stream of complete states and show the latest one, so that a reload or a lost connection loses
-//! nothing. A report is written into a journal before it has an effect ([`journal`]).
+//! nothing. A request is written into a journal before it has an effect ([`journal`]).
+//!
+//! Contents of pages and effects of requests come from the mission ([`mission::pages`]); nothing here knows a kind of mission.
 //!
 //! | protection against | module |
 //! |---|---|
@@ -17,18 +19,14 @@ mod clock;
 mod engine;
 mod guard;
 mod journal;
-mod layered;
 mod lines;
 mod listen;
-mod overview;
 mod pages;
 mod places;
+mod published;
 mod rate;
+mod requests;
 mod routes;
-mod schedule;
-mod told;
-mod view;
-mod words;
 
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
@@ -36,72 +34,24 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use mission::kinds::layers;
-use mission::kinds::layers::execution::LayeredExecution;
-use mission::kinds::schedule::execution::{Execution, Refusal, Settings};
-use mission::kinds::schedule::problem::{AgentKind, Problem};
+use mission::kind::Mission;
+use mission::pages::{MissionSession, ServeSettings};
 use tokio::sync::watch;
 use twox_hash::XxHash3_128;
 
 use self::access::keys::{Keys, Page};
 use self::access::{Access, Role};
 use self::engine::Engine;
-use self::engine::world::World;
 use self::guard::Hosts;
 use self::journal::Journal;
-use self::layered::Layered;
+use self::published::Published;
 use self::rate::Bucket;
 use self::routes::App;
-use self::schedule::Schedule;
-use self::view::Published;
 
 pub use self::access::keys::{NoKeys, new_link};
 pub use self::engine::Resuming;
 pub use self::journal::NoJournal;
 pub use self::places::{OF_AN_ADDRESS, STRANGERS};
-
-/// A schedule to be served.
-#[derive(Clone, Debug)]
-pub struct Mission {
-    /// Name of the mission.
-    pub name: String,
-    /// The planning problem.
-    pub problem: Problem,
-    /// Settings of the execution; the server sets the agents that report their operations: those with a page.
-    pub settings: Settings,
-}
-
-/// A mission of layers to be served.
-#[derive(Clone, Debug)]
-pub struct LayersMission {
-    /// Name of the mission.
-    pub name: String,
-    /// The planning problem.
-    pub problem: layers::problem::Problem,
-    /// Settings of the execution; the server sets the agents that report their tasks: those with a page.
-    pub settings: layers::execution::Settings,
-}
-
-/// A mission of either kind to be served.
-#[derive(Clone, Debug)]
-pub enum Served {
-    /// A schedule, in which robots serve agents.
-    Schedule(Mission),
-    /// A team that performs layers of tasks.
-    Layers(LayersMission),
-}
-
-impl From<Mission> for Served {
-    fn from(mission: Mission) -> Served {
-        Served::Schedule(mission)
-    }
-}
-
-impl From<LayersMission> for Served {
-    fn from(mission: LayersMission) -> Served {
-        Served::Layers(mission)
-    }
-}
 
 /// Options of the server.
 #[derive(Clone, Debug)]
@@ -114,8 +64,12 @@ pub struct Options {
     pub hosts: Vec<String>,
     /// Mission seconds per real second. More than 0.
     pub speed: f64,
-    /// Names of people without a page, whose durations are random.
+    /// Names of people without a page, who are simulated.
     pub simulate: Vec<String>,
+    /// Seed of random durations; none: everybody without a page takes as long as planned.
+    pub seed: Option<u64>,
+    /// Maximum number of nodes of a search; none: the default of the kind of mission.
+    pub nodes: Option<u64>,
     /// Path of the journal; an existing file is continued. The file of links and sessions is beside it, with `.key`
     /// appended to the name.
     pub journal: Option<PathBuf>,
@@ -131,6 +85,8 @@ impl Default for Options {
             hosts: Vec::new(),
             speed: 1.0,
             simulate: Vec::new(),
+            seed: None,
+            nodes: None,
             journal: None,
             begin: false,
         }
@@ -142,9 +98,7 @@ impl Default for Options {
 #[expect(missing_docs, reason = "the message says what each field is")]
 pub enum NoServer {
     #[error("the mission cannot be executed: {0}")]
-    Mission(#[from] Refusal),
-    #[error("the mission cannot be executed: {0}")]
-    Layers(#[from] layers::execution::Refusal),
+    Mission(String),
     #[error("`--simulate {name}`: the mission has no person of that name; it has {people}")]
     Nobody { name: String, people: String },
     #[error("a speed must be more than 0 and at most 1000, and is {0}")]
@@ -157,7 +111,7 @@ pub enum NoServer {
     Keys(#[from] NoKeys),
     #[error("cannot listen at {address}: {why}")]
     Bind { address: SocketAddr, why: std::io::Error },
-    #[error("the mission ended unexpectedly; what was told is in the journal if there is one")]
+    #[error("the mission ended unexpectedly; all requests are in the journal if there is one")]
     Ended,
 }
 
@@ -177,7 +131,7 @@ pub struct LinkOf {
 pub enum Trouble {
     /// The mission lags behind its clock by this time.
     Behind(Duration),
-    /// The journal cannot be written, and reports are rejected; with the reason.
+    /// The journal cannot be written, and requests are rejected; with the reason.
     Unwritten(String),
 }
 
@@ -198,30 +152,34 @@ impl Server {
     /// # Errors
     ///
     /// The mission has no plan, an option is invalid, or the system refuses an operation.
-    pub fn start(mission: impl Into<Served>, options: &Options) -> Result<Server, NoServer> {
-        Server::start_and_tell(mission, options, &mut |_| {})
+    pub fn start(name: &str, mission: &dyn Mission, options: &Options) -> Result<Server, NoServer> {
+        Server::start_with_progress(name, mission, options, &mut |_| {})
     }
 
-    /// As [`Server::start`]; `tell` is called repeatedly with the progress of replaying a journal, first at its begin.
+    /// As [`Server::start`]; `progress` is called repeatedly with the progress of replaying a journal, first at its begin.
     ///
     /// # Errors
     ///
     /// As [`Server::start`].
-    pub fn start_and_tell(
-        mission: impl Into<Served>,
+    pub fn start_with_progress(
+        name: &str,
+        mission: &dyn Mission,
         options: &Options,
-        tell: &mut dyn FnMut(Resuming),
+        progress: &mut dyn FnMut(Resuming),
     ) -> Result<Server, NoServer> {
         check(options)?;
-        let ready = ready(mission.into(), &options.simulate)?;
+        let people = people(mission, &options.simulate)?;
+        let reporting = people.iter().map(|person| person.member).collect();
+        let settings = ServeSettings { sampled: options.seed, reporting, nodes: options.nodes };
+        let digest = digest(mission, &settings);
         let journal = match &options.journal {
-            Some(path) => Some(Journal::open(path, &ready.name, &ready.digest)?),
+            Some(path) => Some(Journal::open(path, name, &digest)?),
             None => None,
         };
-        let pages = ready.pages();
+        let pages = pages(&people);
         let mut keys = match &options.journal {
-            Some(path) => Keys::beside(path, &ready.name, &ready.digest, pages)?,
-            None => Keys::passing(&ready.name, pages)?,
+            Some(path) => Keys::beside(path, name, &digest, pages)?,
+            None => Keys::passing(name, pages)?,
         };
         let wanted = SocketAddr::new(options.bind, options.port);
         let bound = |why| NoServer::Bind { address: wanted, why };
@@ -231,13 +189,13 @@ impl Server {
         let listener = again.map_or_else(|| std::net::TcpListener::bind(wanted).map_err(bound), Ok)?;
         listener.set_nonblocking(true).map_err(bound)?;
         let address = listener.local_addr().map_err(bound)?;
-        let Ready { name, paged, plans, .. } = ready;
-        if let Some(last) = journal.as_ref().and_then(|(_, said)| said.last()) {
-            tell(Resuming { time: 0.0, until: last.time });
+        if let Some(last) = journal.as_ref().and_then(|(_, lines)| lines.last()) {
+            progress(Resuming { time: 0.0, until: last.time });
         }
-        let mut engine = Engine::new(&name, plans()?, options.speed);
+        let session = MissionSession::new(mission, &settings).map_err(NoServer::Mission)?;
+        let mut engine = Engine::new(name, Box::new(session), options.speed);
         let resumed = match journal {
-            Some((journal, said)) => Some(engine.resume(journal, &said, tell)?).filter(|_| !said.is_empty()),
+            Some((journal, lines)) => Some(engine.resume(journal, &lines, progress)?).filter(|_| !lines.is_empty()),
             None => None,
         };
         let site = site(address, options);
@@ -247,8 +205,7 @@ impl Server {
         let (handle, carries) = engine.start(options.begin);
         let published = handle.published.clone();
         let (end, ended) = watch::channel(false);
-        let app =
-            App { access: Mutex::new(access), links: Bucket::of_links(), engine: handle, port: address.port(), paged };
+        let app = App { access: Mutex::new(access), links: Bucket::of_links(), engine: handle, port: address.port() };
         let hosts = Hosts(options.hosts.iter().map(|host| host.to_ascii_lowercase()).collect());
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(bound)?;
         let answers = std::thread::spawn(move || {
@@ -290,15 +247,15 @@ impl Server {
     ///
     /// It ended unexpectedly.
     pub fn wait(self) -> Result<(), NoServer> {
-        self.wait_and_tell(&mut |_| {})
+        self.wait_with_report(&mut |_| {})
     }
 
-    /// As [`Server::wait`]; `tell` is called repeatedly with each trouble while it lasts.
+    /// As [`Server::wait`]; `report` is called repeatedly with each trouble while it lasts.
     ///
     /// # Errors
     ///
     /// As [`Server::wait`].
-    pub fn wait_and_tell(self, tell: &mut dyn FnMut(Trouble)) -> Result<(), NoServer> {
+    pub fn wait_with_report(self, report: &mut dyn FnMut(Trouble)) -> Result<(), NoServer> {
         let pause = Duration::from_millis(50);
         let unwritten = || self.published.borrow().unwritten.clone().map(Trouble::Unwritten);
         while !*self.end.borrow() {
@@ -306,15 +263,15 @@ impl Server {
                 return Err(NoServer::Ended);
             }
             let behind = self.published.borrow().behind.map(Trouble::Behind);
-            behind.into_iter().chain(unwritten()).for_each(&mut *tell);
+            behind.into_iter().chain(unwritten()).for_each(&mut *report);
             std::thread::sleep(pause);
         }
-        // A plan may be in progress; all reports are on the disk already.
+        // A plan may be in progress; all requests are on the disk already.
         let patience = Instant::now() + Duration::from_secs(10);
         while Instant::now() < patience && !self.threads.iter().all(JoinHandle::is_finished) {
             std::thread::sleep(pause);
         }
-        unwritten().into_iter().for_each(tell);
+        unwritten().into_iter().for_each(report);
         Ok(())
     }
 }
@@ -333,77 +290,42 @@ fn check(options: &Options) -> Result<(), NoServer> {
     }
 }
 
-/// A mission that can be served and has not been planned.
-struct Ready {
+/// A person with a page.
+struct Person {
+    /// Number of the member.
+    member: usize,
+    /// Label.
     name: String,
-    digest: String,
-    /// Labels of the agents, by their number on pages.
-    names: Vec<String>,
-    /// True for each agent with a page.
-    paged: Vec<bool>,
-    /// Plans the mission, which may take a while.
-    plans: Box<dyn FnOnce() -> Result<Box<dyn World>, NoServer>>,
 }
 
-fn ready(mission: Served, simulate: &[String]) -> Result<Ready, NoServer> {
-    match mission {
-        Served::Schedule(Mission { name, problem, settings }) => {
-            let human = |agent: &mission::kinds::schedule::problem::Agent| agent.kind == AgentKind::Human;
-            let agents = problem.agents.iter().map(|agent| (agent.name.as_str(), human(agent))).collect::<Vec<_>>();
-            let paged = paged(&agents, simulate)?;
-            let told = (0..paged.len()).filter(|agent| paged[*agent]).collect();
-            let settings = Settings { told, ..settings };
-            Ok(Ready {
-                name,
-                digest: digest(&(&problem, &settings)),
-                names: problem.agents.iter().map(|agent| problem.labels.member(&agent.name).to_string()).collect(),
-                paged,
-                plans: Box::new(move || Ok(Box::new(Schedule::new(Execution::new(problem, settings)?)))),
-            })
-        }
-        Served::Layers(LayersMission { name, problem, settings }) => {
-            let people = layered::people(&problem);
-            let names: Vec<String> = people.iter().map(|agent| problem.agents[*agent].name.clone()).collect();
-            let labels = names.iter().map(|name| problem.labels.member(name).to_string()).collect();
-            let paged = paged(&names.iter().map(|name| (name.as_str(), true)).collect::<Vec<_>>(), simulate)?;
-            let told = people.iter().zip(&paged).filter(|(_, has)| **has).map(|(agent, _)| *agent).collect();
-            let settings = layers::execution::Settings { told, ..settings };
-            Ok(Ready {
-                name,
-                digest: digest(&("layers", &problem, &settings)),
-                names: labels,
-                paged,
-                plans: Box::new(move || Ok(Box::new(Layered::new(LayeredExecution::new(problem, settings)?)))),
-            })
-        }
-    }
-}
+/// Role of members who are people, the word of the language.
+const HUMAN: &str = "human";
 
-impl Ready {
-    /// Returns the pages, that of the supervisor first.
-    fn pages(&self) -> Vec<Page> {
-        let people = self.names.iter().enumerate().filter(|(agent, _)| self.paged.get(*agent) == Some(&true));
-        let pages = people.map(|(agent, name)| Page::new(Role::Person(agent), Some(name.clone())));
-        std::iter::once(Page::new(Role::Supervisor, None)).chain(pages).collect()
-    }
-}
-
-/// Returns for each agent (name, and true for a person) whether it has a page: people who are not simulated have one.
-fn paged(agents: &[(&str, bool)], simulate: &[String]) -> Result<Vec<bool>, NoServer> {
-    let people: Vec<&str> = agents.iter().filter(|agent| agent.1).map(|agent| agent.0).collect();
-    if let Some(name) = simulate.iter().find(|name| !people.contains(&name.as_str())) {
-        let people = if people.is_empty() { "none".into() } else { people.join(", ") };
+/// Returns the people with a page: those who are not simulated.
+fn people(mission: &dyn Mission, simulate: &[String]) -> Result<Vec<Person>, NoServer> {
+    let members = mission.members();
+    let people: Vec<(usize, &str)> =
+        (0..).zip(&members).filter(|of| of.1.role == HUMAN).map(|of| (of.0, of.1.name)).collect();
+    if let Some(name) = simulate.iter().find(|name| people.iter().all(|of| of.1 != name.as_str())) {
+        let names: Vec<&str> = people.iter().map(|of| of.1).collect();
+        let people = if names.is_empty() { "none".into() } else { names.join(", ") };
         return Err(NoServer::Nobody { name: name.clone(), people });
     }
-    let has = |(name, human): &(&str, bool)| *human && !simulate.iter().any(|other| other == name);
-    Ok(agents.iter().map(has).collect())
+    let paged = people.into_iter().filter(|(_, name)| simulate.iter().all(|other| other != name));
+    Ok(paged.map(|(member, name)| Person { member, name: mission.labels().member(name).to_string() }).collect())
 }
 
-/// Returns a digest of the mission.
-fn digest(mission: &impl serde::Serialize) -> String {
-    // Serialization cannot fail: the mission consists of numbers, texts and lists.
-    let text = serde_json::to_string(mission).unwrap_or_default();
-    format!("{:032x}", XxHash3_128::oneshot(text.as_bytes()))
+/// Returns the pages, that of the supervisor first.
+fn pages(people: &[Person]) -> Vec<Page> {
+    let pages = people.iter().map(|person| Page::new(Role::Person(person.member), Some(person.name.clone())));
+    std::iter::once(Page::new(Role::Supervisor, None)).chain(pages).collect()
+}
+
+/// Returns a digest of everything that determines a mission, except the requests.
+fn digest(mission: &dyn Mission, settings: &ServeSettings) -> String {
+    let ServeSettings { sampled, reporting, nodes } = settings;
+    let all = serde_json::json!([mission.kind().name, mission.to_value(), sampled, reporting, nodes]);
+    format!("{:032x}", XxHash3_128::oneshot(all.to_string().as_bytes()))
 }
 
 /// Returns the base URL of the pages for links.

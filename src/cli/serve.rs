@@ -8,20 +8,10 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use hierarq::project;
-use hierarq::serve::{LayersMission, LinkOf, Mission, Options, Resuming, Served, Server, Trouble};
-use mission::engine::Budget;
-use mission::execution::Durations;
-use mission::kinds::layers::{self, Layers};
-use mission::kinds::schedule::Schedule;
-use mission::kinds::schedule::choose;
-use mission::kinds::schedule::execution::Settings;
-use runtime::program::MissionProgram;
+use hierarq::serve::{LinkOf, Options, Resuming, Server, Trouble};
 use tokio::sync::watch;
 
 use super::{Outcome, SpecOptions, interruption, output};
-
-/// Time limit of one search (s), for machines on which its nodes take too long.
-const LONGEST: u64 = 30;
 
 /// Interval of progress reports while a journal is replayed; lags are reported five times less often.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -100,27 +90,22 @@ fn serve(a: &Arguments, spec: &Path) -> Outcome {
         Ok(mission) => mission,
         Err(message) => return Outcome::Trouble(format!("{}: {message}", spec.display())),
     };
-    let Some(served) = served(a, mission) else {
-        return Outcome::Trouble(format!(
-            "the mission `{}` is {}, which has no pages",
-            mission.name,
-            mission.kind.kind().title
-        ));
-    };
     let options = Options {
         bind: a.bind,
         port: a.port,
         hosts: a.host.clone(),
         speed: a.speed,
         simulate: a.simulate.clone(),
+        seed: Some(a.seed),
+        nodes: a.nodes,
         journal: a.journal.clone(),
         begin: a.begin,
     };
     let mut told: Option<Instant> = None;
-    let mut tell = |at: Resuming| {
+    let mut progress = |at: Resuming| {
         if told.is_none_or(|told| told.elapsed() >= PATIENCE) {
             told = Some(Instant::now());
-            output::eprint(&format!("going through the journal: at {:.0} of {:.0} s\n", at.time, at.until));
+            output::eprint(&format!("replaying the journal: at {:.0} of {:.0} s\n", at.time, at.until));
         }
     };
     // Installed before the server starts its threads, which would receive the signals otherwise.
@@ -134,67 +119,43 @@ fn serve(a: &Arguments, spec: &Path) -> Outcome {
     if let Err(trouble) = interruption::answer(interrupted) {
         return Outcome::Trouble(trouble);
     }
-    let server = match Server::start_and_tell(served, &options, &mut tell) {
+    let server = match Server::start_with_progress(&mission.name, &*mission.kind, &options, &mut progress) {
         Ok(server) => server,
         Err(e) => return Outcome::Trouble(e.to_string()),
     };
     end.get_or_init(|| server.end());
     output::print(&greeting(a, &mission.name, &server));
     let mut told: [Option<Instant>; 2] = [None, None];
-    let mut trouble = |trouble: Trouble| {
+    let mut report = |trouble: Trouble| {
         let (last, text) = match trouble {
             Trouble::Behind(behind) => {
                 let (seconds, speed) = (behind.as_secs_f64(), a.speed);
                 let why = format!("planning takes longer than `--speed {speed}` allows");
                 (&mut told[0], format!("the mission is {seconds:.0} s behind its clock: {why}\n"))
             }
-            Trouble::Unwritten(why) => (&mut told[1], format!("what is told is refused: {why}\n")),
+            Trouble::Unwritten(why) => {
+                (&mut told[1], format!("requests are rejected, because the journal cannot be written: {why}\n"))
+            }
         };
         if last.is_none_or(|last| last.elapsed() >= 5 * PATIENCE) {
             *last = Some(Instant::now());
             output::eprint(&text);
         }
     };
-    match server.wait_and_tell(&mut trouble) {
+    match server.wait_with_report(&mut report) {
         Ok(()) => Outcome::Good,
         Err(e) => Outcome::Trouble(e.to_string()),
     }
-}
-
-/// Returns the mission with the settings of its execution; none for a kind without pages.
-fn served(a: &Arguments, mission: &MissionProgram) -> Option<Served> {
-    let (name, durations) = (mission.name.clone(), Durations::Sampled { seed: a.seed });
-    let budget = |nodes| Budget { time: Duration::from_secs(LONGEST), nodes, ..Budget::default() };
-    if let Some(schedule) = mission.kind.downcast::<Schedule>() {
-        let budget = budget(a.nodes.unwrap_or(0));
-        let settings = Settings {
-            durations,
-            adaptation: schedule.adaptation,
-            reallocate_above: schedule.reallocate_above,
-            planning: choose::Options { batch: schedule.batch, budget, ..choose::Options::default() },
-            ..Settings::default()
-        };
-        return Some(Mission { name, problem: schedule.problem.clone(), settings }.into());
-    }
-    let of = mission.kind.downcast::<Layers>()?;
-    let budget = budget(a.nodes.unwrap_or_else(|| layers::choose::parts_of_a_second(&of.problem)));
-    let settings = layers::execution::Settings {
-        durations,
-        reallocate_above: of.reallocate_above,
-        planning: layers::choose::Options { batch: of.batch, budget, ..layers::choose::Options::default() },
-        ..layers::execution::Settings::default()
-    };
-    Some(LayersMission { name, problem: of.problem.clone(), settings }.into())
 }
 
 /// Returns the links, with hints on how to continue.
 fn greeting(a: &Arguments, mission: &str, server: &Server) -> String {
     let mut out = format!("mission {mission} at http://{}\n", server.address());
     if let Some((time, same)) = server.resumed() {
-        let _ = writeln!(out, "goes on at {time:.1} s, where its journal ends");
+        let _ = writeln!(out, "continues at {time:.1} s, where its journal ends");
         if !same {
             out.push_str(
-                "what happened differs from what the journal notes: a search had been ended by its time, or the file was changed\n",
+                "the restored state differs from the recorded one: a search was ended by its time limit, or the file was changed\n",
             );
         }
     }
@@ -215,7 +176,7 @@ fn greeting(a: &Arguments, mission: &str, server: &Server) -> String {
     if !a.bind.is_loopback() {
         out.push_str("pages and links are sent unencrypted: use a network that you trust, or a proxy with HTTPS\n");
     }
-    out.push_str(if a.begin { "the clock runs; " } else { "the clock runs once the supervisor lets it; " });
+    out.push_str(if a.begin { "the clock runs; " } else { "the supervisor starts the clock; " });
     out.push_str("Ctrl-C ends the server\n");
     out
 }

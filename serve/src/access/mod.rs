@@ -20,7 +20,7 @@ use super::rate::Bucket;
 pub enum Role {
     /// The supervisor of the mission.
     Supervisor,
-    /// The agent of this index.
+    /// The person that is this member.
     Person(usize),
 }
 
@@ -29,7 +29,7 @@ impl Role {
     pub fn path(self) -> String {
         match self {
             Role::Supervisor => "/supervisor/".to_string(),
-            Role::Person(agent) => format!("/person/{agent}/"),
+            Role::Person(member) => format!("/person/{member}/"),
         }
     }
 
@@ -37,7 +37,7 @@ impl Role {
     pub fn link(self, signed: &str) -> String {
         match self {
             Role::Supervisor => format!("/s/{signed}"),
-            Role::Person(agent) => format!("/p/{agent}-{signed}"),
+            Role::Person(member) => format!("/p/{member}-{signed}"),
         }
     }
 
@@ -46,7 +46,7 @@ impl Role {
     pub fn cookie(self, port: u16) -> String {
         match self {
             Role::Supervisor => format!("hierarq_{port}_supervisor"),
-            Role::Person(agent) => format!("hierarq_{port}_person_{agent}"),
+            Role::Person(member) => format!("hierarq_{port}_person_{member}"),
         }
     }
 

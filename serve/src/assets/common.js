@@ -1,4 +1,4 @@
-// What both pages share: the stream of states, telling the server, times. Text of the server becomes text nodes, never markup.
+// Shared by both pages: the stream of states, requests to the server, times. Text of the server becomes text nodes, never markup.
 
 export const byId = (id) => document.getElementById(id);
 
@@ -22,7 +22,7 @@ export function clock(seconds) {
   return (seconds <= -1 ? '-' : '') + (h ? `${h}:${two(m)}:${two(s)}` : `${m}:${two(s)}`);
 }
 
-/** The time of the mission: what the server said last, carried on by the page's own clock. */
+/** The time of the mission: that of the last state, continued by the page's own clock. */
 export const time = {
   said: 0, at: 0, speed: 1, running: false,
   set(state) {
@@ -38,7 +38,7 @@ let shown = null;
 
 let fading = 0;
 
-/** Says what became of a press. What went well goes after a while, the rest stays until the next. */
+/** Shows the result of a press. Confirmations disappear after a while, refusals stay until the next result. */
 export function say(text, bad = false) {
   const said = byId('said');
   clearTimeout(fading);
@@ -57,7 +57,7 @@ function link(on, text) {
   for (const input of document.querySelectorAll('input')) input.disabled = !on;
 }
 
-/** Whether a button may be pressed, as far as the mission goes; without a connection none may. */
+/** Enables a button if the mission allows it; without a connection all are disabled. */
 export function may(button, yes) {
   button.dataset.may = yes ? 'yes' : 'no';
   button.disabled = !connected || !yes;
@@ -65,7 +65,7 @@ export function may(button, yes) {
 
 export const online = () => connected;
 
-/** Listens to the states of this page for as long as it is open, and begins anew whenever the connection is lost. */
+/** Listens to the states of this page while it is open, and reconnects after a lost connection. */
 export function listen(show) {
   let source = null;
   let heard = 0;
@@ -88,7 +88,7 @@ export function listen(show) {
       link(false, 'not connected');
     });
   };
-  // A stream that is refused is never tried again by the browser; one that has gone silent looks like an open one.
+  // The browser never retries a rejected stream, and a silent stream looks like an open one.
   setInterval(() => {
     const silent = performance.now() - heard > 12000;
     if (source.readyState === EventSource.CLOSED || silent) {
@@ -111,7 +111,7 @@ async function signedOut() {
   if (answer?.status === 401) say('This page is no longer signed in: open a new link. The supervisor can make one.', true);
 }
 
-/** Tells the server something; true if it was taken. What it answers is shown. */
+/** Sends a request to the server, and shows the reply; null if it was rejected. */
 export async function tell(body) {
   if (!connected) {
     say('Not connected: nothing was sent. Press again once the page is connected.', true);
@@ -129,9 +129,9 @@ export async function tell(body) {
       say(json.said ?? 'Noted.');
       return json;
     }
-    say(json.refused ?? `The server refused it (${answer.status}).`, true);
+    say(json.refused ?? `The server rejected the request (${answer.status}).`, true);
   } catch {
-    say('It is not known whether that arrived. Look at the page, and press again if it is still asked for.', true);
+    say('The server has not replied. Check the page, and press again if nothing has changed.', true);
   }
   return null;
 }

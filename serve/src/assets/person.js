@@ -1,29 +1,10 @@
-// The page of one person of a mission.
+// The page of one person of a mission. Buttons and questions come from the server, each with the request that it sends.
 
 import { byId, clock, el, listen, may, say, tell, time } from './common.js';
 
-// The words and their order are those of thesis 5.7.1; each step is half a unit from -1 to 1.
-const QUESTIONS = [
-  ['wait', 'The waiting time was', ['Too short', 'Short', 'OK', 'Long', 'Too long']],
-  ['approach', 'The robot came', ['Very fast', 'Fast', 'OK', 'Slow', 'Very slow']],
-  ['distance', 'It waited', ['Very far', 'Far', 'OK', 'Close', 'Very close']],
-];
-
 let person = null;
-let asked = null;
-
-for (const [key, question, words] of QUESTIONS) {
-  const five = el('div', { class: 'five' });
-  words.forEach((word, index) => {
-    const input = el('input', { type: 'radio', name: key, value: index - 2, 'aria-label': word });
-    five.append(el('label', {}, input, el('span', { 'aria-hidden': 'true' }, word)));
-  });
-  byId('questions').append(el('fieldset', {}, el('legend', {}, question), five));
-}
-
-function lines(list, entries) {
-  byId(list).replaceChildren(...entries);
-}
+let formKey = null;
+let groupKey = null;
 
 function show(state) {
   person = state.person;
@@ -34,87 +15,94 @@ function show(state) {
   byId('over').textContent = person.note ?? '';
   byId('doing').textContent = person.doing;
   byId('next').textContent = person.next;
-  byId('operation').textContent = person.operation;
-  // Where nobody is served, tasks may fail.
-  const served = person.service !== null;
-  byId('services').hidden = !served;
-  byId('failed').textContent = served ? 'The service failed' : 'It failed';
-  byId('service').textContent = person.service ?? '';
-  for (const [button, yes] of Object.entries(person.may)) may(byId(button), yes);
-  may(byId('much'), person.may.longer);
   byId('measured').textContent = person.measured.map(
-    (m) => `${m.name}: ${m.seconds === null ? 'runs' : clock(m.seconds)}`).join(', ');
-  feedback(person.ask);
-  lines('plan', person.steps.map((step) => el('li', { class: step.state },
-    el('span', { class: 'at' }, clock(step.at)), step.text)));
-  if (!person.steps.length) lines('plan', [el('li', { class: 'quiet' }, 'Nothing is planned for you.')]);
-  lines('messages', person.messages.map((m) => el('li', {}, el('span', { class: 'at' }, clock(m.at)), m.text)));
+    (m) => `${m.name}: ${m.seconds === null ? 'running' : clock(m.seconds)}`).join(', ');
+  groups();
+  form();
+  const steps = person.steps.map((step) => el('li', { class: step.state }, el('span', { class: 'at' }, clock(step.at)), step.text));
+  byId('plan').replaceChildren(...(steps.length ? steps : [el('li', { class: 'quiet' }, 'Nothing is planned for you.')]));
+  byId('messages').replaceChildren(...person.messages.map(
+    (m) => el('li', {}, el('span', { class: 'at' }, clock(m.at)), m.text)));
   tick();
 }
 
-/** Shows the question of a service once; what was chosen stays while the page redraws. */
-function feedback(ask) {
-  const key = ask ? `${ask.operation}` : null;
-  byId('feedback').hidden = !ask;
-  if (ask) byId('about').textContent = ask.text;
-  if (key !== asked) {
-    asked = key;
-    byId('feedback').reset();
+const buttons = () => person.groups.flatMap((group) => group.buttons);
+
+/** Draws the buttons. The elements stay while only headings and states change, so that a press never misses. */
+function groups() {
+  const key = JSON.stringify(person.groups.map((group) => group.buttons.map((b) => [b.id, b.text, b.main])));
+  if (key !== groupKey) {
+    groupKey = key;
+    byId('groups').replaceChildren(...person.groups.map((group) => el('fieldset', {}, el('legend'),
+      el('div', { class: 'pair' }, ...group.buttons.map((b) => el('button',
+        { id: b.id, type: 'button', class: b.main && 'main', onclick: () => press(b.id) }, b.text))))));
+  }
+  const legends = byId('groups').querySelectorAll('legend');
+  person.groups.forEach((group, index) => { legends[index].textContent = group.heading; });
+  for (const button of buttons()) may(byId(button.id), button.enabled);
+}
+
+/** Sends the request of a button. It names what the page shows, so that a duplicated press counts once. */
+function press(id) {
+  const find = () => buttons().find((b) => b.id === id);
+  const button = find();
+  if (!button) return;
+  may(byId(id), false);
+  say('Sending…');
+  tell(button.request).then((reply) => {
+    if (!reply && find()) may(byId(id), find().enabled);
+  });
+}
+
+/** Shows the questions of a form once; answers stay while the page redraws. */
+function form() {
+  const of = person.form;
+  byId('form').hidden = !of;
+  if (of) {
+    byId('about').textContent = of.heading;
+    byId('introduction').textContent = of.text;
+  }
+  if ((of?.key ?? null) !== formKey) {
+    formKey = of?.key ?? null;
+    byId('questions').replaceChildren(...(of?.questions ?? []).map((question) => el('fieldset', {},
+      el('legend', {}, question.text),
+      el('div', { class: 'five' }, ...question.answers.map((answer) => el('label', {},
+        el('input', { type: 'radio', name: question.key, value: answer.value, 'aria-label': answer.text }),
+        el('span', { 'aria-hidden': 'true' }, answer.text)))))));
   }
   ready();
 }
 
-function chosen() {
-  return QUESTIONS.map(([key]) => [key, byId('feedback').querySelector(`input[name="${key}"]:checked`)?.value]);
+function answers() {
+  const chosen = (key) => byId('form').querySelector(`input[name="${key}"]:checked`)?.value;
+  return (person?.form?.questions ?? []).map(({ key }) => [key, chosen(key)]);
 }
 
 function ready() {
-  may(byId('send'), chosen().some(([, value]) => value !== undefined));
+  may(byId('send'), answers().some(([, value]) => value !== undefined));
 }
 
-byId('feedback').addEventListener('change', ready);
-byId('feedback').addEventListener('submit', (event) => {
+byId('form').addEventListener('change', ready);
+byId('form').addEventListener('submit', (event) => {
   event.preventDefault();
-  if (!person?.ask) return;
-  const said = chosen().map(([key, value]) => [key, Number(value ?? 0)]);
+  if (!person?.form) return;
+  const values = answers().map(([key, value]) => [key, Number(value ?? 0)]);
   may(byId('send'), false);
-  tell({ what: 'feedback', operation: person.ask.operation, ...Object.fromEntries(said) }).then(ready);
+  tell({ ...person.form.request, ...Object.fromEntries(values) }).then(ready);
 });
 
-// What is told of an end names the end that the page shows, so that a press which comes twice counts once.
-const PRESSES = {
-  begin: () => ({ what: 'begin' }),
-  done: () => ({ what: 'done' }),
-  serve: () => ({ what: 'serve' }),
-  served: () => ({ what: 'served' }),
-  failed: () => ({ what: 'failed', until: person.until }),
-  longer: () => ({ what: 'longer', until: person.until + 30 }),
-  much: () => ({ what: 'longer', until: person.until + 120 }),
-};
-for (const [id, press] of Object.entries(PRESSES)) {
-  byId(id).addEventListener('click', () => {
-    if (!person) return;
-    const told = { ...press(), operation: person.at };
-    may(byId(id), false);
-    say('Sending…');
-    tell(told).then((taken) => {
-      if (!taken) may(byId(id), person.may[told.what]);
-    });
-  });
-}
-
-/** What changes with time alone. */
+/** Updates everything that changes with time alone. */
 function tick() {
   if (!person) return;
   const now = time.now();
-  byId('clock').textContent = clock(now) + (time.running ? '' : ' (stands)');
+  byId('clock').textContent = clock(now) + (time.running ? '' : ' (stopped)');
   const since = person.since === null ? '' : `for ${clock(now - person.since)}`;
   const until = person.until === null ? '' : `planned until ${clock(person.until)}`;
   byId('since').textContent = [since, until].filter(Boolean).join(', ');
-  const left = person.comes === null ? null : person.comes - now;
+  const left = person.countdown === null ? null : person.countdown - now;
   byId('count').hidden = left === null;
   if (left !== null) byId('count').textContent = left >= 0 ? clock(left) : `${clock(-left)} late`;
-  byId('who').textContent = person.robot === null ? '' : person.robot;
+  byId('detail').textContent = person.detail ?? '';
 }
 
 listen(show);

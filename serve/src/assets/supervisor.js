@@ -1,4 +1,5 @@
-// The page of whoever watches over a mission: the plan and the map as they are, what happened, what to tell.
+// The page of the supervisor: the plan, the map, events, and requests. Buttons come from the server, each with the request that
+// it sends.
 
 import { byId, clock, el, listen, may, online, say, tell, time } from './common.js';
 
@@ -6,7 +7,7 @@ const SVG = 'http://www.w3.org/2000/svg';
 let state = null;
 let drawn = -1;
 let drawing = false;
-let moving = null;
+let pointing = null;
 
 function show(next) {
   state = next;
@@ -17,102 +18,100 @@ function show(next) {
   const notes = [state.over, state.note].filter(Boolean).join(' ');
   byId('over').hidden = !notes;
   byId('over').textContent = notes;
-  byId('run').textContent = state.running ? 'Stop the clock' : 'Let the clock run';
+  byId('run').textContent = state.running ? 'Stop the clock' : 'Start the clock';
   may(byId('run'), !state.over);
-  may(byId('replan'), !state.over);
-  table('agents', ['who', 'does', 'page', ''], state.agents.map(agent));
-  table('robots', ['who', 'does', ''], state.robots.map(robot));
+  redraw('actions', state.buttons, () => state.buttons.map((b) => button(b)));
+  table('people', ['who', 'does', 'page', ''], state.members.filter((row) => row.role !== 'robot'));
+  table('robots', ['who', 'does', ''], state.members.filter((row) => row.role === 'robot'));
   byId('events').replaceChildren(...state.events.map(
     (event) => el('li', {}, el('span', { class: 'at' }, clock(event.at)), event.text)));
   if (state.drawing !== drawn) draw();
   tick();
 }
 
-/** Redraws a table unless somebody is about to press a button in it. */
-function table(id, titles, rows) {
-  const told = JSON.stringify(rows.map((row) => row.key));
+/** Redraws an element only if its data have changed: somebody may be about to press a button in it. */
+function redraw(id, data, children) {
+  const key = JSON.stringify(data);
   const place = byId(id);
-  if (place.dataset.told === told) return;
-  place.dataset.told = told;
-  place.replaceChildren(el('tr', {}, ...titles.map((title) => el('th', {}, title))), ...rows.map((row) => row.draw()));
+  if (place.dataset.key === key) return;
+  place.dataset.key = key;
+  place.replaceChildren(...children());
 }
 
-/** A button that acts at its second press, within some seconds. */
-function twice(label, body) {
+function table(id, titles, rows) {
+  // Positions change all the time, and are not in the table.
+  redraw(id, rows.map((row) => ({ ...row, at: null })), () => [
+    el('tr', {}, ...titles.map((title) => el('th', {}, title))), ...rows.map((row) => drawRow(row, titles.includes('page')))]);
+}
+
+function drawRow(row, paged) {
+  const tools = row.buttons.flatMap((b) => [button(b, 'small'), ' ']);
+  if (row.paged) tools.push(el('button', { class: 'small', type: 'button', onclick: () => invite(row) }, 'New link'));
+  return el('tr', {}, el('td', {}, row.name), el('td', {}, row.doing),
+    paged ? el('td', { class: 'quiet' }, row.page) : null, el('td', { class: 'tools' }, ...tools));
+}
+
+/** A button of the server's data: it acts at once, at its second press within some seconds, or after a point is given. */
+function button(data, size = '') {
+  const node = el('button', { class: [size, data.main && 'main'].filter(Boolean).join(' '), type: 'button', title: data.title }, data.text);
+  may(node, data.enabled);
   let sure = false;
-  const button = el('button', { class: 'small', type: 'button' }, label);
-  button.addEventListener('click', () => {
-    if (sure) tell(body);
-    sure = !sure;
-    button.textContent = sure ? 'Sure?' : label;
-    button.classList.toggle('sure', sure);
-    if (sure) setTimeout(() => { sure = false; button.textContent = label; button.classList.remove('sure'); }, 4000);
+  const reset = () => { sure = false; node.textContent = data.text; node.classList.remove('sure'); };
+  node.addEventListener('click', () => {
+    if (data.point) return choose(data);
+    if (!data.confirm) return tell(data.request);
+    if (sure) {
+      reset();
+      return tell(data.request);
+    }
+    sure = true;
+    node.textContent = 'Sure?';
+    node.classList.add('sure');
+    return setTimeout(reset, 4000);
   });
-  return button;
+  return node;
 }
 
-function tools(row, what) {
-  if (row.lost) return [el('button', { class: 'small', type: 'button', onclick: () => tell({ what: 'back', ...what }) }, 'Is back')];
-  const tools = [twice('Lost', { what: 'lost', ...what })];
-  if (row.fails) tools.unshift(twice('Failed', { what: 'failed', ...what, until: row.until }), ' ');
-  if (row.until !== null) {
-    const longer = () => tell({ what: 'longer', ...what, until: row.until + 30 });
-    tools.unshift(el('button', { class: 'small', type: 'button', title: 'takes 30 s longer', onclick: longer }, '+30 s'), ' ');
-  }
-  return tools;
-}
-
-function agent(row, index) {
-  return { key: row, draw: () => el('tr', {},
-    el('td', {}, row.name), el('td', {}, row.doing), el('td', { class: 'quiet' }, row.page),
-    el('td', { class: 'tools' },
-      state.moves ? el('button', { class: 'small', type: 'button', onclick: () => choose(index, row.name) }, 'Moved') : null, ' ',
-      ...tools(row, { agent: index }), ' ',
-      row.paged ? el('button', { class: 'small', type: 'button', onclick: () => invite(index, row.name) }, 'New link') : null)) };
-}
-
-function robot(row, index) {
-  // Where it is changes all the time, and is no matter of the table.
-  return { key: { ...row, at: null }, draw: () => el('tr', {},
-    el('td', {}, row.name), el('td', {}, row.doing), el('td', { class: 'tools' }, ...tools(row, { robot: index }))) };
-}
-
-async function invite(index, name) {
-  const answer = await tell({ what: 'invite', agent: index });
+async function invite(row) {
+  const answer = await tell({ what: 'invite', member: row.member });
   if (!answer) return;
   byId('invited').hidden = false;
-  byId('invited').replaceChildren(`For ${name}, opens once: `, el('code', {}, location.origin + answer.link));
+  byId('invited').replaceChildren(`For ${row.name}, opens once: `, el('code', {}, location.origin + answer.link));
 }
 
-function choose(index, name) {
-  moving = index;
-  byId('whom').textContent = `${name} is now at`;
-  byId('move').hidden = false;
+function choose(data) {
+  pointing = data;
+  byId('prompt').textContent = data.point.prompt;
+  byId('point').hidden = false;
   byId('x').focus();
 }
 
-byId('stay').addEventListener('click', () => { moving = null; byId('move').hidden = true; });
-byId('move').addEventListener('submit', (event) => {
+function chosen() {
+  pointing = null;
+  byId('point').hidden = true;
+}
+
+byId('cancel').addEventListener('click', chosen);
+byId('point').addEventListener('submit', (event) => {
   event.preventDefault();
-  const place = [byId('x').valueAsNumber, byId('y').valueAsNumber];
-  if (moving === null || !place.every(Number.isFinite)) return say('Two numbers are needed.', true);
-  tell({ what: 'moved', agent: moving, place }).then((taken) => { if (taken) { moving = null; byId('move').hidden = true; } });
+  const point = [byId('x').valueAsNumber, byId('y').valueAsNumber];
+  if (pointing === null || !point.every(Number.isFinite)) return say('Two numbers are needed.', true);
+  tell({ ...pointing.request, [pointing.point.key]: point }).then((reply) => { if (reply) chosen(); });
 });
 byId('map').addEventListener('click', (event) => {
   const svg = byId('map').querySelector('svg');
   const frame = svg?.querySelector('g.robots');
-  if (moving === null || !frame) return;
+  if (pointing === null || !frame) return;
   const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
   const { x, y, scale } = frame.dataset;
   byId('x').value = ((at.x - x) / scale).toFixed(2);
   byId('y').value = ((y - at.y) / scale).toFixed(2);
 });
 byId('run').addEventListener('click', () => tell({ what: state.running ? 'stop' : 'run' }));
-byId('replan').addEventListener('click', () => tell({ what: 'replan' }));
 
 const pause = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
 
-/** Fetches both pictures, at most every two seconds; what is no picture is not shown. */
+/** Fetches both pictures, at most every two seconds; only SVG is shown. */
 async function draw() {
   if (drawing) return;
   drawing = true;
@@ -131,11 +130,11 @@ async function draw() {
   drawing = false;
 }
 
-/** Moves the line of the present and the robots. */
+/** Moves the line of the present, and the marks of members. */
 function tick() {
   if (!state) return;
   const now = time.now();
-  byId('clock').textContent = clock(now) + (time.running ? '' : ' (stands)');
+  byId('clock').textContent = clock(now) + (time.running ? '' : ' (stopped)');
   const present = byId('gantt').querySelector('g.present');
   if (present) {
     const { left, scale, start } = present.dataset;
@@ -146,11 +145,11 @@ function tick() {
     line.setAttribute('d', line.getAttribute('d').replace(/^M[\d.]+/, `M${x.toFixed(1)}`));
   }
   const frame = byId('map').querySelector('g.robots');
-  state.robots.forEach((robot, index) => {
+  state.members.filter((row) => row.at).forEach((row, index) => {
     const mark = frame?.children[index];
-    if (!mark || !robot.at) return;
+    if (!mark) return;
     const { x, y, scale } = frame.dataset;
-    mark.setAttribute('transform', `translate(${(Number(x) + robot.at[0] * scale).toFixed(1)} ${(y - robot.at[1] * scale).toFixed(1)})`);
+    mark.setAttribute('transform', `translate(${(Number(x) + row.at[0] * scale).toFixed(1)} ${(y - row.at[1] * scale).toFixed(1)})`);
   });
 }
 

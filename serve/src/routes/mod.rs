@@ -13,9 +13,9 @@ use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::sse::Sse;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use mission::pages::{Client, PersonPage, Refusal, Request as PageRequest, SupervisorPage};
 use serde::Serialize;
-use serde::de::DeserializeOwned;
-use serde_json::json;
+use serde_json::{Value, json};
 use tokio::time::timeout;
 
 use views::gantt;
@@ -23,19 +23,19 @@ use views::gantt;
 use self::stream::stream;
 use super::access::keys::NoKeys;
 use super::access::{Access, Link, Role, Session};
-use super::engine::Handle;
+use super::engine::{Command, Handle};
 use super::guard::{Hosts, guard};
 use super::pages;
 use super::places::Held;
+use super::published::{ClockState, Published};
 use super::rate::Bucket;
-use super::told::{PersonTells, SupervisorTells, Tells};
-use super::view::{ClockView, PersonView, Published, SupervisorView};
+use super::requests::{ServerRequest, SupervisorRequest};
 
-/// Maximum size of a report (bytes).
+/// Maximum size of a request's body (bytes).
 const BODY: usize = 4096;
 /// Lifetime of a session cookie (s): longer than any mission, so that it survives a restart of the browser.
 const LASTS: u32 = 1_000_000;
-/// Timeout for the body of a report.
+/// Timeout for the body of a request.
 const BODY_TIME: Duration = Duration::from_secs(5);
 
 /// Shared state of all requests.
@@ -48,8 +48,6 @@ pub struct App {
     pub engine: Handle,
     /// The port, which is part of the names of cookies.
     pub port: u16,
-    /// For each agent, true if it has a page.
-    pub paged: Vec<bool>,
 }
 
 type Shared = State<Arc<App>>;
@@ -61,10 +59,10 @@ pub fn router(app: Arc<App>, hosts: Hosts) -> Router {
         .route("/static/{file}", get(file))
         .route("/p/{token}", get(link).post(open))
         .route("/s/{token}", get(link).post(open))
-        .route("/person/{agent}/", get(person_page))
-        .route("/person/{agent}/state", get(person_state))
-        .route("/person/{agent}/events", get(person_events))
-        .route("/person/{agent}/tell", get(wrong_method).post(person_tell))
+        .route("/person/{member}/", get(person_page))
+        .route("/person/{member}/state", get(person_state))
+        .route("/person/{member}/events", get(person_events))
+        .route("/person/{member}/tell", get(wrong_method).post(person_tell))
         .route("/supervisor/", get(supervisor_page))
         .route("/supervisor/state", get(supervisor_state))
         .route("/supervisor/events", get(supervisor_events))
@@ -143,35 +141,35 @@ impl App {
         let published = self.engine.published.borrow();
         match role {
             Role::Supervisor => "supervisor".into(),
-            Role::Person(agent) => published.people.get(agent).map_or_else(String::new, |person| person.name.clone()),
+            Role::Person(member) => published.pages.people.get(&member).map_or_else(String::new, |of| of.name.clone()),
         }
     }
 
     /// Returns the state of a page twice: only the part that changes with events, and complete.
     pub fn state(&self, role: Role, published: &Published) -> (String, String) {
         let state = match role {
-            Role::Person(agent) => Shown { person: published.people.get(agent), ..Shown::of(published) },
+            Role::Person(member) => {
+                PageState { person: published.pages.people.get(&member), ..PageState::of(published) }
+            }
             Role::Supervisor => {
-                let mut view = published.supervisor.clone();
-                for (agent, row) in view.agents.iter_mut().enumerate() {
-                    row.page = self.presence(agent).into();
-                    row.paged = self.paged.get(agent) == Some(&true);
+                let mut page = published.pages.supervisor.clone();
+                for row in &mut page.members {
+                    row.page = if row.paged { self.presence(row.member) } else { "simulated" };
                 }
-                Shown { supervisor: Some(view), ..Shown::of(published) }
+                PageState { supervisor: Some(page), ..PageState::of(published) }
             }
         };
-        let still = Shown { clock: ClockView { time: 0.0, ..state.clock }, ..state.clone() };
+        let still = PageState { clock: ClockState { time: 0.0, ..state.clock }, ..state.clone() };
         // Non-finite numbers become null; no other error is possible.
-        let written = |shown: &Shown| serde_json::to_string(shown).unwrap_or_default();
+        let written = |state: &PageState| serde_json::to_string(state).unwrap_or_default();
         (written(&still), written(&state))
     }
 
-    fn presence(&self, agent: usize) -> &'static str {
-        match (self.paged.get(agent), self.access().presence(Role::Person(agent))) {
-            (Some(true), (false, _)) => "link not opened",
-            (Some(true), (true, true)) => "open",
-            (Some(true), (true, false)) => "closed",
-            _ => "simulated",
+    fn presence(&self, member: usize) -> &'static str {
+        match self.access().presence(Role::Person(member)) {
+            (false, _) => "link not opened",
+            (true, true) => "open",
+            (true, false) => "closed",
         }
     }
 }
@@ -184,25 +182,25 @@ fn cookies(headers: &HeaderMap) -> impl Iterator<Item = (&str, &str)> {
 
 /// Content of a stream's message.
 #[derive(Clone, Serialize)]
-struct Shown<'p> {
+struct PageState<'p> {
     mission: &'p str,
     #[serde(flatten)]
-    clock: ClockView,
+    clock: ClockState,
     #[serde(skip_serializing_if = "Option::is_none")]
-    person: Option<&'p PersonView>,
+    person: Option<&'p PersonPage>,
     #[serde(flatten)]
-    supervisor: Option<SupervisorView>,
+    supervisor: Option<SupervisorPage>,
 }
 
-impl<'p> Shown<'p> {
-    fn of(published: &'p Published) -> Shown<'p> {
-        Shown { mission: &published.mission, clock: published.clock, person: None, supervisor: None }
+impl<'p> PageState<'p> {
+    fn of(published: &'p Published) -> PageState<'p> {
+        PageState { mission: &published.mission, clock: published.clock, person: None, supervisor: None }
     }
 }
 
 fn too_often() -> Response {
-    let said = json!({ "refused": "That was too often in a short time. Wait a few seconds." });
-    (StatusCode::TOO_MANY_REQUESTS, [(header::RETRY_AFTER, "2")], as_json(&said)).into_response()
+    let refused = json!({ "refused": "Too many requests. Wait a few seconds." });
+    (StatusCode::TOO_MANY_REQUESTS, [(header::RETRY_AFTER, "2")], as_json(&refused)).into_response()
 }
 
 async fn link(State(app): Shared, Path(token): Path<String>, headers: HeaderMap) -> Response {
@@ -244,7 +242,7 @@ fn unkept(why: &NoKeys) -> String {
         NoKeys::File { why, .. } => why.to_string(),
         other => other.to_string(),
     };
-    format!("It could not be written down who has which page, so nothing was changed: {why}. Try again later.")
+    format!("The owner of the page could not be recorded, so nothing was changed: {why}. Try again later.")
 }
 
 fn unknown(app: &App) -> Response {
@@ -254,7 +252,7 @@ fn unknown(app: &App) -> Response {
     pages::refusal(
         StatusCode::NOT_FOUND,
         "No such link",
-        "This link opens nothing. It may be incomplete, or a newer one has taken its place: ask the supervisor.",
+        "This link is invalid. It may be incomplete, or replaced by a newer one: ask the supervisor.",
     )
 }
 
@@ -266,14 +264,14 @@ fn see(path: &str, cookie: Option<String>) -> Response {
     response
 }
 
-/// Returns the role of an agent's path.
-fn agent(path: &str) -> Role {
-    // An invalid number is the index of no agent.
+/// Returns the role of a person's path.
+fn person(path: &str) -> Role {
+    // An invalid number is that of no member.
     Role::Person(path.parse().unwrap_or(usize::MAX))
 }
 
 async fn person_page(State(app): Shared, Path(path): Path<String>, headers: HeaderMap) -> Response {
-    app.session(agent(&path), &headers).map_or_else(|refused| *refused, |_| pages::person())
+    app.session(person(&path), &headers).map_or_else(|refused| *refused, |_| pages::person())
 }
 
 async fn supervisor_page(State(app): Shared, headers: HeaderMap) -> Response {
@@ -281,7 +279,7 @@ async fn supervisor_page(State(app): Shared, headers: HeaderMap) -> Response {
 }
 
 async fn person_state(State(app): Shared, Path(path): Path<String>, headers: HeaderMap) -> Response {
-    state(&app, agent(&path), &headers)
+    state(&app, person(&path), &headers)
 }
 
 async fn supervisor_state(State(app): Shared, headers: HeaderMap) -> Response {
@@ -297,7 +295,7 @@ fn state(app: &App, role: Role, headers: &HeaderMap) -> Response {
 }
 
 async fn person_events(State(app): Shared, Path(path): Path<String>, headers: HeaderMap) -> Response {
-    events(app, agent(&path), &headers)
+    events(app, person(&path), &headers)
 }
 
 async fn supervisor_events(State(app): Shared, headers: HeaderMap) -> Response {
@@ -314,15 +312,15 @@ fn events(app: Arc<App>, role: Role, headers: &HeaderMap) -> Response {
 async fn gantt_svg(State(app): Shared, headers: HeaderMap) -> Response {
     picture(&app, &headers, |published| {
         let look = gantt::Look { now: Some(published.clock.time), until: None, styled: false };
-        gantt::picture(&published.plan, &look)
+        gantt::picture(&published.pages.chart, &look)
     })
 }
 
 async fn map_svg(State(app): Shared, headers: HeaderMap) -> Response {
     picture(&app, &headers, |published| {
-        let robots = published.supervisor.robots.iter().filter_map(|robot| robot.at).collect();
+        let robots = published.pages.supervisor.members.iter().filter_map(|row| row.activity.at).collect();
         let standing = gantt::Standing { robots, styled: false };
-        published.map.as_ref().map_or_else(String::new, |map| gantt::map(map, &standing))
+        gantt::map(&published.pages.map, &standing)
     })
 }
 
@@ -335,63 +333,78 @@ fn picture(app: &App, headers: &HeaderMap, draw: impl FnOnce(&Published) -> Stri
 }
 
 async fn person_tell(State(app): Shared, Path(path): Path<String>, request: Request) -> Response {
-    let role = agent(&path);
-    let told = told::<PersonTells>(&app, role, request).await;
-    match (told, role) {
-        (Ok(told), Role::Person(agent)) => answer(&app, Tells::Person(agent, told)).await,
+    let role = person(&path);
+    match (body(&app, role, request).await, role) {
+        (Ok(body), Role::Person(member)) => {
+            send(&app, Command::Request(PageRequest { from: Client::Person(member), body })).await
+        }
         (Err(refused), _) => *refused,
         (Ok(_), Role::Supervisor) => nothing().await,
     }
 }
 
 async fn supervisor_tell(State(app): Shared, request: Request) -> Response {
-    match told::<SupervisorTells>(&app, Role::Supervisor, request).await {
-        Ok(SupervisorTells::Invite { agent }) => invite(&app, agent),
-        Ok(told) => answer(&app, Tells::Supervisor(told)).await,
-        Err(refused) => *refused,
+    let body = match body(&app, Role::Supervisor, request).await {
+        Ok(body) => body,
+        Err(refused) => return *refused,
+    };
+    match SupervisorRequest::read(body) {
+        Ok(SupervisorRequest::Server(ServerRequest::Invite { member })) => invite(&app, member),
+        Ok(SupervisorRequest::Server(ServerRequest::Run {})) => send(&app, Command::Clock(true)).await,
+        Ok(SupervisorRequest::Server(ServerRequest::Stop {})) => send(&app, Command::Clock(false)).await,
+        Ok(SupervisorRequest::Mission(body)) => {
+            send(&app, Command::Request(PageRequest { from: Client::Supervisor, body })).await
+        }
+        Err(why) => rejected(why),
     }
 }
 
-/// Parses the report in a request of this role: JSON of at most [`BODY`] bytes.
-async fn told<T: DeserializeOwned>(app: &App, role: Role, request: Request<Body>) -> Result<T, Box<Response>> {
+/// Reads the JSON in a request of this role, at most [`BODY`] bytes.
+async fn body(app: &App, role: Role, request: Request<Body>) -> Result<Value, Box<Response>> {
     app.session(role, request.headers())?;
     let kind = request.headers().get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok());
     let kind = kind.map(|kind| kind.split(';').next().unwrap_or(kind).trim());
     if kind != Some("application/json") {
         return Err(Box::new(refused(
             StatusCode::UNSUPPORTED_MEDIA_TYPE,
-            "What is told is JSON, with that content type.",
+            "A request is JSON, with that content type.",
         )));
     }
     let length = request.headers().get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse().ok());
-    let large = || Box::new(refused(StatusCode::PAYLOAD_TOO_LARGE, "What is told has at most 4096 bytes."));
+    let large = || Box::new(refused(StatusCode::PAYLOAD_TOO_LARGE, "A request has at most 4096 bytes."));
     if length.is_some_and(|length: u64| length > BODY as u64) {
         return Err(large());
     }
     let body = timeout(BODY_TIME, to_bytes(request.into_body(), BODY)).await;
-    let late = |_| Box::new(refused(StatusCode::REQUEST_TIMEOUT, "What was told did not arrive in time."));
+    let late = |_| Box::new(refused(StatusCode::REQUEST_TIMEOUT, "The request did not arrive in time."));
     let body = body.map_err(late)?;
     let body = body.map_err(|_| large())?;
-    let unread = |e| Box::new(refused(StatusCode::BAD_REQUEST, &format!("That is not understood: {e}.")));
-    serde_json::from_slice(&body).map_err(unread)
+    serde_json::from_slice(&body).map_err(|e| Box::new(rejected(Refusal::Invalid(e.to_string()))))
 }
 
-async fn answer(app: &App, tells: Tells) -> Response {
-    match app.engine.tell(tells).await {
+async fn send(app: &App, command: Command) -> Response {
+    match app.engine.send(command).await {
         Some(Ok(said)) => as_json(&json!({ "said": said })).into_response(),
-        Some(Err(why)) => refused(StatusCode::CONFLICT, &why),
-        None => refused(StatusCode::SERVICE_UNAVAILABLE, "The mission is busy: nothing was noted. Press again."),
+        Some(Err(why)) => rejected(why),
+        None => refused(StatusCode::SERVICE_UNAVAILABLE, "The mission is busy: nothing was recorded. Press again."),
     }
 }
 
-fn invite(app: &App, agent: usize) -> Response {
-    if app.paged.get(agent) != Some(&true) {
-        return refused(StatusCode::CONFLICT, "This agent is simulated and has no page.");
+fn rejected(why: Refusal) -> Response {
+    match why {
+        Refusal::Invalid(why) => refused(StatusCode::BAD_REQUEST, &format!("The request is invalid: {why}.")),
+        Refusal::NotNow(why) => refused(StatusCode::CONFLICT, &why),
     }
-    let role = Role::Person(agent);
+}
+
+fn invite(app: &App, member: usize) -> Response {
+    if !app.engine.published.borrow().pages.people.contains_key(&member) {
+        return rejected(Refusal::Invalid("this member has no page".into()));
+    }
+    let role = Role::Person(member);
     match app.access().invite(role) {
         Ok(link) => {
-            let said = format!("A new link for {}; the old one, and what it opened, has ended.", app.name(role));
+            let said = format!("New link for {}. The old link and its page are invalid.", app.name(role));
             as_json(&json!({ "said": said, "link": link })).into_response()
         }
         Err(e) => refused(StatusCode::SERVICE_UNAVAILABLE, &unkept(&e)),

@@ -10,8 +10,8 @@ use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 
 use crate::access::{Role, Session};
+use crate::published::Published;
 use crate::routes::App;
-use crate::view::Published;
 
 /// Maximum interval between messages of a stream.
 const BEAT: Duration = Duration::from_secs(4);
