@@ -11,8 +11,8 @@ mod labels;
 mod layers;
 mod people;
 
-use hierarq::serve::{Mission, Options, Server};
-use mission::kinds::schedule::execution::Settings;
+use hierarq::serve::{Options, Server};
+use mission::kinds::schedule::Schedule;
 use mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot, Weights};
 use mission::numbers::{Energy, Range};
 
@@ -48,8 +48,15 @@ fn agent(name: &str, kind: AgentKind, place: [f64; 2]) -> Agent {
     }
 }
 
+/// Members: the robots m1 and m2, the people anna and ben, a working robot.
+const M1: usize = 0;
+const M2: usize = 1;
+const ANNA: usize = 2;
+const BEN: usize = 3;
+const CARRIER: usize = 4;
+
 /// Two people and a working robot, served by two robots with fixed speeds: planned quickly.
-fn mission() -> Mission {
+fn mission() -> Schedule {
     let problem = Problem {
         robots: vec![robot("m1", [0.0, 0.0]), robot("m2", [6.0, 0.0])],
         agents: vec![
@@ -66,7 +73,7 @@ fn mission() -> Mission {
         absent: Vec::new(),
         scales: None,
     };
-    Mission { name: "field".into(), problem, settings: Settings::default() }
+    Schedule { problem, adaptation: Default::default(), reallocate_above: 0.1, batch: 4 }
 }
 
 /// A running server.
@@ -76,7 +83,7 @@ struct Running {
 
 impl Running {
     fn with(options: &Options) -> Running {
-        Running { server: Some(Server::start(mission(), options).expect("a server")) }
+        Running { server: Some(Server::start("field", &mission(), options).expect("a server")) }
     }
 
     fn at_speed(speed: f64) -> Running {

@@ -105,16 +105,6 @@ const NAMING_KINDS: &[&str] = &[
     "compiler/src/sections/mission.rs",
     "dsl/src/vocabulary.rs",
     "dsl/src/yaml/missions.rs",
-    "src/cli/serve.rs",
-    "serve/src/view/diary.rs",
-    "serve/src/journal.rs",
-    "serve/src/layered/mod.rs",
-    "serve/src/layered/view.rs",
-    "serve/src/lib.rs",
-    "serve/src/overview.rs",
-    "serve/src/schedule.rs",
-    "serve/src/view/mod.rs",
-    "serve/src/words.rs",
 ];
 
 /// Words that name a kind of mission.

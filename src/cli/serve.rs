@@ -21,18 +21,17 @@ pub struct Arguments {
     /// A spec (`*.hq`, `*.yaml`), or a compiled program (`*.json`).
     #[arg(required_unless_present = "link")]
     spec: Option<PathBuf>,
-    /// The mission; may be left out where the spec declares one alone.
+    /// The mission; may be omitted if the spec declares only one.
     mission: Option<String>,
     #[command(flatten)]
     options: SpecOptions,
     /// The address to listen at: this machine alone unless another is given.
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     bind: IpAddr,
-    /// The port; 0 takes that of the server before where a journal is gone on with, or a free one.
+    /// The port; 0: that of the previous server if a journal is continued, otherwise a free one.
     #[arg(long, value_name = "PORT", default_value_t = 0)]
     port: u16,
-    /// A further host name under which people reach the server, such as `field.example`. May be repeated; the first
-    /// stands in the links.
+    /// A further host name of the server, such as `field.example`. May be repeated; the links contain the first.
     #[arg(long, value_name = "NAME")]
     host: Vec<String>,
     /// Seconds of the mission in a second.
@@ -41,23 +40,22 @@ pub struct Arguments {
     /// A person without a page, whose work is simulated. May be repeated.
     #[arg(long, value_name = "PERSON")]
     simulate: Vec<String>,
-    /// Seed of what is simulated.
+    /// Seed of simulated durations.
     #[arg(long, value_name = "SEED", default_value_t = 0)]
     seed: u64,
-    /// Write what is told into this file, and go on from what it says already. Links and sessions are kept beside it, in
-    /// `FILE.key`.
+    /// Record all requests in this file, and continue from an existing record. Links and sessions are stored in `FILE.key`.
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
-    /// Print a new link to a person's page, or without a name to the supervisor's, and end. The server that runs with the
-    /// same journal goes on, and whoever opens the link takes the page over.
+    /// Print a new link to a person's page, or without a name to the supervisor's, and end. The server with the same journal
+    /// continues; opening the link ends the previous page.
     #[arg(long, value_name = "PERSON", num_args = 0..=1, requires = "journal", conflicts_with = "spec")]
     link: Option<Option<String>>,
-    /// Nodes of a search that improves on a plan that was constructed: more make better plans, and people wait longer for
-    /// them. It is ended by nodes and not by time, so that a journal leads to the same plans. Where left out 0, and of
-    /// layers as many as take about a second.
+    /// Maximum number of nodes of a search that improves a constructed plan: more nodes give better plans and longer replies.
+    /// A number of nodes ends the search at the same place in every run, so that a journal leads to the same plans. The
+    /// default depends on the kind of mission: 0, or as many as take about a second.
     #[arg(long, value_name = "N")]
     nodes: Option<u64>,
-    /// Let the clock run at once, instead of when the supervisor says so.
+    /// Start the clock immediately, not on the supervisor's request.
     #[arg(long)]
     begin: bool,
 }
@@ -101,10 +99,10 @@ fn serve(a: &Arguments, spec: &Path) -> Outcome {
         journal: a.journal.clone(),
         begin: a.begin,
     };
-    let mut told: Option<Instant> = None;
+    let mut last: Option<Instant> = None;
     let mut progress = |at: Resuming| {
-        if told.is_none_or(|told| told.elapsed() >= PATIENCE) {
-            told = Some(Instant::now());
+        if last.is_none_or(|last| last.elapsed() >= PATIENCE) {
+            last = Some(Instant::now());
             output::eprint(&format!("replaying the journal: at {:.0} of {:.0} s\n", at.time, at.until));
         }
     };
@@ -125,16 +123,16 @@ fn serve(a: &Arguments, spec: &Path) -> Outcome {
     };
     end.get_or_init(|| server.end());
     output::print(&greeting(a, &mission.name, &server));
-    let mut told: [Option<Instant>; 2] = [None, None];
+    let mut reported: [Option<Instant>; 2] = [None, None];
     let mut report = |trouble: Trouble| {
         let (last, text) = match trouble {
             Trouble::Behind(behind) => {
                 let (seconds, speed) = (behind.as_secs_f64(), a.speed);
                 let why = format!("planning takes longer than `--speed {speed}` allows");
-                (&mut told[0], format!("the mission is {seconds:.0} s behind its clock: {why}\n"))
+                (&mut reported[0], format!("the mission is {seconds:.0} s behind its clock: {why}\n"))
             }
             Trouble::Unwritten(why) => {
-                (&mut told[1], format!("requests are rejected, because the journal cannot be written: {why}\n"))
+                (&mut reported[1], format!("requests are rejected, because the journal cannot be written: {why}\n"))
             }
         };
         if last.is_none_or(|last| last.elapsed() >= 5 * PATIENCE) {

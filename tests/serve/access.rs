@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use hierarq::serve::{Options, new_link};
 use serde_json::json;
 
-use super::Running;
+use super::{ANNA, CARRIER, Running};
 
 #[test]
 fn a_link_is_used_by_a_press_and_not_by_a_look() {
@@ -18,7 +18,7 @@ fn a_link_is_used_by_a_press_and_not_by_a_look() {
         assert!(shown.body.contains("This is the page of anna") && shown.header("set-cookie").is_none());
     }
     let anna = on.anna();
-    assert_eq!(anna.home, "/person/0/");
+    assert_eq!(anna.home, "/person/2/");
     assert_eq!(anna.state()["person"]["name"], "anna");
 }
 
@@ -46,14 +46,14 @@ fn a_link_that_was_used_says_so() {
     }
     // The owner of the page is redirected to it by the used link.
     let again = anna.get(&link);
-    assert_eq!((again.status, again.header("location")), (303, Some("/person/0/")));
+    assert_eq!((again.status, again.header("location")), (303, Some("/person/2/")));
 }
 
 #[test]
 fn each_page_opens_to_its_own_session_alone() {
     let on = Running::standing();
     let (anna, ben, supervisor, stranger) = (on.anna(), on.ben(), on.supervisor(), on.stranger());
-    let pages = [(&anna, "/person/0/"), (&ben, "/person/1/"), (&supervisor, "/supervisor/")];
+    let pages = [(&anna, "/person/2/"), (&ben, "/person/3/"), (&supervisor, "/supervisor/")];
     for client in [&anna, &ben, &supervisor, &stranger] {
         for (owner, page) in pages {
             for part in ["", "state", "events", "gantt.svg", "map.svg"] {
@@ -74,7 +74,7 @@ fn each_page_opens_to_its_own_session_alone() {
         }
     }
     // A worker has no page, and neither has an invalid index.
-    for path in ["/person/2/", "/person/99/", "/person/-1/", "/person/x/", "/person/18446744073709551616/"] {
+    for path in ["/person/4/", "/person/99/", "/person/-1/", "/person/x/", "/person/18446744073709551616/"] {
         assert_eq!(anna.get(path).status, 401, "{path}");
     }
 }
@@ -83,7 +83,7 @@ fn each_page_opens_to_its_own_session_alone() {
 fn guessing_links_is_slow() {
     let on = Running::standing();
     let stranger = on.stranger();
-    let answers: Vec<u16> = (0..40).map(|n| stranger.get(&format!("/p/0-{n:x}-{n:032x}")).status).collect();
+    let answers: Vec<u16> = (0..40).map(|n| stranger.get(&format!("/p/2-{n:x}-{n:032x}")).status).collect();
     assert_eq!(answers[0], 404);
     assert!(answers.iter().filter(|status| **status == 429).count() >= 10, "{answers:?}");
     assert_eq!(stranger.get(&on.link(Some("anna"))).status, 200, "who has a link is not kept waiting by others");
@@ -95,16 +95,16 @@ fn a_new_link_ends_what_the_old_one_opened() {
     let (anna, supervisor) = (on.anna(), on.supervisor());
     let mut stream = anna.listen();
     assert!(stream.next().is_some());
-    let answer = supervisor.tell(json!({ "what": "invite", "agent": 0 }));
+    let answer = supervisor.tell(json!({ "what": "invite", "member": ANNA }));
     assert_eq!(answer.status, 200, "{answer:?}");
     let link = answer.json()["link"].as_str().expect("a link").to_string();
-    assert_eq!(anna.get("/person/0/state").status, 401);
+    assert_eq!(anna.get("/person/2/state").status, 401);
     while stream.next().is_some() {}
     assert_eq!(on.stranger().get(&on.link(Some("anna"))).status, 404, "the first link is worth nothing");
     let mut other = on.stranger();
     other.open(&link);
     assert_eq!(other.state()["person"]["name"], "anna");
-    assert_eq!(supervisor.tell(json!({ "what": "invite", "agent": 2 })).status, 409, "a worker has no page");
+    assert_eq!(supervisor.tell(json!({ "what": "invite", "member": CARRIER })).status, 400, "a worker has no page");
 }
 
 fn kept(name: &str) -> Options {
@@ -125,7 +125,7 @@ fn sessions_and_links_outlast_a_server() {
     let on = Running::with(&options);
     let (address, of_ben) = (on.server().address(), on.link(Some("<b>ben</b>")));
     let (stolen, supervisor) = (on.anna(), on.supervisor());
-    let answer = supervisor.tell(json!({ "what": "invite", "agent": 0 }));
+    let answer = supervisor.tell(json!({ "what": "invite", "member": ANNA }));
     let mut anna = on.stranger();
     anna.open(answer.json()["link"].as_str().expect("a link"));
     assert!(on.server().links().iter().all(|link| !link.signed_in));
@@ -135,7 +135,7 @@ fn sessions_and_links_outlast_a_server() {
     assert_eq!(again.server().links().iter().map(|link| link.signed_in).collect::<Vec<_>>(), [true, true, false]);
     assert_eq!(anna.state()["person"]["name"], "anna");
     assert_eq!(supervisor.tell(json!({ "what": "run" })).status, 200);
-    assert_eq!(stolen.get("/person/0/state").status, 401);
+    assert_eq!(stolen.get("/person/2/state").status, 401);
     assert_eq!(again.link(Some("<b>ben</b>")), of_ben);
     again.ben();
     again.end();
@@ -143,7 +143,7 @@ fn sessions_and_links_outlast_a_server() {
     let key = options.journal.as_ref().expect("a journal").with_extension("journal.key");
     std::fs::remove_file(key).expect("there");
     let other = Running::with(&Options { port: address.port(), ..options });
-    assert_eq!(anna.get("/person/0/state").status, 401);
+    assert_eq!(anna.get("/person/2/state").status, 401);
     other.end();
 }
 
@@ -161,7 +161,7 @@ fn links_are_made_beside_a_server_that_runs() {
     let (mut supervisor, mut anna) = (on.stranger(), on.stranger());
     supervisor.open(&link);
     anna.open(&of_anna);
-    assert_eq!((supervisor.home.as_str(), anna.home.as_str()), ("/supervisor/", "/person/0/"));
+    assert_eq!((supervisor.home.as_str(), anna.home.as_str()), ("/supervisor/", "/person/2/"));
     assert_eq!(lost.get("/supervisor/state").status, 401);
     assert_eq!(on.stranger().get(&link).status, 410, "it opens once");
     assert_eq!(on.stranger().get(&unused).status, 404, "a newer one has taken its place");
@@ -179,12 +179,12 @@ fn links_are_made_beside_a_server_that_runs() {
 fn the_supervisor_sees_who_has_a_page_open() {
     let on = Running::standing();
     let supervisor = on.supervisor();
-    let page = |n: usize| supervisor.state()["agents"][n]["page"].as_str().map(str::to_string);
-    assert_eq!([page(0), page(1), page(2)].map(Option::unwrap), ["link not opened", "link not opened", "simulated"]);
+    let page = |n: usize| supervisor.state()["members"][n]["page"].as_str().map(str::to_string);
+    assert_eq!([page(2), page(3), page(4)].map(Option::unwrap), ["link not opened", "link not opened", "simulated"]);
     let anna = on.anna();
     let mut stream = anna.listen();
     stream.next().expect("a state");
-    assert_eq!(page(0).as_deref(), Some("open"));
+    assert_eq!(page(2).as_deref(), Some("open"));
     drop(stream);
-    supervisor.until(|state| state["agents"][0]["page"] == "closed");
+    supervisor.until(|state| state["members"][2]["page"] == "closed");
 }

@@ -107,7 +107,7 @@ impl Client {
         self.home = answer.header("location").expect("a page").to_string();
     }
 
-    /// Sends a report to the server.
+    /// Sends a request to the server.
     pub fn tell(&self, what: Json) -> Answer {
         self.post(&format!("{}tell", self.home), &what.to_string())
     }
@@ -123,9 +123,14 @@ impl Client {
         read(&mut stream).status
     }
 
-    /// Reports an event of this operation.
+    /// Sends a request about this operation.
     pub fn press(&self, what: &str, operation: u64) -> Answer {
         self.tell(json!({ "what": what, "operation": operation }))
+    }
+
+    /// Sends a request about this task of a mission of layers.
+    pub fn press_task(&self, what: &str, task: u64) -> Answer {
+        self.tell(json!({ "what": what, "task": task }))
     }
 
     /// Returns the state of the page.
@@ -158,6 +163,23 @@ impl Client {
         lines.read_line(&mut first).expect("an answer");
         Stream { status: first.split(' ').nth(1).and_then(|s| s.parse().ok()).expect("a status"), lines }
     }
+}
+
+/// Returns the button with this identifier on a person's page.
+pub fn button(state: &Json, id: &str) -> Json {
+    let groups = state["person"]["groups"].as_array().expect("groups").iter();
+    let mut buttons = groups.flat_map(|group| group["buttons"].as_array().expect("buttons"));
+    buttons.find(|button| button["id"] == id).cloned().unwrap_or_default()
+}
+
+/// Returns a condition: the button with this identifier is enabled.
+pub fn may(id: &'static str) -> impl Fn(&Json) -> bool {
+    move |state| button(state, id)["enabled"] == true
+}
+
+/// Returns the row of a member of the supervisor's page.
+pub fn row(state: &Json, member: usize) -> &Json {
+    &state["members"][member]
 }
 
 /// A listening page.

@@ -57,7 +57,7 @@ fn open(greeting: &str, who: &str) -> Client {
 }
 
 fn moved(number: u64) -> Json {
-    json!({ "what": "moved", "agent": 0, "place": [number as f64 / 1000.0, 5.0] })
+    json!({ "what": "moved", "member": 1, "to": [number as f64 / 1000.0, 5.0] })
 }
 
 /// Returns the numbers of the moves in a journal, in order. Every line must be complete.
@@ -66,7 +66,7 @@ fn noted(journal: &Path) -> Vec<u64> {
     let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
     let lines = whole.lines().skip(1).map(|line| serde_json::from_str::<Json>(line).expect("a line is whole"));
     lines
-        .filter_map(|line| Some((line["entry"]["event"]["moved"]["place"][0].as_f64()? * 1000.0).round() as u64))
+        .filter_map(|line| Some((line["entry"]["request"]["body"]["to"][0].as_f64()? * 1000.0).round() as u64))
         .collect()
 }
 
@@ -101,7 +101,7 @@ fn fifty_deaths_lose_nothing_that_was_answered() {
         }
         // The session was opened once, before the first kill.
         let said = greeting(&mut child);
-        let known = answered.lock().expect("whole").is_empty() || said.contains("goes on at");
+        let known = answered.lock().expect("whole").is_empty() || said.contains("continues at");
         assert!(known && said.contains("still signed in") && !said.contains("differs"), "{said}");
         std::thread::scope(|scope| {
             scope.spawn(|| {
@@ -125,7 +125,7 @@ fn fifty_deaths_lose_nothing_that_was_answered() {
     assert!(answered.len() > 50, "{}", answered.len());
     let mut child = serve(plain(), &spec, &journal);
     let said = greeting(&mut child);
-    assert!(said.contains("goes on at") && !said.contains("differs"), "{said}");
+    assert!(said.contains("continues at") && !said.contains("differs"), "{said}");
     assert!(has_all(&noted(&journal), &answered));
     assert_eq!(supervisor.attempt(moved(number + 1)), 200);
     let last = format!("anna moves to ({}, 5) m", (number + 1) as f64 / 1000.0);
@@ -156,7 +156,7 @@ fn a_full_disk_loses_nothing_that_was_answered() {
         }
         assert!(number < 500, "it is never full");
     };
-    assert!(refused.starts_with("Nothing was changed, because it could not be written down"), "{refused}");
+    assert!(refused.starts_with("Nothing was changed, because the journal cannot be written"), "{refused}");
     assert!(answered.len() > 5, "{answered:?}");
     // A crash at this point leaves complete lines only, with exactly the confirmed reports.
     let bytes = std::fs::read(&journal).expect("readable");
@@ -164,8 +164,8 @@ fn a_full_disk_loses_nothing_that_was_answered() {
     std::thread::sleep(Duration::from_secs(1));
     let note = |state: Json, of: &str| state[of].as_str().unwrap_or_default().to_string();
     let (told, person) = (note(supervisor.state(), "note"), note(anna.state()["person"].clone(), "note"));
-    assert!(told.contains("cannot be written down, and is refused"), "{told}");
-    assert!(person.contains("cannot be noted now"), "{person}");
+    assert!(told.contains("the journal cannot be written"), "{told}");
+    assert!(person.contains("cannot record your input"), "{person}");
     assert_eq!(supervisor.attempt(moved(number + 1)), 409, "and so is the next");
     assert_eq!(std::fs::read(&journal).expect("readable"), bytes);
     end(child);
@@ -173,7 +173,7 @@ fn a_full_disk_loses_nothing_that_was_answered() {
     for more in 2..4 {
         let mut child = serve(plain(), &spec, &journal);
         let said = greeting(&mut child);
-        assert!(said.contains("goes on at") && !said.contains("differs"), "{said}");
+        assert!(said.contains("continues at") && !said.contains("differs"), "{said}");
         assert_eq!(supervisor.attempt(moved(number + more)), 200);
         answered.push(number + more);
         assert_eq!(noted(&journal), answered);

@@ -54,7 +54,7 @@ fn a_crowd_shuts_nobody_out() {
         let answers: Vec<u16> = (0..25).map(|_| supervisor.tell(json!({ "what": "replan" })).status).collect();
         assert!(answers.iter().all(|status| *status == 200), "{answers:?}");
         assert_eq!(on.ben().state()["person"]["name"], "<b>ben</b>");
-        page.until(|state| state["person"]["messages"].to_string().contains("The plan was made anew."));
+        page.until(|state| state["person"]["messages"].to_string().contains("There is a new plan."));
         stop.store(true, Ordering::Relaxed);
     });
     assert!(opened.load(Ordering::Relaxed) > CROWD, "they kept coming");

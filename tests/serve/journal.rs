@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use hierarq::serve::Options;
 use serde_json::{Value as Json, json};
 
-use super::Running;
+use super::client::{may, row};
+use super::{ANNA, CARRIER, M2, Running};
 
 fn path(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("serve");
@@ -23,7 +24,7 @@ fn options(journal: &std::path::Path, begin: bool) -> Options {
 
 /// Returns the part of the state that must be the same after a crash: everything except the state of pages.
 fn lasting(state: &Json) -> Json {
-    json!([state["events"], state["status"], state["numbers"], state["robots"]])
+    json!([state["events"], state["status"], state["numbers"], state["members"]])
 }
 
 #[test]
@@ -32,12 +33,12 @@ fn a_mission_goes_on_where_its_journal_ends() {
     let on = Running::with(&options(&path, true));
     assert_eq!(on.server().resumed(), None);
     let (anna, supervisor) = (on.anna(), on.supervisor());
-    anna.until(|state| state["person"]["may"]["done"] == true);
+    anna.until(may("done"));
     anna.press("done", 0);
-    supervisor.tell(json!({ "what": "lost", "robot": 1 }));
-    anna.until(|state| state["person"]["may"]["serve"] == true);
+    supervisor.tell(json!({ "what": "lost", "member": M2 }));
+    anna.until(may("serve"));
     assert_eq!(anna.press("serve", 0).status, 200);
-    anna.until(|state| !state["person"]["ask"].is_null());
+    anna.until(|state| !state["person"]["form"].is_null());
     assert_eq!(
         anna.tell(json!({ "what": "feedback", "operation": 0, "wait": 2, "approach": 0, "distance": 0 })).status,
         200
@@ -59,11 +60,11 @@ fn a_mission_goes_on_where_its_journal_ends() {
         let events = supervisor.state()["events"].to_string();
         assert!(events.contains("the wait was too long") && events.contains("m2 is lost"), "{events}");
         let page = anna.state();
-        assert!(page["person"]["ask"].is_null(), "she has answered: {page:#}");
+        assert!(page["person"]["form"].is_null(), "she has answered: {page:#}");
         assert_eq!(page["person"]["measured"][1]["name"], "Service 1");
-        assert_eq!(supervisor.state()["robots"][1]["lost"], true);
+        assert_eq!(row(&supervisor.state(), M2)["lost"], true);
         supervisor.tell(json!({ "what": "run" }));
-        anna.until(|state| state["person"]["may"]["done"] == true);
+        anna.until(may("done"));
     }
 }
 
@@ -73,7 +74,7 @@ fn the_same_journal_gives_the_same_state() {
     let on = Running::with(&options(&path, true));
     let (anna, ben) = (on.anna(), on.ben());
     for client in [&anna, &ben] {
-        client.until(|state| state["person"]["may"]["done"] == true);
+        client.until(may("done"));
         client.press("done", 0);
     }
     on.end();
@@ -93,27 +94,31 @@ fn a_journal_of_another_mission_is_refused() {
     Running::with(&options(&path, false)).end();
     let mut other = super::mission();
     other.problem.agents[0].operations = 3;
-    let Err(refused) = hierarq::serve::Server::start(other, &options(&path, false)) else { panic!("it runs") };
+    let Err(refused) = hierarq::serve::Server::start("field", &other, &options(&path, false)) else {
+        panic!("it runs")
+    };
     assert!(refused.to_string().contains("before the spec or an option changed"), "{refused}");
 }
 
-/// Unknown agents, invalid steps of feedback, and events of another kind of mission: the line is reported.
+/// Unknown members, invalid steps of feedback, and requests of another kind of mission: the line is reported.
 #[test]
 fn what_could_never_have_been_told_is_refused_with_its_line() {
     let path = path("never.journal");
     Running::with(&options(&path, false)).end();
     let head = std::fs::read_to_string(&path).expect("readable");
+    let feedback = json!({ "what": "feedback", "operation": 0, "wait": 127, "approach": 0, "distance": 0 });
     for (entry, words) in [
-        (json!({ "event": { "done": { "agent": 99 } } }), "no agent with number 99"),
-        (json!({ "event": { "lost": { "who": { "robot": 99 } } } }), "no robot with number 99"),
-        (json!({ "event": { "said": { "agent": 0, "wait": 127, "approach": 0, "distance": 0 } } }), "127"),
-        (json!({ "layered": { "done": { "agent": 0 } } }), "of a mission of layers"),
-        (json!({ "serve": { "agent": 0, "operation": usize::MAX } }), "no operation"),
-        (json!({ "served": { "agent": 99 } }), "no agent with number 99"),
+        (json!({ "from": { "person": 99 }, "body": { "what": "done", "operation": 0 } }), "member 99 has no page"),
+        (json!({ "from": "supervisor", "body": { "what": "lost", "member": 99 } }), "no member with this number"),
+        (json!({ "from": { "person": ANNA }, "body": feedback }), "127"),
+        (json!({ "from": { "person": ANNA }, "body": { "what": "done", "task": 0 } }), "unknown field `task`"),
+        (json!({ "from": { "person": ANNA }, "body": { "what": "serve", "operation": usize::MAX } }), "no operation"),
+        (json!({ "from": { "person": CARRIER }, "body": { "what": "done", "operation": 0 } }), "has no page"),
     ] {
+        let entry = json!({ "request": entry });
         std::fs::write(&path, format!("{head}{}\n", json!({ "time": 0.5, "entry": entry }))).expect("writable");
         let line = head.lines().count() + 1;
-        let Err(refused) = hierarq::serve::Server::start(super::mission(), &options(&path, false)) else {
+        let Err(refused) = hierarq::serve::Server::start("field", &super::mission(), &options(&path, false)) else {
             panic!("{entry} is taken")
         };
         let told = refused.to_string();
@@ -132,8 +137,8 @@ fn an_idle_hour_is_gone_through_quickly() {
     let mut told = Vec::new();
     let mut tell = |at: hierarq::serve::Resuming| told.push(at);
     let begun = std::time::Instant::now();
-    let on =
-        hierarq::serve::Server::start_and_tell(super::mission(), &options(&path, false), &mut tell).expect("served");
+    let on = hierarq::serve::Server::start_with_progress("field", &super::mission(), &options(&path, false), &mut tell)
+        .expect("served");
     assert!(begun.elapsed() < std::time::Duration::from_secs(30), "{:?}", begun.elapsed());
     assert_eq!(on.resumed(), Some((3600.0, false)));
     assert_eq!((told[0].time, told[0].until), (0.0, 3600.0));

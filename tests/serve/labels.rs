@@ -6,6 +6,7 @@ use hierarq::serve::{Options, Server};
 use serde_json::Value as Json;
 
 use super::Running;
+use super::client::may;
 
 fn labelled(pairs: &[(&str, &str)]) -> BTreeMap<String, String> {
     pairs.iter().map(|(name, text)| ((*name).to_string(), (*text).to_string())).collect()
@@ -25,7 +26,8 @@ fn pages_of_a_schedule_show_labels() {
     mission.problem.labels.members = labelled(&all);
     let on = Running {
         server: Some(
-            Server::start(mission, &Options { speed: 40.0, begin: true, ..Options::default() }).expect("a server"),
+            Server::start("field", &mission, &Options { speed: 40.0, begin: true, ..Options::default() })
+                .expect("a server"),
         ),
     };
     let link = on.link(Some("Łukasz"));
@@ -34,7 +36,7 @@ fn pages_of_a_schedule_show_labels() {
     let markup = on.stranger().get(&on.link(Some("<i>Ann-Marie</i>"))).body;
     assert!(markup.contains("&lt;i&gt;Ann-Marie") && !markup.contains("<i>Ann-Marie"), "{markup}");
     let (person, supervisor) = (on.open(Some("Łukasz")), on.supervisor());
-    person.until(|state| state["person"]["may"]["begin"] == true);
+    person.until(may("begin"));
     person.press("begin", 0);
     person.press("done", 0);
     person.until(|state| read(&state["person"]["messages"]).contains("Wózek"));
@@ -62,15 +64,19 @@ fn pages_of_layers_show_labels() {
     mission.problem.labels.layers = labelled(&[("opened", "Otwarcie")]);
     let on = Running {
         server: Some(
-            Server::start(mission, &Options { speed: 20.0, begin: true, ..Options::default() }).expect("a server"),
+            Server::start("field", &mission, &Options { speed: 20.0, begin: true, ..Options::default() })
+                .expect("a server"),
         ),
     };
     let (person, supervisor) = (on.open(Some("Łukasz")), on.supervisor());
-    let state = person.until(|state| state["person"]["may"]["begin"] == true);
+    let state = person.until(may("begin"));
     assert_eq!(state["person"]["doing"], "Your turn: Pokrywa: open, to Pudełko.");
-    assert_eq!((&state["person"]["name"], &state["person"]["operation"]), (&"Łukasz".into(), &"Pokrywa".into()));
-    assert!(person.press("begin", 0).said().starts_with("Noted: Pokrywa began at"));
-    person.press("done", 0);
+    assert_eq!(
+        (&state["person"]["name"], &state["person"]["groups"][0]["heading"]),
+        (&"Łukasz".into(), &"Pokrywa".into())
+    );
+    assert!(person.press_task("begin", 0).said().starts_with("Noted: Pokrywa began at"));
+    person.press_task("done", 0);
     person.until(|state| read(&state["person"]["messages"]).contains("Layer Otwarcie is done."));
     let whole = read(&supervisor.state());
     assert!(whole.contains("Ramię lewe") && whole.contains("Łukasz") && !whole.contains("<b>anna"), "{whole}");

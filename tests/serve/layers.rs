@@ -3,15 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use hierarq::serve::{LayersMission, Options, Server};
-use mission::engine::Budget;
-use mission::kinds::layers::choose;
-use mission::kinds::layers::execution::Settings;
+use hierarq::serve::{Options, Server};
+use mission::kinds::layers::Layers;
 use mission::kinds::layers::problem::{Agent, Body, Object, Problem, Skill, Task, Weights};
 use mission::numbers::{Energy, Range};
 use serde_json::{Value as Json, json};
 
 use super::Running;
+use super::client::{button, may, row};
 
 fn arm(name: &str, x: f64) -> Agent {
     Agent {
@@ -28,7 +27,7 @@ fn arm(name: &str, x: f64) -> Agent {
 }
 
 /// She opens, all fill, she closes.
-pub fn mission() -> LayersMission {
+pub fn mission() -> Layers {
     let skill = |action: &str| Skill { action: action.into(), duration: 3.0, pace: 1.0 };
     let anna = Agent {
         place: [0.0, 0.5, 0.0],
@@ -68,21 +67,21 @@ pub fn mission() -> LayersMission {
         places: BTreeMap::from([("box".into(), [0.0, 0.2, 0.1])]),
         labels: Default::default(),
     };
-    let budget = Budget { nodes: 50, ..Budget::default() };
-    let planning = choose::Options { budget, ..choose::Options::default() };
-    LayersMission { name: "box".into(), problem, settings: Settings { planning, ..Settings::default() } }
+    Layers { problem, batch: None, reallocate_above: 0.1, instruction: None, directives: Vec::new() }
 }
 
+/// Members: an arm, a person, another arm.
+const LEFT: usize = 0;
+const SHE: usize = 1;
+const RIGHT: usize = 2;
+
 fn running(options: &Options) -> Running {
-    Running { server: Some(Server::start(mission(), options).expect("a server")) }
+    let options = Options { nodes: Some(50), ..options.clone() };
+    Running { server: Some(Server::start("box", &mission(), &options).expect("a server")) }
 }
 
 fn at_speed(speed: f64) -> Running {
     running(&Options { speed, begin: true, ..Options::default() })
-}
-
-fn may(what: &'static str) -> impl Fn(&Json) -> bool {
-    move |state| state["person"]["may"][what] == true
 }
 
 const ANNA: Option<&str> = Some("<b>anna</b>");
@@ -95,42 +94,46 @@ fn a_person_tells_what_she_does_and_the_others_follow() {
     let state = anna.until(may("begin"));
     assert_eq!(state["person"]["doing"], "Your turn: lid: open, to box.");
     assert!(state["person"]["next"].as_str().expect("text").starts_with("shut: close"));
-    assert_eq!((&state["person"]["at"], &state["person"]["service"]), (&json!(0), &Json::Null));
+    assert_eq!(button(&state, "begin")["request"], json!({ "what": "begin", "task": 0 }));
+    assert_eq!(button(&state, "serve"), Json::Null, "nobody is served");
     // Her task never begins by itself, however late it is.
     std::thread::sleep(std::time::Duration::from_millis(700));
-    assert_eq!(anna.state()["person"]["may"]["begin"], true);
-    assert_eq!(supervisor.state()["robots"][0]["doing"], "waits for the layer before");
-    let early = anna.press("done", 0);
+    assert!(may("begin")(&anna.state()));
+    assert_eq!(row(&supervisor.state(), LEFT)["doing"], "waits for the previous layer");
+    let early = anna.press_task("done", 0);
     assert_eq!((early.status, early.said().contains("not yours now")), (409, true));
-    assert!(anna.press("begin", 0).said().starts_with("Noted: lid began at"));
-    assert_eq!(anna.press("begin", 0).said(), "lid has begun already.");
+    assert!(anna.press_task("begin", 0).said().starts_with("Noted: lid began at"));
+    assert_eq!(anna.press_task("begin", 0).said(), "lid has begun already.");
     assert_eq!(anna.state()["person"]["doing"], "You do lid: open, to box.");
-    assert!(anna.press("failed", 0).said().starts_with("Noted: lid failed."));
-    assert_eq!(anna.press("failed", 0).status, 409);
-    assert_eq!(anna.press("begin", 0).status, 200);
+    assert!(anna.press_task("failed", 0).said().starts_with("Noted: lid failed."));
+    assert_eq!(anna.press_task("failed", 0).status, 409);
+    assert_eq!(anna.press_task("begin", 0).status, 200);
     let until = || anna.state()["person"]["until"].as_f64().expect("she works");
     let later = until() + 45.0;
-    let longer = json!({ "what": "longer", "operation": 0, "until": later });
+    let longer = json!({ "what": "longer", "task": 0, "until": later });
     assert!(anna.tell(longer.clone()).said().starts_with("Noted: lid takes 45 s longer, until"));
-    assert!(anna.tell(longer).said().starts_with("That was noted before"));
+    assert!(anna.tell(longer).said().starts_with("Already noted"));
     assert!(
-        supervisor.tell(json!({ "what": "longer", "agent": 0, "until": later + 30.0 })).said().starts_with("Noted")
+        supervisor
+            .tell(json!({ "what": "late", "member": SHE, "by": 30.0, "until": later }))
+            .said()
+            .starts_with("Noted")
     );
     assert!((until() - later - 30.0).abs() < 1e-6);
-    let row = supervisor.state()["agents"][0].clone();
-    assert_eq!((row["until"].as_f64(), &row["fails"]), (Some(until()), &json!(true)));
-    let failed = json!({ "what": "failed", "agent": 0, "until": until() });
+    let state = supervisor.state();
+    assert_eq!((row(&state, SHE)["until"].as_f64(), &row(&state, SHE)["fails"]), (Some(until()), &json!(true)));
+    let failed = json!({ "what": "failed", "member": SHE, "until": until() });
     assert!(supervisor.tell(failed.clone()).said().starts_with("Noted"));
-    assert!(supervisor.tell(failed).said().starts_with("That was noted before"));
-    assert_eq!(anna.press("begin", 0).status, 200);
-    assert!(anna.press("done", 0).said().starts_with("Noted: lid was done at"));
-    assert_eq!(anna.press("done", 0).said(), "lid is done already.");
-    assert!(anna.press("serve", 0).said().contains("nobody is served"));
+    assert!(supervisor.tell(failed).said().starts_with("Already noted"));
+    assert_eq!(anna.press_task("begin", 0).status, 200);
+    assert!(anna.press_task("done", 0).said().starts_with("Noted: lid was done at"));
+    assert_eq!(anna.press_task("done", 0).said(), "lid is done already.");
+    assert_eq!(anna.press_task("serve", 0).status, 400, "nobody is served");
     let state = anna.until(may("begin"));
-    assert_eq!(state["person"]["at"], 3);
+    assert_eq!(button(&state, "begin")["request"]["task"], 3);
     assert!(state["person"]["messages"].to_string().contains("Layer filled is done."));
-    anna.press("begin", 3);
-    anna.press("done", 3);
+    anna.press_task("begin", 3);
+    anna.press_task("done", 3);
     let over = supervisor.until(|state| !state["over"].is_null());
     assert_eq!(over["over"], "The mission is done: every task is done.");
     assert!(over["numbers"].as_str().expect("text").starts_with("4 of 4 tasks done"));
@@ -144,39 +147,42 @@ fn somebody_leaves_and_an_arm_breaks_down() {
     let on = at_speed(5.0);
     let (anna, supervisor) = (on.open(ANNA), on.supervisor());
     anna.until(may("begin"));
-    // The second arm, and not the second agent.
-    assert!(supervisor.tell(json!({ "what": "lost", "robot": 1 })).said().starts_with("Noted"));
+    assert!(supervisor.tell(json!({ "what": "lost", "member": RIGHT })).said().starts_with("Noted"));
     let state = supervisor.state();
-    assert_eq!(state["robots"][1]["name"], "right");
-    assert_eq!((&state["robots"][1]["lost"], &state["agents"][0]["lost"]), (&json!(true), &json!(false)));
-    assert!(anna.state()["person"]["messages"].to_string().contains("right takes no part any more."));
-    supervisor.tell(json!({ "what": "lost", "agent": 0 }));
+    assert_eq!(row(&state, RIGHT)["name"], "right");
+    assert_eq!((&row(&state, RIGHT)["lost"], &row(&state, SHE)["lost"]), (&json!(true), &json!(false)));
+    assert!(anna.state()["person"]["messages"].to_string().contains("right has left."));
+    supervisor.tell(json!({ "what": "lost", "member": SHE }));
     let state = supervisor.state();
     assert!(state["note"].as_str().expect("a note").starts_with("There is no plan for everything"), "{state:#}");
     assert!(state["over"].is_null());
     assert!(anna.state()["person"]["note"].as_str().expect("a note").contains("you left"));
-    assert_eq!(supervisor.tell(json!({ "what": "back", "agent": 0 })).said(), "Noted; planned anew.");
-    assert_eq!(supervisor.tell(json!({ "what": "back", "robot": 1 })).said(), "Noted; planned anew.");
-    assert_eq!(supervisor.tell(json!({ "what": "replan" })).said(), "Noted; planned anew.");
+    assert_eq!(supervisor.tell(json!({ "what": "back", "member": SHE })).said(), "Noted; there is a new plan.");
+    assert_eq!(supervisor.tell(json!({ "what": "back", "member": RIGHT })).said(), "Noted; there is a new plan.");
+    assert_eq!(supervisor.tell(json!({ "what": "replan" })).said(), "Noted; there is a new plan.");
     assert!(supervisor.state()["note"].is_null());
     for (body, why) in [
-        (json!({ "what": "back", "robot": 0 }), "is not lost"),
-        (json!({ "what": "lost", "robot": 2 }), "nobody of that number"),
-        (json!({ "what": "lost" }), "not both"),
-        (json!({ "what": "moved", "agent": 0, "place": [1, 1] }), "stay where they are"),
+        (json!({ "what": "back", "member": LEFT }), "is not lost"),
+        (json!({ "what": "lost", "member": 3 }), "no member with this number"),
+        (json!({ "what": "lost" }), "no member with this number"),
+        (json!({ "what": "moved", "member": SHE, "to": [1, 1] }), "stays where it is"),
+        (json!({ "what": "explode", "member": SHE }), "has no event `explode`"),
+        (json!({ "what": "lost", "member": SHE, "x": 1 }), "no key `x`"),
+        (json!({ "what": "replan", "member": SHE }), "of the whole mission"),
     ] {
         let refused = supervisor.tell(body);
-        assert!(refused.status == 409 && refused.said().contains(why), "{refused:?}");
+        let status = if why == "is not lost" { 409 } else { 400 };
+        assert!(refused.status == status && refused.said().contains(why), "{refused:?}");
     }
     let chart = supervisor.get("/supervisor/gantt.svg").body;
     assert!(chart.starts_with("<svg") && chart.contains("right"), "{chart}");
-    assert!(!chart.contains("<b>") && supervisor.state()["moves"] == false);
+    assert!(!chart.contains("<b>") && !supervisor.state().to_string().contains("moved"));
     // The map shows the hands of robots at their positions.
     let map = supervisor.get("/supervisor/map.svg").body;
     assert!(map.starts_with("<svg") && map.contains("class=\"carries"), "{map}");
     let state = supervisor.state();
-    assert_eq!(state["robots"].as_array().map(Vec::len), Some(2));
-    assert!(state["robots"][0]["at"].as_array().is_some_and(|at| at.len() == 2));
+    assert_eq!(state["members"].as_array().map(Vec::len), Some(3));
+    assert!(row(&state, LEFT)["at"].as_array().is_some_and(|at| at.len() == 2));
 }
 
 fn path(name: &str) -> PathBuf {
@@ -196,11 +202,11 @@ fn a_mission_goes_on_where_its_journal_ends() {
     let on = running(&options(true));
     let (anna, supervisor) = (on.open(ANNA), on.supervisor());
     anna.until(may("begin"));
-    anna.press("begin", 0);
-    supervisor.tell(json!({ "what": "lost", "robot": 0 }));
-    anna.press("done", 0);
+    anna.press_task("begin", 0);
+    supervisor.tell(json!({ "what": "lost", "member": LEFT }));
+    anna.press_task("done", 0);
     supervisor.tell(json!({ "what": "stop" }));
-    let lasting = |state: &Json| json!([state["events"], state["status"], state["numbers"], state["robots"]]);
+    let lasting = |state: &Json| json!([state["events"], state["status"], state["numbers"], state["members"]]);
     let before = lasting(&supervisor.state());
     on.end();
     let again = running(&options(false));
@@ -210,7 +216,7 @@ fn a_mission_goes_on_where_its_journal_ends() {
     assert!(before.to_string().contains("left is lost"));
     again.end();
     // A mission of the other kind rejects the journal.
-    let Err(refused) = Server::start(super::mission(), &options(false)) else { panic!("it runs") };
+    let Err(refused) = Server::start("field", &super::mission(), &options(false)) else { panic!("it runs") };
     assert!(refused.to_string().contains("of another mission"), "{refused}");
 }
 
@@ -221,6 +227,6 @@ fn people_without_a_page_are_simulated() {
     assert_eq!(on.server().links().len(), 1);
     on.supervisor().until(|state| !state["over"].is_null());
     let nobody = Options { simulate: vec!["left".into()], ..Options::default() };
-    let Err(refused) = Server::start(mission(), &nobody) else { panic!("it runs") };
+    let Err(refused) = Server::start("box", &mission(), &nobody) else { panic!("it runs") };
     assert!(refused.to_string().contains("no person of that name; it has <b>anna</b>"), "{refused}");
 }
