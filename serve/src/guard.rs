@@ -95,7 +95,7 @@ pub async fn guard(hosts: Hosts, request: Request, next: Next) -> Response {
         Ok(()) => next.run(request).await,
         Err(Refused::Method) => {
             let allow = [(header::ALLOW, "GET, HEAD, POST")];
-            (StatusCode::METHOD_NOT_ALLOWED, allow, "this server reads and tells, nothing else\n").into_response()
+            (StatusCode::METHOD_NOT_ALLOWED, allow, "this server accepts GET and POST only\n").into_response()
         }
         Err(Refused::Host) => pages::refusal(
             StatusCode::MISDIRECTED_REQUEST,

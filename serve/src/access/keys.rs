@@ -97,25 +97,25 @@ pub enum NoKeys {
     #[error("cannot use the file of links and sessions `{}`: {why}", .path.display())]
     File { path: PathBuf, why: std::io::Error },
     #[error(
-        "`{}` holds no links and sessions; remove it, or name another journal: where it is missing a new one is made, and \
+        "`{}` holds no links and sessions; remove it, or name another journal: if it is missing, a new one is created, and \
          everybody needs a new link",
         .path.display()
     )]
     Foreign { path: PathBuf },
     #[error(
-        "others may read the links and sessions in `{}`, mode {mode:04o}: with the key in it they can open every page; remove it, \
-         and everybody needs a new link, or take their right away, `chmod 600`, if nobody has read it",
+        "others may read the links and sessions in `{}`, mode {mode:04o}: its key opens every page; remove it, and \
+         everybody needs a new link, or run `chmod 600` on it if nobody has read it",
         .path.display()
     )]
     Open { path: PathBuf, mode: u32 },
     #[error(
-        "there is no `{}`: `--journal` names the journal with which a server runs, or ran, and links are made from the file beside it",
+        "there is no `{}`: `--journal` names the journal of a server, and links are created from the file beside it",
         .path.display()
     )]
     Missing { path: PathBuf },
     #[error("`{name}` has no page in the mission `{mission}`; {have}")]
     Nobody { name: String, mission: String, have: String },
-    #[error("the system gives no random numbers: {0}")]
+    #[error("the system provides no random numbers: {0}")]
     Random(#[from] getrandom::Error),
 }
 
@@ -266,8 +266,8 @@ pub fn new_link(journal: &Path, person: Option<&str>) -> Result<LinkOf, NoKeys> 
     let Some(page) = keys.pages().iter().find(|page| page.person.as_deref() == person) else {
         let names: Vec<&str> = keys.pages().iter().filter_map(|page| page.person.as_deref()).collect();
         let have = match names.as_slice() {
-            [] => "the supervisor alone has one".to_string(),
-            names => format!("{} have one, and the supervisor, whom no name stands for", names.join(", ")),
+            [] => "only the supervisor has one".to_string(),
+            names => format!("it has pages for the supervisor and {}", names.join(", ")),
         };
         let name = person.unwrap_or_default().to_string();
         return Err(NoKeys::Nobody { name, mission: keys.kept.mission.clone(), have });
@@ -405,7 +405,7 @@ mod tests {
         assert!(numbers.iter().all(|number| *number > keys.page(Role::Person(1)).expect("a page").link));
         assert!(of(None).url.starts_with("http://field.example/s/"));
         let refused = new_link(&journal, Some("bert")).expect_err("nobody").to_string();
-        assert!(refused.contains("`bert` has no page") && refused.contains("anna have one"), "{refused}");
+        assert!(refused.contains("`bert` has no page") && refused.contains("pages for the supervisor and anna"), "{refused}");
     }
 
     #[test]
