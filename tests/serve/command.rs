@@ -85,7 +85,8 @@ fn it_prints_links_that_open_and_a_journal_survives_its_death() {
     let nobody = made(&["--link", "ben"]);
     assert_eq!(nobody.status.code(), Some(2));
     assert!(
-        String::from_utf8_lossy(&nobody.stderr).contains("`ben` has no page in the mission `field`; it has pages for the supervisor and anna")
+        String::from_utf8_lossy(&nobody.stderr)
+            .contains("`ben` has no page in the mission `field`; it has pages for the supervisor and anna")
     );
     child.kill().expect("killed");
     child.wait().expect("dead");

@@ -405,7 +405,10 @@ mod tests {
         assert!(numbers.iter().all(|number| *number > keys.page(Role::Person(1)).expect("a page").link));
         assert!(of(None).url.starts_with("http://field.example/s/"));
         let refused = new_link(&journal, Some("bert")).expect_err("nobody").to_string();
-        assert!(refused.contains("`bert` has no page") && refused.contains("pages for the supervisor and anna"), "{refused}");
+        assert!(
+            refused.contains("`bert` has no page") && refused.contains("pages for the supervisor and anna"),
+            "{refused}"
+        );
     }
 
     #[test]

@@ -1,0 +1,144 @@
+//! Web pages of all kinds: the requests of their buttons are valid, and recorded requests restore the same pages.
+
+use serde_json::{Value, json};
+
+use crate::common::{Random, vineyard};
+use crate::layered;
+use hierarq_mission::kind::Mission;
+use hierarq_mission::kinds::layers::Layers;
+use hierarq_mission::kinds::schedule::Schedule;
+use hierarq_mission::pages::{Button, Client, JournalSink, MissionSession, Refusal, Request, ServeSettings, Session};
+
+/// A mission with the requests that had an effect.
+struct Recorded {
+    session: MissionSession,
+    journal: Vec<(f64, Request)>,
+}
+
+impl Recorded {
+    fn press(&mut self, request: Request) -> Result<String, Refusal> {
+        let (time, mut recorded) = (self.session.time(), 0);
+        let mut write = || {
+            recorded += 1;
+            Ok(())
+        };
+        let reply = self.session.handle(&request, true, &mut JournalSink::new(&mut write));
+        assert!(recorded <= 1, "a request is recorded once: {request:?}");
+        if recorded == 1 {
+            self.journal.push((time, request));
+        }
+        reply
+    }
+}
+
+/// Returns the requests of all enabled buttons and of all forms.
+fn requests(session: &MissionSession, random: &mut Random) -> Vec<Request> {
+    let data = session.data(true);
+    let mut point = || json!([random.within(-3.0, 6.0), random.within(-9.0, 4.0)]);
+    let mut all = Vec::new();
+    let mut add = |from: Client, button: &Button| {
+        let mut body = button.request.clone();
+        if let Some(input) = &button.point {
+            body[input.key] = point();
+        }
+        if button.enabled {
+            all.push(Request { from, body });
+        }
+    };
+    let rows = data.supervisor.members.iter().flat_map(|row| &row.buttons);
+    data.supervisor.buttons.iter().chain(rows).for_each(|button| add(Client::Supervisor, button));
+    for (member, page) in &data.people {
+        page.content.groups.iter().flat_map(|group| &group.buttons).for_each(|of| add(Client::Person(*member), of));
+    }
+    for (member, form) in data.people.iter().filter_map(|(member, page)| Some((member, page.content.form.as_ref()?))) {
+        let mut body = form.request.clone();
+        for question in &form.questions {
+            let answer = random.below(question.answers.len());
+            body[question.key] = Value::from(question.answers[answer].value);
+        }
+        all.push(Request { from: Client::Person(*member), body });
+    }
+    all
+}
+
+fn people_press(mission: &dyn Mission, nodes: u64, seed: u64) {
+    let reporting: Vec<usize> = (0..).zip(mission.members()).filter(|of| of.1.role == "human").map(|of| of.0).collect();
+    let settings = ServeSettings { sampled: Some(seed), reporting: reporting.clone(), nodes: Some(nodes) };
+    let begin = || MissionSession::new(mission, &settings).unwrap();
+    let mut on = Recorded { session: begin(), journal: Vec::new() };
+    let mut random = Random(seed.wrapping_mul(7919).wrapping_add(3));
+    assert!(on.session.data(true).people.keys().eq(&reporting));
+    for _ in 0..60 {
+        if random.unit() < 0.5 {
+            on.session.advance(on.session.time() + random.within(0.0, 40.0));
+            continue;
+        }
+        let mut all = requests(&on.session, &mut random);
+        if all.is_empty() {
+            continue;
+        }
+        let request = all.swap_remove(random.below(all.len()));
+        let reply = on.press(request.clone());
+        assert!(!matches!(reply, Err(Refusal::Invalid(_))), "{request:?} {reply:?}");
+    }
+    assert!(on.journal.len() > 10, "{:?}", on.journal);
+    let mut again = begin();
+    for (time, request) in &on.journal {
+        again.advance(*time);
+        let reply = again.handle(request, true, &mut JournalSink::replay());
+        assert!(!matches!(reply, Err(Refusal::Invalid(_))), "{request:?} {reply:?}");
+    }
+    again.advance(on.session.time());
+    let (was, is) = (on.session.data(true), again.data(true));
+    assert_eq!(was.people, is.people);
+    assert_eq!(was.supervisor, is.supervisor);
+    // While the clock is stopped, people can press no button.
+    let stopped = on.session.data(false);
+    let mut buttons = stopped.people.values().flat_map(|page| &page.content.groups).flat_map(|group| &group.buttons);
+    assert!(buttons.all(|button| !button.enabled));
+}
+
+#[test]
+fn people_of_a_schedule_press_buttons() {
+    for seed in 0..8 {
+        let (problem, adaptation) = (vineyard(2), Default::default());
+        people_press(&Schedule { problem, adaptation, reallocate_above: 0.1, batch: 4 }, 0, seed);
+    }
+}
+
+#[test]
+fn people_of_layers_press_buttons() {
+    for seed in 0..8 {
+        let (problem, instruction, directives) = (layered::letter_d(1), None, Vec::new());
+        people_press(&Layers { problem, batch: None, reallocate_above: 0.1, instruction, directives }, 5, seed);
+    }
+}
+
+/// Requests that can never succeed are rejected as invalid, and not recorded.
+#[test]
+fn invalid_requests_are_not_recorded() {
+    let (problem, adaptation) = (vineyard(2), Default::default());
+    let mission = Schedule { problem, adaptation, reallocate_above: 0.1, batch: 4 };
+    let settings = ServeSettings { sampled: None, reporting: vec![2, 3, 4], nodes: Some(0) };
+    let mut on = Recorded { session: MissionSession::new(&mission, &settings).unwrap(), journal: Vec::new() };
+    let person = |body: Value| Request { from: Client::Person(2), body };
+    let supervisor = |body: Value| Request { from: Client::Supervisor, body };
+    for request in [
+        person(json!(null)),
+        person(json!({ "what": "done" })),
+        person(json!({ "what": "done", "operation": 2 })),
+        person(json!({ "what": "feedback", "operation": 0, "wait": 3, "approach": 0, "distance": 0 })),
+        Request { from: Client::Person(5), body: json!({ "what": "done", "operation": 0 }) },
+        supervisor(json!({ "what": "lost" })),
+        supervisor(json!({ "what": "lost", "member": 6 })),
+        supervisor(json!({ "what": "late", "member": 2 })),
+        supervisor(json!({ "what": "late", "member": 2, "by": 1e300 })),
+        supervisor(json!({ "what": "late", "member": 2, "by": 5, "to": [0, 0] })),
+        supervisor(json!({ "what": "begun", "member": 0 })),
+        supervisor(json!({ "what": "replan", "by": 5 })),
+    ] {
+        let reply = on.press(request.clone());
+        assert!(matches!(reply, Err(Refusal::Invalid(_))), "{request:?} {reply:?}");
+    }
+    assert!(on.journal.is_empty(), "{:?}", on.journal);
+}
