@@ -156,8 +156,8 @@ fn a_service_fails_and_another_takes_longer() {
     assert!(again > until(&served), "{again}");
     assert!(anna.tell(failed).said().starts_with("Already noted"));
     assert_eq!(until(&anna.state()), again);
-    let row = row(&supervisor.state(), robot).clone();
-    assert_eq!((row["until"].as_f64(), &row["fails"]), (Some(again), &json!(true)));
+    let state = supervisor.state();
+    assert_eq!((row(&state, robot)["until"].as_f64(), &row(&state, robot)["fails"]), (Some(again), &json!(true)));
     let longer = json!({ "what": "late", "member": robot, "by": 60.0, "until": again });
     assert!(supervisor.tell(longer).said().starts_with("Noted"));
     assert!((until(&anna.state()) - again - 60.0).abs() < 1e-6);
