@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use hierarq_mission::engine::Engine;
 use hierarq_mission::engine::{Budget, Highs};
 use hierarq_mission::kinds::schedule;
-use hierarq_mission::kinds::schedule::chance::quantile;
+use hierarq_mission::kinds::schedule::duration_quantile::quantile;
 use hierarq_mission::kinds::schedule::choose::{Formulation, Options, plan};
 use hierarq_mission::kinds::schedule::problem::Problem;
 use hierarq_mission::kinds::schedule::validate::validate;

@@ -6,7 +6,7 @@
 use crate::common;
 
 use hierarq_mission::kinds::schedule::assistance::{Assistance, from_plan};
-use hierarq_mission::kinds::schedule::chance;
+use hierarq_mission::kinds::schedule::duration_quantile;
 use hierarq_mission::kinds::schedule::choose::{Formulation, Options, plan};
 use hierarq_mission::kinds::schedule::cost::cost;
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Problem, ServiceTimes};
@@ -38,7 +38,7 @@ fn timed(problem: &Problem, services: &[(usize, usize, usize)], speeds: &[Speeds
         let near = time(lengths.proximity, near, speeds[1]);
         let back = time(lengths.depositing, machine.speed, speeds[2]);
         let start = served[agent].last().copied().unwrap_or(problem.start);
-        let end = start + chance::nominal(problem, agent);
+        let end = start + duration_quantile::nominal(problem, agent);
         let serving = end.max(home[robot] + going + near);
         let times = ServiceTimes {
             going: home[robot],

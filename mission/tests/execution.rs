@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use common::execution::{happened, keeps, near, run, settings};
 use hierarq_mission::execution::NoFeasiblePlan;
 use hierarq_mission::execution::{Durations, Replan};
-use hierarq_mission::kinds::schedule::chance::quantile;
+use hierarq_mission::kinds::schedule::duration_quantile::quantile;
 use hierarq_mission::kinds::schedule::execution::{
     Doing, Event, Execution, Happening, Potentials, Record, Settings, Stage, Travel,
 };

@@ -6,7 +6,7 @@ use hierarq_mission::engine::Budget;
 use hierarq_mission::kinds::schedule::adapt::{Adaptation, Feedback, NoFeedback, Satisfaction, adapt, efficiency};
 use hierarq_mission::kinds::schedule::adaptation_index::{Quantity, adaptation_index};
 use hierarq_mission::kinds::schedule::assistance::{Assistance, from_plan};
-use hierarq_mission::kinds::schedule::chance::quantile;
+use hierarq_mission::kinds::schedule::duration_quantile::quantile;
 use hierarq_mission::kinds::schedule::choose::{Options, choose, plan};
 use hierarq_mission::kinds::schedule::cost::{cost, wait};
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Duration, Problem, Scales};

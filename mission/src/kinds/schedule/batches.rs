@@ -12,7 +12,7 @@ use crate::plan::{Limit, Statistics};
 
 use super::assistance::Assistance;
 use super::bounds::Bounds;
-use super::chance;
+use super::duration_quantile;
 use super::choose::{Parts, Refusal, Solver};
 use super::construct::{construct, refine};
 use super::exact::status;
@@ -141,7 +141,7 @@ impl Batch {
         };
         let settled = operation == 0 || self.settled(agent, operation - 1);
         if ready < self.part.start && settled {
-            let end = ready + chance::nominal(problem, agent);
+            let end = ready + duration_quantile::nominal(problem, agent);
             self.part.begun.push(Begun { agent, operation, start: ready, end, service: None });
         }
     }

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::chance;
+use super::duration_quantile;
 use super::problem::{Distances, Problem};
 use crate::numbers::{MAX_NUMBER, MIN_SPEED, Range};
 
@@ -279,7 +279,7 @@ impl Checker<'_> {
             let before = self.mistakes.len();
             self.positive(of(item, Key::Duration), agent.duration.mean);
             self.not_negative(of(item, Key::Duration), agent.duration.sigma);
-            let seconds = chance::nominal(problem, index);
+            let seconds = duration_quantile::nominal(problem, index);
             if self.mistakes.len() == before && seconds <= 0.0 {
                 self.refuse(of(item, Key::Duration), Reason::NoTime { seconds });
             }

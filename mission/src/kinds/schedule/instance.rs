@@ -8,7 +8,7 @@
 //! leave out.
 
 use super::assistance::{Assistance, begun_of};
-use super::chance;
+use super::duration_quantile;
 use super::cost::scaled;
 use super::problem::{Begun, Problem, Robot, Scales, ServiceTimes};
 use crate::numbers::Range;
@@ -178,7 +178,7 @@ impl<'a> Instance<'a> {
 
     fn add_jobs(&mut self, agent: usize, scales: &Scales) {
         let problem = self.problem;
-        let nominal = chance::nominal(problem, agent);
+        let nominal = duration_quantile::nominal(problem, agent);
         let (mut previous, mut ready) = (None, problem.start);
         for operation in 0..problem.agents[agent].operations {
             let begun = begun_of(problem, agent, operation);

@@ -1,9 +1,9 @@
 //! Schedules of agents with several remaining services: branch and bound over the order in which services start.
 //!
 //! A node holds the first services of a schedule in the order of their starts, each with its robot. Its cost so far and
-//! a bound on its remaining cost are computed under [prices](super::prices), which replace the order constraints of
+//! a bound on its remaining cost are computed under [prices](super::lagrangian_bound), which replace the order constraints of
 //! agents and so decouple the robots: the cost so far is a [`Curve`] for each robot over its return time, and the rest
-//! of its day a [table](super::routes) by set of jobs and instant. Speeds stay decisions throughout. Two things make
+//! of its day a [table](super::robot_tours) by set of jobs and instant. Speeds stay decisions throughout. Two things make
 //! the bound strong: services start only after everything earlier in the order can have happened, at speeds that are
 //! useful; and if the prices of the root do not exclude a node, those of the last complete schedules, which are exact
 //! for these, often do. A complete order that is not excluded is timed exactly. No source: our own method, since the
@@ -14,14 +14,14 @@ use crate::plan::{Limit, Statistics};
 
 use super::bounds::Bounds;
 use super::construct::construct;
-use super::curve::Curve;
+use super::cost_function::Curve;
 use super::exact::{Found, status};
 use super::instance::{Instance, Sequence};
 use super::position::alike;
-use super::prices::{Priced, Raised, raise};
+use super::lagrangian_bound::{Priced, Raised, raise};
 use super::relaxation::relaxation;
 use super::retime::{Prices, Timed, retime};
-use super::routes::{Day, Grid, Routes, Ways, cheapest, shares, subsets};
+use super::robot_tours::{Day, Grid, Routes, Ways, cheapest, shares, subsets};
 
 /// Maximum number of jobs with one or two robots, with three, and with more.
 const MOST: [usize; 3] = [12, 10, 8];

@@ -1,6 +1,6 @@
 //! A lower bound on the cost of every schedule, for any number of services.
 //!
-//! [`Prices`](super::prices) replace the order constraints of the agents' operations. Each service then has a weight
+//! [`Prices`](super::lagrangian_bound) replace the order constraints of the agents' operations. Each service then has a weight
 //! per second of its start, an earliest instant, and one robot, which is busy for some time before and after the start.
 //! The waits have two lower bounds. First, every service starts no earlier than its earliest instant. Second, the
 //! robots are replaced by one machine that is as fast as all of them together and may switch between services at any
@@ -15,7 +15,7 @@ use crate::engine::Watch;
 
 use super::bounds::Bounds;
 use super::instance::Instance;
-use super::prices::{Priced, even};
+use super::lagrangian_bound::{Priced, even};
 
 /// Number of rounds of the subgradient method, number of rounds without a better bound before the step is reduced, and
 /// factor of the reduction.

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::assistance::Assistance;
 use super::batches::begun_at;
-use super::chance;
+use super::duration_quantile;
 use super::problem::{Begun, Problem, ServiceTimes};
 use crate::numbers::Range;
 
@@ -201,7 +201,7 @@ impl Repair<'_> {
     /// Returns the repaired start and end of an operation.
     fn operation(&self, planned: &Assistance, progress: Option<Progress>) -> (f64, f64) {
         let served = self.served[planned.agent];
-        let nominal = chance::nominal(self.problem, planned.agent);
+        let nominal = duration_quantile::nominal(self.problem, planned.agent);
         match progress {
             Some(Progress { begun, started: true, .. }) => (begun.start, begun.end),
             // The robot has left, but the operation has not begun: it keeps its planned duration.

@@ -14,7 +14,7 @@ use crate::plan::{Limit, Statistics};
 
 use super::bounds::Bounds;
 use super::construct::construct;
-use super::curve::Curve;
+use super::cost_function::Curve;
 use super::exact::{Found, status};
 use super::instance::{Instance, Sequence};
 use super::relaxation::relaxation;

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use names::wrapped;
 use quantities::number;
 
-use super::chance::nominal;
+use super::duration_quantile::nominal;
 use super::choose::{Options, choose};
 use super::mission::Schedule;
 use super::problem::{AgentKind, Distances, Problem, Scales, WAIT_LIMIT};

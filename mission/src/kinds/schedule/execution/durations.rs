@@ -1,6 +1,6 @@
 //! True durations of operations, and the expected end of a late one.
 
-use crate::kinds::schedule::chance::quantile;
+use crate::kinds::schedule::duration_quantile::quantile;
 use crate::kinds::schedule::problem::Duration;
 use crate::random::{normal_above, stream};
 

@@ -1,7 +1,7 @@
 //! Steps of the simulation: agents begin and end operations, robots pass from one stage of a service to the next.
 
 use crate::execution::{Durations, ReplanPolicy};
-use crate::kinds::schedule::chance;
+use crate::kinds::schedule::duration_quantile;
 use crate::kinds::schedule::problem::ServiceTimes;
 
 use super::Execution;
@@ -49,7 +49,7 @@ impl Execution {
 
     pub(super) fn begins(&mut self, agent: usize) {
         let operation = self.agents[agent].operation;
-        let nominal = chance::nominal(&self.problem, agent);
+        let nominal = duration_quantile::nominal(&self.problem, agent);
         let planned = self.service(agent, operation).filter(|at| at.start == self.time);
         let expected = planned.map_or(self.time + nominal, |at| at.end);
         let who = &self.problem.agents[agent];

@@ -2,7 +2,7 @@
 
 use crate::execution::{Replan, ReplanPolicy};
 use crate::kinds::schedule::adapt::{Feedback, adapt};
-use crate::kinds::schedule::chance;
+use crate::kinds::schedule::duration_quantile;
 use crate::kinds::schedule::plan::Actor;
 use crate::kinds::schedule::problem::Problem;
 use crate::numbers::MAX_NUMBER;
@@ -158,7 +158,7 @@ impl Execution {
 
     fn begin_now(&mut self, agent: usize) {
         let (time, operation) = (self.time, self.agents[agent].operation);
-        let end = time + chance::nominal(&self.problem, agent);
+        let end = time + duration_quantile::nominal(&self.problem, agent);
         for at in self.schedule.iter_mut().filter(|at| (at.agent, at.operation) == (agent, operation)) {
             (at.start, at.end) = (time, end);
         }

@@ -1,4 +1,4 @@
-//! Minimum cost of one robot for doing a set of jobs from an instant on, under [prices](super::prices).
+//! Minimum cost of one robot for doing a set of jobs from an instant on, under [prices](super::lagrangian_bound).
 //!
 //! Built backwards from the end of the day: a job is put before an order of other jobs, and the cost is a [`Curve`]
 //! over minus the instant at which the robot is free. Of the orders of a set, only those are kept that are not
@@ -7,9 +7,9 @@
 use crate::engine::{Halt, Watch};
 
 use super::bounds::Bounds;
-use super::curve::Curve;
+use super::cost_function::Curve;
 use super::instance::{Instance, Sequence};
-use super::prices::Priced;
+use super::lagrangian_bound::Priced;
 
 /// Maximum number of stored pieces of all functions of a robot, 16 bytes each.
 const MOST_KEPT: usize = 4_000_000;
