@@ -11,7 +11,7 @@ use divan::{Bencher, counter::ItemsCount};
 use hierarq_mission::engine::Budget;
 use hierarq_mission::execution::{Durations, Replan};
 use hierarq_mission::kinds::schedule::choose::{Formulation, Options};
-use hierarq_mission::kinds::schedule::execution::{Execution, Potentials, Settings, Travel};
+use hierarq_mission::kinds::schedule::execution::{Potentials, ScheduleExecution, Settings, Travel};
 
 /// One day (s).
 const DAY: f64 = 86_400.0;
@@ -25,7 +25,7 @@ fn day(bencher: Bencher, settings: Settings) {
     let planning = Options { formulation: Some(Formulation::Batches), batch: 2, budget, ..Options::default() };
     let durations = Durations::Sampled { seed: 1 };
     let settings = Settings { durations, planning, ..settings };
-    let Ok(start) = Execution::new(common::random(1, 10, 4, 10), settings) else { return };
+    let Ok(start) = ScheduleExecution::new(common::random(1, 10, 4, 10), settings) else { return };
     let mut once = start.clone();
     let events = once.advance(DAY).len();
     let bencher = bencher.counter(ItemsCount::new(events));

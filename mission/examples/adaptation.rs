@@ -14,7 +14,7 @@ use std::time::Duration;
 use hierarq_mission::engine::Budget;
 use hierarq_mission::execution::{Durations, Replan};
 use hierarq_mission::kinds::schedule::choose::{Formulation, Options};
-use hierarq_mission::kinds::schedule::execution::{Event, Execution, Happening, Outcome, Refusal, Settings};
+use hierarq_mission::kinds::schedule::execution::{Event, Happening, Outcome, Refusal, ScheduleExecution, Settings};
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Problem};
 
 /// Default number of runs.
@@ -40,8 +40,10 @@ fn run(problem: Problem, seed: u64, replan: Replan, reallocate_above: f64) -> Re
     let budget = Budget { time: Duration::from_secs(60), nodes: 20, ..Budget::default() };
     let planning = Options { formulation: Some(Formulation::Batches), budget, ..Options::default() };
     let durations = Durations::Sampled { seed };
-    let mut execution =
-        Execution::new(problem, Settings { durations, replan, reallocate_above, planning, ..Settings::default() })?;
+    let mut execution = ScheduleExecution::new(
+        problem,
+        Settings { durations, replan, reallocate_above, planning, ..Settings::default() },
+    )?;
     let mut random = common::Random(seed ^ 0x5eed);
     random.unit();
     while let Some(next) = execution.next() {
@@ -51,7 +53,7 @@ fn run(problem: Problem, seed: u64, replan: Replan, reallocate_above: f64) -> Re
         });
         for agent in served.collect::<Vec<_>>() {
             let (wait, approach) = (random.below(5) as i8 - 2, random.below(5) as i8 - 2);
-            if let Err(error) = execution.tell(Event::Said { agent, wait, approach, distance: 0 }) {
+            if let Err(error) = execution.handle_event(Event::Said { agent, wait, approach, distance: 0 }) {
                 println!("not taken: {error}");
             }
         }

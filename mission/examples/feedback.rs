@@ -17,7 +17,7 @@ use hierarq_mission::execution::Durations;
 use hierarq_mission::kinds::schedule::assistance::from_plan;
 use hierarq_mission::kinds::schedule::choose::Options;
 use hierarq_mission::kinds::schedule::cost::wait;
-use hierarq_mission::kinds::schedule::execution::{Event, Execution, Happening, Settings};
+use hierarq_mission::kinds::schedule::execution::{Event, Happening, ScheduleExecution, Settings};
 use hierarq_mission::kinds::schedule::problem::Problem;
 use hierarq_mission::numbers::Range;
 
@@ -39,7 +39,7 @@ fn vineyard() -> Problem {
 }
 
 /// Robot, wait (s), waiting distance (m), time (s) and speed (m/s) of the approach of an operation in the plan.
-fn planned(execution: &Execution, agent: usize, operation: usize) -> Option<(usize, f64, f64, f64, f64)> {
+fn planned(execution: &ScheduleExecution, agent: usize, operation: usize) -> Option<(usize, f64, f64, f64, f64)> {
     let schedule = from_plan(execution.plan()).ok()?;
     let at = schedule.iter().find(|at| (at.agent, at.operation) == (agent, operation))?;
     let (length, time) =
@@ -66,7 +66,7 @@ fn main() {
         problem.agents.iter_mut().for_each(|who| who.wait_limit = limit);
     }
     let settings = Settings { durations, planning, reallocate_above, ..Settings::default() };
-    let mut execution = match Execution::new(problem, settings) {
+    let mut execution = match ScheduleExecution::new(problem, settings) {
         Ok(execution) => execution,
         Err(refusal) => return println!("{refusal}"),
     };
@@ -85,7 +85,7 @@ fn main() {
             println!("{:.1} s: h{} has been served and says {:?}", execution.time(), agent + 1, SAID[agent]);
             show("first, as it was", planned(&execution, agent, 0));
             show("second, before", planned(&execution, agent, 1));
-            if let Err(error) = execution.tell(Event::Said { agent, wait, approach, distance }) {
+            if let Err(error) = execution.handle_event(Event::Said { agent, wait, approach, distance }) {
                 println!("  not taken: {error}");
             }
             show("second, after", planned(&execution, agent, 1));

@@ -4,7 +4,7 @@ use crate::common;
 
 use common::execution::{count, keeps, settings};
 use hierarq_mission::kinds::schedule::execution::{
-    Event, Execution, Happening, Obstacle, Potentials, Settings, Stage, Travel,
+    Event, Happening, Obstacle, Potentials, ScheduleExecution, Settings, Stage, Travel,
 };
 use hierarq_mission::kinds::schedule::plan::Actor;
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Problem};
@@ -14,12 +14,12 @@ use proptest::prelude::*;
 
 /// Runs a mission with bases, checked at every step; returns the minimum distance between two bases or to an obstacle,
 /// and the final state.
-fn watched(problem: &Problem, potentials: &Potentials, until: f64) -> (f64, Execution) {
+fn watched(problem: &Problem, potentials: &Potentials, until: f64) -> (f64, ScheduleExecution) {
     watched_with(problem, potentials, until, &mut Vec::new())
 }
 
 /// Waiting place of a robot at its target.
-fn waits(execution: &Execution, robot: usize) -> Option<[f64; 2]> {
+fn waits(execution: &ScheduleExecution, robot: usize) -> Option<[f64; 2]> {
     let target = execution.robot(robot)?.target?;
     execution.problem().waiting_place(target.agent, robot)
 }
@@ -30,15 +30,15 @@ fn watched_with(
     potentials: &Potentials,
     until: f64,
     events: &mut Vec<(f64, Event)>,
-) -> (f64, Execution) {
+) -> (f64, ScheduleExecution) {
     let travel = Travel::Bases(potentials.clone());
-    let mut execution = Execution::new(problem.clone(), Settings { travel, ..settings() }).unwrap();
+    let mut execution = ScheduleExecution::new(problem.clone(), Settings { travel, ..settings() }).unwrap();
     let (mut closest, mut time) = (f64::INFINITY, 0.0);
     while (!execution.done() || !events.is_empty()) && time < until {
         time += potentials.step;
         while let Some((at, event)) = events.pop_if(|(at, _)| *at <= time) {
             execution.advance(at);
-            let _ = execution.tell(event);
+            let _ = execution.handle_event(event);
         }
         execution.advance(time);
         let robots: Vec<_> = (0..execution.problem().robots.len()).map(|m| execution.robot(m).unwrap()).collect();
@@ -212,14 +212,14 @@ fn who_is_held_up_stands_and_says_so() {
     let robots = vec![common::robot("m0", [0.0, 0.0], 1.0), common::robot("m1", [0.0, -3.0], 1.0)];
     let problem = common::problem(robots, vec![common::agent("a0", AgentKind::Human, [6.0, 0.0], 2, 60.0)]);
     let travel = Travel::Bases(Potentials::default());
-    let mut execution = Execution::new(problem, Settings { travel, ..settings() }).unwrap();
-    let serves = |execution: &Execution| (0..2).find(|m| execution.robot(*m).unwrap().stage == Stage::Serving);
+    let mut execution = ScheduleExecution::new(problem, Settings { travel, ..settings() }).unwrap();
+    let serves = |execution: &ScheduleExecution| (0..2).find(|m| execution.robot(*m).unwrap().stage == Stage::Serving);
     while serves(&execution).is_none() {
         execution.advance(execution.time() + 0.05);
     }
     let lost = serves(&execution).unwrap();
-    execution.tell(Event::Lost { who: Actor::Robot(lost) }).unwrap();
-    let apart = |execution: &Execution| {
+    execution.handle_event(Event::Lost { who: Actor::Robot(lost) }).unwrap();
+    let apart = |execution: &ScheduleExecution| {
         let [a, b] = [0, 1].map(|m| execution.robot(m).unwrap().position);
         f64::hypot(a[0] - b[0], a[1] - b[1])
     };
@@ -233,7 +233,7 @@ fn who_is_held_up_stands_and_says_so() {
     assert_eq!(count(execution.records(), |what| *what == held), 1);
     assert_eq!(count(execution.records(), |what| matches!(what, Happening::Served { .. })), 0);
     assert!(execution.records().len() < 100, "{}", execution.records().len());
-    execution.tell(Event::Back { who: Actor::Robot(lost) }).unwrap();
+    execution.handle_event(Event::Back { who: Actor::Robot(lost) }).unwrap();
     while !execution.done() && execution.time() < 5000.0 {
         execution.advance(execution.time() + 0.05);
         closest = closest.min(apart(&execution));

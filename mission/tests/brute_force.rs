@@ -6,9 +6,9 @@
 use crate::common;
 
 use hierarq_mission::kinds::schedule::assistance::{Assistance, from_plan};
-use hierarq_mission::kinds::schedule::duration_quantile;
 use hierarq_mission::kinds::schedule::choose::{Formulation, Options, plan};
 use hierarq_mission::kinds::schedule::cost::cost;
+use hierarq_mission::kinds::schedule::duration_quantile;
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Problem, ServiceTimes};
 use hierarq_mission::kinds::schedule::validate::validate;
 use hierarq_mission::numbers::Range;

@@ -6,7 +6,7 @@ use common::execution::{count, happened, near, part, run, settings};
 use hierarq_mission::execution::NoFeasiblePlan;
 use hierarq_mission::execution::{Durations, Replan};
 use hierarq_mission::kinds::schedule::execution::{
-    Doing, Event, EventError, Execution, Happening, Obstacle, Potentials, Refusal, Settings, Stage, Travel,
+    Doing, Event, EventError, Happening, Obstacle, Potentials, Refusal, ScheduleExecution, Settings, Stage, Travel,
 };
 use hierarq_mission::kinds::schedule::plan::{Activity, Actor, Phase};
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Begun, Problem};
@@ -20,8 +20,8 @@ fn a_robot_that_waits_approaches_when_the_operation_ends() {
     for robot in &mut problem.robots {
         (robot.speed, robot.proximity) = (Range::point(0.2), Some(Range::point(0.2)));
     }
-    let mut execution = Execution::new(problem, Settings { replan: Replan::Reschedule, ..settings() }).unwrap();
-    let robot_waits = |execution: &Execution| {
+    let mut execution = ScheduleExecution::new(problem, Settings { replan: Replan::Reschedule, ..settings() }).unwrap();
+    let robot_waits = |execution: &ScheduleExecution| {
         (0..2).find_map(|m| Some(execution.robot(m)?).filter(|r| r.stage == Stage::Waiting)?.target)
     };
     while robot_waits(&execution).is_none() {
@@ -33,7 +33,7 @@ fn a_robot_that_waits_approaches_when_the_operation_ends() {
     assert!(execution.agent(agent).unwrap().doing == Doing::Working && coming.approaches > execution.time() + 1.0);
     execution.advance(execution.time() + 1.0);
     let now = execution.time();
-    execution.tell(Event::Done { agent }).unwrap();
+    execution.handle_event(Event::Done { agent }).unwrap();
     let next = execution.agent(agent).unwrap().coming.unwrap();
     near(next.approaches, now, 1e-9);
     near(next.serves - next.approaches, coming.serves - coming.approaches, 1e-9);
@@ -47,7 +47,7 @@ fn a_robot_that_waits_approaches_when_the_operation_ends() {
     // Another agent reports that it needs longer.
     let other = (0..4).find(|a| late.agent(*a).unwrap().doing == Doing::Working).unwrap();
     let expected = late.agent(other).unwrap().until.unwrap();
-    late.tell(Event::Late { agent: other, by: 200.0 }).unwrap();
+    late.handle_event(Event::Late { agent: other, by: 200.0 }).unwrap();
     near(late.agent(other).unwrap().until.unwrap(), expected + 200.0, 1e-9);
     assert!(late.agent(other).unwrap().coming.unwrap().serves >= expected + 200.0 - 1e-9);
     run(&mut late);
@@ -63,12 +63,12 @@ fn a_robot_under_way_speeds_up_for_who_ends_early() {
     let problem = common::problem(vec![common::robot("m1", [0.0, 0.0], 1.0)], vec![agent]);
     for (event, end) in [(Event::Done { agent: 0 }, 60.0), (Event::Late { agent: 0, by: -60.0 }, 140.0)] {
         for travel in [Travel::Planned, Travel::Bases(Potentials::default())] {
-            let mut execution = Execution::new(problem.clone(), Settings { travel, ..settings() }).unwrap();
+            let mut execution = ScheduleExecution::new(problem.clone(), Settings { travel, ..settings() }).unwrap();
             execution.advance(60.0);
             let planned = execution.agent(0).unwrap().coming.unwrap();
             let view = execution.robot(0).unwrap();
             assert!(view.stage == Stage::Going && f64::hypot(view.velocity[0], view.velocity[1]) < 0.08, "{view:?}");
-            execution.tell(event).unwrap();
+            execution.handle_event(event).unwrap();
             let coming = execution.agent(0).unwrap().coming.unwrap();
             let approach = planned.serves - planned.approaches;
             near(coming.serves - coming.approaches, approach, 1e-9);
@@ -94,7 +94,7 @@ fn nobody_waits_for_a_robot_at_home() {
     for seed in 0..6 {
         let durations = Durations::Sampled { seed };
         let settings = Settings { durations, replan: Replan::Reschedule, ..settings() };
-        let mut execution = Execution::new(common::random(seed, 4, 2, 3), settings).unwrap();
+        let mut execution = ScheduleExecution::new(common::random(seed, 4, 2, 3), settings).unwrap();
         while let Some(next) = execution.next() {
             execution.advance(next);
             for robot in (0..2).filter(|m| execution.robot(*m).unwrap().stage == Stage::Home) {
@@ -118,17 +118,17 @@ fn nobody_waits_for_a_robot_at_home() {
 /// mission stops and reports the reason; after it is back, the mission continues to its end.
 #[test]
 fn robots_that_are_lost_are_done_without() {
-    let mut execution = Execution::new(common::vineyard(2), settings()).unwrap();
+    let mut execution = ScheduleExecution::new(common::vineyard(2), settings()).unwrap();
     execution.advance(100.0);
     let lost = (0..2).find(|m| execution.robot(*m).unwrap().stage == Stage::Going).unwrap();
-    execution.tell(Event::Lost { who: Actor::Robot(lost) }).unwrap();
+    execution.handle_event(Event::Lost { who: Actor::Robot(lost) }).unwrap();
     assert_eq!(count(execution.records(), |what| matches!(what, Happening::BrokenOff { .. })), 1);
-    assert!(execution.tell(Event::Lost { who: Actor::Robot(lost) }).is_err());
+    assert!(execution.handle_event(Event::Lost { who: Actor::Robot(lost) }).is_err());
     let new = execution.plan().activities.iter().filter(|a| !a.begun && a.phase == Phase::Going);
     assert!(new.clone().count() > 0 && new.into_iter().all(|a| a.actor == Actor::Robot(1 - lost)));
     assert!(validate(execution.problem(), execution.plan()).is_empty());
     execution.advance(700.0);
-    execution.tell(Event::Lost { who: Actor::Robot(1 - lost) }).unwrap();
+    execution.handle_event(Event::Lost { who: Actor::Robot(1 - lost) }).unwrap();
     assert_eq!(execution.stranded(), Some(&NoFeasiblePlan::NobodyLeft { who: "every robot".into() }));
     execution.advance(3000.0);
     assert_eq!(execution.next(), None);
@@ -136,7 +136,7 @@ fn robots_that_are_lost_are_done_without() {
     let doing: Vec<Doing> = (0..4).map(|agent| execution.agent(agent).unwrap().doing).collect();
     assert!(doing.contains(&Doing::Waiting), "{doing:?}");
     assert!(doing.iter().all(|doing| matches!(doing, Doing::Waiting | Doing::Finished)), "{doing:?}");
-    execution.tell(Event::Back { who: Actor::Robot(lost) }).unwrap();
+    execution.handle_event(Event::Back { who: Actor::Robot(lost) }).unwrap();
     assert_eq!(execution.stranded(), None);
     run(&mut execution);
     assert!(execution.done());
@@ -148,10 +148,10 @@ fn robots_that_are_lost_are_done_without() {
 /// operation.
 #[test]
 fn agents_come_and_go() {
-    let mut execution = Execution::new(common::vineyard(2), settings()).unwrap();
+    let mut execution = ScheduleExecution::new(common::vineyard(2), settings()).unwrap();
     execution.advance(200.0);
     let (robot, target) = (0..2).find_map(|m| Some((m, execution.robot(m)?.target?))).unwrap();
-    execution.tell(Event::Lost { who: Actor::Agent(target.agent) }).unwrap();
+    execution.handle_event(Event::Lost { who: Actor::Agent(target.agent) }).unwrap();
     assert_eq!(execution.robot(robot).unwrap().stage, Stage::Recalled);
     assert_eq!(execution.problem().operations(), 6);
     assert_eq!(execution.plan().of(Actor::Agent(target.agent)).count(), 0);
@@ -160,13 +160,13 @@ fn agents_come_and_go() {
     assert!(without.done());
     assert_eq!(without.statistics().agents[target.agent].served, 0);
     execution.advance(900.0);
-    execution.tell(Event::Back { who: Actor::Agent(target.agent) }).unwrap();
+    execution.handle_event(Event::Back { who: Actor::Agent(target.agent) }).unwrap();
     run(&mut execution);
     assert!(execution.done());
     assert_eq!(execution.statistics().agents[target.agent].served, 2);
     assert_eq!(happened(execution.records())[&(target.agent, 0)]["start"], 900.0);
     // An agent may come back after the end too.
-    without.tell(Event::Back { who: Actor::Agent(target.agent) }).unwrap();
+    without.handle_event(Event::Back { who: Actor::Agent(target.agent) }).unwrap();
     assert!(!without.done());
     run(&mut without);
     assert!(without.done());
@@ -176,8 +176,8 @@ fn agents_come_and_go() {
 /// A failed service is repeated; one that ends earlier is over; a moved agent is served at its new position.
 #[test]
 fn services_fail_end_early_and_move() {
-    let mut execution = Execution::new(common::vineyard(1), settings()).unwrap();
-    let serving = |execution: &Execution| (0..4).find(|a| execution.agent(*a).unwrap().doing == Doing::Served);
+    let mut execution = ScheduleExecution::new(common::vineyard(1), settings()).unwrap();
+    let serving = |execution: &ScheduleExecution| (0..4).find(|a| execution.agent(*a).unwrap().doing == Doing::Served);
     while serving(&execution).is_none() {
         let next = execution.next().unwrap();
         execution.advance(next);
@@ -185,22 +185,25 @@ fn services_fail_end_early_and_move() {
     let agent = serving(&execution).unwrap();
     let since = execution.time();
     execution.advance(since + 4.0);
-    execution.tell(Event::Failed { agent }).unwrap();
+    execution.handle_event(Event::Failed { agent }).unwrap();
     near(execution.agent(agent).unwrap().until.unwrap(), since + 14.0, 1e-9);
-    assert!(matches!(execution.tell(Event::Moved { agent, place: [0.0, 0.0] }), Err(EventError::RobotNear { .. })));
+    assert!(matches!(
+        execution.handle_event(Event::Moved { agent, place: [0.0, 0.0] }),
+        Err(EventError::RobotNear { .. })
+    ));
     execution.advance(since + 5.0);
-    execution.tell(Event::Served { agent }).unwrap();
+    execution.handle_event(Event::Served { agent }).unwrap();
     assert_eq!(execution.agent(agent).unwrap().doing, Doing::Finished);
     let other = (0..4).find(|a| execution.agent(*a).unwrap().doing == Doing::Working).unwrap();
-    execution.tell(Event::Moved { agent: other, place: [5.0, 5.0] }).unwrap();
+    execution.handle_event(Event::Moved { agent: other, place: [5.0, 5.0] }).unwrap();
     run(&mut execution);
     assert!(execution.done());
     let at = part(execution.plan(), (other, 0), Phase::Serving).unwrap();
     assert_eq!(at.place, Some([5.0, 5.0]));
-    assert!(matches!(execution.tell(Event::Done { agent }), Err(EventError::NotWorking { .. })));
-    assert!(matches!(execution.tell(Event::Done { agent: 9 }), Err(EventError::NoAgent { agent: 9 })));
+    assert!(matches!(execution.handle_event(Event::Done { agent }), Err(EventError::NotWorking { .. })));
+    assert!(matches!(execution.handle_event(Event::Done { agent: 9 }), Err(EventError::NoAgent { agent: 9 })));
     let said = |wait| Event::Said { agent: 0, wait, approach: 0, distance: 0 };
-    assert!(matches!(execution.tell(said(3)), Err(EventError::Step { step: 3 })));
+    assert!(matches!(execution.handle_event(said(3)), Err(EventError::Step { step: 3 })));
 }
 
 /// A service that takes longer keeps its robot and its person for that time, and delays the following activities of
@@ -208,8 +211,9 @@ fn services_fail_end_early_and_move() {
 #[test]
 fn services_take_longer_or_shorter() {
     for by in [25.0, 3.0, -2.0, -500.0] {
-        let mut execution = Execution::new(common::vineyard(2), settings()).unwrap();
-        let serving = |execution: &Execution| (0..4).find(|a| execution.agent(*a).unwrap().doing == Doing::Served);
+        let mut execution = ScheduleExecution::new(common::vineyard(2), settings()).unwrap();
+        let serving =
+            |execution: &ScheduleExecution| (0..4).find(|a| execution.agent(*a).unwrap().doing == Doing::Served);
         while serving(&execution).is_none() {
             let next = execution.next().unwrap();
             execution.advance(next);
@@ -219,17 +223,17 @@ fn services_take_longer_or_shorter() {
         let expected = execution.agent(agent).unwrap().until.unwrap();
         execution.advance(execution.time() + 4.0);
         let until = (expected + by).max(execution.time());
-        execution.tell(Event::Late { agent, by }).unwrap();
+        execution.handle_event(Event::Late { agent, by }).unwrap();
         near(execution.agent(agent).unwrap().until.unwrap(), until, 1e-9);
         near(execution.robot(robot).unwrap().until.unwrap(), until, 1e-9);
         assert!(part(execution.plan(), (agent, 1), Phase::Operation).unwrap().start >= until - 1e-9, "{by}");
         execution.advance(until);
         assert_eq!(execution.robot(robot).unwrap().stage, Stage::Returning);
-        assert!(matches!(execution.tell(Event::Late { agent: 9, by }), Err(EventError::NoAgent { agent: 9 })));
+        assert!(matches!(execution.handle_event(Event::Late { agent: 9, by }), Err(EventError::NoAgent { agent: 9 })));
         run(&mut execution);
         assert!(execution.done());
         near(happened(execution.records())[&(agent, 0)]["depositing"], until, 1e-9);
-        assert!(matches!(execution.tell(Event::Late { agent, by }), Err(EventError::NotBusy { .. })));
+        assert!(matches!(execution.handle_event(Event::Late { agent, by }), Err(EventError::NotBusy { .. })));
     }
 }
 
@@ -239,7 +243,7 @@ fn wrong_settings_are_refused() {
     let refused = |change: &dyn Fn(&mut Problem, &mut Settings)| {
         let (mut problem, mut settings) = (common::vineyard(1), settings());
         change(&mut problem, &mut settings);
-        Execution::new(problem, settings).unwrap_err()
+        ScheduleExecution::new(problem, settings).unwrap_err()
     };
     assert_eq!(refused(&|_, s| s.told = vec![7]), Refusal::Told(7));
     assert!(matches!(refused(&|_, s| s.reallocate_above = f64::NAN), Refusal::Setting { .. }));
@@ -269,13 +273,13 @@ fn wrong_settings_are_refused() {
 /// An operation with an end beyond the valid times leaves no plan; after it has ended, there is a plan again.
 #[test]
 fn a_mission_without_a_plan_finds_one_again() {
-    let mut execution = Execution::new(common::vineyard(1), settings()).unwrap();
+    let mut execution = ScheduleExecution::new(common::vineyard(1), settings()).unwrap();
     execution.advance(50.0);
-    execution.tell(Event::Late { agent: 0, by: 1e6 }).unwrap();
+    execution.handle_event(Event::Late { agent: 0, by: 1e6 }).unwrap();
     assert!(matches!(execution.stranded(), Some(NoFeasiblePlan::Broken { .. })), "{:?}", execution.stranded());
     execution.advance(400.0);
     assert!((0..2).all(|robot| execution.robot(robot).unwrap().stage == Stage::Home));
-    execution.tell(Event::Done { agent: 0 }).unwrap();
+    execution.handle_event(Event::Done { agent: 0 }).unwrap();
     assert_eq!(execution.stranded(), None);
     assert!(validate(execution.problem(), execution.plan()).is_empty());
     run(&mut execution);
@@ -291,12 +295,12 @@ fn longer_waits_have_a_measure() {
         (agent.duration.sigma, agent.wait_limit) = (0.0, limit);
         let mut problem = common::problem(vec![common::robot("m1", [0.0, 0.0], 1.0)], vec![agent]);
         problem.weights.makespan = 0.0;
-        let mut execution = Execution::new(problem, settings()).unwrap();
+        let mut execution = ScheduleExecution::new(problem, settings()).unwrap();
         while execution.statistics().agents[0].served < 1 {
             let next = execution.next().unwrap();
             execution.advance(next);
         }
-        execution.tell(Event::Said { agent: 0, wait: said, approach: 0, distance: 0 }).unwrap();
+        execution.handle_event(Event::Said { agent: 0, wait: said, approach: 0, distance: 0 }).unwrap();
         assert!(validate(execution.problem(), execution.plan()).is_empty());
         run(&mut execution);
         let waits = execution.statistics().agents[0].waits.clone();
@@ -317,8 +321,8 @@ fn longer_waits_have_a_measure() {
 #[test]
 fn feedback_changes_the_plan_only_where_it_may() {
     for (replan, changes) in [(Replan::None, false), (Replan::Reschedule, true), (Replan::Both, true)] {
-        let mut execution = Execution::new(common::vineyard(2), Settings { replan, ..settings() }).unwrap();
-        let served = |execution: &Execution| (0..3).find(|a| execution.statistics().agents[*a].served == 1);
+        let mut execution = ScheduleExecution::new(common::vineyard(2), Settings { replan, ..settings() }).unwrap();
+        let served = |execution: &ScheduleExecution| (0..3).find(|a| execution.statistics().agents[*a].served == 1);
         while served(&execution).is_none() {
             let next = execution.next().unwrap();
             execution.advance(next);
@@ -326,7 +330,7 @@ fn feedback_changes_the_plan_only_where_it_may() {
         let agent = served(&execution).unwrap();
         let before = execution.problem().clone();
         let said = Event::Said { agent, wait: 2, approach: -2, distance: -1 };
-        execution.tell(said).unwrap();
+        execution.handle_event(said).unwrap();
         assert_eq!(execution.problem().agents[agent] != before.agents[agent], changes, "{replan:?}");
         assert_eq!(execution.problem().wait_weight(agent, 1) > before.wait_weight(agent, 1), changes);
         assert_eq!(count(execution.records(), |what| *what == Happening::Told { event: said }), 1);
@@ -352,8 +356,8 @@ fn a_robot_that_was_sent_elsewhere_is_there_no_sooner() {
     problem.robots.iter_mut().for_each(|robot| robot.proximity = None);
     problem.agents.iter_mut().for_each(|agent| agent.duration.sigma = 0.0);
     let settings = Settings { replan: Replan::Reschedule, ..settings() };
-    let mut execution = Execution::new(problem, settings).unwrap();
-    let comes = |execution: &Execution, time: f64| {
+    let mut execution = ScheduleExecution::new(problem, settings).unwrap();
+    let comes = |execution: &ScheduleExecution, time: f64| {
         let service = |phase| part(execution.plan(), (0, 0), phase).unwrap().start;
         let view = (0..2).map(|robot| execution.robot(robot).unwrap());
         let speeds: Vec<f64> = view.map(|view| f64::hypot(view.velocity[0], view.velocity[1])).collect();
@@ -364,11 +368,11 @@ fn a_robot_that_was_sent_elsewhere_is_there_no_sooner() {
     let leaves = comes(&execution, 0.0).1;
     let time = leaves + 20.0;
     execution.advance(time);
-    execution.tell(Event::Moved { agent: 0, place: [-10.0, 20.0] }).unwrap();
+    execution.handle_event(Event::Moved { agent: 0, place: [-10.0, 20.0] }).unwrap();
     let way = f64::hypot(5.0, 19.0) / 0.25;
     near(comes(&execution, time).0, way, 1e-6);
     execution.advance(time + 5.0);
-    execution.tell(Event::Late { agent: 1, by: 30.0 }).unwrap();
+    execution.handle_event(Event::Late { agent: 1, by: 30.0 }).unwrap();
     near(comes(&execution, time).0, way, 1e-6);
     run(&mut execution);
     assert!(execution.done());
@@ -382,12 +386,12 @@ fn a_distance_that_was_nothing_may_grow() {
     let problem = common::problem(vec![common::robot("m1", [-6.0, 0.0], 1.0)], vec![agent]);
     for seed in 0..12 {
         let settings = Settings { durations: Durations::Sampled { seed }, ..settings() };
-        let mut execution = Execution::new(problem.clone(), settings).unwrap();
+        let mut execution = ScheduleExecution::new(problem.clone(), settings).unwrap();
         while execution.statistics().agents[0].served < 1 {
             let next = execution.next().unwrap();
             execution.advance(next);
         }
-        execution.tell(Event::Said { agent: 0, wait: 0, approach: 0, distance: 2 }).unwrap();
+        execution.handle_event(Event::Said { agent: 0, wait: 0, approach: 0, distance: 2 }).unwrap();
         near(execution.problem().approach(&execution.problem().agents[0], 0).1, 1.0, 1e-12);
         run(&mut execution);
         assert!(execution.done() && execution.stranded().is_none());
@@ -405,13 +409,13 @@ fn a_wider_range_of_speeds_is_used() {
     problem.robots[0].proximity = Some(Range::new(0.1, 0.4));
     problem.agents[0].wait_weights = vec![1000.0; 4];
     problem.agents[0].wait_distance = 4.0;
-    let mut execution = Execution::new(problem, settings()).unwrap();
+    let mut execution = ScheduleExecution::new(problem, settings()).unwrap();
     for served in 1..3 {
         while execution.statistics().agents[0].served < served {
             let next = execution.next().unwrap();
             execution.advance(next);
         }
-        execution.tell(Event::Said { agent: 0, wait: 0, approach: 2, distance: 0 }).unwrap();
+        execution.handle_event(Event::Said { agent: 0, wait: 0, approach: 2, distance: 0 }).unwrap();
     }
     run(&mut execution);
     let speeds = execution.statistics().agents[0].speeds.clone();
@@ -429,14 +433,14 @@ fn waits_in_vain_count() {
         vec![common::agent("h1", AgentKind::Human, [8.0, 0.0], 2, 20.0)],
     );
     problem.agents[0].duration.sigma = 0.0;
-    let mut execution = Execution::new(problem, settings()).unwrap();
-    let waited = |execution: &Execution| execution.statistics().agents[0].waited();
+    let mut execution = ScheduleExecution::new(problem, settings()).unwrap();
+    let waited = |execution: &ScheduleExecution| execution.statistics().agents[0].waited();
     execution.advance(45.0);
     near(waited(&execution), 25.0, 1e-9);
-    execution.tell(Event::Lost { who: Actor::Agent(0) }).unwrap();
+    execution.handle_event(Event::Lost { who: Actor::Agent(0) }).unwrap();
     execution.advance(100.0);
     near(waited(&execution), 25.0, 1e-9);
-    execution.tell(Event::Back { who: Actor::Agent(0) }).unwrap();
+    execution.handle_event(Event::Back { who: Actor::Agent(0) }).unwrap();
     execution.advance(130.0);
     near(waited(&execution), 35.0, 1e-9);
     let before = waited(&execution);

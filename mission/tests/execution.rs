@@ -10,7 +10,7 @@ use hierarq_mission::execution::NoFeasiblePlan;
 use hierarq_mission::execution::{Durations, Replan};
 use hierarq_mission::kinds::schedule::duration_quantile::quantile;
 use hierarq_mission::kinds::schedule::execution::{
-    Doing, Event, Execution, Happening, Potentials, Record, Settings, Stage, Travel,
+    Doing, Event, Happening, Potentials, Record, ScheduleExecution, Settings, Stage, Travel,
 };
 use hierarq_mission::kinds::schedule::plan::{Actor, Phase};
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Distances, Problem};
@@ -29,7 +29,7 @@ fn a_quiet_day_is_the_plan() {
         // No agent is near the paths of others.
         (common::random(3, 3, 1, 1), bases),
     ] {
-        let mut execution = Execution::new(problem, Settings { travel, ..settings() }).unwrap();
+        let mut execution = ScheduleExecution::new(problem, Settings { travel, ..settings() }).unwrap();
         let plan = execution.plan().clone();
         run(&mut execution);
         assert!(execution.done());
@@ -99,13 +99,13 @@ proptest! {
         events in proptest::collection::vec((0.0_f64..400.0, 0_usize..12, 0_usize..8, -1.0_f64..1.0, -1.0_f64..1.0), 0..14),
     ) {
         let (robots, people) = (problem.robots.len(), problem.agents.len());
-        let mut execution = Execution::new(problem, settings.clone()).unwrap();
+        let mut execution = ScheduleExecution::new(problem, settings.clone()).unwrap();
         let mut waited = vec![0.0; people];
         for (after, what, who, a, b) in events {
             execution.advance(execution.time() + after);
             possible(&execution, &settings.travel, &mut waited);
             let before = (execution.plan().clone(), execution.records().len());
-            if execution.tell(event(what, who, robots, people, a, b)).is_err() {
+            if execution.handle_event(event(what, who, robots, people, a, b)).is_err() {
                 prop_assert_eq!((execution.plan().clone(), execution.records().len()), before);
             }
             possible(&execution, &settings.travel, &mut waited);
@@ -153,7 +153,7 @@ proptest! {
 
 /// Checks that no robot exceeds its maximum speed, and that no accumulated wait decreases. `waited` are the waits
 /// before.
-fn possible(execution: &Execution, travel: &Travel, waited: &mut [f64]) {
+fn possible(execution: &ScheduleExecution, travel: &Travel, waited: &mut [f64]) {
     for (robot, machine) in execution.problem().robots.iter().enumerate() {
         let view = execution.robot(robot).unwrap();
         let speed = f64::hypot(view.velocity[0], view.velocity[1]);
@@ -169,7 +169,7 @@ fn possible(execution: &Execution, travel: &Travel, waited: &mut [f64]) {
 }
 
 /// Runs a mission; reports an operation as done if it is late at an even step.
-fn run_told(execution: &mut Execution, travel: &Travel, waited: &mut [f64]) {
+fn run_told(execution: &mut ScheduleExecution, travel: &Travel, waited: &mut [f64]) {
     let mut steps = 0;
     while let Some(next) = execution.next() {
         possible(execution, travel, waited);
@@ -179,7 +179,7 @@ fn run_told(execution: &mut Execution, travel: &Travel, waited: &mut [f64]) {
         });
         steps += 1;
         if let Some(agent) = late.filter(|_| steps % 2 == 0) {
-            let _ = execution.tell(Event::Done { agent });
+            let _ = execution.handle_event(Event::Done { agent });
         }
         assert!(steps < 5_000, "the mission does not end");
     }
@@ -187,14 +187,14 @@ fn run_told(execution: &mut Execution, travel: &Travel, waited: &mut [f64]) {
 
 /// Runs a mission in steps that end at these times; returns its records and its final state.
 fn in_steps(problem: &Problem, settings: &Settings, events: &[(f64, Event)], steps: &[f64]) -> (Vec<Record>, String) {
-    let mut execution = Execution::new(problem.clone(), settings.clone()).unwrap();
+    let mut execution = ScheduleExecution::new(problem.clone(), settings.clone()).unwrap();
     let mut steps = steps.iter().copied().peekable();
     for (time, event) in events.iter().copied().chain([(20_000.0, Event::Done { agent: usize::MAX })]) {
         while let Some(step) = steps.next_if(|step| *step < time) {
             execution.advance(step);
         }
         execution.advance(time);
-        let _ = execution.tell(event);
+        let _ = execution.handle_event(event);
     }
     let all: Vec<String> = (0..problem.robots.len()).map(|robot| format!("{:?}", execution.robot(robot))).collect();
     (execution.records().to_vec(), format!("{:?} {all:?}", execution.statistics()))
@@ -233,11 +233,11 @@ fn operations_end_in_time_as_often_as_wanted() {
             agent.duration.sigma = 0.1 * agent.duration.mean;
         }
         let settings = Settings { replan: Replan::None, ..settings() };
-        let plan = Execution::new(problem.clone(), settings.clone()).unwrap().plan().clone();
+        let plan = ScheduleExecution::new(problem.clone(), settings.clone()).unwrap().plan().clone();
         for seed in 0..50 {
             let durations = Durations::Sampled { seed };
             let mut execution =
-                Execution::with_plan(problem.clone(), plan.clone(), Settings { durations, ..settings.clone() })
+                ScheduleExecution::with_plan(problem.clone(), plan.clone(), Settings { durations, ..settings.clone() })
                     .unwrap();
             run(&mut execution);
             assert!(execution.done());
@@ -266,24 +266,24 @@ fn operations_end_in_time_as_often_as_wanted() {
 fn durations_depend_on_nothing_but_their_name() {
     let problem = common::vineyard(2);
     let settings = Settings { durations: Durations::Sampled { seed: 7 }, ..settings() };
-    let lengths = |execution: &mut Execution| {
+    let lengths = |execution: &mut ScheduleExecution| {
         run(execution);
         let times = happened(execution.records());
         let names: Vec<_> = execution.problem().agents.iter().map(|who| who.name.clone()).collect();
         times.iter().map(|((a, o), t)| ((names[*a].clone(), *o), t["end"] - t["start"])).collect::<BTreeMap<_, _>>()
     };
-    let mut all = Execution::new(problem.clone(), settings.clone()).unwrap();
+    let mut all = ScheduleExecution::new(problem.clone(), settings.clone()).unwrap();
     let all = lengths(&mut all);
     let mut fewer = problem.clone();
     fewer.agents.remove(0);
-    let mut fewer = Execution::new(fewer, settings.clone()).unwrap();
+    let mut fewer = ScheduleExecution::new(fewer, settings.clone()).unwrap();
     fewer.advance(100.0);
-    fewer.tell(Event::Moved { agent: 0, place: [0.0, 0.0] }).unwrap();
+    fewer.handle_event(Event::Moved { agent: 0, place: [0.0, 0.0] }).unwrap();
     for (name, length) in lengths(&mut fewer) {
         near(all[&name], length, 1e-9);
     }
     let other = Settings { durations: Durations::Sampled { seed: 8 }, ..settings };
-    let other = lengths(&mut Execution::new(problem, other).unwrap());
+    let other = lengths(&mut ScheduleExecution::new(problem, other).unwrap());
     assert!(all.iter().all(|(name, length)| other[name] != *length));
 }
 
@@ -297,7 +297,7 @@ fn plans_follow_what_people_ask_for() {
             let durations = Durations::Sampled { seed };
             let mut problem = common::random(seed, 3, 2, 3);
             problem.agents.iter_mut().for_each(|who| who.kind = AgentKind::Human);
-            let mut execution = Execution::new(problem, Settings { durations, replan, ..settings() }).unwrap();
+            let mut execution = ScheduleExecution::new(problem, Settings { durations, replan, ..settings() }).unwrap();
             let mut random = common::Random(seed);
             random.unit();
             while let Some(next) = execution.next() {
@@ -311,7 +311,7 @@ fn plans_follow_what_people_ask_for() {
                     .collect();
                 for agent in served {
                     let (wait, approach) = (random.below(5) as i8 - 2, random.below(5) as i8 - 2);
-                    execution.tell(Event::Said { agent, wait, approach, distance: 0 }).unwrap();
+                    execution.handle_event(Event::Said { agent, wait, approach, distance: 0 }).unwrap();
                 }
             }
             let outcome = execution.statistics();
@@ -351,7 +351,7 @@ proptest! {
         }
         let travel = if bases { Travel::Bases(Potentials::default()) } else { Travel::Planned };
         let durations = Durations::Sampled { seed };
-        let Ok(mut execution) = Execution::new(problem, Settings { travel, durations, ..settings() }) else { return Ok(()) };
+        let Ok(mut execution) = ScheduleExecution::new(problem, Settings { travel, durations, ..settings() }) else { return Ok(()) };
         let mut steps = 0;
         while let Some(time) = execution.next() {
             execution.advance(time);

@@ -8,7 +8,7 @@ use executed::{Performed, check, keeps_the_rules, performed, run, settings};
 use hierarq_mission::execution::NoFeasiblePlan;
 use hierarq_mission::execution::{Durations, Replan};
 use hierarq_mission::kinds::layers::cost::cost;
-use hierarq_mission::kinds::layers::execution::{Doing, Event, EventError, LayeredExecution, Refusal, Settings};
+use hierarq_mission::kinds::layers::execution::{Doing, Event, EventError, LayersExecution, Refusal, Settings};
 use hierarq_mission::kinds::layers::problem::{Begun, Body, Problem};
 use hierarq_mission::kinds::layers::scales::Scales;
 use hierarq_mission::kinds::layers::steps::from_plan;
@@ -29,7 +29,7 @@ fn told() -> impl Strategy<Value = Told> {
     let agent = 0_usize..4;
     prop_oneof![
         6 => (0.0_f64..12.0).prop_map(Told::Wait),
-        1 => agent.clone().prop_map(|agent| Told::Event(Event::Began { agent })),
+        1 => agent.clone().prop_map(|agent| Told::Event(Event::Begun { agent })),
         2 => agent.clone().prop_map(|agent| Told::Event(Event::Done { agent })),
         2 => (agent.clone(), -10.0_f64..30.0).prop_map(|(agent, by)| Told::Event(Event::Late { agent, by })),
         2 => agent.clone().prop_map(|agent| Told::Event(Event::Failed { agent })),
@@ -58,7 +58,7 @@ proptest! {
         let durations = Durations::Sampled { seed };
         let told: Vec<usize> = told.into_iter().collect();
         let settings = Settings { durations, replan, told: told.clone(), ..settings() };
-        let mut execution = LayeredExecution::new(problem.clone(), settings).unwrap();
+        let mut execution = LayersExecution::new(problem.clone(), settings).unwrap();
         for event in events {
             match event {
                 Told::Wait(time) => {
@@ -68,7 +68,7 @@ proptest! {
                 }
                 Told::Event(event) => {
                     let before = execution.records().len();
-                    let taken = execution.tell(event).is_ok();
+                    let taken = execution.handle_event(event).is_ok();
                     prop_assert_eq!(taken, execution.records().len() > before);
                 }
             }
@@ -77,14 +77,14 @@ proptest! {
         keeps_the_rules(&problem, execution.records());
         // All agents come back, and the agents in `told` report their work.
         for agent in 0..problem.agents.len() {
-            let _ = execution.tell(Event::Back { agent });
+            let _ = execution.handle_event(Event::Back { agent });
         }
         for _ in 0..200 {
             if execution.done() { break }
             for &agent in &told {
-                let _ = execution.tell(Event::Began { agent });
+                let _ = execution.handle_event(Event::Begun { agent });
                 execution.advance(execution.time() + 3.0);
-                let _ = execution.tell(Event::Done { agent });
+                let _ = execution.handle_event(Event::Done { agent });
             }
             if told.is_empty() { run(&mut execution) } else { execution.advance(execution.time() + 5.0); }
         }
@@ -100,7 +100,7 @@ proptest! {
         let Some(mut problem) = possible(layered::random(seed, 7, 11, 2, 1)) else { return Ok(()) };
         problem.agents.iter_mut().for_each(|who| who.spread = 0.3);
         let settings = Settings { durations: Durations::Sampled { seed }, ..settings() };
-        let start = LayeredExecution::new(problem, settings).unwrap();
+        let start = LayersExecution::new(problem, settings).unwrap();
         let of = |step: f64| {
             let mut execution = start.clone();
             for until in [3.0, 60.0, 4000.0] {
@@ -108,8 +108,8 @@ proptest! {
                     execution.advance((execution.time() + step).min(until));
                     if execution.done() { break }
                 }
-                let _ = execution.tell(Event::Late { agent: 0, by: late });
-                let _ = execution.tell(Event::Failed { agent: 1 });
+                let _ = execution.handle_event(Event::Late { agent: 0, by: late });
+                let _ = execution.handle_event(Event::Failed { agent: 1 });
             }
             execution.records().to_vec()
         };
@@ -120,7 +120,7 @@ proptest! {
     #[test]
     fn as_planned(seed in 0_u64..100_000) {
         let Some(problem) = possible(layered::random(seed, 8, 12, 3, 1)) else { return Ok(()) };
-        let mut execution = LayeredExecution::new(problem.clone(), settings()).unwrap();
+        let mut execution = LayersExecution::new(problem.clone(), settings()).unwrap();
         let steps = from_plan(execution.plan());
         run(&mut execution);
         prop_assert!(execution.done());
@@ -146,7 +146,7 @@ proptest! {
     #[test]
     fn ways_are_gone(seed in 0_u64..100_000) {
         let Some(problem) = possible(layered::random(seed, 6, 9, 2, 1)) else { return Ok(()) };
-        let mut execution = LayeredExecution::new(problem.clone(), settings()).unwrap();
+        let mut execution = LayersExecution::new(problem.clone(), settings()).unwrap();
         let steps = from_plan(execution.plan());
         let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
         for step in steps {
@@ -187,7 +187,7 @@ fn spreads_are_those_that_are_said() {
     let mut shares = Vec::new();
     for seed in 0..120 {
         let settings = Settings { durations: Durations::Sampled { seed }, replan: Replan::None, ..settings() };
-        let mut execution = LayeredExecution::with_plan(problem.clone(), plan.clone(), settings).unwrap();
+        let mut execution = LayersExecution::with_plan(problem.clone(), plan.clone(), settings).unwrap();
         run(&mut execution);
         for one in performed(execution.records()) {
             let step = steps.iter().find(|step| step.task == one.task).unwrap();
@@ -205,17 +205,17 @@ fn spreads_are_those_that_are_said() {
 #[test]
 fn what_the_plan_does_is_what_the_settings_allow() {
     let problem = layered::letter_h(1);
-    let start = LayeredExecution::new(problem.clone(), settings()).unwrap();
+    let start = LayersExecution::new(problem.clone(), settings()).unwrap();
     let mut at = start.clone();
     at.advance(3.0);
     let agent = (0..3).find(|agent| at.agent(*agent).unwrap().doing == Doing::Working).unwrap();
     let of = |replan: Replan, event: Event| {
         let plan = start.plan().clone();
         let mut execution =
-            LayeredExecution::with_plan(problem.clone(), plan, Settings { replan, ..settings() }).unwrap();
+            LayersExecution::with_plan(problem.clone(), plan, Settings { replan, ..settings() }).unwrap();
         let before = from_plan(execution.plan());
         execution.advance(3.0);
-        execution.tell(event).unwrap();
+        execution.handle_event(event).unwrap();
         run(&mut execution);
         assert!(execution.done());
         let after = from_plan(execution.plan());
@@ -246,11 +246,11 @@ fn what_the_plan_does_is_what_the_settings_allow() {
 fn failures_and_losses() {
     let problem = layered::letter_d(1);
     let settings = || Settings { replan: Replan::Reschedule, ..settings() };
-    let mut execution = LayeredExecution::new(problem.clone(), settings()).unwrap();
+    let mut execution = LayersExecution::new(problem.clone(), settings()).unwrap();
     execution.advance(2.0);
     let at_work = (0..3).find(|agent| execution.agent(*agent).unwrap().work.is_some()).unwrap();
     let work = execution.agent(at_work).unwrap().work.unwrap();
-    execution.tell(Event::Failed { agent: at_work }).unwrap();
+    execution.handle_event(Event::Failed { agent: at_work }).unwrap();
     assert_eq!(execution.position(at_work), Some(problem.agents[at_work].place));
     run(&mut execution);
     let tries: Vec<Performed> =
@@ -259,25 +259,25 @@ fn failures_and_losses() {
     assert!(tries.iter().all(|one| (one.agent, one.object) == (at_work, work.object)));
     assert_eq!((tries[0].done, tries[0].end, tries[1].start), (false, 2.0, 2.0));
 
-    let mut execution = LayeredExecution::new(problem.clone(), settings()).unwrap();
+    let mut execution = LayersExecution::new(problem.clone(), settings()).unwrap();
     execution.advance(2.0);
-    execution.tell(Event::Lost { agent: at_work }).unwrap();
+    execution.handle_event(Event::Lost { agent: at_work }).unwrap();
     let place = execution.position(at_work).unwrap();
     assert_ne!(place, problem.agents[at_work].place);
-    assert!(matches!(execution.tell(Event::Lost { agent: at_work }), Err(EventError::IsLost { .. })));
+    assert!(matches!(execution.handle_event(Event::Lost { agent: at_work }), Err(EventError::IsLost { .. })));
     execution.advance(20.0);
     assert_eq!(execution.position(at_work), Some(place));
-    execution.tell(Event::Back { agent: at_work }).unwrap();
-    assert!(matches!(execution.tell(Event::Back { agent: at_work }), Err(EventError::NotLost { .. })));
+    execution.handle_event(Event::Back { agent: at_work }).unwrap();
+    assert!(matches!(execution.handle_event(Event::Back { agent: at_work }), Err(EventError::NotLost { .. })));
     run(&mut execution);
     let late = performed(execution.records()).iter().any(|one| one.agent == at_work && one.start > 20.0);
     // The assignment stays: its tasks were assigned to others.
     assert!(execution.done() && !late);
     // If replanning is allowed, it gets tasks again.
-    let mut execution = LayeredExecution::new(problem, Settings { replan: Replan::Both, ..settings() }).unwrap();
+    let mut execution = LayersExecution::new(problem, Settings { replan: Replan::Both, ..settings() }).unwrap();
     execution.advance(2.0);
-    execution.tell(Event::Lost { agent: at_work }).unwrap();
-    execution.tell(Event::Back { agent: at_work }).unwrap();
+    execution.handle_event(Event::Lost { agent: at_work }).unwrap();
+    execution.handle_event(Event::Back { agent: at_work }).unwrap();
     run(&mut execution);
     assert!(execution.done() && execution.statistics().agents[at_work].tasks > 0);
 }
@@ -287,28 +287,28 @@ fn failures_and_losses() {
 #[test]
 fn without_a_plan_others_go_on() {
     let problem = layered::sorting(1);
-    let mut execution = LayeredExecution::new(problem.clone(), settings()).unwrap();
-    let filled = |execution: &LayeredExecution| execution.statistics().layers == 2;
-    let opened = |execution: &LayeredExecution| execution.statistics().layers == 1;
+    let mut execution = LayersExecution::new(problem.clone(), settings()).unwrap();
+    let filled = |execution: &LayersExecution| execution.statistics().layers == 2;
+    let opened = |execution: &LayersExecution| execution.statistics().layers == 1;
     while !opened(&execution) {
         execution.advance(execution.next().unwrap());
     }
-    execution.tell(Event::Lost { agent: 2 }).unwrap();
+    execution.handle_event(Event::Lost { agent: 2 }).unwrap();
     assert!(matches!(execution.stranded(), Some(NoFeasiblePlan::NotFound { .. })), "{:?}", execution.stranded());
     let before = execution.statistics().tasks;
     run(&mut execution);
     assert!(!execution.done() && !filled(&execution) && execution.statistics().tasks > before);
     execution.advance(execution.time() + 100.0);
-    execution.tell(Event::Back { agent: 2 }).unwrap();
+    execution.handle_event(Event::Back { agent: 2 }).unwrap();
     assert_eq!(execution.stranded(), None);
     run(&mut execution);
     assert!(execution.done());
     check(&problem, &execution);
     keeps_the_rules(&problem, execution.records());
 
-    let mut alone = LayeredExecution::new(layered::letter_h(1), settings()).unwrap();
+    let mut alone = LayersExecution::new(layered::letter_h(1), settings()).unwrap();
     for agent in 0..3 {
-        alone.tell(Event::Lost { agent }).unwrap();
+        alone.handle_event(Event::Lost { agent }).unwrap();
     }
     assert_eq!((alone.stranded(), alone.next()), (Some(&NoFeasiblePlan::NobodyLeft { who: "everybody".into() }), None));
 }
@@ -318,20 +318,20 @@ fn without_a_plan_others_go_on() {
 fn people_begin_and_end_when_they_say_so() {
     let problem = layered::sorting(1);
     let told = Settings { told: vec![2], ..settings() };
-    let mut execution = LayeredExecution::new(problem.clone(), told).unwrap();
-    assert!(matches!(execution.tell(Event::Done { agent: 2 }), Err(EventError::NotWorking { .. })));
+    let mut execution = LayersExecution::new(problem.clone(), told).unwrap();
+    assert!(matches!(execution.handle_event(Event::Done { agent: 2 }), Err(EventError::NotWorking { .. })));
     execution.advance(50.0);
     let idle = execution.agent(2).unwrap();
     assert_eq!((idle.doing, idle.tasks), (Doing::Idle, 0));
     assert!(idle.next.is_some_and(|next| next.open && next.start >= 50.0));
     for done in 1..=4 {
-        execution.tell(Event::Began { agent: 2 }).unwrap();
-        assert!(matches!(execution.tell(Event::Began { agent: 2 }), Err(EventError::Working { .. })));
+        execution.handle_event(Event::Begun { agent: 2 }).unwrap();
+        assert!(matches!(execution.handle_event(Event::Begun { agent: 2 }), Err(EventError::Working { .. })));
         // Long after the planned end.
         execution.advance(execution.time() + 60.0);
         assert_eq!(execution.agent(2).unwrap().doing, Doing::Working);
         assert!(execution.agent(2).unwrap().work.unwrap().expected > execution.time());
-        execution.tell(Event::Done { agent: 2 }).unwrap();
+        execution.handle_event(Event::Done { agent: 2 }).unwrap();
         assert_eq!(execution.agent(2).unwrap().tasks, done);
         check(&problem, &execution);
     }
@@ -345,7 +345,7 @@ fn people_begin_and_end_when_they_say_so() {
 #[test]
 fn wrong_settings_and_events_are_refused() {
     let problem = layered::letter_h(1);
-    let refused = |problem: Problem, settings: Settings| LayeredExecution::new(problem, settings).unwrap_err();
+    let refused = |problem: Problem, settings: Settings| LayersExecution::new(problem, settings).unwrap_err();
     assert_eq!(refused(problem.clone(), Settings { told: vec![7], ..settings() }), Refusal::Told(7));
     let nan = Settings { reallocate_above: f64::NAN, ..settings() };
     assert!(matches!(refused(problem.clone(), nan), Refusal::Threshold(_)));
@@ -357,19 +357,22 @@ fn wrong_settings_and_events_are_refused() {
     let plan = hierarq_mission::kinds::layers::choose::plan(&problem, &settings().planning).unwrap();
     let mut short = plan.clone();
     short.activities.pop();
-    let broken = LayeredExecution::with_plan(problem.clone(), short, settings()).unwrap_err();
+    let broken = LayersExecution::with_plan(problem.clone(), short, settings()).unwrap_err();
     assert!(matches!(broken, Refusal::Violations(_)));
     let step = from_plan(&plan)[0];
     let begun = Begun { task: step.task, agent: step.agent, object: step.object, speed: 0.2, start: 0.0, end: 9.0 };
     let under_way = Problem { begun: vec![begun], ..problem.clone() };
     assert_eq!(refused(under_way, settings()), Refusal::Begun);
 
-    let mut execution = LayeredExecution::new(problem.clone(), settings()).unwrap();
+    let mut execution = LayersExecution::new(problem.clone(), settings()).unwrap();
     let records = execution.records().len();
-    assert!(matches!(execution.tell(Event::Lost { agent: 9 }), Err(EventError::NoAgent { agent: 9 })));
+    assert!(matches!(execution.handle_event(Event::Lost { agent: 9 }), Err(EventError::NoAgent { agent: 9 })));
     execution.advance(1.0);
     let at_work = (0..3).find(|agent| execution.agent(*agent).unwrap().doing == Doing::Working).unwrap();
-    assert!(matches!(execution.tell(Event::Late { agent: at_work, by: f64::NAN }), Err(EventError::Time { .. })));
+    assert!(matches!(
+        execution.handle_event(Event::Late { agent: at_work, by: f64::NAN }),
+        Err(EventError::Time { .. })
+    ));
     assert!(execution.records().len() > records && execution.agent(3).is_none());
     execution.advance(f64::NAN);
     execution.advance(-5.0);
@@ -386,16 +389,16 @@ fn around_a_task_that_stays_late_plans_are_made_anew_less_and_less_often() {
     let problem = possible(layered::random(3, 8, 12, 3, 1)).expect("a problem");
     // Nobody reports that the task of agent 0 is done.
     let settings = Settings { told: vec![0], reallocate_above: 0.0, ..settings() };
-    let mut execution = LayeredExecution::new(problem, settings).unwrap();
+    let mut execution = LayersExecution::new(problem, settings).unwrap();
     for _ in 0..600 {
         execution.advance(execution.time() + 1.0);
-        let _ = execution.tell(Event::Began { agent: 0 });
+        let _ = execution.handle_event(Event::Begun { agent: 0 });
     }
     let (mut late, mut anew) = (0_usize, Vec::new());
     for record in execution.records() {
         match record.what {
             Happening::TaskLate { agent: 0, .. } => late += 1,
-            Happening::Began { agent: 0, .. } => late = 0,
+            Happening::Begun { agent: 0, .. } => late = 0,
             Happening::Plan(PlanChange::Reallocated { .. } | PlanChange::Refused { .. }) if late > 0 => anew.push(late),
             _ => {}
         }

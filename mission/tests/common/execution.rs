@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
 use hierarq_mission::kinds::schedule::choose::{Formulation, Options};
-use hierarq_mission::kinds::schedule::execution::{Event, Execution, Happening, Record, Settings};
+use hierarq_mission::kinds::schedule::execution::{Event, Happening, Record, ScheduleExecution, Settings};
 use hierarq_mission::kinds::schedule::plan::{Activity, Actor, Phase, Plan, Target};
 
 pub fn near(a: f64, b: f64, by: f64) {
@@ -24,7 +24,7 @@ pub fn settings() -> Settings {
 }
 
 /// Runs a mission to its end.
-pub fn run(execution: &mut Execution) {
+pub fn run(execution: &mut ScheduleExecution) {
     let mut steps = 0;
     while let Some(next) = execution.next() {
         execution.advance(next);

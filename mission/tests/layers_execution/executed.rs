@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
 use hierarq_mission::kinds::layers::choose::Options;
-use hierarq_mission::kinds::layers::execution::{Doing, Happening, LayeredExecution, Record, Settings};
+use hierarq_mission::kinds::layers::execution::{Doing, Happening, LayersExecution, Record, Settings};
 use hierarq_mission::kinds::layers::problem::Problem;
 use hierarq_mission::kinds::layers::validate::validate;
 
@@ -16,7 +16,7 @@ pub fn settings() -> Settings {
 }
 
 /// Runs a mission to its end, or until there is no next event.
-pub fn run(execution: &mut LayeredExecution) {
+pub fn run(execution: &mut LayersExecution) {
     let mut steps = 0;
     while let Some(next) = execution.next().filter(|_| !execution.done()) {
         execution.advance(next);
@@ -42,7 +42,7 @@ pub fn performed(records: &[Record]) -> Vec<Performed> {
     let mut all = Vec::new();
     for record in records {
         match record.what {
-            Happening::Began { agent, task, object } => {
+            Happening::Begun { agent, task, object } => {
                 let (start, end) = (record.time, f64::INFINITY);
                 let before = under_way.insert(agent, Performed { agent, task, object, start, end, done: false });
                 assert!(before.is_none(), "agent {agent} does two things at a time");
@@ -86,7 +86,7 @@ pub fn keeps_the_rules(problem: &Problem, records: &[Record]) {
     }
 }
 
-pub fn check(problem: &Problem, execution: &LayeredExecution) {
+pub fn check(problem: &Problem, execution: &LayersExecution) {
     if execution.stranded().is_none() {
         assert_eq!(validate(execution.problem(), execution.plan()), vec![]);
     }

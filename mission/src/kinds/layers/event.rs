@@ -16,7 +16,7 @@ pub(super) fn typed(problem: &Problem, of: &Named) -> Result<Event, String> {
     let agent = of.member.filter(|member| *member < problem.agents.len());
     let agent = agent.ok_or_else(|| format!("`{name}` is of nobody who exists"))?;
     Ok(match name {
-        "begun" => Event::Began { agent },
+        "begun" => Event::Begun { agent },
         "done" => Event::Done { agent },
         "late" => {
             let by = of.number("by").filter(|by| by.abs() <= MAX_NUMBER);

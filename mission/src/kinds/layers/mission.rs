@@ -14,7 +14,7 @@ use crate::pages::{Pages, ServeSettings};
 use crate::planned::{PlanOptions, Planned, Refusal};
 
 use super::choose::{Formulation, Options, parts_of_a_second};
-use super::execution::{LayeredExecution, Settings};
+use super::execution::{LayersExecution, Settings};
 use super::pages::LayersPages;
 use super::problem::Problem;
 use super::reason::Reason;
@@ -171,14 +171,14 @@ impl kind::Mission for Layers {
 
     fn execute(&self, how: &Run) -> Result<Box<dyn kind::Execution>, String> {
         let execution =
-            LayeredExecution::new(self.problem.clone(), self.settings(how)).map_err(|why| why.to_string())?;
+            LayersExecution::new(self.problem.clone(), self.settings(how)).map_err(|why| why.to_string())?;
         Ok(Box::new(Executed::new(execution)))
     }
 
     fn pages(&self, of: &ServeSettings) -> Result<Box<dyn Pages>, String> {
         let mut settings = self.settings(&of.run());
         settings.planning.budget = of.budget(parts_of_a_second(&self.problem));
-        let execution = LayeredExecution::new(self.problem.clone(), settings).map_err(|why| why.to_string())?;
+        let execution = LayersExecution::new(self.problem.clone(), settings).map_err(|why| why.to_string())?;
         Ok(Box::new(LayersPages::new(Executed::new(execution))))
     }
 }

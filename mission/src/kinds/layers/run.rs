@@ -9,17 +9,17 @@ use crate::map::Map;
 
 use super::chart::chart;
 use super::event;
-use super::execution::{AgentOutcome, AgentView, Doing, Happening, LayeredExecution};
+use super::execution::{AgentOutcome, AgentView, Doing, Happening, LayersExecution};
 use super::map::map;
 use super::words::{doing, of_happening};
 
 const EVERYBODY: &[&str] = &["robot", "human"];
 
 /// The value of a measure; the index is that of the agent.
-type Value = fn(&LayeredExecution, usize) -> Option<[f64; 3]>;
+type Value = fn(&LayersExecution, usize) -> Option<[f64; 3]>;
 
 /// The results of an agent so far.
-fn agent(of: &LayeredExecution, index: usize) -> Option<(AgentView, AgentOutcome)> {
+fn agent(of: &LayersExecution, index: usize) -> Option<(AgentView, AgentOutcome)> {
     Some((of.agent(index)?, of.statistics().agents.into_iter().nth(index)?))
 }
 
@@ -120,11 +120,11 @@ pub(super) static MEASURES: &[(Measure, Value)] = &[
 
 /// Layers under way.
 pub(super) struct Executed {
-    pub(super) execution: LayeredExecution,
+    pub(super) execution: LayersExecution,
 }
 
 impl Executed {
-    pub fn new(execution: LayeredExecution) -> Executed {
+    pub fn new(execution: LayersExecution) -> Executed {
         Executed { execution }
     }
 }
@@ -156,7 +156,7 @@ impl kind::Execution for Executed {
         let mut begun = vec![false; self.execution.problem().tasks.len()];
         for record in self.execution.records() {
             let (task, is) = match record.what {
-                Happening::Began { task, .. } => (task, true),
+                Happening::Begun { task, .. } => (task, true),
                 Happening::Dropped { task, .. } => (task, false),
                 _ => continue,
             };
@@ -185,7 +185,7 @@ impl kind::Execution for Executed {
 
     fn handle(&mut self, of: &Event) -> Result<(), String> {
         let event = event::typed(self.execution.problem(), of)?;
-        self.execution.tell(event).map(|_| ()).map_err(|why| why.to_string())
+        self.execution.handle_event(event).map(|_| ()).map_err(|why| why.to_string())
     }
 
     fn log_len(&self) -> usize {

@@ -22,7 +22,7 @@ pub fn doing(doing: Doing) -> &'static str {
 pub fn of_event(event: &Event, problem: &Problem) -> String {
     let name = |agent: usize| name(problem, agent);
     match *event {
-        Event::Began { agent } => format!("{} begins", name(agent)),
+        Event::Begun { agent } => format!("{} begins", name(agent)),
         Event::Done { agent } => format!("{} is done", name(agent)),
         Event::Late { agent, by } => format!("{} is late by {} s", name(agent), number(by)),
         Event::Failed { agent } => format!("the task of {} fails", name(agent)),
@@ -37,7 +37,7 @@ pub fn of_happening(what: &Happening, problem: &Problem) -> String {
     let by = |agent: usize| name(problem, agent);
     let task = |task: usize| problem.task_label(task).unwrap_or("a task");
     match what {
-        Happening::Began { agent, task: of, object } => match object.and_then(|object| problem.object_label(object)) {
+        Happening::Begun { agent, task: of, object } => match object.and_then(|object| problem.object_label(object)) {
             Some(thing) => format!("{} begins {} with {}", by(*agent), task(*of), thing),
             None => format!("{} begins {}", by(*agent), task(*of)),
         },

@@ -12,9 +12,9 @@ use crate::plan::{Limit, Statistics};
 
 use super::assistance::Assistance;
 use super::bounds::Bounds;
-use super::duration_quantile;
 use super::choose::{Parts, Refusal, Solver};
 use super::construct::{construct, refine};
+use super::duration_quantile;
 use super::exact::status;
 use super::instance::{Instance, Sequence};
 use super::problem::{Begun, Problem, Scales};

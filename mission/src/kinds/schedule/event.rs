@@ -4,7 +4,7 @@ use super::plan::Actor;
 use crate::kind::{Detail, Event as Named};
 use crate::numbers::MAX_NUMBER;
 
-use super::execution::{Event, Execution, Stage};
+use super::execution::{Event, ScheduleExecution, Stage};
 use super::problem::Problem;
 use super::words::of_event;
 
@@ -88,9 +88,9 @@ pub(super) fn describe(problem: &Problem, of: &Named) -> String {
 }
 
 /// Lets an event happen at the present time.
-pub(super) fn handle(execution: &mut Execution, of: &Named) -> Result<(), String> {
+pub(super) fn handle(execution: &mut ScheduleExecution, of: &Named) -> Result<(), String> {
     let (robot, event): (usize, fn(usize, f64) -> Event) = match typed(execution.problem(), of)? {
-        Typed::Event(event) => return execution.tell(event).map(|_| ()).map_err(|why| why.to_string()),
+        Typed::Event(event) => return execution.handle_event(event).map(|_| ()).map_err(|why| why.to_string()),
         Typed::ServiceFails(robot) => (robot, |agent, _| Event::Failed { agent }),
         Typed::ServiceLate(robot, _) => (robot, |agent, by| Event::Late { agent, by }),
     };
@@ -100,7 +100,7 @@ pub(super) fn handle(execution: &mut Execution, of: &Named) -> Result<(), String
         let name = execution.problem().robot_label(robot).unwrap_or_default();
         return Err(format!("{name} serves nobody"));
     };
-    execution.tell(event(target.agent, by)).map(|_| ()).map_err(|why| why.to_string())
+    execution.handle_event(event(target.agent, by)).map(|_| ()).map_err(|why| why.to_string())
 }
 
 /// Feedback of a person in the five steps of thesis Fig. 5.5, each -2 to 2.

@@ -8,8 +8,8 @@
 //! leave out.
 
 use super::assistance::{Assistance, begun_of};
-use super::duration_quantile;
 use super::cost::scaled;
+use super::duration_quantile;
 use super::problem::{Begun, Problem, Robot, Scales, ServiceTimes};
 use crate::numbers::Range;
 

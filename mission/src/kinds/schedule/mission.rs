@@ -15,7 +15,7 @@ use crate::planned::{PlanOptions, Planned, Refusal};
 use super::adapt::Adaptation;
 use super::check::Item;
 use super::choose::{Formulation, Options};
-use super::execution::{Execution, Potentials, Settings, Travel};
+use super::execution::{Potentials, ScheduleExecution, Settings, Travel};
 use super::pages::SchedulePages;
 use super::problem::{AgentKind, Distances, Problem};
 use super::run::{Executed, MEASURES};
@@ -206,14 +206,15 @@ impl kind::Mission for Schedule {
     }
 
     fn execute(&self, how: &Run) -> Result<Box<dyn kind::Execution>, String> {
-        let execution = Execution::new(self.problem.clone(), self.settings(how)).map_err(|why| why.to_string())?;
+        let execution =
+            ScheduleExecution::new(self.problem.clone(), self.settings(how)).map_err(|why| why.to_string())?;
         Ok(Box::new(Executed::new(execution, how.replies.clone())))
     }
 
     fn pages(&self, of: &ServeSettings) -> Result<Box<dyn Pages>, String> {
         let mut settings = self.settings(&of.run());
         settings.planning.budget = of.budget(0);
-        let execution = Execution::new(self.problem.clone(), settings).map_err(|why| why.to_string())?;
+        let execution = ScheduleExecution::new(self.problem.clone(), settings).map_err(|why| why.to_string())?;
         Ok(Box::new(SchedulePages::new(Executed::new(execution, Vec::new()))))
     }
 }

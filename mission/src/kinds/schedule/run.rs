@@ -13,7 +13,7 @@ use crate::map::Map;
 
 use super::chart::chart;
 use super::event;
-use super::execution::{AgentView, Doing, Execution, Happening, RobotView, Stage};
+use super::execution::{AgentView, Doing, Happening, RobotView, ScheduleExecution, Stage};
 use super::map::map;
 use super::problem::AgentKind;
 use super::words::{doing, of_happening, stage};
@@ -22,15 +22,15 @@ const AGENTS: &[&str] = &["human", "worker"];
 const ROBOTS: &[&str] = &["robot"];
 
 /// The value of a measure; the index is that of the agent or of the robot.
-type Value = fn(&Execution, usize) -> Option<[f64; 3]>;
+type Value = fn(&ScheduleExecution, usize) -> Option<[f64; 3]>;
 
 /// The results of an agent so far.
-fn agent(of: &Execution, index: usize) -> Option<(AgentView, super::execution::AgentOutcome)> {
+fn agent(of: &ScheduleExecution, index: usize) -> Option<(AgentView, super::execution::AgentOutcome)> {
     Some((of.agent(index)?, of.statistics().agents.into_iter().nth(index)?))
 }
 
 /// The results of a robot so far.
-fn robot(of: &Execution, index: usize) -> Option<(RobotView, super::execution::RobotOutcome)> {
+fn robot(of: &ScheduleExecution, index: usize) -> Option<(RobotView, super::execution::RobotOutcome)> {
     Some((of.robot(index)?, of.statistics().robots.into_iter().nth(index)?))
 }
 
@@ -158,7 +158,7 @@ fn speed(view: &RobotView) -> f64 {
 
 /// A schedule under way, with people who answer.
 pub(super) struct Executed {
-    pub(super) execution: Execution,
+    pub(super) execution: ScheduleExecution,
     replies: Vec<Replies>,
     /// Number of answers of each entry of `replies`.
     answers: Vec<usize>,
@@ -168,7 +168,7 @@ pub(super) struct Executed {
 }
 
 impl Executed {
-    pub fn new(execution: Execution, replies: Vec<Replies>) -> Executed {
+    pub fn new(execution: ScheduleExecution, replies: Vec<Replies>) -> Executed {
         Executed { execution, answers: vec![0; replies.len()], replies, heard: 0, rejected: Vec::new() }
     }
 

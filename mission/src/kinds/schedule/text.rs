@@ -5,8 +5,8 @@ use std::fmt::Write;
 use names::wrapped;
 use quantities::number;
 
-use super::duration_quantile::nominal;
 use super::choose::{Options, choose};
+use super::duration_quantile::nominal;
 use super::mission::Schedule;
 use super::problem::{AgentKind, Distances, Problem, Scales, WAIT_LIMIT};
 

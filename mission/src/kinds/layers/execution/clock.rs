@@ -2,7 +2,7 @@
 
 use crate::execution::DiscreteEvents;
 
-use super::LayeredExecution;
+use super::LayersExecution;
 use super::record::Record;
 use super::view::Doing;
 
@@ -19,7 +19,7 @@ pub(crate) enum Next {
     Begins(usize),
 }
 
-impl DiscreteEvents for LayeredExecution {
+impl DiscreteEvents for LayersExecution {
     type Step = Next;
 
     fn now(&self) -> f64 {
@@ -39,7 +39,7 @@ impl DiscreteEvents for LayeredExecution {
     }
 }
 
-impl LayeredExecution {
+impl LayersExecution {
     /// Lets time pass until `to` (s), and returns the records of that time. A time before the present, or no finite number,
     /// lets nothing pass.
     pub fn advance(&mut self, to: f64) -> &[Record] {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "snake_case")]
 pub enum Event {
     /// An agent that is waited for begins its next task.
-    Began {
+    Begun {
         /// The agent, which does nothing; the layer of its next task has begun.
         agent: usize,
     },
@@ -46,7 +46,7 @@ impl Event {
     /// The agent that it is of, if it is of one.
     pub fn agent(self) -> Option<usize> {
         match self {
-            Event::Began { agent }
+            Event::Begun { agent }
             | Event::Done { agent }
             | Event::Late { agent, .. }
             | Event::Failed { agent }

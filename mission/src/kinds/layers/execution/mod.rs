@@ -1,7 +1,7 @@
 //! Executing a layered plan: a world in which a team does its tasks, and the plan follows what happens.
 //!
-//! A [`LayeredExecution`] is a discrete-event simulation. It begins with a plan, lets time pass with
-//! [`LayeredExecution::advance`], and takes what people and robots report with [`LayeredExecution::tell`]. An agent begins
+//! A [`LayersExecution`] is a discrete-event simulation. It begins with a plan, lets time pass with
+//! [`LayersExecution::advance`], and takes what people and robots report with [`LayersExecution::handle_event`]. An agent begins
 //! its next task when it is free and every task of the layers before is done, so that what is late moves only what comes
 //! after it. What differs from the plan repairs it: who does what with which object stays, times move, and robots take the
 //! speeds that are then best. When the repaired plan has become too costly, or nobody is left for a task, what has not begun
@@ -13,13 +13,13 @@
 mod clock;
 mod durations;
 mod event;
+mod handle_event;
 mod outcome;
 mod record;
 mod repair;
 mod settings;
 mod state;
 mod steps;
-mod tell;
 mod update;
 mod view;
 mod way;
@@ -43,7 +43,7 @@ use self::state::AgentState;
 
 /// A mission of layers under way.
 #[derive(Clone, Debug)]
-pub struct LayeredExecution {
+pub struct LayersExecution {
     settings: Settings,
     /// As it stands: `start` is when the plan was made or repaired last.
     problem: Problem,
@@ -67,15 +67,15 @@ pub struct LayeredExecution {
     dropped: usize,
 }
 
-impl LayeredExecution {
+impl LayersExecution {
     /// Plans the mission and stands at its start.
     ///
     /// # Errors
     ///
     /// The settings or the problem are wrong, or something has begun already.
-    pub fn new(problem: Problem, settings: Settings) -> Result<LayeredExecution, Refusal> {
+    pub fn new(problem: Problem, settings: Settings) -> Result<LayersExecution, Refusal> {
         let plan = plan(&problem, &settings.planning)?;
-        LayeredExecution::with_plan(problem, plan, settings)
+        LayersExecution::with_plan(problem, plan, settings)
     }
 
     /// Stands at the start of a plan that was made before.
@@ -83,7 +83,7 @@ impl LayeredExecution {
     /// # Errors
     ///
     /// The settings or the problem are wrong, something has begun already, or the plan is none of this problem.
-    pub fn with_plan(problem: Problem, plan: Plan, settings: Settings) -> Result<LayeredExecution, Refusal> {
+    pub fn with_plan(problem: Problem, plan: Plan, settings: Settings) -> Result<LayersExecution, Refusal> {
         let mistakes = problem.check();
         if !mistakes.is_empty() {
             return Err(Refusal::Plan(super::choose::Refusal::Problem(mistakes)));
@@ -98,7 +98,7 @@ impl LayeredExecution {
         }
         let mut ahead = from_plan(&plan);
         repair::sort(&mut ahead);
-        Ok(LayeredExecution {
+        Ok(LayersExecution {
             settings,
             ahead,
             ended: Vec::new(),

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::LayeredExecution;
+use super::LayersExecution;
 
 /// Results of a mission so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,7 +42,7 @@ pub struct AgentOutcome {
     pub workload: f64,
 }
 
-impl LayeredExecution {
+impl LayersExecution {
     /// Results of the mission so far.
     pub fn statistics(&self) -> Outcome {
         let agents = self.problem.agents.iter().zip(&self.agents).map(|(who, state)| AgentOutcome {

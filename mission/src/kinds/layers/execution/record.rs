@@ -15,7 +15,7 @@ pub type Record = execution::Record<Happening>;
 #[expect(missing_docs, reason = "agent, task, object and layer are indices; other fields are described")]
 pub enum Happening {
     /// An agent began a task.
-    Began {
+    Begun {
         agent: usize,
         task: usize,
         /// None: it needs none.

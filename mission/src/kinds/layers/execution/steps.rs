@@ -10,12 +10,12 @@ use super::durations;
 use super::record::Happening;
 use super::state::Running;
 use super::view::Doing;
-use super::{LayeredExecution, first_layer};
+use super::{LayersExecution, first_layer};
 
 /// Times that are nearer than this are the same (s).
 pub(super) const SAME: f64 = 1e-6;
 
-impl LayeredExecution {
+impl LayersExecution {
     /// Lets this happen at the present time.
     pub(super) fn happens(&mut self, next: Next) {
         match next {
@@ -46,7 +46,7 @@ impl LayeredExecution {
         let state = &mut self.agents[agent];
         state.begin(Doing::Working, self.time);
         state.task = Some(Running { step, ends, expected: step.end, since: (0.0, self.time), late: 0 });
-        self.record(Happening::Began { agent, task, object });
+        self.record(Happening::Begun { agent, task, object });
         if (planned.start - self.time).abs() > SAME {
             self.update();
         }

@@ -9,13 +9,13 @@ use crate::kinds::layers::steps::{Step, from_plan, with_cost};
 use crate::kinds::layers::validate::validate;
 use crate::plan::{Statistics, Status};
 
-use super::LayeredExecution;
+use super::LayersExecution;
 use super::record::Happening;
 use super::repair;
 use super::settings::of_plan;
 use super::steps::SAME;
 
-impl Replans for LayeredExecution {
+impl Replans for LayersExecution {
     type Problem = Problem;
     type Activity = Activity;
     type Steps = Vec<Step>;
@@ -92,7 +92,7 @@ impl Replans for LayeredExecution {
 
     fn improve(&self) -> Result<Improved<Activity>, String> {
         let fresh = self.plan_anew(&self.problem)?;
-        if let Some(why) = LayeredExecution::broken(&self.problem, &fresh) {
+        if let Some(why) = LayersExecution::broken(&self.problem, &fresh) {
             return Err(why);
         }
         Ok(match fresh.cost < self.plan.cost {
@@ -118,13 +118,13 @@ impl Replans for LayeredExecution {
     }
 }
 
-impl LayeredExecution {
+impl LayersExecution {
     /// Brings the plan up to the world.
     pub(super) fn update(&mut self) {
         self.update_or_plan(ReplanPolicy::IfCostly);
     }
 
-    /// As [`LayeredExecution::update`], where planning anew is subject to a policy.
+    /// As [`LayersExecution::update`], where planning anew is subject to a policy.
     pub(super) fn update_or_plan(&mut self, policy: ReplanPolicy) {
         let problem = self.problem_now();
         update(self, problem, policy);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{LayeredExecution, way};
+use super::{LayersExecution, way};
 
 /// Activity of an agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,7 +62,7 @@ pub struct AgentView {
     pub tasks: usize,
 }
 
-impl LayeredExecution {
+impl LayersExecution {
     /// State of this agent; none if there is no such agent.
     pub fn agent(&self, agent: usize) -> Option<AgentView> {
         let state = self.agents.get(agent)?;

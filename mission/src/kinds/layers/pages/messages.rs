@@ -11,7 +11,7 @@ pub(super) fn for_one(problem: &Problem, who: usize, what: &Happening) -> Option
     let of = |task: &usize| problem.task_label(*task).unwrap_or("A task");
     let name = |agent: &usize| problem.agent_label(*agent).unwrap_or("?");
     let text = match what {
-        Happening::Began { agent, task, .. } if *agent == who => format!("{} begins.", of(task)),
+        Happening::Begun { agent, task, .. } if *agent == who => format!("{} begins.", of(task)),
         Happening::Ended { agent, task } if *agent == who => format!("{} is done.", of(task)),
         Happening::Dropped { agent, task } if *agent == who => format!("{} is to be repeated.", of(task)),
         Happening::TaskLate { agent, task, expected } if *agent == who => {

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use crate::kinds::layers::execution::{Doing, Happening, LayeredExecution};
+use crate::kinds::layers::execution::{Doing, Happening, LayersExecution};
 use crate::kinds::layers::problem::Problem;
 use crate::kinds::layers::steps::{Step as Planned, from_plan};
 use crate::pages::words::clock_time;
@@ -23,7 +23,7 @@ pub(super) fn task(problem: &Problem, task: usize, object: Option<usize>) -> Str
 }
 
 /// Returns the page of an agent; `None` if there is no such agent.
-pub(super) fn page(on: &LayeredExecution, agent: usize) -> Option<PersonContent> {
+pub(super) fn page(on: &LayersExecution, agent: usize) -> Option<PersonContent> {
     let (problem, view) = (on.problem(), on.agent(agent)?);
     let (work, next) = (view.work, view.next);
     let open = next.filter(|next| next.open && view.doing == Doing::Idle);
@@ -90,7 +90,7 @@ pub(super) fn page(on: &LayeredExecution, agent: usize) -> Option<PersonContent>
 }
 
 /// Returns the planned steps of an agent, sorted by start.
-fn own(on: &LayeredExecution, agent: usize) -> Vec<Planned> {
+fn own(on: &LayersExecution, agent: usize) -> Vec<Planned> {
     let mut steps = from_plan(on.plan());
     steps.retain(|step| step.agent == agent);
     steps.sort_by(|a, b| a.start.total_cmp(&b.start).then(a.task.cmp(&b.task)));
@@ -98,7 +98,7 @@ fn own(on: &LayeredExecution, agent: usize) -> Vec<Planned> {
 }
 
 /// Returns the tasks of an agent.
-fn steps(on: &LayeredExecution, agent: usize, own: Vec<Planned>) -> Vec<Step> {
+fn steps(on: &LayersExecution, agent: usize, own: Vec<Planned>) -> Vec<Step> {
     let now = on.agent(agent).and_then(|view| view.work).map(|work| work.task);
     let ended = |index: usize| {
         let done = Happening::Ended { agent, task: index };

@@ -17,7 +17,7 @@
 //! the margin for each, so that no pair comes nearer than `d_min`, at any step up to `1 / phi`. What does not move, a base
 //! that has broken down among it, leaves the whole margin. Who and what is near a base stands in [`surroundings`](super::surroundings).
 
-use super::Execution;
+use super::ScheduleExecution;
 use super::motion::distance;
 use super::settings::{Potentials, Travel};
 use super::state::RobotState;
@@ -35,7 +35,7 @@ const STILL: f64 = 1e-4;
 /// Rounds in which commands are cut against all others.
 const ROUNDS: usize = 3;
 
-impl Execution {
+impl ScheduleExecution {
     /// Commands are given from now on, if a base is to go somewhere.
     pub(super) fn wake_bases(&mut self) {
         let Travel::Bases(potentials) = &self.settings.travel else { return };
@@ -98,7 +98,7 @@ fn stands_back(robots: &[RobotState], robot: usize, potentials: &Potentials) -> 
     })
 }
 
-impl Execution {
+impl ScheduleExecution {
     fn command(&self, robot: usize, potentials: &Potentials) -> [f64; 2] {
         let (problem, robots, time) = (&self.problem, &self.robots, self.time);
         let state = &robots[robot];

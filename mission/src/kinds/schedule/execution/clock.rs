@@ -3,7 +3,7 @@
 use crate::execution::DiscreteEvents;
 use crate::kinds::schedule::assistance::Assistance;
 
-use super::Execution;
+use super::ScheduleExecution;
 use super::record::Record;
 use super::settings::Travel;
 use super::view::{Doing, Stage};
@@ -35,7 +35,7 @@ pub(crate) enum Step {
     SetsOut(usize),
 }
 
-impl DiscreteEvents for Execution {
+impl DiscreteEvents for ScheduleExecution {
     type Step = Step;
 
     fn now(&self) -> f64 {
@@ -63,7 +63,7 @@ impl DiscreteEvents for Execution {
     }
 }
 
-impl Execution {
+impl ScheduleExecution {
     /// Lets time pass until `to` (s), and returns the records of that time. A time before the present, or no finite number,
     /// lets nothing pass.
     pub fn advance(&mut self, to: f64) -> &[Record] {

@@ -12,14 +12,14 @@ use crate::kinds::schedule::cost::scaled;
 use crate::kinds::schedule::instance::going;
 use crate::kinds::schedule::problem::{Scales, ServiceTimes};
 
-use super::Execution;
+use super::ScheduleExecution;
 use super::motion::distance;
 use super::view::Stage;
 
 /// A plan that serves later than it must by more than this does so on purpose (s).
 const ON_PURPOSE: f64 = 1e-6;
 
-impl Execution {
+impl ScheduleExecution {
     /// The operation of an agent ends at `end`, now or later, and was expected to end at `expected` (s).
     pub(super) fn serve_early(&mut self, agent: usize, expected: f64, end: f64) {
         let operation = self.agents[agent].operation;

@@ -4,7 +4,7 @@
 use crate::kinds::schedule::adaptation_index::{Quantity, adaptation_index};
 use crate::kinds::schedule::cost;
 
-use super::Execution;
+use super::ScheduleExecution;
 
 /// Adaptation indices of a person.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ impl Indices {
     }
 }
 
-impl Execution {
+impl ScheduleExecution {
     /// Wait (s) and speed (m/s) of the next service of an agent in the plan; none if there is none.
     pub(super) fn next_wait_and_speed(&self, agent: usize) -> Option<(f64, f64)> {
         let at = self.service(agent, self.agents[agent].operation)?;

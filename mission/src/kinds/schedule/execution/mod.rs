@@ -1,7 +1,7 @@
 //! Executing a schedule: a world in which agents work and robots serve them, and the plan follows what happens.
 //!
-//! An [`Execution`] is a discrete-event simulation. It begins with a plan, lets time pass with [`Execution::advance`], and
-//! takes what people and robots report with [`Execution::tell`]. What differs from the plan repairs it
+//! An [`ScheduleExecution`] is a discrete-event simulation. It begins with a plan, lets time pass with [`ScheduleExecution::advance`], and
+//! takes what people and robots report with [`ScheduleExecution::handle_event`]. What differs from the plan repairs it
 //! ([`reschedule`](crate::kinds::schedule::reschedule)); when the repaired plan has become too costly, what has not begun is
 //! planned anew ([`reallocate`](crate::kinds::schedule::reallocate)). No plan is used that
 //! [`validate`](crate::kinds::schedule::validate) refuses, and what has begun stays as it is.
@@ -14,6 +14,7 @@ mod clock;
 mod durations;
 mod early;
 mod event;
+mod handle_event;
 mod indices;
 mod motion;
 mod outcome;
@@ -24,7 +25,6 @@ mod settings;
 mod state;
 mod steps;
 mod surroundings;
-mod tell;
 mod update;
 mod view;
 
@@ -47,7 +47,7 @@ use self::state::{AgentState, RobotState};
 
 /// A mission under way.
 #[derive(Clone, Debug)]
-pub struct Execution {
+pub struct ScheduleExecution {
     settings: Settings,
     /// As it stands: `start` is when the plan was made or repaired last.
     problem: Problem,
@@ -68,16 +68,16 @@ pub struct Execution {
     log: Log<Happening>,
 }
 
-impl Execution {
+impl ScheduleExecution {
     /// Plans the mission and stands at its start.
     ///
     /// # Errors
     ///
     /// The settings or the problem are wrong, or there is no plan.
-    pub fn new(problem: Problem, settings: Settings) -> Result<Execution, Refusal> {
+    pub fn new(problem: Problem, settings: Settings) -> Result<ScheduleExecution, Refusal> {
         let problem = with_scales(problem);
         let plan = plan(&problem, &settings.planning)?;
-        Execution::with_plan(problem, plan, settings)
+        ScheduleExecution::with_plan(problem, plan, settings)
     }
 
     /// Stands at the start of a plan that was made before.
@@ -85,7 +85,7 @@ impl Execution {
     /// # Errors
     ///
     /// The settings or the problem are wrong, something has begun already, or the plan is none of this problem.
-    pub fn with_plan(problem: Problem, plan: Plan, settings: Settings) -> Result<Execution, Refusal> {
+    pub fn with_plan(problem: Problem, plan: Plan, settings: Settings) -> Result<ScheduleExecution, Refusal> {
         let problem = with_scales(problem);
         let mistakes = problem.check();
         if !mistakes.is_empty() {
@@ -103,7 +103,7 @@ impl Execution {
         let agents = problem.agents.iter().map(|who| AgentState::new(who, problem.start)).collect();
         let robots = (0..problem.robots.len()).map(|m| RobotState::new(&problem, m)).collect();
         let (begin, people) = (problem.start, problem.agents.len());
-        Ok(Execution {
+        Ok(ScheduleExecution {
             settings,
             optimal: (problem.clone(), schedule.clone()),
             schedule,

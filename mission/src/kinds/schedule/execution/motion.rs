@@ -2,7 +2,7 @@
 
 use crate::kinds::schedule::problem::Problem;
 
-use super::Execution;
+use super::ScheduleExecution;
 use super::settings::Travel;
 use super::view::Stage;
 
@@ -66,7 +66,7 @@ pub(super) fn waiting_place(problem: &Problem, agent: usize, robot: usize) -> [f
     [0, 1].map(|axis| who.place[axis] + share * (machine.depot[axis] - who.place[axis]))
 }
 
-impl Execution {
+impl ScheduleExecution {
     /// Position of a robot (m) at a time not before the last step.
     pub(super) fn position(&self, robot: usize, time: f64) -> [f64; 2] {
         let state = &self.robots[robot];

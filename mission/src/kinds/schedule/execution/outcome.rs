@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Execution;
+use super::ScheduleExecution;
 use super::indices::Indices;
 use super::record::Happening;
 
@@ -73,7 +73,7 @@ impl Outcome {
     }
 }
 
-impl Execution {
+impl ScheduleExecution {
     /// Results of the mission so far.
     pub fn statistics(&self) -> Outcome {
         let home = self.log.records.iter().rev().find(|record| matches!(record.what, Happening::Home { .. }));

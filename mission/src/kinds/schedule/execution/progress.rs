@@ -3,14 +3,14 @@
 use crate::kinds::schedule::problem::{Begun, Problem};
 use crate::kinds::schedule::reschedule::{Earliest, Progress};
 
-use super::Execution;
+use super::ScheduleExecution;
 use super::motion::{distance, waiting_place};
 use super::view::Stage;
 
 /// A place that is nearer than this has not moved (m).
 const SAME_PLACE: f64 = 1e-9;
 
-impl Execution {
+impl ScheduleExecution {
     /// Begun operations and services under the parameters of `problem`.
     pub(super) fn progress(&self, problem: &Problem) -> Vec<Progress> {
         let mut all = Vec::new();

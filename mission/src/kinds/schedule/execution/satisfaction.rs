@@ -2,9 +2,9 @@
 
 use crate::kinds::schedule::adapt::Satisfaction;
 
-use super::Execution;
+use super::ScheduleExecution;
 
-impl Execution {
+impl ScheduleExecution {
     /// How satisfied this agent is, from what it has said so far; all zero for one who has said nothing, or whom nobody
     /// heeds.
     pub fn satisfaction(&self, agent: usize) -> Satisfaction {

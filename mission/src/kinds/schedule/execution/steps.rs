@@ -4,7 +4,7 @@ use crate::execution::{Durations, ReplanPolicy};
 use crate::kinds::schedule::duration_quantile;
 use crate::kinds::schedule::problem::ServiceTimes;
 
-use super::Execution;
+use super::ScheduleExecution;
 use super::clock::Step;
 use super::durations;
 use super::motion::{Leg, distance, waiting_place};
@@ -18,7 +18,7 @@ const LATE: (f64, f64) = (0.5, 5.0);
 /// One that is held up is looked for again after this time (s).
 const HELD_UP: f64 = 60.0;
 
-impl Execution {
+impl ScheduleExecution {
     /// Lets this happen at the present time.
     pub(super) fn happens(&mut self, step: Step) {
         match step {

@@ -4,7 +4,7 @@
 //! A base that has broken down is a thing until it is back. An agent is one for every base but the one that comes to it,
 //! or to somebody who stands so near that the place could not be reached otherwise.
 
-use super::Execution;
+use super::ScheduleExecution;
 use super::motion::distance;
 use super::settings::{Obstacle, Potentials, Travel};
 use super::view::{Doing, Stage};
@@ -30,7 +30,7 @@ pub(super) struct Other {
     pub margin: f64,
 }
 
-impl Execution {
+impl ScheduleExecution {
     /// Everything that a base keeps away from.
     pub(super) fn others(&self, robot: usize, potentials: &Potentials) -> Vec<Other> {
         let here = self.robots[robot].position;

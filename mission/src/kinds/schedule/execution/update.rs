@@ -11,13 +11,13 @@ use crate::kinds::schedule::reschedule::repair;
 use crate::kinds::schedule::validate::validate;
 use crate::plan::{Statistics, Status};
 
-use super::Execution;
+use super::ScheduleExecution;
 use super::motion::{distance, waiting_place};
 use super::record::Happening;
 use super::steps::SAME;
 use super::view::{Doing, Stage};
 
-impl Replans for Execution {
+impl Replans for ScheduleExecution {
     type Problem = Problem;
     type Activity = Activity;
     type Steps = Vec<Assistance>;
@@ -124,13 +124,13 @@ impl Replans for Execution {
     }
 }
 
-impl Execution {
+impl ScheduleExecution {
     /// Brings the plan up to the world, under these parameters.
     pub(super) fn update(&mut self, problem: Problem) {
         update(self, problem, ReplanPolicy::IfCostly);
     }
 
-    /// As [`Execution::update`], where planning anew is subject to a policy.
+    /// As [`ScheduleExecution::update`], where planning anew is subject to a policy.
     pub(super) fn update_or_plan(&mut self, problem: Problem, policy: ReplanPolicy) {
         update(self, problem, policy);
     }

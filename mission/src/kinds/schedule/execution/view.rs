@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::kinds::schedule::plan::Target;
 
-use super::Execution;
+use super::ScheduleExecution;
 
 /// Activity of an agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -99,7 +99,7 @@ pub struct RobotView {
     pub heading: f64,
 }
 
-impl Execution {
+impl ScheduleExecution {
     /// State of this agent; none if there is no such agent.
     pub fn agent(&self, agent: usize) -> Option<AgentView> {
         let (state, who) = (self.agents.get(agent)?, self.problem.agents.get(agent)?);

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use crate::kinds::schedule::execution::{AgentView, Coming, Doing, Execution, RobotView, Stage};
+use crate::kinds::schedule::execution::{AgentView, Coming, Doing, RobotView, ScheduleExecution, Stage};
 use crate::kinds::schedule::plan::{Activity, Actor, Phase};
 use crate::pages::words::clock_time;
 use crate::pages::{Button, ButtonGroup, PersonContent, Step};
@@ -10,7 +10,7 @@ use crate::pages::{Button, ButtonGroup, PersonContent, Step};
 use super::history::History;
 
 /// Returns the page of an agent; `None` if the index is out of range.
-pub(super) fn page(execution: &Execution, history: &History, index: usize) -> Option<PersonContent> {
+pub(super) fn page(execution: &ScheduleExecution, history: &History, index: usize) -> Option<PersonContent> {
     let (problem, agent) = (execution.problem(), execution.agent(index)?);
     let total = problem.agents.get(index)?.operations;
     let (next, countdown, detail) = next(execution, &agent, index);
@@ -33,7 +33,7 @@ fn number(agent: &AgentView, total: usize) -> usize {
     agent.operation.map_or(total, |operation| operation + 1)
 }
 
-fn groups(execution: &Execution, history: &History, agent: &AgentView, total: usize) -> Vec<ButtonGroup> {
+fn groups(execution: &ScheduleExecution, history: &History, agent: &AgentView, total: usize) -> Vec<ButtonGroup> {
     let number = number(agent, total).min(total);
     let over = execution.done() || execution.stranded().is_some();
     let (works, serving) = (agent.doing == Doing::Working, agent.doing == Doing::Served);
@@ -82,7 +82,7 @@ fn groups(execution: &Execution, history: &History, agent: &AgentView, total: us
     ]
 }
 
-fn doing(on: &Execution, agent: &AgentView, index: usize, total: usize) -> String {
+fn doing(on: &ScheduleExecution, agent: &AgentView, index: usize, total: usize) -> String {
     let (problem, number) = (on.problem(), number(agent, total));
     let serves = || {
         let at = (0..problem.robots.len()).find(|m| {
@@ -105,7 +105,7 @@ fn doing(on: &Execution, agent: &AgentView, index: usize, total: usize) -> Strin
 }
 
 /// Returns the next activity, the arrival of the robot (s), and the robot's current activity.
-fn next(execution: &Execution, agent: &AgentView, index: usize) -> (String, Option<f64>, Option<String>) {
+fn next(execution: &ScheduleExecution, agent: &AgentView, index: usize) -> (String, Option<f64>, Option<String>) {
     let problem = execution.problem();
     match (&agent.coming, agent.doing) {
         (Some(coming), _) if execution.stranded().is_none() => {
@@ -140,7 +140,7 @@ fn way(name: &str, coming: &Coming, robot: &RobotView, index: usize) -> String {
 }
 
 /// Returns the operations of an agent, each with the serving robot.
-fn steps(execution: &Execution, agent: &AgentView, index: usize) -> Vec<Step> {
+fn steps(execution: &ScheduleExecution, agent: &AgentView, index: usize) -> Vec<Step> {
     let (plan, problem) = (execution.plan(), execution.problem());
     let current = agent.operation.unwrap_or(usize::MAX);
     let step = |operation: &Activity| {

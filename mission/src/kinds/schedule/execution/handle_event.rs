@@ -7,7 +7,7 @@ use crate::kinds::schedule::plan::Actor;
 use crate::kinds::schedule::problem::Problem;
 use crate::numbers::MAX_NUMBER;
 
-use super::Execution;
+use super::ScheduleExecution;
 use super::event::{Event, EventError};
 use super::motion::Leg;
 use super::record::{Happening, Record};
@@ -18,15 +18,15 @@ use super::view::{Doing, Stage};
 /// `D` of thesis 5.4.1 (m): the largest change of a waiting distance that a step of feedback asks for.
 const DISTANCE: f64 = 1.0;
 
-impl Execution {
+impl ScheduleExecution {
     /// Something happens at the present time. Gives what followed from it at once.
     ///
     /// # Errors
     ///
     /// The event is of nobody, or cannot happen now. Nothing has changed then.
-    pub fn tell(&mut self, event: Event) -> Result<&[Record], EventError> {
+    pub fn handle_event(&mut self, event: Event) -> Result<&[Record], EventError> {
         let from = self.log.records.len();
-        let recorded = |execution: &mut Execution| execution.record(Happening::Told { event });
+        let recorded = |execution: &mut ScheduleExecution| execution.record(Happening::Told { event });
         match event {
             Event::Begun { agent } => {
                 self.require(agent, &[Doing::Ready], |name| EventError::NotReady { name })?;

@@ -4,21 +4,21 @@ use crate::numbers::MAX_NUMBER;
 
 use crate::execution::ReplanPolicy;
 
-use super::LayeredExecution;
+use super::LayersExecution;
 use super::event::{Event, EventError};
 use super::record::{Happening, Record};
 use super::view::Doing;
 
-impl LayeredExecution {
+impl LayersExecution {
     /// Something happens at the present time. Gives what followed from it at once.
     ///
     /// # Errors
     ///
     /// The event is of nobody, or cannot happen now. Nothing has changed then.
-    pub fn tell(&mut self, event: Event) -> Result<&[Record], EventError> {
+    pub fn handle_event(&mut self, event: Event) -> Result<&[Record], EventError> {
         let from = self.log.records.len();
         match event {
-            Event::Began { agent } => {
+            Event::Begun { agent } => {
                 self.may_begin(agent)?;
                 self.told(event);
                 self.begins(agent);
