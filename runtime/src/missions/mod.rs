@@ -178,14 +178,14 @@ struct World<'s> {
     /// Number of events of the script that have happened.
     happened: usize,
     /// Length of the log that the workers know.
-    heard: usize,
+    seen: usize,
     untaken: Vec<Untaken>,
 }
 
 impl<'s> World<'s> {
     fn new(scenario: &'s MissionScenarioProgram, execution: Box<dyn Execution>, mut workers: Workers) -> World<'s> {
         workers.look(&*execution);
-        World { scenario, execution, workers, happened: 0, heard: 0, untaken: Vec::new() }
+        World { scenario, execution, workers, happened: 0, seen: 0, untaken: Vec::new() }
     }
 
     /// Lets time pass, with everything that happens on the way.
@@ -243,7 +243,7 @@ impl<'s> World<'s> {
         let rejected = self.execution.take_rejected().into_iter();
         self.untaken.extend(rejected.map(|r| Untaken { at_s: r.time, event: r.event, why: r.why }));
         let log = self.execution.log_len();
-        if std::mem::replace(&mut self.heard, log) < log {
+        if std::mem::replace(&mut self.seen, log) < log {
             self.workers.look(&*self.execution);
         }
     }

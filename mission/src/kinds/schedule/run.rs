@@ -163,19 +163,19 @@ pub(super) struct Executed {
     /// Number of answers of each entry of `replies`.
     answers: Vec<usize>,
     /// Records that were looked at for services.
-    heard: usize,
+    seen: usize,
     rejected: Vec<Rejected>,
 }
 
 impl Executed {
     pub fn new(execution: ScheduleExecution, replies: Vec<Replies>) -> Executed {
-        Executed { execution, answers: vec![0; replies.len()], replies, heard: 0, rejected: Vec::new() }
+        Executed { execution, answers: vec![0; replies.len()], replies, seen: 0, rejected: Vec::new() }
     }
 
     /// Lets people who were served say what it was like.
     fn listen(&mut self) {
-        while let Some(record) = self.execution.records().get(self.heard) {
-            self.heard += 1;
+        while let Some(record) = self.execution.records().get(self.seen) {
+            self.seen += 1;
             let Happening::Served { agent, .. } = record.what else { continue };
             let member = event::member(self.execution.problem(), Actor::Agent(agent));
             let Some(index) = self.replies.iter().position(|replies| replies.member == member) else { continue };

@@ -88,9 +88,9 @@ impl ScheduleExecution {
             }
             Event::Said { agent, wait, approach, distance } => {
                 let feedback = self.in_numbers(agent, wait, approach, distance)?;
-                self.heard(&feedback, event)?;
+                self.apply_feedback(&feedback, event)?;
             }
-            Event::Feedback(feedback) => self.heard(&feedback, event)?,
+            Event::Feedback(feedback) => self.apply_feedback(&feedback, event)?,
             Event::Replan => {
                 recorded(self);
                 self.update_or_plan(self.problem.clone(), ReplanPolicy::Asked);
@@ -225,7 +225,7 @@ impl ScheduleExecution {
         })
     }
 
-    fn heard(&mut self, feedback: &Feedback, event: Event) -> Result<(), EventError> {
+    fn apply_feedback(&mut self, feedback: &Feedback, event: Event) -> Result<(), EventError> {
         let agent = feedback.agent;
         let state = self.agents.get(agent).ok_or(EventError::NoAgent { agent })?;
         match state.doing {
