@@ -42,4 +42,5 @@ mod supply_chain;
 mod sweep;
 mod task_names;
 mod tools;
+mod toy_kind;
 mod trajectories;

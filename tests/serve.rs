@@ -10,6 +10,7 @@ mod journal;
 mod labels;
 mod layers;
 mod people;
+mod walk;
 
 use hierarq::serve::{Options, Server};
 use mission::kinds::schedule::Schedule;

@@ -1,7 +1,7 @@
 //! The loop of a discrete-event simulation.
 
 /// A world in which steps happen by themselves.
-pub(crate) trait DiscreteEvents {
+pub trait DiscreteEvents {
     /// A step that happens by itself. Of steps at the same time the least comes first.
     type Step: Copy + Ord;
 

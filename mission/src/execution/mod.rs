@@ -11,7 +11,7 @@ mod replan;
 
 use serde::{Deserialize, Serialize};
 
-pub(crate) use self::clock::DiscreteEvents;
+pub use self::clock::DiscreteEvents;
 pub(crate) use self::log::Log;
 pub use self::log::{NoFeasiblePlan, PlanChange, Record};
 pub(crate) use self::replan::{Improved, Repaired, ReplanPolicy, Replans, update};

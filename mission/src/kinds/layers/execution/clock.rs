@@ -8,7 +8,7 @@ use super::view::Doing;
 
 /// Something that happens by itself, of an agent. Of what happens at the same time, the first comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Next {
+pub enum Next {
     /// A task ends.
     Ends(usize),
     /// A task has not ended when it was expected to.

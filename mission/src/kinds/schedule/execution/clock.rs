@@ -10,7 +10,7 @@ use super::view::{Doing, Stage};
 
 /// Something that happens by itself, of an agent or a robot. Of what happens at the same time, the first comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Step {
+pub enum Step {
     /// An operation ends.
     Ends(usize),
     /// An operation has not ended when it was expected to.

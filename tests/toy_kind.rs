@@ -1,0 +1,115 @@
+//! A kind of mission that no list names: a person walks to a place. Its folder is all that it adds, and it is planned,
+//! validated, executed, judged, logged, reported, drawn, written as data and served by what all kinds share.
+
+pub mod walk;
+
+use mission::any_mission::AnyMission;
+use mission::kind::{Detail, Event, Mission};
+use mission::plan::Status;
+use mission::plan_data;
+use mission::planned::{PlanOptions, Refusal};
+use runtime::expect::Verdict;
+use runtime::missions::csv::MissionCsv;
+use runtime::missions::{End, MissionRun};
+use runtime::program::{Happens, MissionProgram, MissionScenarioProgram};
+
+use crate::common::played::{self, numbers, table};
+use hierarq::{gantt, report};
+use walk::Walk;
+
+/// Five metres in ten seconds.
+pub fn walk() -> Walk {
+    Walk { person: "anna".into(), from: [0.0, 0.0], to: [3.0, 4.0], speed: 0.5, labels: Default::default() }
+}
+
+/// A mission of the kind, with a scenario whose expectations were written for another kind: they read measures by name.
+fn scenario(expectations: &str) -> (MissionProgram, MissionScenarioProgram) {
+    let text = format!(
+        "hierarq 1
+mission day : schedule {{
+  robot m {{ depot [0, 0] m  speed 0.2 m/s  proximity_speed 0.2 m/s  serve 20 s  deposit 10 s }}
+  worker w {{ place [10, 3] m  duration 100 s }}
+}}
+scenario s {{ mission day  duration 30 s  step 1 s  operations planned  {expectations} }}\n"
+    );
+    let (mission, scenario) = played::scenario(&text);
+    (MissionProgram { kind: AnyMission::new(walk()), ..mission }, scenario)
+}
+
+fn run(mission: &MissionProgram, scenario: &MissionScenarioProgram) -> (MissionRun, Vec<u8>) {
+    let mut bytes = Vec::new();
+    let mut csv = MissionCsv::new(&mut bytes);
+    let run = runtime::missions::run(mission, scenario, &mut csv, &mut |_| true).expect("a run");
+    csv.finish().expect("a log");
+    (run, bytes)
+}
+
+/// Late by these seconds.
+pub fn late(by: f64) -> Event {
+    Event { event: "late".into(), member: Some(0), with: [("by".to_string(), Detail::Number(by))].into() }
+}
+
+#[test]
+fn it_is_planned_and_validated() {
+    let walk = walk();
+    assert!(walk.check().is_ok());
+    let planned = walk.plan(&PlanOptions::default()).expect("a plan");
+    assert_eq!((planned.summary.as_str(), planned.method.formulation), ("1 way", "straight"));
+    assert_eq!(planned.status, Status::Proven { bound: 10.0 });
+    assert!((planned.chart.end().expect("an end") - 10.0).abs() < 1e-9);
+    let asked = PlanOptions { formulation: Some("orders"), ..PlanOptions::default() };
+    let Err(Refusal::NoFormulation { known, .. }) = walk.plan(&asked) else { panic!("a formulation of another kind") };
+    assert_eq!(known, ["straight"]);
+    let mut slow = walk::plan::plan(&walk);
+    slow.activities[0].end += 1.0;
+    assert_eq!(walk::plan::validate(&walk, &slow), ["the way takes its length divided by the speed"]);
+}
+
+#[test]
+fn its_plan_is_data_with_a_schema() {
+    let walk = walk();
+    let planned = walk.plan(&PlanOptions::default()).expect("a plan");
+    let json = planned.to_json("walk.hq", "day", walk.kind().name).expect("JSON");
+    let plan: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let schema = plan_data::schema(&[walk.kind().plan_form()]);
+    let judge = jsonschema::draft202012::new(&schema).expect("a schema");
+    let faults: Vec<String> = judge.iter_errors(&plan).map(|e| format!("{}: {e}", e.instance_path())).collect();
+    assert!(faults.is_empty(), "{faults:?}");
+    assert_eq!((&plan["kind"], &plan["activities"][0]["metres"]), (&"walk".into(), &5.0.into()));
+    let mut less = plan.clone();
+    less["activities"][0].as_object_mut().expect("an object").remove("metres");
+    assert!(!judge.is_valid(&less));
+    let again = (walk.kind().read)(walk.to_value()).expect("a mission");
+    assert_eq!(again.downcast::<Walk>(), Some(&walk));
+}
+
+#[test]
+fn it_is_drawn() {
+    let planned = walk().plan(&PlanOptions::default()).expect("a plan");
+    let text = gantt::text(&planned.chart, 60, false);
+    assert!(text.contains("anna") && text.contains("> walking") && text.contains("to the place"), "{text}");
+    let map = gantt::map(&planned.map, &gantt::Standing::default());
+    for drawn in [gantt::svg(&planned.chart), map] {
+        roxmltree::Document::parse(&drawn).expect("XML");
+        assert!(drawn.contains("anna"), "{drawn}");
+    }
+}
+
+#[test]
+fn it_is_executed_judged_logged_and_reported() {
+    let (mission, mut scenario) = scenario("expect eventually done  expect always day.makespan < 13 s");
+    let (good, bytes) = run(&mission, &scenario);
+    assert!(good.summary.ok, "{:?}", good.summary);
+    assert_eq!(good.summary.end, End::Done { at_s: 10.0 });
+    let (header, rows) = table(bytes);
+    assert_eq!(numbers(&header, &rows, "anna.y")[5], 2.0);
+    scenario.happens = vec![Happens { at: 4.0, what: late(5.0) }];
+    let (bad, _) = run(&mission, &scenario);
+    assert_eq!(bad.summary.end, End::Done { at_s: 15.0 });
+    let verdicts: Vec<Verdict> = bad.summary.expectations.iter().map(|e| e.verdict).collect();
+    assert_eq!(verdicts, [Verdict::Holds, Verdict::Fails]);
+    assert!(bad.summary.happened.iter().any(|happened| happened.what == "anna is late by 5 s"));
+    let page = report::mission("walk.hq", &bad);
+    assert!(page.contains("anna arrives") && page.contains("Places and ways"));
+    assert!(runtime::text::mission(&mission).starts_with("mission day : walk\n"));
+}
