@@ -6,10 +6,10 @@ use dsl::tree::{Block, Entry, Value, ValueKind};
 use dsl::{Diagnostic, Spanned};
 use names::{list, suggest};
 
-use crate::sections::Section;
+use crate::sections::BlockSchema;
 
 /// Reports the unknown keys of a section.
-pub fn check_keys(block: &Block, section: &Section, diagnostics: &mut Vec<Diagnostic>) {
+pub fn check_keys(block: &Block, section: &BlockSchema, diagnostics: &mut Vec<Diagnostic>) {
     let keys: Vec<&str> = section.entries().collect();
     unknown_keys(block, &keys, section.name, diagnostics);
 }
@@ -55,10 +55,12 @@ pub fn unknown_key(told: usize, block: &Block, i: usize, keys: &[&str], what: &s
     d
 }
 
-/// True if an unknown key of the block was probably meant as `name`. Its diagnostic then covers that `name` is missing.
-pub fn misspelt(block: &Block, section: &Section, name: &str) -> bool {
-    let unknown = block.entries.iter().map(|e| e.key.value.as_str()).filter(|key| section.entries().all(|k| k != *key));
-    unknown.take(EXPLAINED).any(|key| suggest(key, section.entries()) == Some(name))
+/// Returns the keys that the unknown keys of the block were probably meant as. The diagnostics of these cover that the keys
+/// are missing.
+pub fn meant_keys(block: &Block, schema: &'static BlockSchema) -> impl Iterator<Item = &'static str> {
+    let words = block.entries.iter().map(|e| e.key.value.as_str());
+    let unknown = words.filter(|word| schema.entries().all(|known| known != *word));
+    unknown.take(EXPLAINED).filter_map(|word| suggest(word, schema.entries()))
 }
 
 /// Key of this language for a key that users know from elsewhere.

@@ -6,12 +6,13 @@
 //!
 //! The stages form layers, each of which depends only on those below it: `compile` is the driver; `checks` examines the
 //! finished program with `analysis`; `lowering` builds it from the results of `binding` and `robot_binding`; `expand`
-//! resolves imports, repetitions and parameters; `expr` types expressions; `sections` declares the keys of all blocks;
+//! resolves imports, repetitions and parameters; `block_binding` binds blocks by their schemas; `expr` types expressions; `sections` declares the keys of all blocks;
 //! `diagnostics` builds the report. `resolve` gives editors the symbols and references of a spec, by the scopes of
 //! `expand` and the tables of `sections`.
 
 mod analysis;
 mod binding;
+mod block_binding;
 mod checks;
 mod cli_overrides;
 mod compile;

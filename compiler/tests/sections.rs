@@ -4,21 +4,23 @@ use crate::common;
 
 use common::{compile_text, examples};
 use dsl::Syntax;
-use hierarq_compiler::sections::{self, Holds, Key, Place, Section};
+use hierarq_compiler::sections::{self, BlockSchema, InSyntax, Key, Place, ValueType};
 use hierarq_compiler::units;
+use mission::kinds::layers::blocks as layers;
+use mission::kinds::schedule::blocks as schedule;
 use stdlib_tasks::params::Presence;
 
 const ROBOT: &str = "urdf \"robots/arm7.urdf\"  rate 100 Hz  home { joint_4 1 rad }";
 const STACK: &str = "task still = hold(link_7)\nstack s { level a { still } }\n";
 
 /// A spec in which a section has these additional entries.
-fn spec(section: &Section, entries: &str) -> Option<String> {
+fn spec(section: &BlockSchema, entries: &str) -> Option<String> {
     let robot = |inner: &str| format!("hierarq 1\nrobot r {{ {inner} }}\n{STACK}");
     let level = |inner: &str| {
         format!("hierarq 1\nrobot r {{ {ROBOT} }}\ntask still = hold(link_7)\nstack s {{ level a {inner} }}\n")
     };
     let run = |inner: &str| format!("{}run {{ {inner} }}\n", robot(ROBOT));
-    let is = |other: &Section| std::ptr::eq(section, other);
+    let is = |other: &BlockSchema| std::ptr::eq(section, other);
     // A mission with robot `m`, person `h` and worker `w`, each with these entries before its required ones.
     let mission = |own: &str, [m, h, w]: [&str; 3]| {
         format!(
@@ -47,33 +49,33 @@ fn spec(section: &Section, entries: &str) -> Option<String> {
         run(entries)
     } else if is(&sections::SIMULATOR) {
         run(&format!("simulator {{ {entries} }}"))
-    } else if is(&sections::SCHEDULE) {
+    } else if is(&schedule::SCHEDULE) {
         mission(entries, [""; 3])
-    } else if is(&sections::SCHEDULE_WEIGHTS) {
+    } else if is(&schedule::SCHEDULE_WEIGHTS) {
         mission(&block("weights"), [""; 3])
-    } else if is(&sections::ADAPTATION) {
+    } else if is(&schedule::ADAPTATION) {
         mission(&block("adaptation"), [""; 3])
-    } else if is(&sections::SCHEDULE_ROBOT) {
+    } else if is(&schedule::SCHEDULE_ROBOT) {
         mission("", [entries, "", ""])
-    } else if is(&sections::ENERGY) {
+    } else if is(&mission::declare::common::ENERGY) {
         mission("", [&block("energy"), "", ""])
-    } else if is(&sections::SCHEDULE_HUMAN) {
+    } else if is(&schedule::SCHEDULE_HUMAN) {
         mission("", ["", entries, ""])
-    } else if is(&sections::SCHEDULE_WORKER) {
+    } else if is(&schedule::SCHEDULE_WORKER) {
         mission("", ["", "", entries])
-    } else if is(&sections::LAYERS) {
+    } else if is(&layers::LAYERS) {
         layers(entries, [""; 4])
-    } else if is(&sections::LAYERS_WEIGHTS) {
+    } else if is(&layers::LAYERS_WEIGHTS) {
         layers(&block("weights"), [""; 4])
-    } else if is(&sections::LAYERS_ROBOT) {
+    } else if is(&layers::LAYERS_ROBOT) {
         layers("", [entries, "", "", ""])
-    } else if is(&sections::LAYERS_HUMAN) {
+    } else if is(&layers::LAYERS_HUMAN) {
         layers("", ["", entries, "", ""])
-    } else if is(&sections::OBJECT) {
+    } else if is(&layers::OBJECT) {
         layers("", ["", "", entries, ""])
-    } else if is(&sections::LAYERS_TASK) {
+    } else if is(&layers::LAYERS_TASK) {
         layers("", ["", "", "", entries])
-    } else if is(&sections::APPROACH) {
+    } else if is(&schedule::APPROACH) {
         mission("", ["", &format!("approaches {{ m {{ {entries} }} }}"), ""])
     } else {
         return None;
@@ -86,7 +88,7 @@ fn codes(text: &str) -> Vec<&'static str> {
 }
 
 /// Keys of `*.hq` blocks that are tested, with their sections.
-fn asked() -> Vec<(&'static Section, &'static Key)> {
+fn asked() -> Vec<(&'static BlockSchema, &'static Key)> {
     let all = sections::ALL.iter().filter(|s| spec(s, "").is_some());
     all.flat_map(|s| s.written(Syntax::Native).map(move |k| (*s, k))).collect()
 }
@@ -95,7 +97,7 @@ fn asked() -> Vec<(&'static Section, &'static Key)> {
 fn numbers_have_the_units_and_ranges_of_the_table() {
     let mut tried = 0;
     for (section, key) in asked() {
-        let Holds::Number(q) = &key.holds else { continue };
+        let (ValueType::Number(q) | ValueType::Count(q)) = &key.value else { continue };
         if key.name == "rate" {
             continue;
         }
@@ -132,7 +134,7 @@ fn what_stands_in_for_a_key_is_what_the_table_says() {
     for (section, key) in asked() {
         let Presence::Default(text) = key.presence else { continue };
         // A flag such as `hard` has no value.
-        if matches!(key.holds, Holds::Flag) {
+        if matches!(key.value, ValueType::Flag) {
             continue;
         }
         tried += 1;
@@ -169,7 +171,7 @@ fn what_the_table_requires_must_be_there() {
 #[test]
 fn words_are_those_that_the_compiler_takes() {
     for (section, key) in asked() {
-        let Holds::Choice(words) = &key.holds else { continue };
+        let ValueType::Choice(words) = &key.value else { continue };
         for (word, good) in words.iter().map(|w| (*w, true)).chain([("qqqqqq", false)]) {
             let found = codes(&spec(section, &format!("{} {word}", key.name)).expect("asked"));
             let refused = found.iter().any(|c| matches!(*c, "HQ0201" | "HQ0304"));
@@ -178,13 +180,13 @@ fn words_are_those_that_the_compiler_takes() {
     }
     let backends: Vec<&str> = solver::Backend::ALL.iter().map(|b| b.name()).collect();
     let key = sections::RUN.key("solver", Syntax::Native).expect("a key of a run");
-    assert!(matches!(&key.holds, Holds::Choice(words) if **words == *backends), "{backends:?}");
+    assert!(matches!(&key.value, ValueType::Choice(words) if **words == *backends), "{backends:?}");
 }
 
 /// Every entry of the table can be written, unless it names another thing, and every other word is rejected.
 #[test]
 fn the_compiler_refuses_what_the_table_does_not_have() {
-    for section in sections::ALL {
+    for section in sections::ALL.iter() {
         let Some(text) = spec(section, "qqqqqq 1").filter(|_| !std::ptr::eq(*section, &sections::MEMBER)) else {
             continue;
         };
@@ -194,6 +196,22 @@ fn the_compiler_refuses_what_the_table_does_not_have() {
         for key in section.keys {
             let offered = help.contains(&format!("`{}`", key.name));
             assert_eq!(offered, key.place == Place::Entry, "{}: `{}` in {help}", section.name, key.name);
+        }
+    }
+}
+
+/// The readers know the words that begin members, and the settings of a task, before a kind is known.
+#[test]
+fn words_of_missions_are_those_of_the_readers() {
+    let mut open: Vec<&BlockSchema> = mission::kinds::KINDS.iter().map(|kind| kind.schema).collect();
+    while let Some(schema) = open.pop() {
+        for role in schema.roles() {
+            assert!(dsl::vocabulary::ROLES.contains(&role.name), "{}: `{}`", schema.name, role.name);
+            if role.name == "task" {
+                let entries: Vec<&str> = role.schema.entries().collect();
+                assert_eq!(entries, dsl::vocabulary::TASK_SETTINGS, "{}", role.schema.name);
+            }
+            open.push(role.schema);
         }
     }
 }

@@ -15,9 +15,6 @@ pub static TEXT_KEYS: &[&str] =
 /// None of the plurals can be a setting of a mission.
 pub static ROLES: &[&str] = &["robot", "human", "worker", "object", "place", "layer", "task"];
 
-/// The kinds of missions. In YAML, the kind is the key above all parts of a mission.
-pub static MISSION_KINDS: &[&str] = &["schedule", "layers"];
-
 /// Settings of the action of a task of a layer; none of these is an action.
 pub static TASK_SETTINGS: &[&str] = &["label", "features", "to", "via", "object", "agent"];
 

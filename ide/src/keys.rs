@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use compiler::sections::{ALL, Holds, Named, Place};
+use compiler::sections::{ALL, Named, Place, ValueType};
 use mission::kind::Form;
 use mission::kinds::KINDS;
 use stdlib_tasks::dimension::NONE;
@@ -11,62 +11,62 @@ use stdlib_tasks::params::Presence;
 use crate::catalogue::{presence, quantity, unit};
 
 /// What may stand behind a key, in words.
-pub fn describe(holds: &Holds) -> String {
+pub fn describe(holds: &ValueType) -> String {
     match holds {
-        Holds::Number(q) => quantity(q),
-        Holds::NumberOr(q, words) => {
+        ValueType::Number(q) | ValueType::Count(q) => quantity(q),
+        ValueType::NumberOr(q, words) => {
             format!("{}, or {}", quantity(q), words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "))
         }
-        Holds::Numbers(q) => format!("{}, or a list of them", quantity(q)),
-        Holds::Vector(d) => format!("vector in {}", unit(*d)),
-        Holds::Spot => "position in m, or a place".to_string(),
-        Holds::Pair(d) => format!("two numbers `[x, y]` in {}", unit(*d)),
-        Holds::Range(q) => format!("{}, or `[least, greatest]`", quantity(q)),
-        Holds::Spread(q) => format!("{}, or `normal(mean, deviation)`", quantity(q)),
-        Holds::OfJoint { speed: false } => "position in rad or m".to_string(),
-        Holds::OfJoint { speed: true } => "speed in rad/s or m/s".to_string(),
-        Holds::Bound => "number in the unit of the value".to_string(),
-        Holds::WordOr(words) => {
+        ValueType::Numbers(q) => format!("{}, or a list of them", quantity(q)),
+        ValueType::Vector(d) => format!("vector in {}", unit(*d)),
+        ValueType::Spot => "position in m, or a place".to_string(),
+        ValueType::Pair(d) => format!("two numbers `[x, y]` in {}", unit(*d)),
+        ValueType::Range(q) => format!("{}, or `[least, greatest]`", quantity(q)),
+        ValueType::Spread(q) => format!("{}, or `normal(mean, deviation)`", quantity(q)),
+        ValueType::OfJoint { speed: false } => "position in rad or m".to_string(),
+        ValueType::OfJoint { speed: true } => "speed in rad/s or m/s".to_string(),
+        ValueType::Bound => "number in the unit of the value".to_string(),
+        ValueType::WordOr(words) => {
             format!("{}, or an expression", words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "))
         }
-        Holds::People => "humans, points of them, positions in m".to_string(),
-        Holds::Value => "number, vector or orientation".to_string(),
-        Holds::Sent => "number, vector, orientation or `{ force  moment }`".to_string(),
-        Holds::Values => "list, or whole numbers from one to another".to_string(),
-        Holds::Text => "text".to_string(),
-        Holds::Urdf => "path of a file".to_string(),
-        Holds::Spec => "path of a spec".to_string(),
-        Holds::Flag => "`true` or `false`".to_string(),
-        Holds::Choice(words) => words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "),
-        Holds::NewName => "new name".to_string(),
-        Holds::Name(Named::Robot) => "robot".to_string(),
-        Holds::Name(Named::Stack) => "stack".to_string(),
-        Holds::Name(Named::Level) => "level".to_string(),
-        Holds::Name(Named::Machine) => "machine".to_string(),
-        Holds::Name(Named::Member) => "member of the mission".to_string(),
-        Holds::Name(Named::State) => "state".to_string(),
-        Holds::Name(Named::Mission) => "mission".to_string(),
-        Holds::Name(Named::Person) => "human of the mission".to_string(),
-        Holds::Name(Named::SignalThere) => "signal of the spec".to_string(),
-        Holds::Name(Named::StateThere) => "state of the spec".to_string(),
-        Holds::Name(Named::Signal) => "signal or variable".to_string(),
-        Holds::Name(Named::Event) => "event".to_string(),
-        Holds::Name(Named::Human) => "human".to_string(),
-        Holds::Name(Named::Point) => "point of the human".to_string(),
-        Holds::Link => "link".to_string(),
-        Holds::Geometries => "points, segments, links, groups".to_string(),
-        Holds::Links => "links, arms, points, segments, groups".to_string(),
-        Holds::Joints => "joints, groups of joints, patterns".to_string(),
-        Holds::Locks => "joints, groups of joints, patterns, or `{ JOINT position .. }`".to_string(),
-        Holds::Positions => "`{ JOINT position .. }` in rad or m".to_string(),
-        Holds::Block(section) => section.name.to_string(),
-        Holds::Blocks(section) => format!("{}, or a list of such", section.name),
-        Holds::LinkOr(section) => format!("link, or {}", section.name),
-        Holds::Each(inner) | Holds::Of(_, inner) => format!("by name: {}", describe(inner)),
-        Holds::PerJoint(inner) => format!("by joint, group or pattern: {}", describe(inner)),
-        Holds::List(inner) => format!("in an order: {}", describe(inner)),
-        Holds::Tasks => "task".to_string(),
-        Holds::Declarations => "declarations".to_string(),
+        ValueType::People => "humans, points of them, positions in m".to_string(),
+        ValueType::Value => "number, vector or orientation".to_string(),
+        ValueType::Sent => "number, vector, orientation or `{ force  moment }`".to_string(),
+        ValueType::Values => "list, or whole numbers from one to another".to_string(),
+        ValueType::Text | ValueType::File => "text".to_string(),
+        ValueType::Urdf => "path of a file".to_string(),
+        ValueType::Spec => "path of a spec".to_string(),
+        ValueType::Flag => "`true` or `false`".to_string(),
+        ValueType::Choice(words) => words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "),
+        ValueType::NewName => "new name".to_string(),
+        ValueType::Name(Named::Robot) => "robot".to_string(),
+        ValueType::Name(Named::Stack) => "stack".to_string(),
+        ValueType::Name(Named::Level) => "level".to_string(),
+        ValueType::Name(Named::Machine) => "machine".to_string(),
+        ValueType::Name(Named::Member | Named::Own(_)) => "member of the mission".to_string(),
+        ValueType::Name(Named::State) => "state".to_string(),
+        ValueType::Name(Named::Mission) => "mission".to_string(),
+        ValueType::Name(Named::Person) => "human of the mission".to_string(),
+        ValueType::Name(Named::Signal) => "signal or variable".to_string(),
+        ValueType::Name(Named::Event) => "event".to_string(),
+        ValueType::Name(Named::Human) => "human".to_string(),
+        ValueType::Name(Named::Point) => "point of the human".to_string(),
+        ValueType::Name(Named::SignalThere) => "signal of the spec".to_string(),
+        ValueType::Name(Named::StateThere) => "state of the spec".to_string(),
+        ValueType::Link => "link".to_string(),
+        ValueType::Geometries => "points, segments, links, groups".to_string(),
+        ValueType::Links => "links, arms, points, segments, groups".to_string(),
+        ValueType::Joints => "joints, groups of joints, patterns".to_string(),
+        ValueType::Locks => "joints, groups of joints, patterns, or `{ JOINT position .. }`".to_string(),
+        ValueType::Positions => "`{ JOINT position .. }` in rad or m".to_string(),
+        ValueType::Block(section) => section.name.to_string(),
+        ValueType::Blocks(section) => format!("{}, or a list of such", section.name),
+        ValueType::LinkOr(section) => format!("link, or {}", section.name),
+        ValueType::Each(inner) | ValueType::Of(_, inner) => format!("by name: {}", describe(inner)),
+        ValueType::PerJoint(inner) => format!("by joint, group or pattern: {}", describe(inner)),
+        ValueType::List(inner) => format!("in an order: {}", describe(inner)),
+        ValueType::Tasks => "task".to_string(),
+        ValueType::Declarations => "declarations".to_string(),
     }
 }
 
@@ -105,7 +105,7 @@ fn keys() -> String {
          with their units and may name [params](files.md#params); those of this page are constant. This page is generated \
          from the table that the compiler reads.\n",
     );
-    for section in ALL {
+    for section in ALL.iter() {
         let heading = section.name.trim_start_matches("a ").trim_start_matches("an ").trim_start_matches("the ");
         let _ = write!(out, "\n## {}\n\n| key | holds | where left out | |\n|---|---|---|---|\n", capital(heading));
         for key in section.keys {
@@ -120,7 +120,7 @@ fn keys() -> String {
                 Place::Yaml => " (YAML)",
             };
             let cell = |text: &str| text.replace('|', "\\|");
-            let holds = cell(&describe(&key.holds));
+            let holds = cell(&describe(&key.value));
             let _ = writeln!(out, "| `{}`{only} | {holds} | {} | {} |", key.name, cell(&left_out), cell(key.doc));
         }
     }

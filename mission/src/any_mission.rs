@@ -8,7 +8,8 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
-use crate::kind::Mission;
+use crate::declare::{DeclaredMission, Remarks};
+use crate::kind::{Kind, Mission};
 use crate::kinds;
 
 /// A mission of any kind.
@@ -19,6 +20,11 @@ impl AnyMission {
     /// A mission of a kind as one of any kind.
     pub fn new(mission: impl Mission) -> AnyMission {
         AnyMission(Box::new(mission))
+    }
+
+    /// Builds a mission of a kind from its declaration; see [`Kind::build`].
+    pub fn build(kind: &Kind, declared: &DeclaredMission, remarks: &mut Remarks) -> AnyMission {
+        AnyMission((kind.build)(declared, remarks))
     }
 }
 

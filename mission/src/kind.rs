@@ -13,11 +13,13 @@ use std::any::Any;
 use std::collections::BTreeMap;
 use std::fmt;
 
+use blocks::{BlockSchema, Key, Place, ValueType};
 use quantities::dimension::Dimension;
 use serde::{Deserialize, Serialize};
 
 use self::generation::Generation;
 use crate::chart::Chart;
+use crate::declare::{DeclaredMission, Remarks};
 use crate::execution::Replan;
 use crate::labels::Labels;
 use crate::map::Map;
@@ -55,6 +57,11 @@ pub trait Mission: Any + fmt::Debug + Send + Sync {
     /// True if positions have a height; on the ground distances are those of the plane.
     fn has_height(&self) -> bool {
         false
+    }
+
+    /// Number of pieces of work of a member that may run a controller of its own; zero for others.
+    fn work_of(&self, _member: usize) -> usize {
+        0
     }
 
     /// Checks that it can be planned; a mission that the compiler lowered always can.
@@ -118,6 +125,13 @@ pub struct Kind {
     pub name: &'static str,
     /// Name in messages, with its article: `a schedule`.
     pub title: &'static str,
+    /// Meaning, in Markdown.
+    pub doc: &'static str,
+    /// Keys of its settings, and roles of its members with their keys.
+    pub schema: &'static BlockSchema,
+    /// Builds a mission from its declaration, and adds everything that is wrong with it or hardly meant to the remarks. If
+    /// there is an error, in the remarks or in the declaration, the result is only good for reports of further mistakes.
+    pub build: fn(&DeclaredMission, &mut Remarks) -> Box<dyn Mission>,
     /// Everything that can be measured.
     pub measures: fn() -> Vec<&'static Measure>,
     /// Everything that can happen in a scenario.
@@ -133,6 +147,11 @@ pub struct Kind {
 }
 
 impl Kind {
+    /// The key of a mission that names the kind.
+    pub const fn key(&self) -> Key {
+        Key::optional(self.name, ValueType::Block(self.schema), self.doc).at(Place::Word)
+    }
+
     /// The measure of this name of a member with a role; none: of the mission.
     pub fn measure(&self, role: Option<&str>, name: &str) -> Option<&'static Measure> {
         (self.measures)().into_iter().find(|measure| measure.name == name && measure.is_of(role))

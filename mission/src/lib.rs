@@ -7,11 +7,13 @@
 //! - [`kinds`]: the kinds of mission, each with its problem, its planner, its validator and its execution.
 //! - [`kind`]: the interface between a kind and everything that runs, judges, logs and shows missions.
 //! - [`pages`]: web pages for the people of a mission, as data.
+//! - [`declare`]: missions as a spec declares them, with the places of their texts.
 //! - [`execution`]: the parts of an execution that all kinds share.
 
 pub mod any_mission;
 pub mod characters;
 pub mod chart;
+pub mod declare;
 pub mod engine;
 pub mod execution;
 pub mod kind;

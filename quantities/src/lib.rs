@@ -2,5 +2,7 @@
 
 pub mod dimension;
 mod numbers;
+mod quantity;
 
 pub use numbers::number;
+pub use quantity::{Presence, Quantity};

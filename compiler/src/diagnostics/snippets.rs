@@ -8,12 +8,12 @@ use std::sync::LazyLock;
 
 use dsl::vocabulary::ROLES;
 
-use crate::sections::{ALL, Place};
+use crate::sections::ALL;
 
 /// Keys that have a value.
 static KEYS: LazyLock<BTreeSet<&str>> = LazyLock::new(|| {
     let keys = ALL.iter().flat_map(|section| section.keys);
-    keys.filter(|key| key.place == Place::Entry).map(|key| key.name).collect()
+    keys.filter(|key| key.is_entry()).map(|key| key.name).collect()
 });
 
 /// Converts a piece to YAML; `None` if YAML has the same syntax, or if it is not a piece of a spec.

@@ -14,9 +14,9 @@ use super::Lowerer;
 use crate::expand::{Expanded, Named};
 use crate::expr::constants::{Constants, is_word};
 use crate::expr::{Axes, Frame, Kind, Meaning, Symbol, Typed, field_symbol, frames, symbol};
-use crate::forms::{check_keys, path_of, target, text_of};
+use crate::forms::{path_of, target, text_of};
 use crate::robot_binding::{BoundRobot, unknown_geometry};
-use crate::sections::SAFETY_FIELD;
+use crate::sections::SafetyFieldBlock;
 use crate::units::shown;
 
 /// Maximum number of points in a field.
@@ -56,16 +56,8 @@ impl Lowerer<'_> {
     }
 
     fn bind_field(&mut self, f: &SafetyField, robot: Option<&BoundRobot>) -> Option<()> {
-        check_keys(&f.body, &SAFETY_FIELD, self.diagnostics);
-        let points = match f.body.get("of") {
-            Some(entry) => self.people(&entry.value),
-            None => {
-                let text = format!("`{}` does not say whose distance counts", f.name.value);
-                let d = Diagnostic::error("HQ0206", f.name.span, text);
-                self.push(d.help("name a person or points: `of operator`, `of [operator.chest, [1, 0, 1] m]`"));
-                None
-            }
-        };
+        let _: SafetyFieldBlock = self.read(&f.body, f.name.span);
+        let points = f.body.get("of").and_then(|entry| self.people(&entry.value));
         let distance = match f.body.get("distance") {
             Some(entry) => self.distance(&entry.value),
             None => Some((DistanceProgram::Identity, LENGTH)),

@@ -6,25 +6,17 @@ use dsl::tree::{Block, Human, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use names::{list, suggest};
 use runtime::program::{Conditioning, HumanProgram, Lost, Op, SignalProgram, Tracking, Velocity};
-use stdlib_tasks::dimension::{Dimension, LENGTH, RATE, TIME, VELOCITY};
+use stdlib_tasks::dimension::{LENGTH, VELOCITY};
 
 use super::Lowerer;
 use super::declared::twice;
-use crate::expr::constants::{self, Constants, is_word};
+use crate::expr::constants::{self, is_word};
 use crate::expr::{Axes, Frame, Kind, Typed, symbol};
-use crate::forms::{check_keys, text_of};
-use crate::sections::HUMAN;
-use crate::units;
+use crate::forms::text_of;
+use crate::sections::HumanBlock;
 
 /// Maximum number of points of a person.
 const MAX_POINTS: usize = 64;
-
-/// Default validity of a reading (s).
-const TIMEOUT: f64 = 0.2;
-/// Default cutoff of an estimated velocity (Hz).
-const CUTOFF: f64 = 5.0;
-/// Default speed of a person who is not seen (m/s): the walking speed of ISO 13855.
-const GROWTH: f64 = 1.6;
 
 impl Lowerer<'_> {
     /// Declares a human.
@@ -36,14 +28,12 @@ impl Lowerer<'_> {
             self.params.failed.insert(name.value.clone());
             return;
         }
-        check_keys(&h.body, &HUMAN, self.diagnostics);
         let before = self.errors();
+        let block: HumanBlock = self.read(&h.body, name.span);
         let points = self.points(h);
         let links = self.links(&h.body, &points);
-        let timeout = self.positive(&h.body, "timeout", TIME).unwrap_or(TIMEOUT);
-        let velocity = self.velocity_of(&h.body);
-        let motion =
-            Tracking { velocity, max_speed: self.positive(&h.body, "max_speed", VELOCITY), lost: self.lost(&h.body) };
+        let velocity = self.velocity_of(&block, &h.body);
+        let motion = Tracking { velocity, max_speed: block.max_speed, lost: self.lost(&block, &h.body) };
         if self.errors() > before || points.is_empty() {
             self.params.failed.insert(name.value.clone());
             return;
@@ -58,7 +48,7 @@ impl Lowerer<'_> {
                 at: self.interface.width(),
                 len: 3,
                 optional: false,
-                timeout: Some(timeout),
+                timeout: Some(block.timeout),
                 conditioning: Conditioning::default(),
                 variable: None,
                 motion: Some(motion),
@@ -98,11 +88,7 @@ impl Lowerer<'_> {
 
     /// Names of the points.
     fn points(&mut self, h: &Human) -> Vec<Spanned<String>> {
-        let Some(entry) = h.body.get("points") else {
-            let d = Diagnostic::error("HQ0206", h.name.span, format!("`{}` has no points", h.name.value));
-            self.push(d.help("name what is tracked: `points [chest, left_wrist, right_wrist]`"));
-            return Vec::new();
-        };
+        let Some(entry) = h.body.get("points") else { return Vec::new() };
         let mut all: Vec<Spanned<String>> = Vec::new();
         let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
         for item in entry.value.items() {
@@ -184,39 +170,6 @@ impl Lowerer<'_> {
         found
     }
 
-    /// A positive number.
-    fn positive(&mut self, body: &Block, key: &str, dimension: Dimension) -> Option<f64> {
-        let entry = body.get(key)?;
-        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        let x = constants.scalar(&entry.value, dimension, self.diagnostics)?;
-        if x <= 0.0 {
-            let shown = units::shown(x, dimension);
-            let d =
-                Diagnostic::error("HQ0308", entry.value.span, format!("`{key}` is above zero, and this is {shown}"));
-            self.push(d.help("write a positive number, or leave it out"));
-            return None;
-        }
-        Some(x)
-    }
-
-    fn choice<'w>(&mut self, body: &Block, key: &str, words: &[&'w str]) -> Option<&'w str> {
-        let entry = body.get(key)?;
-        let said = text_of(&entry.value).unwrap_or_default();
-        let found = words.iter().find(|w| **w == said).copied();
-        if found.is_none() && !matches!(entry.value.kind, ValueKind::Missing) {
-            let d = Diagnostic::error(
-                "HQ0304",
-                entry.value.span,
-                format!("`{key}` is one of {}", list(words.iter().copied(), 8)),
-            );
-            self.push(match suggest(said, words.iter().copied()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
-                None => d.help(format!("write for instance `{key} {}`", words[0])),
-            });
-        }
-        found
-    }
-
     /// Reports a setting that applies only to another choice.
     fn out_of_place(&mut self, body: &Block, key: &str, belongs: &str) {
         if let Some(entry) = body.get(key) {
@@ -225,24 +178,23 @@ impl Lowerer<'_> {
         }
     }
 
-    fn velocity_of(&mut self, body: &Block) -> Velocity {
-        let said = self.choice(body, "velocity", &["estimated", "measured", "none"]);
-        if said.is_some_and(|s| s != "estimated") {
+    fn velocity_of(&mut self, block: &HumanBlock, body: &Block) -> Velocity {
+        if block.velocity != "estimated" {
             self.out_of_place(body, "cutoff", "velocity estimated");
         }
-        match said {
-            Some("measured") => Velocity::Measured,
-            Some("none") => {
+        match block.velocity {
+            "measured" => Velocity::Measured,
+            "none" => {
                 self.out_of_place(body, "max_speed", "velocity estimated");
                 Velocity::None
             }
-            _ => Velocity::Estimated(self.positive(body, "cutoff", RATE).unwrap_or(CUTOFF)),
+            _ => Velocity::Estimated(block.cutoff),
         }
     }
 
-    fn lost(&mut self, body: &Block) -> Lost {
-        if self.choice(body, "lost", &["fault", "hold"]) == Some("hold") {
-            return Lost::Hold(self.positive(body, "growth", VELOCITY).unwrap_or(GROWTH));
+    fn lost(&mut self, block: &HumanBlock, body: &Block) -> Lost {
+        if block.lost == "hold" {
+            return Lost::Hold(block.growth);
         }
         self.out_of_place(body, "growth", "lost hold");
         Lost::Fault

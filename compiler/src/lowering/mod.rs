@@ -1,6 +1,7 @@
 //! From a tree to a program: declarations collected, names bound, stacks laid out.
 
 mod actions;
+mod blocks;
 mod declared;
 mod distances;
 mod expectation_scope;
@@ -43,6 +44,7 @@ use runtime::program::{
 use stdlib_tasks::field::FieldProgram;
 
 use crate::binding::{Binder, BoundTask, Table};
+use crate::block_binding::Origins;
 use crate::expand::Expanded;
 use crate::expr::Graph;
 use crate::expr::constants::{Constants, Params};
@@ -131,6 +133,8 @@ struct Lowerer<'a> {
     used_tasks: BTreeSet<String>,
     /// Parts of expectations so far.
     expected: usize,
+    /// Places of the texts of bound blocks.
+    origins: Origins,
 }
 
 impl<'a> Lowerer<'a> {
@@ -148,6 +152,7 @@ impl<'a> Lowerer<'a> {
             controllers: missions::controllers::Controllers::new(context),
             used_tasks: BTreeSet::new(),
             expected: 0,
+            origins: Origins::default(),
         }
     }
 

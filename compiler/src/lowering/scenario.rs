@@ -2,21 +2,23 @@
 
 use std::collections::BTreeMap;
 
+use blocks::{Block as _, BoundBlock, Located};
 use dsl::tree::{Block, Scenario};
 use dsl::{Diagnostic, Span};
 use names::{list, suggest};
-use runtime::program::{Program, RunProgram, ScenarioProgram, Subject, WorldProgram};
-use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dimension, LENGTH, NONE, TIME};
+use runtime::program::{Program, ScenarioProgram, Subject, WorldProgram};
+use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
 
 use super::Lowerer;
 use super::declared::twice;
-use super::missions::scenario::{check_scenario_keys, runs_mission};
+use super::missions::scenario::{check_scenario_keys, is_of, runs_mission};
 use super::shapes::shapes;
+use crate::block_binding::Scope;
 use crate::expand::Expanded;
 use crate::expr::constants::{Constants, joint_dimension};
-use crate::forms::{block_of, check_keys, text_of};
+use crate::forms::block_of;
 use crate::robot_binding::{BoundRobot, joints};
-use crate::sections::SCENARIO_SIMULATOR;
+use crate::sections::{SCENARIO, ScenarioBlock, ScenarioSimulator};
 use crate::units;
 
 /// Maximum seed. Larger integers are not all representable as `f64`.
@@ -70,30 +72,22 @@ impl Lowerer<'_> {
     /// Lowers a scenario without its expectations.
     fn scenario(&mut self, s: &Scenario, program: &Program, robot: &BoundRobot) -> Option<ScenarioProgram> {
         check_scenario_keys(&s.body, false, self.diagnostics);
+        let scope = Scope::default();
+        let bound = self.block_binder(&scope).entries(&s.body, &SCENARIO, s.name.span, |key| is_of(key, false));
+        let block = ScenarioBlock::read(&bound);
         let mut run = program.run.clone();
-        let subject = self.subject(&s.body, program);
-        run.simulator.seed = 0;
-        for e in &s.body.entries {
-            match e.key.value.as_str() {
-                "duration" => {
-                    if let Some(d) = self.scenario_number(&e.value, TIME) {
-                        run.duration = d;
-                        self.duration_fits(d, e.value.span, robot);
-                    }
-                }
-                "seed" => {
-                    if let Some(x) = self.scenario_number(&e.value, NONE) {
-                        run.simulator.seed = whole_seed(x, e.value.span, self.diagnostics).unwrap_or_default();
-                    }
-                }
-                "simulator" => {
-                    if let Some(b) = block_of(&e.value, "`simulator`", self.diagnostics) {
-                        self.scenario_simulator(b, &mut run);
-                    }
-                }
-                _ => {}
-            }
+        let subject = self.subject(&block, &bound, program);
+        run.simulator.seed =
+            whole_seed(block.seed.value, self.origins.span(block.seed.at), self.diagnostics).unwrap_or(0);
+        if let Some(Located { at, value }) = block.duration {
+            run.duration = value;
+            self.duration_fits(value, self.origins.span(at), robot);
         }
+        let ScenarioSimulator { lag, noise, speed, acceleration } = block.simulator;
+        run.simulator.lag = lag.unwrap_or(run.simulator.lag);
+        run.simulator.noise = noise.unwrap_or(run.simulator.noise);
+        run.simulator.speed = speed.or(run.simulator.speed);
+        run.simulator.acceleration = acceleration.or(run.simulator.acceleration);
         run.subject = subject?;
         Some(ScenarioProgram {
             name: s.name.value.clone(),
@@ -107,43 +101,37 @@ impl Lowerer<'_> {
     }
 
     /// Stack or machine that runs. Returns `None` if it is invalid, with diagnostics.
-    fn subject(&mut self, body: &Block, program: &Program) -> Option<Subject> {
-        let name = |key: &str| body.get(key).map(|e| (e.key.span, &e.value));
-        match (name("stack"), name("machine")) {
-            (Some((at, _)), Some((other, _))) => {
-                let d = Diagnostic::error("HQ0207", other, "a scenario runs a stack or a machine, not both");
-                self.push(d.label(at, "a stack is named here").help("keep one of the two"));
+    fn subject(&mut self, block: &ScenarioBlock, bound: &BoundBlock, program: &Program) -> Option<Subject> {
+        let (stacks, machines) = (
+            program.stacks.iter().map(|s| s.name.as_str()),
+            program.machine.iter().filter_map(|m| m.states.first()).map(|s| s.name.as_str()),
+        );
+        match (&block.stack, &block.machine) {
+            (Some(_), Some(_)) => {
+                let key = |name: &str| self.origins.span(bound.key_origin(name).unwrap_or(bound.at));
+                let d = Diagnostic::error("HQ0207", key("machine"), "a scenario runs a stack or a machine, not both");
+                let d = d.label(key("stack"), "a stack is named here").help("keep one of the two");
+                self.push(d);
                 None
             }
-            (Some((_, value)), None) => {
-                let names = program.stacks.iter().map(|s| s.name.as_str());
-                self.named_subject(value, "stack", names).map(Subject::Stack)
-            }
-            (None, Some((_, value))) => {
-                let names = program.machine.iter().filter_map(|m| m.states.first()).map(|s| s.name.as_str());
-                self.named_subject(value, "machine", names).map(|_| Subject::Machine)
-            }
+            (Some(name), None) => self.named_subject(name, "stack", stacks).map(Subject::Stack),
+            (None, Some(name)) => self.named_subject(name, "machine", machines).map(|_| Subject::Machine),
+            (None, None) if bound.is_wrong("stack") || bound.is_wrong("machine") => None,
             (None, None) => Some(program.run.subject),
         }
     }
 
     fn named_subject<'n>(
         &mut self,
-        value: &dsl::tree::Value,
+        name: &Located<String>,
         what: &str,
         mut names: impl Iterator<Item = &'n str> + Clone,
     ) -> Option<usize> {
-        let Some(name) = text_of(value) else {
-            if !matches!(value.kind, dsl::tree::ValueKind::Missing) {
-                let d = Diagnostic::error("HQ0304", value.span, format!("`{what}` is the name of a {what}"));
-                self.push(d.help(format!("write the name that stands behind `{what}` where it is declared")));
-            }
-            return None;
-        };
+        let (name, at) = (name.value.as_str(), self.origins.span(name.at));
         let all = names.clone();
         let found = names.position(|n| n == name);
         if found.is_none() {
-            let d = Diagnostic::error("HQ0201", value.span, format!("there is no {what} `{name}`"));
+            let d = Diagnostic::error("HQ0201", at, format!("there is no {what} `{name}`"));
             self.push(match suggest(name, all.clone()) {
                 Some(near) => d.help(format!("did you mean `{near}`?")),
                 None if all.clone().next().is_none() => d.help(format!("this spec declares no {what}")),
@@ -151,25 +139,6 @@ impl Lowerer<'_> {
             });
         }
         found
-    }
-
-    fn scenario_simulator(&mut self, block: &Block, run: &mut RunProgram) {
-        check_keys(block, &SCENARIO_SIMULATOR, self.diagnostics);
-        for e in &block.entries {
-            match e.key.value.as_str() {
-                "lag" => run.simulator.lag = self.scenario_number(&e.value, TIME).unwrap_or(0.0),
-                "noise" => run.simulator.noise = self.scenario_number(&e.value, ANGLE).unwrap_or(0.0),
-                "speed" => run.simulator.speed = self.above_zero(e, ANGULAR_VELOCITY),
-                "acceleration" => run.simulator.acceleration = self.above_zero(e, ANGULAR_ACCELERATION),
-                _ => {}
-            }
-        }
-    }
-
-    /// A positive constant number.
-    fn above_zero(&mut self, e: &dsl::tree::Entry, wanted: Dimension) -> Option<f64> {
-        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        super::run::limit_of_actuators(e, wanted, &mut constants, self.diagnostics)
     }
 
     /// A constant number that is zero or more.

@@ -16,7 +16,7 @@ use crate::expr::Kind;
 use crate::expr::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
 use crate::robot_binding::{BoundRobot, joints, unknown_link};
-use crate::sections::{LATE, LOST, OUTCOME, PUSH, SIGNAL_SCRIPT, Section, WAYPOINT};
+use crate::sections::{BlockSchema, LATE, LOST, OUTCOME, PUSH, SIGNAL_SCRIPT, WAYPOINT};
 
 const STIFFNESS: Dimension = Dimension { m: 0, kg: 1, s: -2, rad: 0 };
 const DAMPING: Dimension = Dimension { m: 0, kg: 1, s: -1, rad: 0 };
@@ -41,7 +41,7 @@ impl Lowerer<'_> {
     }
 
     /// Blocks of a key: one, or a list of them.
-    pub(super) fn blocks<'v>(&mut self, value: &'v Value, what: &str, section: &Section) -> Vec<&'v Block> {
+    pub(super) fn blocks<'v>(&mut self, value: &'v Value, what: &str, section: &BlockSchema) -> Vec<&'v Block> {
         let mut all = Vec::new();
         for item in value.items() {
             if let Some(block) = block_of(item, what, self.diagnostics) {

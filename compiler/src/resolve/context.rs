@@ -7,7 +7,7 @@ use stdlib_tasks::task::{CurrentValue, TaskOutput};
 use super::symbols::{Formal, SymbolKind};
 use super::{Meaning, Resolver};
 use crate::expr::Trajectory;
-use crate::sections::Section;
+use crate::sections::BlockSchema;
 
 /// Word that stands for the cursor in a text, to determine the completion context.
 pub const CURSOR: &str = "hqCursorHereqh";
@@ -25,7 +25,7 @@ pub struct Offered {
 #[derive(Clone, Debug)]
 pub enum CompletionContext {
     /// Keys of a section, except for these.
-    Keys(&'static Section, Vec<String>),
+    Keys(&'static BlockSchema, Vec<String>),
     /// Parameters of a task type, except for these.
     Parameters(&'static [ParamInfo], Vec<String>),
     /// Parameters of a task type as named arguments, except for these.

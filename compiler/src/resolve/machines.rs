@@ -8,7 +8,7 @@ use super::walk::place_of;
 use super::{Around, CompletionContext as C, Meaning, Offered, Reference, Resolver};
 use crate::expand::Class;
 use crate::lowering::VERBS;
-use crate::sections::{MACHINE, STATE, Section, TRANSITION};
+use crate::sections::{BlockSchema, InSyntax, MACHINE, STATE, TRANSITION};
 
 /// Names of a path such as `outer.inner`, each with its span.
 pub(super) fn path_of(value: &Value) -> Vec<Spanned<String>> {
@@ -28,7 +28,7 @@ impl Resolver<'_> {
         self.with(Around { holder, ..self.around.clone() }, |r| r.state_body(&m.body, &MACHINE));
     }
 
-    fn state_body(&mut self, body: &StateBody, section: &'static Section) {
+    fn state_body(&mut self, body: &StateBody, section: &'static BlockSchema) {
         if let Some(call) = &body.stack {
             self.keyword_before("stack", call.name.span, STATE.key("stack", self.syntax));
             self.stack_call(call);

@@ -10,12 +10,12 @@ use super::sections::AGENTS;
 use super::symbols::{FileId, SymbolId, SymbolKind as K};
 use super::{Around, CURSOR, CompletionContext as C, Meaning, Resolver};
 use crate::expand::Class;
-use crate::sections::{Holds, MISSION, RUNS, Section};
+use crate::sections::{BlockSchema, InSyntax, MISSION, RUNS, ValueType};
 
-/// Section of the block of a key.
-fn inside(section: &'static Section, name: &str, syntax: Syntax) -> Option<&'static Section> {
-    match section.key(name, syntax)?.holds {
-        Holds::Block(section) => Some(section),
+/// Schema of the block of a key.
+fn inside(section: &'static BlockSchema, name: &str, syntax: Syntax) -> Option<&'static BlockSchema> {
+    match section.key(name, syntax)?.value {
+        ValueType::Block(section) => Some(section),
         _ => None,
     }
 }
@@ -38,7 +38,7 @@ impl Resolver<'_> {
         self.members(&m.members, &m.repeats, section, &skills);
     }
 
-    fn settings(&mut self, settings: &Block, section: Option<&'static Section>) {
+    fn settings(&mut self, settings: &Block, section: Option<&'static BlockSchema>) {
         match section {
             Some(section) => self.section(settings, section),
             None => settings.entries.iter().for_each(|e| self.anything(&e.value)),
@@ -49,7 +49,7 @@ impl Resolver<'_> {
         &mut self,
         members: &[MissionMember],
         repeats: &[MissionRepeat],
-        section: Option<&'static Section>,
+        section: Option<&'static BlockSchema>,
         skills: &[String],
     ) {
         let mut title = None;

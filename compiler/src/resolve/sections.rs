@@ -8,27 +8,29 @@ use super::context::used;
 use super::symbols::SymbolKind as K;
 use super::{CompletionContext as C, Meaning, Resolver};
 use crate::expand::Class;
-use crate::sections::{HAPPENING, Holds, Named, OF_ALL_SCENARIOS, OF_MISSIONS, RUNS, SCENARIO, Section, WAYPOINT};
+use crate::sections::{
+    BlockSchema, HAPPENING, InSyntax, Named, OF_ALL_SCENARIOS, OF_MISSIONS, RUNS, SCENARIO, ValueType, WAYPOINT,
+};
 
 /// Members of a mission that act in a scenario.
 pub(super) const AGENTS: &[&str] = &["robot", "human", "worker"];
 
 impl Resolver<'_> {
     /// Resolves a block with known keys.
-    pub(super) fn section(&mut self, block: &Block, section: &'static Section) {
+    pub(super) fn section(&mut self, block: &Block, section: &'static BlockSchema) {
         for e in &block.entries {
             if self.is_cursor(&e.key.value, |r| C::Keys(section, r.without(block, section))) {
                 continue;
             }
             if let Some(key) = section.key(&e.key.value, self.syntax) {
                 self.note(&e.key.value, e.key.span, Meaning::Key(key));
-                self.held(&key.holds, &e.value);
+                self.held(&key.value, &e.value);
             }
         }
     }
 
     /// Keys that are not offered in a block: those present, and those that have no meaning in this kind of scenario.
-    fn without(&self, block: &Block, section: &'static Section) -> Vec<String> {
+    fn without(&self, block: &Block, section: &'static BlockSchema) -> Vec<String> {
         let mut keys = used(block);
         if std::ptr::eq(section, &SCENARIO) && block.get("mission").is_some() {
             let own = |key: &&str| !OF_ALL_SCENARIOS.contains(key) && !OF_MISSIONS.contains(key);
@@ -49,65 +51,66 @@ impl Resolver<'_> {
     }
 
     /// Resolves the value of a key.
-    fn held(&mut self, holds: &'static Holds, value: &Value) {
+    fn held(&mut self, holds: &'static ValueType, value: &Value) {
         match holds {
-            Holds::Number(_)
-            | Holds::Vector(_)
-            | Holds::Pair(_)
-            | Holds::Spread(_)
-            | Holds::OfJoint { .. }
-            | Holds::Bound
-            | Holds::Value
-            | Holds::People => self.expression(value),
-            Holds::Numbers(_) | Holds::Range(_) => value.items().iter().for_each(|v| self.expression(v)),
-            Holds::Sent => self.anything(value),
-            Holds::Spot => self.place_name(value),
-            Holds::List(Holds::Spot) => value.items().iter().for_each(|v| self.place_name(v)),
-            Holds::Text | Holds::NewName => self.offer(value, |_| C::Nothing),
-            Holds::Urdf => self.urdf_path(value),
-            Holds::Spec => self.spec_path(value),
-            Holds::Flag => self.offer(value, |_| C::Words(&["true", "false"])),
-            Holds::Choice(words) => self.offer(value, |_| C::Words(words)),
-            Holds::Name(named) => self.named(*named, value),
-            Holds::Link => self.frame(value, &[K::Link]),
-            Holds::Geometries => self.geometries(value, C::Geometry { arms: false, people: false }),
-            Holds::Links => self.links(value),
-            Holds::WordOr(words) | Holds::NumberOr(_, words) => match &value.kind {
+            ValueType::Number(_)
+            | ValueType::Count(_)
+            | ValueType::Vector(_)
+            | ValueType::Pair(_)
+            | ValueType::Spread(_)
+            | ValueType::OfJoint { .. }
+            | ValueType::Bound
+            | ValueType::Value
+            | ValueType::People => self.expression(value),
+            ValueType::Numbers(_) | ValueType::Range(_) => value.items().iter().for_each(|v| self.expression(v)),
+            ValueType::Sent => self.anything(value),
+            ValueType::Spot => self.place_name(value),
+            ValueType::List(ValueType::Spot) => value.items().iter().for_each(|v| self.place_name(v)),
+            ValueType::Text | ValueType::File | ValueType::NewName => self.offer(value, |_| C::Nothing),
+            ValueType::Urdf => self.urdf_path(value),
+            ValueType::Spec => self.spec_path(value),
+            ValueType::Flag => self.offer(value, |_| C::Words(&["true", "false"])),
+            ValueType::Choice(words) => self.offer(value, |_| C::Words(words)),
+            ValueType::Name(named) => self.named(*named, value),
+            ValueType::Link => self.frame(value, &[K::Link]),
+            ValueType::Geometries => self.geometries(value, C::Geometry { arms: false, people: false }),
+            ValueType::Links => self.links(value),
+            ValueType::WordOr(words) | ValueType::NumberOr(_, words) => match &value.kind {
                 ValueKind::Name(name)
                     if self.is_cursor(name, |_| C::Words(words)) || words.contains(&name.as_str()) => {}
                 _ => self.expression(value),
             },
-            Holds::Joints => self.joints(value),
-            Holds::Positions => self.joint_block(value, |r, v| r.expression(v)),
-            Holds::Locks if value.block().is_none() => self.joints(value),
-            Holds::Locks => self.joint_block(value, |r, v| r.expression(v)),
-            Holds::Block(section) | Holds::LinkOr(section) | Holds::Blocks(section) => {
+            ValueType::Joints => self.joints(value),
+            ValueType::Positions => self.joint_block(value, |r, v| r.expression(v)),
+            ValueType::Locks if value.block().is_none() => self.joints(value),
+            ValueType::Locks => self.joint_block(value, |r, v| r.expression(v)),
+            ValueType::Block(section) | ValueType::LinkOr(section) | ValueType::Blocks(section) => {
                 for item in value.items() {
                     match (item.block(), holds) {
                         (Some(block), _) if std::ptr::eq(*section, &RUNS) => self.runs(block),
                         (Some(block), _) => self.section(block, section),
-                        (None, Holds::LinkOr(_)) => self.frame(item, &[K::Link]),
+                        (None, ValueType::LinkOr(_)) => self.frame(item, &[K::Link]),
                         (None, _) => self.offer(item, |_| C::Nothing),
                     }
                 }
             }
-            Holds::List(Holds::Block(section)) if std::ptr::eq(*section, &WAYPOINT) => {
-                const PATH: &Holds = &Holds::Blocks(&WAYPOINT);
+            ValueType::List(ValueType::Block(section)) if std::ptr::eq(*section, &WAYPOINT) => {
+                const PATH: &ValueType = &ValueType::Blocks(&WAYPOINT);
                 self.held(PATH, value);
             }
-            Holds::List(inner @ (Holds::NewName | Holds::List(_) | Holds::Name(Named::Point))) => {
+            ValueType::List(inner @ (ValueType::NewName | ValueType::List(_) | ValueType::Name(Named::Point))) => {
                 value.items().iter().for_each(|item| self.held(inner, item));
             }
-            Holds::Each(inner) => value.entries().iter().for_each(|e| self.held(inner, &e.value)),
-            Holds::Of(named, inner) => self.of_names(*named, inner, value),
-            Holds::PerJoint(inner) => self.joint_block(value, |r, v| r.held(inner, v)),
+            ValueType::Each(inner) => value.entries().iter().for_each(|e| self.held(inner, &e.value)),
+            ValueType::Of(named, inner) => self.of_names(*named, inner, value),
+            ValueType::PerJoint(inner) => self.joint_block(value, |r, v| r.held(inner, v)),
             // The parser stores these in other parts of the tree.
-            Holds::Values | Holds::List(_) | Holds::Tasks | Holds::Declarations => {}
+            ValueType::Values | ValueType::List(_) | ValueType::Tasks | ValueType::Declarations => {}
         }
     }
 
     /// Resolves a block whose keys are names.
-    fn of_names(&mut self, named: Named, inner: &'static Holds, value: &Value) {
+    fn of_names(&mut self, named: Named, inner: &'static ValueType, value: &Value) {
         for Entry { key, value, .. } in value.entries() {
             self.name(named, &key.value, key.span);
             if named == Named::Human {
@@ -144,6 +147,7 @@ impl Resolver<'_> {
             Named::Point => self.human_point(&Spanned::new(name.to_string(), span)),
             Named::State => self.initial_state(name, span),
             Named::Member => self.member(name, span, self.around.roles),
+            Named::Own(members) => self.member(name, span, members.roles),
             Named::Person => self.member(name, span, &["human"]),
             Named::SignalThere => self.signal_there(name, span),
             // The parser stores levels in other parts of the tree; a state of another spec is a path.

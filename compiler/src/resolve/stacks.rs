@@ -6,7 +6,7 @@ use super::declare::declared_levels;
 use super::symbols::{Formal, SymbolId, SymbolKind as K};
 use super::{CompletionContext as C, Meaning, Resolver};
 use crate::expand::Class;
-use crate::sections::{LEVEL, MEMBER, STACK};
+use crate::sections::{InSyntax, LEVEL, MEMBER, STACK};
 
 impl Resolver<'_> {
     pub(super) fn stack(&mut self, stack: &Stack) {

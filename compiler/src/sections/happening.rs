@@ -1,9 +1,10 @@
 //! The keys of what happens in a scenario of a mission, and of what people say in it.
 
+use mission::numbers::MAX_NUMBER;
 use stdlib_tasks::dimension::{LENGTH, TIME};
 use stdlib_tasks::params::Quantity;
 
-use super::{Holds, Key, Named, Section};
+use super::{BlockSchema, Key, Named, ValueType};
 
 /// What a wait was, in the five steps of thesis Fig. 5.5, from -2 to 2.
 pub const WAITS: &[&str] = &["too_short", "short", "ok", "long", "too_long"];
@@ -12,26 +13,30 @@ pub const APPROACHES: &[&str] = &["very_fast", "fast", "ok", "slow", "very_slow"
 /// How far away a robot waited, in five steps.
 pub const DISTANCES: &[&str] = &["very_far", "far", "ok", "close", "very_close"];
 
-const SOMEBODY: Holds = Holds::Name(Named::Member);
+const SOMEBODY: ValueType = ValueType::Name(Named::Member);
 
-const WAIT: Key = Key::optional("wait", Holds::Choice(WAITS), "Rating of the wait for the robot; default: `ok`.");
-const APPROACH: Key =
-    Key::optional("approach", Holds::Choice(APPROACHES), "Rating of the speed at which the robot came; default: `ok`.");
+const WAIT: Key = Key::optional("wait", ValueType::Choice(WAITS), "Rating of the wait for the robot; default: `ok`.");
+const APPROACH: Key = Key::optional(
+    "approach",
+    ValueType::Choice(APPROACHES),
+    "Rating of the speed at which the robot came; default: `ok`.",
+);
 const DISTANCE: Key = Key::optional(
     "distance",
-    Holds::Choice(DISTANCES),
+    ValueType::Choice(DISTANCES),
     "Rating of the distance at which the robot waited; default: `ok`.",
 );
 
 /// Something that happens.
-pub static HAPPENING: Section = Section {
+pub static HAPPENING: BlockSchema = BlockSchema {
     name: "an event of a mission",
     keys: &[
         Key::required(
             "at",
-            Holds::Number(Quantity::at_least(TIME, 0.0)),
+            ValueType::Number(Quantity::at_least(TIME, 0.0)),
             "Time of the event, from the start of the mission.",
-        ),
+        )
+        .example("120 s"),
         Key::optional(
             "late",
             SOMEBODY,
@@ -40,7 +45,7 @@ pub static HAPPENING: Section = Section {
         ),
         Key::optional(
             "by",
-            Holds::Number(Quantity::any(TIME)),
+            ValueType::Number(Quantity::between(TIME, -MAX_NUMBER, MAX_NUMBER)),
             "Of `late`: the additional time; negative if the activity is shorter.",
         ),
         Key::optional(
@@ -48,7 +53,7 @@ pub static HAPPENING: Section = Section {
             SOMEBODY,
             "Of a schedule: from then on, this agent works at another place, given by `to`, a point on the ground.",
         ),
-        Key::optional("to", Holds::Pair(LENGTH), "Of `moved`: the new place."),
+        Key::optional("to", ValueType::Pair(LENGTH), "Of `moved`: the new place."),
         Key::optional("lost", SOMEBODY, "This robot breaks down, or this agent leaves."),
         Key::optional(
             "back",
@@ -70,7 +75,7 @@ pub static HAPPENING: Section = Section {
         Key::optional("served", SOMEBODY, "Of a schedule: the service of this agent ends early."),
         Key::optional(
             "feedback",
-            Holds::Name(Named::Person),
+            ValueType::Name(Named::Person),
             "Of a schedule: this person gives feedback on the last service.",
         ),
         WAIT,
@@ -80,4 +85,4 @@ pub static HAPPENING: Section = Section {
 };
 
 /// What a person says of a service.
-pub static REPLY: Section = Section { name: "what is said of a service", keys: &[WAIT, APPROACH, DISTANCE] };
+pub static REPLY: BlockSchema = BlockSchema { name: "what is said of a service", keys: &[WAIT, APPROACH, DISTANCE] };

@@ -3,41 +3,41 @@
 use stdlib_tasks::dimension::{FORCE, MOMENT, RATE, TIME};
 use stdlib_tasks::params::Quantity;
 
-use super::{Holds, Key, Named, Section};
+use super::{BlockSchema, Key, Named, ValueType};
 
 /// A signal.
-pub static SIGNAL: Section = Section {
+pub static SIGNAL: BlockSchema = BlockSchema {
     name: "a signal",
     keys: &[
         Key::required(
             "type",
-            Holds::Choice(&["event", "flag", "wrench", "point", "length"]),
+            ValueType::Choice(&["event", "flag", "wrench", "point", "length"]),
             "Type of the value: `event`, `flag`, `wrench`, or the type of a quantity such as `point`. With a `?` after \
              the type, the signal may be absent.",
         )
         .at(super::Place::Yaml),
         Key::optional(
             "timeout",
-            Holds::Number(Quantity::above(TIME, 0.0)),
+            ValueType::Number(Quantity::above(TIME, 0.0)),
             "How long a value counts after it was received. After this time the signal is absent; if the state needs a \
              signal without `?`, this is the fault `stale`.",
         ),
         Key::optional(
             "frame",
-            Holds::Link,
+            ValueType::Link,
             "Of a wrench: the link in whose axes the sensor gives force and moment, with the moment about the link's \
              origin; the name of an arm is that of its tip. The wrench is rotated into the axes of the world at the \
              observed configuration. Default: the sensor gives the wrench in the axes of the world.",
         ),
         Key::optional(
             "bias",
-            Holds::Block(&WRENCH),
+            ValueType::Block(&WRENCH),
             "Of a wrench: the sensor's reading without contact, in the sensor's axes; it is subtracted first. \
              `tare(NAME)` replaces it while the machine runs.",
         ),
         Key::optional(
             "low_pass",
-            Holds::Number(Quantity::above(RATE, 0.0)),
+            ValueType::Number(Quantity::above(RATE, 0.0)),
             "Cutoff frequency of a first-order low-pass filter for a number, a vector or a wrench. It is applied last, \
              and starts again after the signal was absent.",
         ),
@@ -45,28 +45,28 @@ pub static SIGNAL: Section = Section {
 };
 
 /// The parts of a wrench.
-pub static WRENCH: Section = Section {
+pub static WRENCH: BlockSchema = BlockSchema {
     name: "a wrench",
     keys: &[
-        Key::or("force", Holds::Vector(FORCE), "[0, 0, 0] N", "The force."),
-        Key::or("moment", Holds::Vector(MOMENT), "[0, 0, 0] Nm", "The moment."),
+        Key::or("force", ValueType::Vector(FORCE), "[0, 0, 0] N", "The force."),
+        Key::or("moment", ValueType::Vector(MOMENT), "[0, 0, 0] Nm", "The moment."),
     ],
 };
 
 /// A variable of the machine.
-pub static VARIABLE: Section = Section {
+pub static VARIABLE: BlockSchema = BlockSchema {
     name: "a variable",
     keys: &[
         Key::required(
             "type",
-            Holds::Choice(&["number", "flag", "point", "length"]),
+            ValueType::Choice(&["number", "flag", "point", "length"]),
             "Type of the value: `flag`, or the type of a quantity such as `number`. With a `?` after the type, the \
              variable may be absent.",
         )
         .at(super::Place::Yaml),
         Key::optional(
             "value",
-            Holds::Sent,
+            ValueType::Sent,
             "Initial value; a variable with `?` and without a value is absent at the start.",
         )
         .at(super::Place::Yaml),
@@ -74,17 +74,18 @@ pub static VARIABLE: Section = Section {
 };
 
 /// A machine.
-pub static MACHINE: Section = Section {
+pub static MACHINE: BlockSchema = BlockSchema {
     name: "a machine",
     keys: &[
-        Key::required("initial", Holds::Name(Named::State), "The initial state."),
-        Key::optional("blend", Holds::Number(Quantity::at_least(TIME, 0.0)), BLEND),
-        Key::optional("transitions", Holds::List(&Holds::Block(&TRANSITION)), TRANSITIONS).at(super::Place::Yaml),
-        Key::required("states", Holds::Each(&Holds::Block(&STATE)), "States by name.").at(super::Place::Yaml),
-        Key::required("state", Holds::Block(&STATE), "A state: `state NAME { stack NAME  on EVENT -> NEXT }`.")
+        Key::required("initial", ValueType::Name(Named::State), "The initial state."),
+        Key::optional("blend", ValueType::Number(Quantity::at_least(TIME, 0.0)), BLEND),
+        Key::optional("transitions", ValueType::List(&ValueType::Block(&TRANSITION)), TRANSITIONS)
+            .at(super::Place::Yaml),
+        Key::required("states", ValueType::Each(&ValueType::Block(&STATE)), "States by name.").at(super::Place::Yaml),
+        Key::required("state", ValueType::Block(&STATE), "A state: `state NAME { stack NAME  on EVENT -> NEXT }`.")
             .at(super::Place::Hq),
-        Key::optional("final", Holds::Block(&STATE), FINAL).at(super::Place::Hq),
-        Key::optional("on", Holds::Declarations, "A transition of all states: `on fault(any) -> stopped`.")
+        Key::optional("final", ValueType::Block(&STATE), FINAL).at(super::Place::Hq),
+        Key::optional("on", ValueType::Declarations, "A transition of all states: `on fault(any) -> stopped`.")
             .at(super::Place::Hq),
     ],
 };
@@ -96,72 +97,77 @@ const TRANSITIONS: &str = "Transitions, in the order of their evaluation: `- { o
      `- { when: CONDITION, for: 3 s, to: grasp, blend: 1 s }`, `- { after: 10 s, to: ask }`.";
 
 /// A state.
-pub static STATE: Section = Section {
+pub static STATE: BlockSchema = BlockSchema {
     name: "a state",
     keys: &[
         Key::optional(
             "stack",
-            Holds::Name(Named::Stack),
+            ValueType::Name(Named::Stack),
             "The stack that runs in it: `stack NAME`, or `stack NAME(..)` for one with parameters. Default: the stack \
              of the enclosing state continues; if there is none, the robot stands still.",
         )
         .at(super::Place::Word),
-        Key::optional("initial", Holds::Name(Named::State), "The state inside it that is entered with it."),
-        Key::optional("blend", Holds::Number(Quantity::at_least(TIME, 0.0)), BLEND),
-        Key::optional("final", Holds::Flag, "True if the machine has come to its end in this state.")
+        Key::optional("initial", ValueType::Name(Named::State), "The state inside it that is entered with it."),
+        Key::optional("blend", ValueType::Number(Quantity::at_least(TIME, 0.0)), BLEND),
+        Key::optional("final", ValueType::Flag, "True if the machine has come to its end in this state.")
             .at(super::Place::Yaml),
-        Key::optional("enter", Holds::Declarations, "Actions on entering: `enter say \"text\"`.")
+        Key::optional("enter", ValueType::Declarations, "Actions on entering: `enter say \"text\"`.")
             .at(super::Place::Word),
         Key::optional(
             "do",
-            Holds::Declarations,
+            ValueType::Declarations,
             "An action that is started on entering and called off on leaving: `do capture(head_camera)`.",
         )
         .at(super::Place::Word),
-        Key::optional("exit", Holds::Declarations, "Actions on leaving.").at(super::Place::Word),
+        Key::optional("exit", ValueType::Declarations, "Actions on leaving.").at(super::Place::Word),
         Key::optional(
             "on",
-            Holds::Declarations,
+            ValueType::Declarations,
             "A transition at an event: `on EVENT -> STATE`, `on reached(TASK, 5 mm, 2 deg) -> STATE`, `on fault(KIND) \
              -> STATE`.",
         )
         .at(super::Place::Hq),
         Key::optional(
             "when",
-            Holds::Declarations,
+            ValueType::Declarations,
             "A transition while something holds: `when CONDITION for 3 s -> STATE`.",
         )
         .at(super::Place::Hq),
-        Key::optional("after", Holds::Declarations, "A transition after a time in the state: `after 10 s -> STATE`.")
-            .at(super::Place::Hq),
-        Key::optional("transitions", Holds::List(&Holds::Block(&TRANSITION)), TRANSITIONS).at(super::Place::Yaml),
-        Key::optional("state", Holds::Block(&STATE), "A state inside it.").at(super::Place::Hq),
-        Key::optional("final", Holds::Block(&STATE), FINAL).at(super::Place::Hq),
-        Key::optional("states", Holds::Each(&Holds::Block(&STATE)), "States inside it, by name.")
+        Key::optional(
+            "after",
+            ValueType::Declarations,
+            "A transition after a time in the state: `after 10 s -> STATE`.",
+        )
+        .at(super::Place::Hq),
+        Key::optional("transitions", ValueType::List(&ValueType::Block(&TRANSITION)), TRANSITIONS)
+            .at(super::Place::Yaml),
+        Key::optional("state", ValueType::Block(&STATE), "A state inside it.").at(super::Place::Hq),
+        Key::optional("final", ValueType::Block(&STATE), FINAL).at(super::Place::Hq),
+        Key::optional("states", ValueType::Each(&ValueType::Block(&STATE)), "States inside it, by name.")
             .at(super::Place::Yaml),
     ],
 };
 
 /// A transition.
-pub static TRANSITION: Section = Section {
+pub static TRANSITION: BlockSchema = BlockSchema {
     name: "a transition",
     keys: &[
-        Key::optional("on", Holds::Text, "The trigger: an event, `reached(TASK, ..)`, `fault(KIND)`.")
+        Key::optional("on", ValueType::Text, "The trigger: an event, `reached(TASK, ..)`, `fault(KIND)`.")
             .at(super::Place::Yaml),
-        Key::optional("when", Holds::Value, "The condition that must hold.").at(super::Place::Yaml),
+        Key::optional("when", ValueType::Value, "The condition that must hold.").at(super::Place::Yaml),
         Key::optional(
             "for",
-            Holds::Number(Quantity::at_least(TIME, 0.0)),
+            ValueType::Number(Quantity::at_least(TIME, 0.0)),
             "Time for which the condition must have held without a break.",
         )
         .at(super::Place::Yaml),
-        Key::optional("after", Holds::Number(Quantity::at_least(TIME, 0.0)), "Time in the state.")
+        Key::optional("after", ValueType::Number(Quantity::at_least(TIME, 0.0)), "Time in the state.")
             .at(super::Place::Yaml),
-        Key::required("to", Holds::Name(Named::State), "The state that the transition leads to.")
+        Key::required("to", ValueType::Name(Named::State), "The state that the transition leads to.")
             .at(super::Place::Yaml),
         Key::optional(
             "blend",
-            Holds::Number(Quantity::at_least(TIME, 0.0)),
+            ValueType::Number(Quantity::at_least(TIME, 0.0)),
             "Time for the command to go over to that of another stack.",
         ),
     ],

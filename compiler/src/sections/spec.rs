@@ -3,194 +3,198 @@
 use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, NONE, TIME};
 use stdlib_tasks::params::Quantity;
 
+use super::MISSION;
 use super::field::SAFETY_FIELD;
 use super::human::HUMAN;
 use super::machine::{MACHINE, SIGNAL, VARIABLE};
-use super::mission::MISSION;
 use super::robot::ROBOT;
 use super::scenario::SCENARIO;
 use super::stack::STACK;
-use super::{Holds, Key, Named, Place, Section};
+use super::{BlockSchema, Key, Named, Place, ValueType};
 
 /// A spec. What the native syntax declares one by one, YAML collects under a key in the plural.
-pub static SPEC: Section = Section {
+pub static SPEC: BlockSchema = BlockSchema {
     name: "a spec",
     keys: &[
         Key::required(
             "hierarq",
-            Holds::Choice(&["1"]),
+            ValueType::Choice(&["1"]),
             "The version of the language, first in every spec: `hierarq 1`; in YAML `hierarq: 1`.",
         )
         .at(Place::Word),
         Key::optional(
             "import",
-            Holds::Declarations,
+            ValueType::Declarations,
             "Names of another spec: `import \"common/safety.hq\" { deck, canopies as robot }`.",
         )
         .at(Place::Hq),
         Key::optional(
             "import",
-            Holds::Declarations,
+            ValueType::Declarations,
             "Names of other specs, a list for each file, `NAME` or `NAME as OTHER`: `common/safety.hq: [deck, canopies \
              as robot]`. Paths are relative to this file.",
         )
         .at(Place::Yaml),
-        Key::optional("param", Holds::Value, "A named value that `--set` may override: `param approach = 0.15 m`.")
+        Key::optional("param", ValueType::Value, "A named value that `--set` may override: `param approach = 0.15 m`.")
             .at(Place::Hq),
         Key::optional(
             "params",
-            Holds::Each(&Holds::Block(&PARAM)),
+            ValueType::Each(&ValueType::Block(&PARAM)),
             "Named values that `--set NAME=VALUE` may override: `approach: 0.15 m`, or `{ value, min, max }`.",
         )
         .at(Place::Yaml),
         Key::optional(
             "let",
-            Holds::Value,
+            ValueType::Value,
             "A named expression, which may depend on time: `let wave = 0.1 m * sin(t/(1 s))`. `--set` does not \
              override it.",
         )
         .at(Place::Hq),
         Key::optional(
             "lets",
-            Holds::Each(&Holds::Value),
+            ValueType::Each(&ValueType::Value),
             "Named expressions, which may depend on time: `wave: 0.1 m * sin(t/(1 s))`. `--set` does not override \
              them.",
         )
         .at(Place::Yaml),
-        Key::required("robot", Holds::Block(&ROBOT), "The robot: `robot NAME { urdf \"..\"  rate 100 Hz }`.")
+        Key::required("robot", ValueType::Block(&ROBOT), "The robot: `robot NAME { urdf \"..\"  rate 100 Hz }`.")
             .at(Place::Hq),
-        Key::required("robots", Holds::Each(&Holds::Block(&ROBOT)), "The robot, by name.").at(Place::Yaml),
-        Key::optional("task", Holds::Declarations, "A named task: `task NAME = TYPE { .. }`.").at(Place::Hq),
+        Key::required("robots", ValueType::Each(&ValueType::Block(&ROBOT)), "The robot, by name.").at(Place::Yaml),
+        Key::optional("task", ValueType::Declarations, "A named task: `task NAME = TYPE { .. }`.").at(Place::Hq),
         Key::optional(
             "tasks",
-            Holds::Declarations,
+            ValueType::Declarations,
             "Tasks by name, each `NAME: { TYPE: { .. } }`; a task with parameters as `\"NAME(side: arm)\"`.",
         )
         .at(Place::Yaml),
         Key::required(
             "stack",
-            Holds::Block(&STACK),
+            ValueType::Block(&STACK),
             "An ordered hierarchy: `stack NAME { level NAME hard { task } }`, the most important level first.",
         )
         .at(Place::Hq),
         Key::required(
             "stacks",
-            Holds::Each(&Holds::Block(&STACK)),
+            ValueType::Each(&ValueType::Block(&STACK)),
             "Ordered hierarchies by name, each with `levels`, the most important first; a stack with parameters as \
              `\"NAME(side: arm)\"`.",
         )
         .at(Place::Yaml),
-        Key::optional("signal", Holds::Block(&SIGNAL), "A typed input: `signal NAME : point?  timeout 0.5 s`.")
+        Key::optional("signal", ValueType::Block(&SIGNAL), "A typed input: `signal NAME : point?  timeout 0.5 s`.")
             .at(Place::Hq),
         Key::optional(
             "signals",
-            Holds::Each(&Holds::Block(&SIGNAL)),
+            ValueType::Each(&ValueType::Block(&SIGNAL)),
             "Typed inputs by name: `NAME: point?`, or `NAME: { type: point?, timeout: 0.5 s }`.",
         )
         .at(Place::Yaml),
         Key::optional(
             "variable",
-            Holds::Block(&VARIABLE),
+            ValueType::Block(&VARIABLE),
             "A value that the machine stores and sets: `variable NAME : number = 0`.",
         )
         .at(Place::Hq),
         Key::optional(
             "variables",
-            Holds::Each(&Holds::Block(&VARIABLE)),
+            ValueType::Each(&ValueType::Block(&VARIABLE)),
             "Values that the machine stores and sets, by name: `NAME: { type: number, value: 0 }`, or `NAME: point?`.",
         )
         .at(Place::Yaml),
         Key::optional(
             "human",
-            Holds::Block(&HUMAN),
+            ValueType::Block(&HUMAN),
             "A person whose points are tracked: `human NAME { points [chest, left_wrist] }`.",
         )
         .at(Place::Hq),
-        Key::optional("humans", Holds::Each(&Holds::Block(&HUMAN)), "People whose points are tracked, by name.")
-            .at(Place::Yaml),
+        Key::optional(
+            "humans",
+            ValueType::Each(&ValueType::Block(&HUMAN)),
+            "People whose points are tracked, by name.",
+        )
+        .at(Place::Yaml),
         Key::optional(
             "safety_field",
-            Holds::Block(&SAFETY_FIELD),
+            ValueType::Block(&SAFETY_FIELD),
             "The distance between the robot and people as one number: `safety_field NAME { of HUMAN }`, read as \
              `field(NAME)`.",
         )
         .at(Place::Hq),
         Key::optional(
             "safety_fields",
-            Holds::Each(&Holds::Block(&SAFETY_FIELD)),
+            ValueType::Each(&ValueType::Block(&SAFETY_FIELD)),
             "Distances between the robot and people, each as one number, by name; read as `field(NAME)`.",
         )
         .at(Place::Yaml),
         Key::optional(
             "machine",
-            Holds::Block(&MACHINE),
+            ValueType::Block(&MACHINE),
             "A state machine: `machine NAME { initial STATE  state STATE { .. } }`.",
         )
         .at(Place::Hq),
         Key::optional(
             "machines",
-            Holds::Each(&Holds::Block(&MACHINE)),
+            ValueType::Each(&ValueType::Block(&MACHINE)),
             "State machines by name, each with `initial` and `states`.",
         )
         .at(Place::Yaml),
         Key::optional(
             "for",
-            Holds::Declarations,
+            ValueType::Declarations,
             "Repeats declarations: `for side in [left, right] { task touch_${side} = .. }`.",
         )
         .at(Place::Hq),
         Key::optional(
             "for",
-            Holds::List(&Holds::Block(&REPEAT)),
+            ValueType::List(&ValueType::Block(&REPEAT)),
             "Repeated declarations: `- { name: side, in: [left, right], tasks: { .. } }`.",
         )
         .at(Place::Yaml),
         Key::optional(
             "scenario",
-            Holds::Block(&SCENARIO),
+            ValueType::Block(&SCENARIO),
             "A run in a world of its own, with expectations: `scenario NAME { stack NAME  expect always margin(TASK) \
              >= 0 m }`.",
         )
         .at(Place::Hq),
         Key::optional(
             "scenarios",
-            Holds::Each(&Holds::Block(&SCENARIO)),
+            ValueType::Each(&ValueType::Block(&SCENARIO)),
             "Runs in worlds of their own, with expectations, by name.",
         )
         .at(Place::Yaml),
         Key::optional(
             "mission",
-            Holds::Block(&MISSION),
+            ValueType::Block(&MISSION),
             "A planning problem of a team, for `hierarq plan`: `mission NAME : schedule { robot NAME { .. }  human \
              NAME { .. } }`.",
         )
         .at(Place::Hq),
         Key::optional(
             "missions",
-            Holds::Each(&Holds::Block(&MISSION)),
+            ValueType::Each(&ValueType::Block(&MISSION)),
             "Planning problems of teams, for `hierarq plan`, by name, each with its kind: `NAME: { schedule: { .. } \
              }`.",
         )
         .at(Place::Yaml),
-        Key::optional("run", Holds::Block(&RUN), "Settings of `hierarq run`: `run { stack NAME  duration 10 s }`.")
+        Key::optional("run", ValueType::Block(&RUN), "Settings of `hierarq run`: `run { stack NAME  duration 10 s }`.")
             .at(Place::Word),
     ],
 };
 
 /// A param with a range.
-pub static PARAM: Section = Section {
+pub static PARAM: BlockSchema = BlockSchema {
     name: "the range of a param",
     keys: &[
-        Key::required("value", Holds::Value, "The value.").at(Place::Yaml),
+        Key::required("value", ValueType::Value, "The value.").at(Place::Yaml),
         Key::optional(
             "min",
-            Holds::Bound,
+            ValueType::Bound,
             "The least value that this param may have, written here or given with `--set`.",
         )
         .at(Place::Word),
         Key::optional(
             "max",
-            Holds::Bound,
+            ValueType::Bound,
             "The largest value that this param may have, written here or given with `--set`.",
         )
         .at(Place::Word),
@@ -198,65 +202,79 @@ pub static PARAM: Section = Section {
 };
 
 /// A repetition, in YAML.
-pub static REPEAT: Section = Section {
+pub static REPEAT: BlockSchema = BlockSchema {
     name: "a repetition",
     keys: &[
-        Key::required("name", Holds::NewName, "Name of the loop variable; `${NAME}` in names.").at(Place::Yaml),
-        Key::required("in", Holds::Values, "The values: a list, or whole numbers, `1..4`.").at(Place::Yaml),
+        Key::required("name", ValueType::NewName, "Name of the loop variable; `${NAME}` in names.").at(Place::Yaml),
+        Key::required("in", ValueType::Values, "The values: a list, or whole numbers, `1..4`.").at(Place::Yaml),
     ],
 };
 
 /// A run.
-pub static RUN: Section = Section {
+pub static RUN: BlockSchema = BlockSchema {
     name: "a run",
     keys: &[
         Key::optional(
             "stack",
-            Holds::Name(Named::Stack),
+            ValueType::Name(Named::Stack),
             "The stack that runs from start to end; default: the machine, or else the only stack.",
         ),
-        Key::optional("machine", Holds::Name(Named::Machine), "The machine that runs; default: the only one."),
-        Key::or("duration", Holds::Number(Quantity::above(TIME, 0.0)), "10 s", "Duration of the run."),
-        Key::optional("title", Holds::Text, "Title of table and report; default: the name of the stack or machine."),
+        Key::optional("machine", ValueType::Name(Named::Machine), "The machine that runs; default: the only one."),
+        Key::or("duration", ValueType::Number(Quantity::above(TIME, 0.0)), "10 s", "Duration of the run."),
+        Key::optional(
+            "title",
+            ValueType::Text,
+            "Title of table and report; default: the name of the stack or machine.",
+        ),
         Key::or(
             "solver",
-            Holds::Choice(&["active_set", "clarabel"]),
+            ValueType::Choice(&["active_set", "clarabel"]),
             "active_set",
             "The solver of the hierarchy; `clarabel` is the slower reference.",
         ),
         Key::optional(
             "tick_budget",
-            Holds::Number(Quantity::above(TIME, 0.0)),
+            ValueType::Number(Quantity::above(TIME, 0.0)),
             "Time limit of a tick, at most a period. When it is spent, the tick uses the part of the solution that is \
              known. Default: no limit.",
         ),
-        Key::optional("simulator", Holds::Block(&SIMULATOR), "Deviations of the simulated robot from a perfect one."),
+        Key::optional(
+            "simulator",
+            ValueType::Block(&SIMULATOR),
+            "Deviations of the simulated robot from a perfect one.",
+        ),
     ],
 };
 
-pub(super) const ACTUATOR_SPEED: &str =
-    "The largest real speed of every joint, in addition to its own limit; for prismatic joints the same number in m/s.";
-pub(super) const ACTUATOR_ACCELERATION: &str =
-    "The largest real acceleration of every joint; for prismatic joints the same number in m/s^2.";
+pub(super) const ACTUATOR_SPEED: Key = Key::optional(
+    "speed",
+    ValueType::Number(Quantity::above(ANGULAR_VELOCITY, 0.0)),
+    "The largest real speed of every joint, in addition to its own limit; for prismatic joints the same number in m/s.",
+);
+pub(super) const ACTUATOR_ACCELERATION: Key = Key::optional(
+    "acceleration",
+    ValueType::Number(Quantity::above(ANGULAR_ACCELERATION, 0.0)),
+    "The largest real acceleration of every joint; for prismatic joints the same number in m/s^2.",
+);
 
 /// The simulated robot.
-pub static SIMULATOR: Section = Section {
+pub static SIMULATOR: BlockSchema = BlockSchema {
     name: "the simulator",
     keys: &[
         Key::or(
             "lag",
-            Holds::Number(Quantity::at_least(TIME, 0.0)),
+            ValueType::Number(Quantity::at_least(TIME, 0.0)),
             "0 s",
             "Time constant of a first-order lag between commanded and real velocity.",
         ),
         Key::or(
             "noise",
-            Holds::Number(Quantity::at_least(ANGLE, 0.0)),
+            ValueType::Number(Quantity::at_least(ANGLE, 0.0)),
             "0 rad",
             "Standard deviation of the noise on measured joint positions; for prismatic joints the same number in m.",
         ),
-        Key::or("seed", Holds::Number(Quantity::at_least(NONE, 0.0)), "0", "Seed of the noise, a whole number."),
-        Key::optional("speed", Holds::Number(Quantity::above(ANGULAR_VELOCITY, 0.0)), ACTUATOR_SPEED),
-        Key::optional("acceleration", Holds::Number(Quantity::above(ANGULAR_ACCELERATION, 0.0)), ACTUATOR_ACCELERATION),
+        Key::or("seed", ValueType::Number(Quantity::at_least(NONE, 0.0)), "0", "Seed of the noise, a whole number."),
+        ACTUATOR_SPEED,
+        ACTUATOR_ACCELERATION,
     ],
 };

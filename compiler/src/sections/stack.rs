@@ -3,53 +3,57 @@
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::params::Quantity;
 
-use super::{Holds, Key, Named, Place, Section};
+use super::{BlockSchema, Key, Named, Place, ValueType};
 
 /// A stack.
-pub static STACK: Section = Section {
+pub static STACK: BlockSchema = BlockSchema {
     name: "a stack",
     keys: &[
-        Key::optional("lock", Holds::Joints, "Joints, groups and patterns that are held still while this stack runs."),
+        Key::optional(
+            "lock",
+            ValueType::Joints,
+            "Joints, groups and patterns that are held still while this stack runs.",
+        ),
         Key::optional(
             "from",
-            Holds::Name(Named::Stack),
+            ValueType::Name(Named::Stack),
             "The stack from which this one is made: a name, or `NAME(..)`.",
         )
         .at(Place::Yaml),
         Key::optional(
             "changes",
-            Holds::List(&Holds::Block(&CHANGE)),
+            ValueType::List(&ValueType::Block(&CHANGE)),
             "Changes of the stack from which this one is made: `- { replace: NAME, tasks: [..] }`, `- { add: NAME, \
              before: NAME, tasks: [..] }`, `- { remove: NAME }`.",
         )
         .at(Place::Yaml),
         Key::optional(
             "levels",
-            Holds::List(&Holds::Block(&LEVEL)),
+            ValueType::List(&ValueType::Block(&LEVEL)),
             "The levels, the most important first: `- { name: limits, hard: true, tasks: [..] }`.",
         )
         .at(Place::Yaml),
         Key::optional(
             "level",
-            Holds::Block(&LEVEL),
+            ValueType::Block(&LEVEL),
             "A level: `level NAME hard { task  task weight 2 }`. The first is the most important.",
         )
         .at(Place::Hq),
         Key::optional(
             "replace",
-            Holds::Block(&LEVEL),
+            ValueType::Block(&LEVEL),
             "In a stack `from` another one: replaces a level, `replace NAME { .. }`.",
         )
         .at(Place::Hq),
         Key::optional(
             "add",
-            Holds::Block(&LEVEL),
+            ValueType::Block(&LEVEL),
             "In a stack `from` another one: adds a level, `add NAME { .. } before OTHER`.",
         )
         .at(Place::Hq),
         Key::optional(
             "remove",
-            Holds::Name(Named::Level),
+            ValueType::Name(Named::Level),
             "In a stack `from` another one: removes a level, `remove NAME`.",
         )
         .at(Place::Hq),
@@ -57,34 +61,35 @@ pub static STACK: Section = Section {
 };
 
 /// A change of a stack, in YAML.
-pub static CHANGE: Section = Section {
+pub static CHANGE: BlockSchema = BlockSchema {
     name: "a change of a stack",
     keys: &[
-        Key::optional("replace", Holds::Name(Named::Level), "The level that is replaced by this one.").at(Place::Yaml),
-        Key::optional("add", Holds::NewName, "The name of the added level.").at(Place::Yaml),
-        Key::optional("remove", Holds::Name(Named::Level), "The level that is removed.").at(Place::Yaml),
-        Key::optional("before", Holds::Name(Named::Level), "The level below the added one.").at(Place::Yaml),
-        Key::optional("after", Holds::Name(Named::Level), "The level above the added one.").at(Place::Yaml),
+        Key::optional("replace", ValueType::Name(Named::Level), "The level that is replaced by this one.")
+            .at(Place::Yaml),
+        Key::optional("add", ValueType::NewName, "The name of the added level.").at(Place::Yaml),
+        Key::optional("remove", ValueType::Name(Named::Level), "The level that is removed.").at(Place::Yaml),
+        Key::optional("before", ValueType::Name(Named::Level), "The level below the added one.").at(Place::Yaml),
+        Key::optional("after", ValueType::Name(Named::Level), "The level above the added one.").at(Place::Yaml),
     ],
 };
 
 /// A level.
-pub static LEVEL: Section = Section {
+pub static LEVEL: BlockSchema = BlockSchema {
     name: "a level",
     keys: &[
-        Key::required("name", Holds::NewName, "The name of the level, for tables and logs.").at(Place::Yaml),
-        Key::or("hard", Holds::Flag, "false", "A hard level takes no slack: it is met, or the run has a fault.")
+        Key::required("name", ValueType::NewName, "The name of the level, for tables and logs.").at(Place::Yaml),
+        Key::or("hard", ValueType::Flag, "false", "A hard level takes no slack: it is met, or the run has a fault.")
             .at(Place::Word),
         Key::or(
             "damping",
-            Holds::NumberOr(Quantity::at_least(NONE, 0.0), &["auto", "none"]),
+            ValueType::NumberOr(Quantity::at_least(NONE, 0.0), &["auto", "none"]),
             "auto",
             "Treatment of a level that cannot be met. `auto`: exact if the level can be met, damped if it cannot. \
              `none`: always exact. A number of zero or more: `damping · |v|²` in the cost of the level, met or not.",
         ),
         Key::required(
             "tasks",
-            Holds::List(&Holds::Block(&MEMBER)),
+            ValueType::List(&ValueType::Block(&MEMBER)),
             "The tasks of the level: names, tasks in place, or `{ task: .., weight: .. }`.",
         )
         .at(Place::Yaml),
@@ -92,13 +97,13 @@ pub static LEVEL: Section = Section {
 };
 
 /// A task in a level.
-pub static MEMBER: Section = Section {
+pub static MEMBER: BlockSchema = BlockSchema {
     name: "a member",
     keys: &[
-        Key::required("task", Holds::Tasks, "The name of a task, or a task in place.").at(Place::Yaml),
+        Key::required("task", ValueType::Tasks, "The name of a task, or a task in place.").at(Place::Yaml),
         Key::or(
             "weight",
-            Holds::Number(Quantity::above(NONE, 0.0)),
+            ValueType::Number(Quantity::above(NONE, 0.0)),
             "1",
             "Weight of the squared slack of this task relative to the other tasks of its level.",
         )

@@ -6,7 +6,7 @@ use crate::calls;
 use crate::diagnostic::clip;
 use crate::missions::{self, Body};
 use crate::tree::{Comments, Mission, MissionMember, MissionRepeat};
-use crate::vocabulary::{MISSION_KINDS, ROLES, TASK_SETTINGS};
+use crate::vocabulary::{ROLES, TASK_SETTINGS};
 use crate::words::{is_name, nearest};
 use crate::{Diagnostic, Spanned};
 
@@ -57,26 +57,22 @@ impl Reader<'_> {
         (key, body)
     }
 
-    /// Returns the index of the entry below the name of a mission that is its kind. `layers` is both a kind and a part:
-    /// it is the kind if it is the only entry, or if it contains members. After other keys only a known kind counts.
+    /// Returns the index of the entry below the name of a mission that is its kind: the first one that holds members, or
+    /// else the first entry. A part such as `layers`, which is also a kind, is one only if it is the only entry or holds
+    /// members.
     fn kind_among(&self, pairs: &[(Spanned<String>, NodeId)]) -> Option<usize> {
         let holds_parts =
             |value: NodeId| self.is_null(value) || matches!(self.node(value).kind, Kind::Mapping(_) | Kind::Broken);
         let first = pairs.first().filter(|(key, value)| {
             holds_parts(*value) && (pairs.len() == 1 || !REPEATED.contains(&key.value.as_str()))
         });
-        let holds_members = |value: NodeId| match &self.node(value).kind {
+        let holds_members = |(_, value): &(Spanned<String>, NodeId)| match &self.node(*value).kind {
             Kind::Mapping(below) => {
                 below.iter().any(|(key, _)| self.scalar(*key).is_some_and(|key| REPEATED.contains(&key.0)))
             }
             _ => false,
         };
-        let known = |(key, value): &(Spanned<String>, NodeId)| {
-            let part = REPEATED.contains(&key.value.as_str());
-            MISSION_KINDS.contains(&key.value.as_str())
-                && if part { holds_members(*value) } else { holds_parts(*value) }
-        };
-        pairs.iter().position(known).or(first.map(|_| 0))
+        pairs.iter().position(holds_members).or(first.map(|_| 0))
     }
 
     /// Reports keys beside the kind of a mission, or beside the action of a task.

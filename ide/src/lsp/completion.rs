@@ -6,7 +6,7 @@ use std::ops::Range;
 use compiler::resolve::{
     BUILT_IN, CURSOR, CompletionContext, FAULTS, Formal, MEASURED, PRESENT, Resolution, SymbolKind, TRIGGERS,
 };
-use compiler::sections::{SPEC, Section};
+use compiler::sections::{BlockSchema, InSyntax, SPEC};
 use dsl::Syntax;
 use dsl::vocabulary::UNITS;
 use lsp_types::{
@@ -244,10 +244,10 @@ impl List<'_> {
         self.symbols(names, SymbolKind::Link);
     }
 
-    fn keys(&mut self, section: &'static Section, used: &[String]) {
+    fn keys(&mut self, section: &'static BlockSchema, used: &[String]) {
         let syntax = if self.colon { Syntax::Yaml } else { Syntax::Native };
         for key in section.written(syntax).filter(|k| !used.iter().any(|u| u == k.name)) {
-            self.add(key.name, CompletionItemKind::PROPERTY, 0, &keys::describe(&key.holds), hover::key(key));
+            self.add(key.name, CompletionItemKind::PROPERTY, 0, &keys::describe(&key.value), hover::key(key));
         }
     }
 

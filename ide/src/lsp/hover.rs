@@ -128,7 +128,7 @@ fn file(names: &Resolution, id: FileId) -> String {
 
 /// Text for a key: type, presence, description.
 pub(super) fn key(key: &Key) -> String {
-    format!("`{}`: {}; {}\n\n{}", key.name, keys::describe(&key.holds), presence(&key.presence), key.doc)
+    format!("`{}`: {}; {}\n\n{}", key.name, keys::describe(&key.value), presence(&key.presence), key.doc)
 }
 
 /// Text for a parameter: type, presence, description.

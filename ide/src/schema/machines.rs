@@ -1,6 +1,6 @@
 //! Schema of signals, machines, and nested states.
 
-use compiler::sections::{self, SIGNAL, STATE, Section, TRANSITION, VARIABLE};
+use compiler::sections::{self, BlockSchema, SIGNAL, STATE, TRANSITION, VARIABLE};
 use serde_json::{Map, Value, json};
 
 use super::{described, object, section, sections as of, values};
@@ -18,7 +18,7 @@ pub(super) fn machines() -> Value {
 }
 
 /// Mapping of a machine or a state.
-fn body(section: &Section, description: &str) -> Value {
+fn body(section: &BlockSchema, description: &str) -> Value {
     let mut parts = of::keys(section);
     let actions = json!({ "type": ["string", "array"], "minLength": 1, "items": values::name() });
     for key in ["enter", "do", "exit"] {

@@ -1,7 +1,7 @@
 //! Schema of missions, from the sections of their kinds: members by name below the plurals of their roles, and
 //! repetitions.
 
-use compiler::sections::{ALL, Holds, Key, MISSION, REPEAT, Section};
+use compiler::sections::{ALL, BlockSchema, InSyntax, Key, MISSION, REPEAT, ValueType};
 use dsl::Syntax;
 use dsl::vocabulary::ROLES;
 use serde_json::{Map, Value, json};
@@ -29,24 +29,24 @@ fn role_below(key: &Key) -> Option<&'static str> {
 }
 
 /// Keys of a section that contain members, each with the role and the member's section.
-fn members(section: &Section) -> impl Iterator<Item = (&'static Key, &'static str, &'static Section)> {
-    section.written(Syntax::Yaml).filter_map(|key| match key.holds {
-        Holds::Each(Holds::Block(inner)) => Some((key, role_below(key)?, *inner)),
+fn members(section: &BlockSchema) -> impl Iterator<Item = (&'static Key, &'static str, &'static BlockSchema)> {
+    section.written(Syntax::Yaml).filter_map(|key| match key.value {
+        ValueType::Each(ValueType::Block(inner)) => Some((key, role_below(key)?, *inner)),
         _ => None,
     })
 }
 
 /// Contents of each kind of mission.
-fn bodies(kinds: &Section) -> Map<String, Value> {
-    let one = |key: &'static Key| match key.holds {
-        Holds::Block(section) => Some((key.name.to_string(), described(body(section), key.doc))),
+fn bodies(kinds: &BlockSchema) -> Map<String, Value> {
+    let one = |key: &'static Key| match key.value {
+        ValueType::Block(section) => Some((key.name.to_string(), described(body(section), key.doc))),
         _ => None,
     };
     kinds.written(Syntax::Yaml).filter_map(one).collect()
 }
 
 /// Mapping of a mission of a kind, or of a member.
-fn body(section: &Section) -> Value {
+fn body(section: &BlockSchema) -> Value {
     let mut parts = of::keys(section);
     let below = by_role(section);
     let needed = section.written(Syntax::Yaml).filter(|k| k.presence == Presence::Required);
@@ -68,8 +68,8 @@ fn body(section: &Section) -> Value {
 }
 
 /// Members by name, for each role of a section.
-fn by_role(of: &Section) -> Map<String, Value> {
-    let one = |(key, role, inner): (&'static Key, &str, &'static Section)| {
+fn by_role(of: &BlockSchema) -> Map<String, Value> {
+    let one = |(key, role, inner): (&'static Key, &str, &'static BlockSchema)| {
         let member = if role == "task" { task(inner) } else { body(inner) };
         (key.name.to_string(), described(section("", &member), key.doc))
     };
@@ -77,7 +77,7 @@ fn by_role(of: &Section) -> Map<String, Value> {
 }
 
 /// A task: `wait`, or `{ pick_and_place: { .. } }`.
-fn task(inner: &'static Section) -> Value {
+fn task(inner: &'static BlockSchema) -> Value {
     json!({
         "type": ["string", "object"],
         "minProperties": 1,
@@ -86,16 +86,16 @@ fn task(inner: &'static Section) -> Value {
     })
 }
 
-fn repeats_name(section: &Section) -> String {
+fn repeats_name(section: &BlockSchema) -> String {
     format!("repeats in {}", section.name).replace(' ', "_")
 }
 
-fn reference(section: &Section) -> Value {
+fn reference(section: &BlockSchema) -> Value {
     json!({ "$ref": format!("#/$defs/{}", repeats_name(section)), "description": "Members that are repeated." })
 }
 
 /// List of repetitions of members.
-fn repeats(section: &Section) -> Value {
+fn repeats(section: &BlockSchema) -> Value {
     let mut parts = of::keys(&REPEAT);
     parts.retain(|key, _| key == "name" || key == "in");
     parts.extend(by_role(section));

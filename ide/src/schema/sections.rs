@@ -1,6 +1,6 @@
 //! Schema of all parts of a spec except tasks, from the table of keys.
 
-use compiler::sections::{self, Holds, Key, SPEC, Section};
+use compiler::sections::{self, BlockSchema, InSyntax, Key, SPEC, ValueType};
 use dsl::Syntax;
 use serde_json::{Map, Value, json};
 use stdlib_tasks::dimension::LENGTH;
@@ -24,17 +24,17 @@ pub(super) fn all() -> Map<String, Value> {
         "missions" => missions::missions(),
         "for" => reuse::repeats(),
         "scenarios" => scenarios(),
-        _ => held(&key.holds),
+        _ => held(&key.value),
     };
     SPEC.written(Syntax::Yaml).map(|key| (key.name.to_string(), described(one(key), key.doc))).collect()
 }
 
 /// Keys of a section in YAML.
-pub(super) fn keys(section: &Section) -> Map<String, Value> {
+pub(super) fn keys(section: &BlockSchema) -> Map<String, Value> {
     let schema = |key: &Key| {
-        let mut schema = described(held(&key.holds), key.doc);
+        let mut schema = described(held(&key.value), key.doc);
         if let Presence::Default(text) = key.presence {
-            schema["default"] = if matches!(key.holds, Holds::Flag) { json!(text == "true") } else { json!(text) };
+            schema["default"] = if matches!(key.value, ValueType::Flag) { json!(text == "true") } else { json!(text) };
         }
         schema
     };
@@ -42,72 +42,77 @@ pub(super) fn keys(section: &Section) -> Map<String, Value> {
 }
 
 /// Mapping with the keys of a section, including the list of required ones.
-fn block(section: &Section) -> Value {
+fn block(section: &BlockSchema) -> Value {
     let needed: Vec<&str> =
         section.written(Syntax::Yaml).filter(|k| k.presence == Presence::Required).map(|k| k.name).collect();
     object(keys(section), &needed, "")
 }
 
 /// Schema of a key's value.
-fn held(holds: &Holds) -> Value {
+fn held(holds: &ValueType) -> Value {
     match holds {
-        Holds::Number(q) | Holds::Spread(q) => values::scalar(q),
-        Holds::NumberOr(q, words) => json!({ "anyOf": [values::scalar(q), { "enum": words }] }),
-        Holds::Vector(d) => values::vector(*d),
-        Holds::Spot => values::vector(LENGTH),
-        Holds::Pair(d) => values::pair(*d),
-        Holds::Range(q) => values::range(q),
-        Holds::OfJoint { .. } | Holds::Bound => json!({ "type": ["number", "string"] }),
-        Holds::WordOr(_) => values::name(),
-        Holds::Value => json!({ "type": ["number", "string", "array"] }),
-        Holds::People => json!({ "type": ["string", "array"] }),
-        Holds::Numbers(q) => {
+        ValueType::Number(q) | ValueType::Count(q) | ValueType::Spread(q) => values::scalar(q),
+        ValueType::NumberOr(q, words) => json!({ "anyOf": [values::scalar(q), { "enum": words }] }),
+        ValueType::Vector(d) => values::vector(*d),
+        ValueType::Spot => values::vector(LENGTH),
+        ValueType::Pair(d) => values::pair(*d),
+        ValueType::Range(q) => values::range(q),
+        ValueType::OfJoint { .. } | ValueType::Bound => json!({ "type": ["number", "string"] }),
+        ValueType::WordOr(_) => values::name(),
+        ValueType::Value => json!({ "type": ["number", "string", "array"] }),
+        ValueType::People => json!({ "type": ["string", "array"] }),
+        ValueType::Numbers(q) => {
             let one = values::scalar(q);
             json!({ "anyOf": [one, { "type": "array", "minItems": 1, "items": one }] })
         }
-        Holds::Sent => json!({ "type": ["number", "string", "array", "boolean", "object"] }),
-        Holds::Values => json!({ "type": ["array", "string"] }),
-        Holds::Flag => json!({ "enum": [true, false] }),
-        Holds::Choice(words) => json!({ "enum": words }),
-        Holds::NewName => json!({ "type": "string", "pattern": values::NAME }),
-        Holds::Text | Holds::Urdf | Holds::Spec | Holds::Name(_) | Holds::Link => values::name(),
-        Holds::Geometries | Holds::Links | Holds::Joints => values::names(),
-        Holds::Locks => {
+        ValueType::Sent => json!({ "type": ["number", "string", "array", "boolean", "object"] }),
+        ValueType::Values => json!({ "type": ["array", "string"] }),
+        ValueType::Flag => json!({ "enum": [true, false] }),
+        ValueType::Choice(words) => json!({ "enum": words }),
+        ValueType::NewName => json!({ "type": "string", "pattern": values::NAME }),
+        ValueType::Text
+        | ValueType::File
+        | ValueType::Urdf
+        | ValueType::Spec
+        | ValueType::Name(_)
+        | ValueType::Link => values::name(),
+        ValueType::Geometries | ValueType::Links | ValueType::Joints => values::names(),
+        ValueType::Locks => {
             let mut locks = values::per_joint();
             locks["type"] = json!(["string", "array", "object"]);
             locks["items"] = values::name();
             locks
         }
-        Holds::Positions => values::per_joint(),
+        ValueType::Positions => values::per_joint(),
         // By reference, because states are nested.
-        Holds::Block(section) if std::ptr::eq(*section, &sections::STATE) => json!({ "$ref": "#/$defs/state" }),
-        Holds::Block(section) => block(section),
-        Holds::Blocks(section) => {
+        ValueType::Block(section) if std::ptr::eq(*section, &sections::STATE) => json!({ "$ref": "#/$defs/state" }),
+        ValueType::Block(section) => block(section),
+        ValueType::Blocks(section) => {
             let one = block(section);
             json!({ "anyOf": [one, { "type": "array", "minItems": 1, "items": one }] })
         }
-        Holds::LinkOr(section) => {
+        ValueType::LinkOr(section) => {
             let mut either = block(section);
             either["type"] = json!(["string", "object"]);
             either
         }
-        Holds::Each(inner) | Holds::Of(_, inner) => section("", &held(inner)),
-        Holds::PerJoint(inner) => json!({
+        ValueType::Each(inner) | ValueType::Of(_, inner) => section("", &held(inner)),
+        ValueType::PerJoint(inner) => json!({
             "type": "object",
             "propertyNames": { "pattern": values::JOINT_KEY },
             "additionalProperties": held(inner),
         }),
-        Holds::List(Holds::Block(section)) if std::ptr::eq(*section, &sections::MEMBER) => {
+        ValueType::List(ValueType::Block(section)) if std::ptr::eq(*section, &sections::MEMBER) => {
             json!({ "type": "array", "minItems": 1, "items": { "$ref": "#/$defs/member" } })
         }
-        Holds::List(Holds::Block(section)) if std::ptr::eq(*section, &sections::CHANGE) => {
+        ValueType::List(ValueType::Block(section)) if std::ptr::eq(*section, &sections::CHANGE) => {
             json!({ "type": "array", "items": change() })
         }
         // A list may also be a text, with a unit after it.
-        Holds::List(Holds::Vector(d)) => json!({ "type": ["string", "array"], "items": values::vector(*d) }),
-        Holds::List(Holds::Spot) => json!({ "type": ["string", "array"], "items": values::vector(LENGTH) }),
-        Holds::List(inner) => json!({ "type": "array", "minItems": 1, "items": held(inner) }),
-        Holds::Tasks | Holds::Declarations => json!({}),
+        ValueType::List(ValueType::Vector(d)) => json!({ "type": ["string", "array"], "items": values::vector(*d) }),
+        ValueType::List(ValueType::Spot) => json!({ "type": ["string", "array"], "items": values::vector(LENGTH) }),
+        ValueType::List(inner) => json!({ "type": "array", "minItems": 1, "items": held(inner) }),
+        ValueType::Tasks | ValueType::Declarations => json!({}),
     }
 }
 

@@ -6,10 +6,22 @@
 pub mod layers;
 pub mod schedule;
 
+use blocks::BlockSchema;
+
 use crate::kind::Kind;
 
-/// The entries of all kinds: the only list that names them outside their folders.
-pub static KINDS: &[&Kind] = &[&schedule::KIND, &layers::KIND];
+/// Lists the kinds: the only list that names them outside their folders.
+macro_rules! kinds {
+    ($($kind:ident),*) => {
+        /// The entries of all kinds.
+        pub static KINDS: &[&Kind] = &[$(&$kind::KIND),*];
+
+        /// A mission: the keys that name its kind.
+        pub static MISSION: BlockSchema = BlockSchema { name: "a mission", keys: &[$($kind::KIND.key()),*] };
+    };
+}
+
+kinds!(schedule, layers);
 
 /// The entry of this name.
 pub fn find(name: &str) -> Option<&'static Kind> {

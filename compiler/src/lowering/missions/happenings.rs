@@ -1,20 +1,18 @@
 //! Events of a scenario of a mission, and the feedback of people. The events of a kind are those of its entry.
 
-use dsl::tree::{Block, Entry, Value, ValueKind};
-use dsl::{Diagnostic, Spanned, Syntax};
+use blocks::{Bound, BoundBlock, Located};
+use dsl::tree::{Block, Entry};
+use dsl::{Diagnostic, Span};
 use mission::kind::{Detail, Event, EventInfo, Replies};
 use mission::kinds::KINDS;
-use mission::numbers::MAX_NUMBER;
 use names::{list, suggest};
 use runtime::program::{Happens, MAX_HAPPENINGS};
-use stdlib_tasks::dimension::TIME;
-use stdlib_tasks::params::Quantity;
 
 use super::super::Lowerer;
 use super::executed::{Executed, Owner};
-use super::reading::Keys;
-use crate::forms::{block_of, check_keys, text_of};
-use crate::sections::{APPROACHES, DISTANCES, HAPPENING, Holds, REPLY, WAITS};
+use crate::block_binding::Scope;
+use crate::forms::block_of;
+use crate::sections::{APPROACHES, DISTANCES, HAPPENING, REPLY, WAITS};
 
 /// True for the name of an event of some kind.
 fn is_event(key: &str) -> bool {
@@ -28,8 +26,8 @@ fn is_further(key: &str) -> bool {
 
 impl Lowerer<'_> {
     /// What happens, by time.
-    pub(super) fn happenings(&mut self, keys: Keys, of: Executed, duration: f64) -> Vec<Happens> {
-        let Some(e) = keys.entry("happens") else { return Vec::new() };
+    pub(super) fn happenings(&mut self, body: &Block, of: Executed, duration: f64) -> Vec<Happens> {
+        let Some(e) = body.get("happens") else { return Vec::new() };
         let mut all: Vec<Happens> = Vec::new();
         let items = e.value.items();
         if items.len() > MAX_HAPPENINGS {
@@ -40,10 +38,9 @@ impl Lowerer<'_> {
         }
         for item in items {
             let Some(block) = block_of(item, "what happens", self.diagnostics) else { continue };
-            check_keys(block, &HAPPENING, self.diagnostics);
-            let keys = Keys { block, section: &HAPPENING, at: item.span };
-            let at = self.happens_at(keys, duration);
-            let what = self.event_of_mission(block, keys, of);
+            let bound = self.block_binder(&Scope::default()).block(block, &HAPPENING, item.span);
+            let at = self.happens_at(&bound, duration);
+            let what = self.event_of_mission(block, &bound, of);
             if let (Some(at), Some(what)) = (at, what) {
                 all.push(Happens { at, what });
             }
@@ -52,30 +49,22 @@ impl Lowerer<'_> {
         all
     }
 
-    fn happens_at(&mut self, keys: Keys, duration: f64) -> Option<f64> {
-        let Some(e) = keys.entry("at") else {
-            if keys.misspells("at") {
-                return None;
-            }
-            let d = Diagnostic::error("HQ0206", keys.at, "nothing says when this happens");
-            self.push(d.help("write for instance `at 120 s`"));
-            return None;
-        };
-        let at = self.key_number(keys, "at").ok().flatten()?;
-        if at > duration {
+    fn happens_at(&mut self, bound: &BoundBlock, duration: f64) -> Option<f64> {
+        let at: Located<f64> = bound.read("at")?;
+        if at.value > duration {
             let text =
                 format!("this never happens, because the run is over after {} s", runtime::text::number(duration));
-            let d = Diagnostic::warning("HQ0923", e.value.span, text);
+            let d = Diagnostic::warning("HQ0923", self.origins.span(at.at), text);
             self.push(d.help("write an earlier time, or a longer `duration`"));
         }
-        Some(at)
+        Some(at.value)
     }
 
     /// The event of a block.
-    fn event_of_mission(&mut self, block: &Block, keys: Keys, of: Executed) -> Option<Event> {
+    fn event_of_mission(&mut self, block: &Block, bound: &BoundBlock, of: Executed) -> Option<Event> {
         let kind = of.kind();
         let names: Vec<&str> = kind.events.iter().map(|event| event.name).collect();
-        let e = self.said(block, keys, &names)?;
+        let e = self.said(block, bound, &names)?;
         let name = e.key.value.as_str();
         let Some(info) = kind.event(name) else {
             let d = Diagnostic::error("HQ0922", e.key.span, format!("`{name}` makes no sense in {}", kind.title));
@@ -87,7 +76,8 @@ impl Lowerer<'_> {
         if !self.no_further(block, e, info) {
             return None;
         }
-        let (member, role) = self.member(&e.value, of)?;
+        let who: Located<String> = bound.read(name)?;
+        let (member, role) = self.participant(&who.value, e.value.span, of)?;
         if let Some(not) = info.not_of.iter().find(|not| not.role == role) {
             let text = format!("`{name}` makes no sense for {}", not.who);
             let d = Diagnostic::error("HQ0922", e.value.span, text).note(not.why);
@@ -96,10 +86,10 @@ impl Lowerer<'_> {
         }
         let mut event = Event::of(name, member);
         for further in info.with {
-            if further.required.is_some_and(|example| self.lacks_further(e, keys, further.key, example)) {
+            if further.required.is_some_and(|example| self.lacks_further(e, bound, further.key, example)) {
                 return None;
             }
-            if let Some(detail) = self.detail(keys, further.key)? {
+            if let Some(detail) = detail(bound, further.key)? {
                 event = event.and(further.key, detail);
             }
         }
@@ -133,37 +123,27 @@ impl Lowerer<'_> {
     }
 
     /// Reports a further key that is missing; true then.
-    fn lacks_further(&mut self, e: &Entry, keys: Keys, key: &str, example: &str) -> bool {
-        if keys.entry(key).is_some() {
+    fn lacks_further(&mut self, e: &Entry, bound: &BoundBlock, key: &str, example: &str) -> bool {
+        if bound.get(key).is_some() {
             return false;
         }
-        if !keys.misspells(key) {
+        if !bound.is_wrong(key) {
             let d = Diagnostic::error("HQ0206", e.key.span, format!("`{}` needs `{key}`", e.key.value));
             self.push(d.help(format!("write for instance `{example}` behind it")));
         }
         true
     }
 
-    /// The value of a further key; `Some(None)` if it is left out.
-    fn detail(&mut self, keys: Keys, key: &str) -> Option<Option<Detail>> {
-        let Some(e) = keys.entry(key) else { return Some(None) };
-        Some(Some(match HAPPENING.key(key, Syntax::Native).map(|key| &key.holds)? {
-            Holds::Pair(_) => Detail::Point(self.key_pair(keys, key)?),
-            Holds::Choice(_) => Detail::Number(f64::from(self.step(keys, key)?)),
-            _ => Detail::Number(self.delay(e)?),
-        }))
-    }
-
     /// The one entry that says what happens. `names` are the events of the kind.
-    fn said<'b>(&mut self, block: &'b Block, keys: Keys, names: &[&str]) -> Option<&'b Entry> {
+    fn said<'b>(&mut self, block: &'b Block, bound: &BoundBlock, names: &[&str]) -> Option<&'b Entry> {
         let event = |e: &&Entry| is_event(&e.key.value);
         let mut events = block.entries.iter().filter(event);
         let Some(e) = events.next() else {
             // A word that no event has was reported, and may be the one that is meant.
-            if block.entries.iter().any(|e| HAPPENING.key(&e.key.value, Syntax::Native).is_none()) {
+            if block.entries.iter().any(|e| HAPPENING.entry(&e.key.value).is_none()) {
                 return None;
             }
-            let d = Diagnostic::error("HQ0922", keys.at, "nothing happens here");
+            let d = Diagnostic::error("HQ0922", self.origins.span(bound.at), "nothing happens here");
             self.push(d.help(format!("say what, and to whom: {}", list(names.iter().copied(), 9))));
             return None;
         };
@@ -176,82 +156,36 @@ impl Lowerer<'_> {
         Some(e)
     }
 
-    /// By how much something is late, in s.
-    fn delay(&mut self, by: &Entry) -> Option<f64> {
-        let within = Quantity { min: -MAX_NUMBER, max: MAX_NUMBER, ..Quantity::any(TIME) };
-        self.number_within(&by.value, "by", &within)
-    }
-
     /// The member of a name: its index and role.
-    fn member(&mut self, value: &Value, of: Executed) -> Option<(usize, &'static str)> {
-        let name = self.somebody(value)?;
-        self.participant(&name, of)
-    }
-
-    fn participant(&mut self, name: &Spanned<String>, of: Executed) -> Option<(usize, &'static str)> {
-        match of.owner(&name.value) {
+    fn participant(&mut self, name: &str, at: Span, of: Executed) -> Option<(usize, &'static str)> {
+        match of.owner(name) {
             Some(Owner::Member(member, role)) => Some((member, role)),
             _ => {
-                self.nobody_called(name, of);
+                self.nobody_called(name, at, of);
                 None
             }
         }
     }
 
-    /// A name where one is needed.
-    fn somebody(&mut self, value: &Value) -> Option<Spanned<String>> {
-        if let Some(name) = text_of(value) {
-            return Some(Spanned::new(name.to_string(), value.span));
-        }
-        if !matches!(value.kind, ValueKind::Missing) {
-            let d = Diagnostic::error("HQ0304", value.span, "the name of a robot or an agent is needed here");
-            self.push(d.help("write it as the mission declares it"));
-        }
-        None
-    }
-
     /// Reports a name that nobody has.
-    fn nobody_called(&mut self, name: &Spanned<String>, of: Executed) {
+    fn nobody_called(&mut self, name: &str, at: Span, of: Executed) {
         let members = of.members();
         let names = || members.iter().copied();
-        let d = Diagnostic::error("HQ0201", name.span, format!("nobody in the mission is called `{}`", name.value));
-        self.push(match suggest(&name.value, names()) {
+        let d = Diagnostic::error("HQ0201", at, format!("nobody in the mission is called `{name}`"));
+        self.push(match suggest(name, names()) {
             Some(near) => d.help(format!("did you mean `{near}`?")),
             None => d.help(format!("there are {}", list(names(), 12))),
         });
     }
 
-    /// A step of feedback, from -2 to 2.
-    fn step(&mut self, keys: Keys, key: &str) -> Option<i8> {
-        let words = [("wait", WAITS), ("approach", APPROACHES), ("distance", DISTANCES)];
-        let words = words.into_iter().find(|(name, _)| *name == key)?.1;
-        let word = self.key_word(keys, key)?;
-        let place = words.iter().position(|w| *w == word)?;
-        Some(i8::try_from(place).ok()? - 2)
-    }
-
-    /// The feedback of a person about a service; `Some(None)` if it is empty.
-    fn reply(&mut self, keys: Keys, member: usize) -> Option<Option<Event>> {
-        let mut event = Event::of("feedback", member);
-        let mut good = true;
-        for key in ["wait", "approach", "distance"] {
-            match self.detail(keys, key) {
-                Some(Some(detail)) => event = event.and(key, detail),
-                Some(None) => {}
-                None => good = false,
-            }
-        }
-        good.then(|| (!event.with.is_empty()).then_some(event))
-    }
-
     /// The feedback of people after each service. Reports it for a kind that has none.
-    pub(super) fn replies(&mut self, keys: Keys, of: Executed) -> Vec<Replies> {
+    pub(super) fn replies(&mut self, body: &Block, of: Executed) -> Vec<Replies> {
         let mut all = Vec::new();
-        let Some(e) = keys.entry("feedback") else { return all };
+        let Some(e) = body.get("feedback") else { return all };
         let Some(info) = of.kind().event("feedback") else { return all };
         let Some(block) = block_of(&e.value, "`feedback`", self.diagnostics) else { return all };
         for e in &block.entries {
-            let Some((member, role)) = self.participant(&e.key, of) else { continue };
+            let Some((member, role)) = self.participant(&e.key.value, e.key.span, of) else { continue };
             if let Some(not) = info.not_of.iter().find(|not| not.role == role) {
                 let text = format!("`feedback` makes no sense for {}", not.who);
                 self.push(Diagnostic::error("HQ0922", e.key.span, text).note(not.why).help("name a person"));
@@ -260,9 +194,8 @@ impl Lowerer<'_> {
             let mut services = Vec::new();
             for item in e.value.items() {
                 let Some(block) = block_of(item, "what is said of a service", self.diagnostics) else { continue };
-                check_keys(block, &REPLY, self.diagnostics);
-                let keys = Keys { block, section: &REPLY, at: item.span };
-                services.extend(self.reply(keys, member));
+                let bound = self.block_binder(&Scope::default()).block(block, &REPLY, item.span);
+                services.extend(reply(&bound, member));
             }
             if !services.is_empty() {
                 all.push(Replies { member, services });
@@ -272,17 +205,43 @@ impl Lowerer<'_> {
     }
 
     /// Reports keys of scenarios that a kind does not have.
-    pub(super) fn absent_keys(&mut self, keys: Keys, of: Executed) {
+    pub(super) fn absent_keys(&mut self, body: &Block, of: Executed) {
         let kind = of.kind();
         for (key, why) in kind.absent {
-            let Some(e) = keys.entry(key) else { continue };
+            let Some(e) = body.get(key) else { continue };
             let text = format!("a scenario of {} has no `{key}`", kind.title);
             let d = Diagnostic::error("HQ0921", e.key.span, text);
-            let d = match keys.entry("mission") {
+            let d = match body.get("mission") {
                 Some(mission) => d.label(mission.value.span, format!("this is {}", kind.title)),
                 None => d,
             };
             self.push(d.note(*why).help("leave it out"));
         }
     }
+}
+
+/// The value of a further key; `Some(None)` if it is left out, `None` if it is wrong.
+fn detail(bound: &BoundBlock, key: &str) -> Option<Option<Detail>> {
+    let Some(value) = bound.get(key) else { return (!bound.is_wrong(key)).then_some(None) };
+    Some(Some(match &value.value {
+        Bound::Pair(point) => Detail::Point(*point),
+        Bound::Number(x) => Detail::Number(*x),
+        Bound::Word(word) => {
+            // A step of feedback, from -2 to 2.
+            let words = [WAITS, APPROACHES, DISTANCES].into_iter().find_map(|w| w.iter().position(|w| w == word));
+            Detail::Number(f64::from(i8::try_from(words?).ok()? - 2))
+        }
+        _ => return None,
+    }))
+}
+
+/// The feedback of a person about a service; `Some(None)` if it is empty, `None` if it is wrong.
+fn reply(bound: &BoundBlock, member: usize) -> Option<Option<Event>> {
+    let mut event = Event::of("feedback", member);
+    for key in REPLY.entries() {
+        if let Some(detail) = detail(bound, key)? {
+            event = event.and(key, detail);
+        }
+    }
+    Some((!event.with.is_empty()).then_some(event))
 }

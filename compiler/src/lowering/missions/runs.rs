@@ -1,8 +1,10 @@
 //! Working robots that run controllers: what a worker says with `runs`.
 
-use dsl::tree::{Entry, Mission, MissionMember};
+use blocks::{Block, BoundBlock};
 use dsl::{Diagnostic, Span};
-use mission::kinds::schedule::problem::{AgentKind, Problem};
+use mission::declare::DeclaredMission;
+use mission::declare::common::RunsBlock;
+use mission::kind;
 use names::{list, suggest};
 use runtime::Program;
 use runtime::program::{
@@ -12,9 +14,6 @@ use runtime::program::{
 
 use super::super::Lowerer;
 use super::super::states::state;
-use super::reading::Keys;
-use crate::forms::{block_of, check_keys, path_of, text_of};
-use crate::sections::RUNS;
 
 /// The machines of working robots, by agent: what expectations may name states of.
 #[derive(Default)]
@@ -33,41 +32,48 @@ impl Machines {
     }
 }
 
+/// The key of a member that runs a controller.
+const RUNS_KEY: &str = "runs";
+
+/// A member that runs a controller.
+struct Worker<'m> {
+    name: &'m str,
+    /// Index among the members of the mission.
+    index: usize,
+    /// Number of its operations.
+    operations: usize,
+}
+
 impl Lowerer<'_> {
-    /// The working robots of a mission that run controllers; without those in which something is wrong.
-    pub(super) fn running(&mut self, m: &Mission, problem: &Problem) -> Running {
+    /// The members of a mission that run controllers; without those in which something is wrong.
+    pub(super) fn running(&mut self, declared: &DeclaredMission, mission: &dyn kind::Mission) -> Running {
         let mut running = Running::default();
-        for member in m.members.iter().filter(|member| member.role.value == "worker") {
-            let Some(e) = member.settings.get("runs") else { continue };
-            let is =
-                |a: &mission::kinds::schedule::problem::Agent| a.kind == AgentKind::Worker && a.name == *member.name;
-            let Some(agent) = problem.agents.iter().position(is) else { continue };
+        for member in &declared.members {
+            let Some(runs) = member.settings.block(RUNS_KEY) else { continue };
+            let is = |m: &kind::Member| m.role == member.role && m.name == member.name;
+            let Some(index) = mission.members().iter().position(is) else { continue };
             if running.workers.len() == MAX_RUNNING {
                 let text = format!("more than {MAX_RUNNING} workers of this mission run controllers");
-                let d = Diagnostic::error("HQ0933", e.key.span, text);
+                let d = Diagnostic::error("HQ0933", self.origins.span(runs.at), text);
                 self.push(d.help("leave `runs` out of some: their operations then take their `duration`"));
                 break;
             }
-            self.runs(member, (e, agent, problem), &mut running);
+            let worker = Worker { name: &member.name, index, operations: mission.work_of(index) };
+            self.runs(runs, &worker, &mut running);
         }
         running
     }
 
-    fn runs(&mut self, member: &MissionMember, (e, agent, problem): (&Entry, usize, &Problem), into: &mut Running) {
-        let Some(block) = block_of(&e.value, "`runs`", self.diagnostics) else { return };
-        check_keys(block, &RUNS, self.diagnostics);
-        let keys = Keys { block, section: &RUNS, at: e.key.span };
-        for key in ["spec", "go", "done"] {
-            if keys.entry(key).is_none() {
-                self.lacks(keys, key);
-            }
+    fn runs(&mut self, bound: &BoundBlock, worker: &Worker, into: &mut Running) {
+        let block = RunsBlock::read(bound);
+        if bound.is_wrong("spec") {
+            return;
         }
-        let Some((spec, at)) = self.key_text(keys, "spec") else { return };
-        let Some(program) = self.controller_of(spec, at) else { return };
-        let operations = problem.agents.get(agent).map_or(0, |a| a.operations);
-        let go = self.go(keys, &program, spec);
-        let done = self.done(keys, &program, (spec, operations, member));
-        let world = self.world_of(keys, &program, spec);
+        let spec = block.spec.value.as_str();
+        let Some(program) = self.controller_of(spec, self.origins.span(block.spec.at)) else { return };
+        let go = (!bound.is_wrong("go")).then(|| self.go(&block, &program)).flatten();
+        let done = (!bound.is_wrong("done")).then(|| self.done(&block, &program, worker)).flatten();
+        let world = (!bound.is_wrong("scenario")).then(|| self.world_of(&block, &program)).flatten();
         let (Some(go), Some(done), Some(mut world)) = (go, done, world) else { return };
         // What is told of operations is told by the mission alone.
         world.world.signals.retain(|s| s.signal != go);
@@ -77,24 +83,13 @@ impl Lowerer<'_> {
             into.controllers.push(ControllerProgram { spec: spec.to_string(), program });
             into.controllers.len() - 1
         });
-        let member = problem.robots.len() + agent;
-        into.workers.push(WorkerProgram { member, controller, go, done, world });
-    }
-
-    /// A text or a name behind a key.
-    fn key_text<'b>(&mut self, keys: Keys<'b>, name: &str) -> Option<(&'b str, Span)> {
-        let e = keys.entry(name)?;
-        let found = text_of(&e.value);
-        if found.is_none() && !matches!(e.value.kind, dsl::tree::ValueKind::Missing) {
-            let d = Diagnostic::error("HQ0304", e.value.span, format!("`{name}` is a text"));
-            self.push(d.help("write it in quotes"));
-        }
-        Some((found?, e.value.span))
+        into.workers.push(WorkerProgram { member: worker.index, controller, go, done, world });
     }
 
     /// The signal that says that an operation goes on.
-    fn go(&mut self, keys: Keys, program: &Program, spec: &str) -> Option<usize> {
-        let (name, at) = self.key_text(keys, "go")?;
+    fn go(&mut self, block: &RunsBlock, program: &Program) -> Option<usize> {
+        let (name, spec) = (block.go.value.as_str(), block.spec.value.as_str());
+        let at = self.origins.span(block.go.at);
         let signals = || program.interface.signals.iter().filter(|s| !s.is_variable());
         let flags: Vec<&str> = signals().filter(|s| s.kind == "flag").map(|s| s.name.as_str()).collect();
         let Some(signal) = program.interface.signals.iter().position(|s| s.name == name) else {
@@ -128,22 +123,11 @@ impl Lowerer<'_> {
     }
 
     /// The state that ends an operation.
-    fn done(
-        &mut self,
-        keys: Keys,
-        program: &Program,
-        (spec, operations, member): (&str, usize, &MissionMember),
-    ) -> Option<usize> {
-        let e = keys.entry("done")?;
+    fn done(&mut self, block: &RunsBlock, program: &Program, worker: &Worker) -> Option<usize> {
+        let (path, spec) = (block.done.value.as_str(), block.spec.value.as_str());
+        let at = self.origins.span(block.done.at);
         let machine = program.machine.as_ref()?;
-        let Some(path) = path_of(&e.value) else {
-            if !matches!(e.value.kind, dsl::tree::ValueKind::Missing) {
-                let d = Diagnostic::error("HQ0304", e.value.span, "`done` is the name of a state");
-                self.push(d.help(format!("name a state of the machine of `{spec}`")));
-            }
-            return None;
-        };
-        let done = match state(machine, &path, e.value.span) {
+        let done = match state(machine, path, at) {
             Ok(done) => done,
             Err(mut d) => {
                 d.message = format!("{} in `{spec}`", d.message);
@@ -151,12 +135,10 @@ impl Lowerer<'_> {
                 return None;
             }
         };
+        let Worker { name, operations, .. } = *worker;
         if operations > 1 && !is_left(machine, done) {
-            let d = Diagnostic::error("HQ0932", e.value.span, format!("the machine of `{spec}` never leaves `{path}`"))
-                .note(format!(
-                    "`{}` has {operations} operations, and each ends when that state is entered",
-                    *member.name
-                ))
+            let d = Diagnostic::error("HQ0932", at, format!("the machine of `{spec}` never leaves `{path}`"))
+                .note(format!("`{name}` has {operations} operations, and each ends when that state is entered"))
                 .help("name the state in which the robot waits for its next operation, or let this one be left");
             self.push(d);
             return None;
@@ -165,7 +147,7 @@ impl Lowerer<'_> {
     }
 
     /// The world around the robot: that of a scenario of its spec, or one in which nothing happens.
-    fn world_of(&mut self, keys: Keys, program: &Program, spec: &str) -> Option<ScenarioProgram> {
+    fn world_of(&mut self, block: &RunsBlock, program: &Program) -> Option<ScenarioProgram> {
         let empty = ScenarioProgram {
             name: String::new(),
             run: program.run.clone(),
@@ -175,10 +157,9 @@ impl Lowerer<'_> {
             predicates: Vec::new(),
             expectations: Vec::new(),
         };
-        if keys.entry("scenario").is_none() {
-            return Some(empty);
-        }
-        let (name, at) = self.key_text(keys, "scenario")?;
+        let Some(scenario) = &block.scenario else { return Some(empty) };
+        let (name, spec) = (scenario.value.as_str(), block.spec.value.as_str());
+        let at = self.origins.span(scenario.at);
         let names = || program.scenarios.iter().map(|s| s.name.as_str());
         let Some(found) = program.scenarios.iter().find(|s| s.name == name) else {
             let d = Diagnostic::error("HQ0201", at, format!("`{spec}` has no scenario `{name}` of its robot"));

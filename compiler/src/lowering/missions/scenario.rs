@@ -1,7 +1,8 @@
 //! Scenarios of missions: how one is executed, for how long, and what is expected of it. What happens in it stands in
 //! `happenings.rs`.
 
-use dsl::tree::{Block, Entry, Scenario};
+use blocks::{Block as _, BoundBlock, Located};
+use dsl::tree::{Block, Scenario};
 use dsl::{Diagnostic, Span};
 use mission::execution::Replan;
 use mission::kind::Run;
@@ -12,21 +13,25 @@ use runtime::text::number;
 use super::super::Lowerer;
 use super::super::scenario::whole_seed;
 use super::executed::Executed;
-use super::reading::Keys;
 use super::runs::Machines;
+use crate::block_binding::Scope;
 use crate::expand::Expanded;
 use crate::forms::{text_of, unknown_key};
-use crate::sections::{Holds, OF_ALL_SCENARIOS, OF_MISSIONS, SCENARIO};
+use crate::sections::{OF_ALL_SCENARIOS, OF_MISSIONS, SCENARIO, ScenarioBlock};
 
 /// True for a scenario that runs a mission.
 pub(crate) fn runs_mission(s: &Scenario) -> bool {
     s.body.get("mission").is_some()
 }
 
+/// True for an entry of a scenario of missions, or of one of a robot's controller.
+pub(in crate::lowering) fn is_of(key: &str, of_mission: bool) -> bool {
+    OF_ALL_SCENARIOS.contains(&key) || OF_MISSIONS.contains(&key) == of_mission
+}
+
 /// Reports keys of a scenario that it does not have, and says of those of the other kind of scenario why not.
 pub(in crate::lowering) fn check_scenario_keys(body: &Block, of_mission: bool, diagnostics: &mut Vec<Diagnostic>) {
-    let has = |key: &str| OF_ALL_SCENARIOS.contains(&key) || OF_MISSIONS.contains(&key) == of_mission;
-    let keys: Vec<&str> = SCENARIO.entries().filter(|key| has(key)).collect();
+    let keys: Vec<&str> = SCENARIO.entries().filter(|key| is_of(key, of_mission)).collect();
     for (i, e) in body.entries.iter().enumerate() {
         let key = e.key.value.as_str();
         if keys.contains(&key) {
@@ -49,9 +54,6 @@ pub(in crate::lowering) fn check_scenario_keys(body: &Block, of_mission: bool, d
         diagnostics.push(d);
     }
 }
-
-/// The step between two instants where none is written, s, or a little less.
-const STEP: f64 = 1.0;
 
 impl Lowerer<'_> {
     /// The scenarios of missions, each brought to its mission.
@@ -122,18 +124,18 @@ impl Lowerer<'_> {
     /// A scenario without its expectations, and where its step was written.
     fn mission_scenario(&mut self, s: &Scenario, of: Executed) -> Option<(MissionScenarioProgram, Span)> {
         let before = self.errors();
-        let keys = Keys { block: &s.body, section: &SCENARIO, at: s.name.span };
-        let at = |name: &str| keys.entry(name).map_or(s.name.span, |e| e.value.span);
-        let duration = self.mission_duration(keys);
-        let written = keys.entry("step").is_some();
-        let longest = self.key_number(keys, "step").ok().flatten().unwrap_or(STEP);
-        let seed = self.key_number(keys, "seed").ok().flatten();
-        let seed = seed.and_then(|x| whole_seed(x, at("seed"), self.diagnostics));
-        let sampled = self.key_word(keys, "operations") == Some("sampled");
-        let bases = self.key_word(keys, "travel") == Some("bases");
-        let replan = match self.key_word(keys, "replan") {
-            Some("none") => Replan::None,
-            Some("reschedule") => Replan::Reschedule,
+        let scope = Scope::default();
+        let bound = self.block_binder(&scope).entries(&s.body, &SCENARIO, s.name.span, |key| is_of(key, true));
+        let block = ScenarioBlock::read(&bound);
+        let at = |name: &str| s.body.get(name).map_or(s.name.span, |e| e.value.span);
+        let duration = self.mission_duration(&block, &bound);
+        let written = s.body.get("step").is_some();
+        let longest = block.step;
+        let seed = whole_seed(block.seed.value, at("seed"), self.diagnostics);
+        let (sampled, bases) = (block.operations == "sampled", block.travel == "bases");
+        let replan = match block.replan {
+            "none" => Replan::None,
+            "reschedule" => Replan::Reschedule,
             _ => Replan::Both,
         };
         let run = Run { bases, ..Run::default() };
@@ -152,13 +154,13 @@ impl Lowerer<'_> {
         if duration / longest > f64::from(MAX_INSTANTS) {
             let text = format!("the run would be judged at more than {MAX_INSTANTS} instants");
             let d = Diagnostic::error("HQ0924", at("duration"), text);
-            let d = keys.entry("step").iter().fold(d, |d, e| d.label(e.value.span, "from one instant to the next"));
+            let d = s.body.get("step").iter().fold(d, |d, e| d.label(e.value.span, "from one instant to the next"));
             self.push(d.help("shorten the run, or write a longer `step`"));
         }
         let settled = self.errors() == before;
-        let happens = self.happenings(keys, of, duration);
-        let replies = self.replies(keys, of);
-        self.absent_keys(keys, of);
+        let happens = self.happenings(&s.body, of, duration);
+        let replies = self.replies(&s.body, of);
+        self.absent_keys(&s.body, of);
         // What is wrong with an event is no matter of what is expected: both are told at once. Settings are.
         if !settled {
             return None;
@@ -193,53 +195,21 @@ impl Lowerer<'_> {
         self.push(d.help(format!("a run of {} s ends with such a step, or leave `step` out", number(whole))));
     }
 
-    fn mission_duration(&mut self, keys: Keys) -> Option<f64> {
-        if keys.entry("duration").is_none() {
-            if keys.misspells("duration") {
-                return None;
+    fn mission_duration(&mut self, block: &ScenarioBlock, bound: &BoundBlock) -> Option<f64> {
+        let Some(Located { at, value: duration }) = block.duration else {
+            if !bound.is_wrong("duration") {
+                let at = self.origins.span(bound.at);
+                let d = Diagnostic::error("HQ0206", at, "a scenario of a mission needs `duration`");
+                let d = d.note("a mission may wait for somebody who never comes back");
+                self.push(d.help("write how long it runs, for instance `duration 4000 s`: longer than the plan"));
             }
-            let d = Diagnostic::error("HQ0206", keys.at, "a scenario of a mission needs `duration`");
-            let d = d.note("a mission may wait for somebody who never comes back");
-            self.push(d.help("write how long it runs, for instance `duration 4000 s`: longer than the plan"));
             return None;
-        }
-        let duration = self.key_number(keys, "duration").ok().flatten()?;
+        };
         if duration > MAX_MISSION {
-            let at = keys.entry("duration").map_or(keys.at, |e| e.value.span);
             let text = format!("a mission runs for at most {MAX_MISSION} s, which are eleven days");
-            self.push(Diagnostic::error("HQ0924", at, text).help("shorten the run"));
+            self.push(Diagnostic::error("HQ0924", self.origins.span(at), text).help("shorten the run"));
             return None;
         }
         Some(duration)
     }
-
-    /// One of the words that a key may have, or what stands for it; none where it is wrong, which was reported.
-    pub(super) fn key_word(&mut self, keys: Keys, name: &str) -> Option<&'static str> {
-        let key = keys.section.key(name, dsl::Syntax::Native)?;
-        let Holds::Choice(words) = &key.holds else { return None };
-        let Some(Entry { value, .. }) = keys.entry(name) else {
-            return match key.presence {
-                stdlib_tasks::params::Presence::Default(word) => words.iter().find(|w| **w == word).copied(),
-                _ => None,
-            };
-        };
-        let found = text_of(value);
-        if let Some(word) = words.iter().find(|w| Some(**w) == found) {
-            return Some(word);
-        }
-        if matches!(value.kind, dsl::tree::ValueKind::Missing) {
-            return None;
-        }
-        let d = Diagnostic::error("HQ0304", value.span, format!("`{name}` is {}", one_of(words)));
-        self.push(match found.and_then(|word| suggest(word, words.iter().copied())) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
-            None => d.help(format!("write for instance `{name} {}`", words.first().copied().unwrap_or_default())),
-        });
-        None
-    }
-}
-
-/// Words in a sentence: one of `a`, `b` and `c`.
-fn one_of(words: &[&str]) -> String {
-    format!("one of {}", list(words.iter().copied(), 8))
 }

@@ -73,6 +73,35 @@ pub enum Key {
     Start,
 }
 
+impl Key {
+    /// Returns the keys of the language that it was read from, the most specific first.
+    pub fn names(self) -> &'static [&'static str] {
+        match self {
+            Key::Place => &["place"],
+            Key::Speed => &["speed"],
+            Key::Energy => &["energy", "factor"],
+            Key::Slowing => &["slowing"],
+            Key::Skills => &["paces", "skills"],
+            Key::Reach => &["reach"],
+            Key::Payload => &["payload"],
+            Key::Cannot => &["cannot"],
+            Key::Spread => &["spread"],
+            Key::Mass => &["mass"],
+            Key::Features => &["features"],
+            Key::Layer => &[],
+            Key::Action => &[ACTION],
+            Key::Path => &["via", "to"],
+            Key::Object => &["object"],
+            Key::Agent => &["agent"],
+            Key::Weights => &["weights"],
+            Key::Start => &[],
+        }
+    }
+}
+
+/// The action of a task, which is no key of its block.
+pub(super) const ACTION: &str = "=";
+
 /// A mistake in a problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mistake {

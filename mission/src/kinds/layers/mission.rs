@@ -13,6 +13,8 @@ use crate::numbers::MAX_BATCH;
 use crate::pages::{Pages, ServeSettings};
 use crate::planned::{PlanOptions, Planned, Refusal};
 
+use super::blocks::LAYERS;
+use super::build::build;
 use super::choose::{Formulation, Options, parts_of_a_second};
 use super::execution::{LayersExecution, Settings};
 use super::pages::LayersPages;
@@ -29,6 +31,9 @@ const LONGEST: Duration = Duration::from_secs(60);
 pub static KIND: Kind = Kind {
     name: "layers",
     title: "a mission of layers",
+    doc: "Assignment of tasks and objects to agents: layers of tasks, one after the other.",
+    schema: &LAYERS,
+    build: |declared, remarks| Box::new(build(declared, remarks)),
     measures: || MEASURES.iter().map(|(measure, _)| measure).collect(),
     events: &[
         EventInfo { name: "late", with: &[Further { key: "by", required: Some("by 5 s") }], not_of: &[] },

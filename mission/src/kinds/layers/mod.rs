@@ -7,7 +7,9 @@
 mod ability;
 mod assignment;
 mod batches;
+pub mod blocks;
 mod branch;
+mod build;
 pub mod chart;
 pub mod check;
 pub mod choose;
@@ -30,6 +32,7 @@ pub mod plan;
 pub mod planned;
 pub mod problem;
 pub mod reason;
+mod refusals;
 mod run;
 pub mod scales;
 mod speeds;
@@ -37,6 +40,7 @@ pub mod steps;
 mod text;
 mod timeline;
 pub mod validate;
+mod warnings;
 pub mod words;
 
 pub use self::mission::{KIND, Layers};

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
+pub use super::blocks::Weights;
 use crate::numbers::{Energy, Range};
 
 use crate::labels::Labels;
@@ -99,17 +100,6 @@ pub struct Task {
     pub object: Option<usize>,
     /// The agent that must perform it; `None`: any with the abilities.
     pub agent: Option<usize>,
-}
-
-/// Weights of the cost (6.7). All zero or more.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Weights {
-    /// `beta`, of people's workload.
-    pub workload: f64,
-    /// `gamma`, of the energy.
-    pub energy: f64,
-    /// `eta`, of the makespan.
-    pub makespan: f64,
 }
 
 /// A task that has begun, or is completed, when the plan is made. It stays unchanged.

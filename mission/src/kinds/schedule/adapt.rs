@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use super::blocks::Adaptation;
 use super::problem::{Agent, AgentKind, Approach, Problem};
 use crate::numbers::MAX_NUMBER;
 use crate::numbers::Range;
@@ -36,28 +37,6 @@ pub struct Satisfaction {
     pub wait: f64,
     /// Satisfaction with the approaches: positive if they are too slow.
     pub approach: f64,
-}
-
-/// Constants of the adaptation.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Adaptation {
-    /// `theta`, 0 to 1: weight of the latest feedback; the previous satisfaction has weight `1 - theta`.
-    pub memory: f64,
-    /// `k_alpha` of (5.16).
-    pub wait_gain: f64,
-    /// `k_zeta` of (5.17).
-    pub approach_gain: f64,
-    /// `c_eps`: minimum relative distance between the ends of a range of speeds.
-    pub margin: f64,
-    /// Maximum change of a wait limit by one feedback (s). Zero or more.
-    pub wait_step: f64,
-}
-
-impl Default for Adaptation {
-    /// Our own values: the thesis prints none.
-    fn default() -> Adaptation {
-        Adaptation { memory: 0.5, wait_gain: 1.0, approach_gain: 1.0, margin: 0.01, wait_step: 30.0 }
-    }
 }
 
 /// Reason why a feedback is rejected.

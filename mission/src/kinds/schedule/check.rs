@@ -64,6 +64,36 @@ pub enum Key {
     Scales,
 }
 
+impl Key {
+    /// Returns the name of the key in the language.
+    pub fn name(self) -> &'static str {
+        match self {
+            Key::Depot => "depot",
+            Key::Speed => "speed",
+            Key::Proximity => "proximity_speed",
+            Key::Serve => "serve",
+            Key::Deposit => "deposit",
+            Key::Factor => "factor",
+            Key::Energy => "energy",
+            Key::Place => "place",
+            Key::Operations => "operations",
+            Key::Duration => "duration",
+            Key::Severity => "severity",
+            Key::WaitDistance => "wait_distance",
+            Key::WaitLimit => "wait_limit",
+            Key::LimitWeights => "limit_weights",
+            Key::Approaches => "approaches",
+            Key::WaitWeights => "wait_weights",
+            Key::ApproachWeights => "approach_weights",
+            Key::Distances => "distances",
+            Key::Confidence => "confidence",
+            Key::Weights => "weights",
+            Key::Start => "start",
+            Key::Scales => "scales",
+        }
+    }
+}
+
 /// Reason why a declaration is rejected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]

@@ -13,6 +13,8 @@ use crate::pages::{Pages, ServeSettings};
 use crate::planned::{PlanOptions, Planned, Refusal};
 
 use super::adapt::Adaptation;
+use super::blocks::SCHEDULE;
+use super::build::build;
 use super::check::Item;
 use super::choose::{Formulation, Options};
 use super::execution::{Potentials, ScheduleExecution, Settings, Travel};
@@ -29,6 +31,10 @@ const BUDGET: Budget = Budget { time: Duration::from_secs(60), nodes: 300, gap: 
 pub static KIND: Kind = Kind {
     name: "schedule",
     title: "a schedule",
+    doc: "Who serves whom, when and how fast: service robots come to people and working robots at the end of each of their \
+          operations.",
+    schema: &SCHEDULE,
+    build: |declared, remarks| Box::new(build(declared, remarks)),
     measures: || MEASURES.iter().map(|(measure, _)| measure).collect(),
     events: &[
         of_agents("begun", &[]),
@@ -146,6 +152,11 @@ impl kind::Mission for Schedule {
 
     fn labels(&self) -> &Labels {
         &self.problem.labels
+    }
+
+    fn work_of(&self, member: usize) -> usize {
+        let agent = member.checked_sub(self.problem.robots.len());
+        agent.and_then(|agent| self.problem.agents.get(agent)).map_or(0, |agent| agent.operations)
     }
 
     fn check(&self) -> Result<(), Mistake> {

@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use super::blocks::Weights;
 use crate::labels::Labels;
 use crate::numbers::{Energy, Range};
 
@@ -110,17 +111,6 @@ pub enum Distances {
     Straight,
     /// `l_{a,m}^d` (m) by `[robot][agent]`, the length of the path from the depot to the place.
     Table(Vec<Vec<f64>>),
-}
-
-/// Weights of the cost (5.5). All zero or more.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Weights {
-    /// `beta`, of the waits of working robots.
-    pub worker_wait: f64,
-    /// `gamma`, of the energy.
-    pub energy: f64,
-    /// `kappa`, of the makespan.
-    pub makespan: f64,
 }
 
 /// Instants of the transitions between the phases of a service (s), ascending. (5.10) holds by construction: each phase

@@ -1,77 +1,70 @@
-//! What a planner says of a problem that it cannot plan, at the text that it is about.
+//! Errors for a schedule that cannot be planned, at the texts that they are about.
 
-use dsl::tree::Mission;
-use dsl::{Diagnostic, Span};
-use mission::kinds::schedule::check::{Declaration, Item, Key, MAX_OPERATIONS, MAX_ROBOTS, Mistake, Reason};
-use mission::kinds::schedule::problem::Problem;
-use mission::numbers::{MAX_NUMBER, MIN_SPEED};
-use runtime::text::number;
+use blocks::{Bound, Origin};
+use quantities::number;
 
-use super::super::Lowerer;
-use super::places::OfSchedule as Places;
+use super::check::{Declaration, Item, Key, MAX_OPERATIONS, MAX_ROBOTS, Mistake, Reason};
+use super::problem::Problem;
+use crate::declare::{DeclaredMission, Places, Remark, Remarks};
+use crate::numbers::{MAX_NUMBER, MIN_SPEED};
 
-impl Lowerer<'_> {
-    /// Reports what is wrong with a problem, but for what follows from mistakes that were reported already.
-    pub(super) fn mistakes(&mut self, m: &Mission, problem: &Problem, places: &Places) {
-        for mistake in problem.check() {
-            let known = |of: Declaration| places.is_wrong(of.item, of.key);
-            // These are about the whole, which is not known where a part is wrong.
-            let of_all =
-                matches!(mistake.reason, Reason::NoRobot | Reason::NoOperation | Reason::NoWay | Reason::NoTime { .. });
-            if known(mistake.at) || mistake.against.is_some_and(known) || (of_all && places.any_wrong()) {
-                continue;
-            }
-            let d = told(m, problem, &mistake, places);
-            self.push(d);
+/// Adds the mistakes of a problem, apart from those that follow from reported ones.
+pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Places<Item>, remarks: &mut Remarks) {
+    for mistake in problem.check() {
+        let known = |of: Declaration| is_wrong(places, of);
+        // These are about the whole, which is unknown if a part is wrong.
+        let of_all =
+            matches!(mistake.reason, Reason::NoRobot | Reason::NoOperation | Reason::NoWay | Reason::NoTime { .. });
+        if known(mistake.at) || mistake.against.is_some_and(known) || (of_all && places.any_wrong()) {
+            continue;
         }
+        remarks.push(refusal(m, problem, &mistake, places));
     }
 }
 
-/// The name of a key of the problem in the language.
-pub(super) fn word(key: Key) -> &'static str {
-    match key {
-        Key::Depot => "depot",
-        Key::Speed => "speed",
-        Key::Proximity => "proximity_speed",
-        Key::Serve => "serve",
-        Key::Deposit => "deposit",
-        Key::Factor => "factor",
-        Key::Energy => "energy",
-        Key::Place => "place",
-        Key::Operations => "operations",
-        Key::Duration => "duration",
-        Key::Severity => "severity",
-        Key::WaitDistance => "wait_distance",
-        Key::WaitLimit => "wait_limit",
-        Key::LimitWeights => "limit_weights",
-        Key::Approaches => "approaches",
-        Key::WaitWeights => "wait_weights",
-        Key::ApproachWeights => "approach_weights",
-        Key::Distances => "distances",
-        Key::Confidence => "confidence",
-        Key::Weights => "weights",
-        Key::Start => "start",
-        Key::Scales => "scales",
-    }
-}
-
-/// Where the approach that a mistake is about was written.
-fn own_approach(mistake: &Mistake, places: &Places) -> Option<Span> {
-    match (mistake.at, mistake.against) {
-        (
-            Declaration { item: Item::Agent(agent), key: Some(Key::Approaches) },
-            Some(Declaration { item: Item::Robot(robot), .. }),
-        ) => places.approach(agent, robot),
+/// Place of the speed of a robot's approach to an agent, if it is written.
+pub(super) fn approach(places: &Places<Item>, agent: usize, robot: usize) -> Option<Origin> {
+    let approaches = places.block(Item::Agent(agent))?.each(Key::Approaches.name());
+    let own = approaches.iter().find(|e| e.member == Some(robot))?;
+    match &own.value.value {
+        Bound::Block(block) => block.origin(Key::Speed.name()),
         _ => None,
     }
 }
 
-/// A mistake as the reader of the spec is told of it.
-fn told(m: &Mission, problem: &Problem, mistake: &Mistake, places: &Places) -> Diagnostic {
-    let at = own_approach(mistake, places).unwrap_or_else(|| places.of(mistake.at.item, mistake.at.key));
-    let name = &m.name.value;
-    let key = mistake.at.key.map_or("mission", word);
-    let error = |code: &'static str, text: String| Diagnostic::error(code, at, text);
+/// Place of the approach that a mistake is about.
+fn own_approach(mistake: &Mistake, places: &Places<Item>) -> Option<Origin> {
+    match (mistake.at, mistake.against) {
+        (
+            Declaration { item: Item::Agent(agent), key: Some(Key::Approaches) },
+            Some(Declaration { item: Item::Robot(robot), .. }),
+        ) => approach(places, agent, robot),
+        _ => None,
+    }
+}
+
+/// Place of a declaration; if its key is not written, of its entry.
+fn at_of(places: &Places<Item>, of: Declaration) -> Origin {
+    match of.key {
+        Some(key) => places.of(of.item, &[key.name()]),
+        None => places.of(of.item, &[]),
+    }
+}
+
+/// True if a mistake was reported in a declaration.
+fn is_wrong(places: &Places<Item>, of: Declaration) -> bool {
+    match of.key {
+        Some(key) => places.is_wrong(of.item, &[key.name()]),
+        None => places.is_wrong(of.item, &[]),
+    }
+}
+
+/// The error for a mistake.
+fn refusal(m: &DeclaredMission, problem: &Problem, mistake: &Mistake, places: &Places<Item>) -> Remark {
+    let at = own_approach(mistake, places).unwrap_or_else(|| at_of(places, mistake.at));
+    let name = &m.name;
+    let key = mistake.at.key.map_or("mission", Key::name);
+    let error = |code: &'static str, text: String| Remark::error(code, at, text);
     match &mistake.reason {
         Reason::NoRobot => error("HQ0901", format!("nobody serves in mission `{name}`: it has no robot"))
             .help("declare one: `robot NAME { depot [x, y] m  speed [0.05, 0.2] m/s  serve 20 s }`"),
@@ -102,7 +95,7 @@ fn told(m: &Mission, problem: &Problem, mistake: &Mistake, places: &Places) -> D
             let d = error("HQ0903", text);
             let d = d.help("a robot near an agent keeps to its own speeds too: write a range that meets them");
             match mistake.against {
-                Some(other) => d.label(places.of(other.item, other.key), "how fast the robot may go"),
+                Some(other) => d.label(at_of(places, other), "how fast the robot may go"),
                 None => d,
             }
         }
@@ -124,7 +117,7 @@ fn told(m: &Mission, problem: &Problem, mistake: &Mistake, places: &Places) -> D
             let d = error("HQ0905", text)
                 .note("it is planned as long as it takes at most with the wanted confidence, and the spread is too large for its mean")
                 .help("write a smaller standard deviation, or a greater confidence");
-            match places.key(Item::Mission, Key::Confidence) {
+            match places.written(Item::Mission, &[Key::Confidence.name()]) {
                 Some(confidence) => d.label(confidence, format!("a confidence of {}", number(problem.confidence))),
                 None => d,
             }
@@ -132,7 +125,7 @@ fn told(m: &Mission, problem: &Problem, mistake: &Mistake, places: &Places) -> D
         Reason::Count { found, expected } => {
             let d = error("HQ0906", format!("`{key}` has {found} numbers, and {expected} are wanted"))
                 .help("write one for each operation, or a single one for all");
-            d.label(places.of(mistake.at.item, Some(Key::Operations)), format!("{expected} operations"))
+            d.label(places.of(mistake.at.item, &[Key::Operations.name()]), format!("{expected} operations"))
         }
         // What the keys' own ranges refuse, and what no spec can say.
         reason => error("HQ0308", format!("`{key}` {reason}")).help("write a number inside the range of the key"),

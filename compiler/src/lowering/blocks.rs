@@ -1,0 +1,27 @@
+//! Blocks of declarations, read into their structs.
+
+use blocks::Block as BlockOf;
+use dsl::Span;
+use dsl::tree::Block;
+
+use super::Lowerer;
+use crate::block_binding::{BlockBinder, Scope, TextFiles};
+use crate::expr::constants::Constants;
+
+impl Lowerer<'_> {
+    /// The binder of blocks, for blocks whose values may name what is in scope.
+    pub(super) fn block_binder<'b>(&'b mut self, scope: &'b Scope) -> BlockBinder<'b> {
+        BlockBinder {
+            constants: Constants { graph: &mut self.graph, params: &mut self.params },
+            diagnostics: self.diagnostics,
+            origins: &mut self.origins,
+            scope,
+            files: TextFiles { folder: self.input.folder, sources: self.sources },
+        }
+    }
+
+    /// Reads a block that is named at a place.
+    pub(super) fn read<B: BlockOf>(&mut self, block: &Block, named: Span) -> B {
+        B::read(&self.block_binder(&Scope::default()).block(block, B::schema(), named))
+    }
+}

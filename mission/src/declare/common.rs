@@ -1,0 +1,91 @@
+//! Blocks and keys that several kinds share.
+
+use blocks::{Bound, FromBound, Key, Located, Named, ValueType, block};
+use quantities::Quantity;
+use quantities::dimension::{DAMPING, Dimension, FORCE, LENGTH, NONE, TIME};
+
+use crate::numbers::{Energy, Range};
+
+const POWER: Dimension = Dimension { m: 2, kg: 1, s: -3, rad: 0 };
+
+/// A time of zero or more.
+pub const A_TIME: ValueType = ValueType::Number(Quantity::at_least(TIME, 0.0));
+/// A length of zero or more.
+pub const A_LENGTH: ValueType = ValueType::Number(Quantity::at_least(LENGTH, 0.0));
+/// A number of zero or more.
+pub const A_WEIGHT: ValueType = ValueType::Number(Quantity::at_least(NONE, 0.0));
+/// A number from 0 to 1.
+pub const A_SHARE: ValueType = ValueType::Number(Quantity::between(NONE, 0.0, 1.0));
+/// A factor above zero.
+pub const A_FACTOR: ValueType = ValueType::Number(Quantity::above(NONE, 0.0));
+
+/// The text that people read in place of a name.
+pub const LABEL: Key = Key::optional(
+    "label",
+    ValueType::Text,
+    "Text that people read in place of the name, in any script: `label \"Łukasz\"`; default: the name.",
+)
+.example("\"Łukasz\"");
+
+block! {
+    /// Coefficients of the power of a robot that moves.
+    pub struct EnergyBlock = ENERGY, "the energy of a robot" {
+        /// Constant power.
+        standby: f64 = or(ValueType::Number(Quantity::at_least(POWER, 0.0)), "1 W");
+        /// Coefficient of the speed; default: 20 N times the factor.
+        friction: Option<f64> = optional(ValueType::Number(Quantity::at_least(FORCE, 0.0)));
+        /// Coefficient of the squared speed; default: 400 N s/m times the factor.
+        drag: Option<f64> = optional(ValueType::Number(Quantity::at_least(DAMPING, 0.0)));
+    }
+}
+
+impl EnergyBlock {
+    /// Returns the coefficients for a robot of this physical factor.
+    pub fn of_factor(&self, factor: f64) -> Energy {
+        let usual = Energy::of_factor(factor);
+        Energy {
+            standby: self.standby,
+            friction: self.friction.unwrap_or(usual.friction),
+            drag: self.drag.unwrap_or(usual.drag),
+        }
+    }
+}
+
+block! {
+    /// The controller that a member runs.
+    pub struct RunsBlock = RUNS, "what a worker runs" {
+        /// The spec of its controller, `"picker.hq"`, which has a machine.
+        spec: Located<String> = required(ValueType::Spec, "\"picker.hq\"");
+        /// A signal of that spec, a flag: true while an operation goes on, false between two operations.
+        go: Located<String> = required(ValueType::Name(Named::SignalThere), "box_in_place");
+        /// A state of its machine; the current operation ends when this state is entered.
+        done: Located<String> = required(ValueType::Name(Named::StateThere), "waiting");
+        /// A scenario of that spec that defines the environment of the robot: its start, its simulator, people,
+        /// signals other than `go`, outcomes of actions. Its expectations and its duration are ignored. Default: no
+        /// events, and every action ends immediately.
+        scenario: Option<Located<String>> = optional(ValueType::Text);
+    }
+}
+
+block! {
+    /// A place with a name: members of the role `place` are positions that others may name.
+    pub struct PlaceBlock = PLACE_BLOCK, "a place" {
+        /// See [`LABEL`].
+        label: Option<String> = same(LABEL);
+        /// Position of the place.
+        at: [f64; 3] = required(ValueType::Vector(LENGTH));
+    }
+}
+
+impl FromBound for Range {
+    fn from_bound(bound: &Bound) -> Option<Range> {
+        match bound {
+            Bound::Range([low, high]) => Some(Range::new(*low, *high)),
+            _ => None,
+        }
+    }
+
+    fn stand_in(_: &Key) -> Range {
+        Range::point(1.0)
+    }
+}
