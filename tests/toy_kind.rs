@@ -3,7 +3,9 @@
 
 pub mod walk;
 
+use blocks::{Bound, BoundBlock, Located, Origin};
 use mission::any_mission::AnyMission;
+use mission::declare::{DeclaredMember, DeclaredMission, Remarks};
 use mission::kind::{Detail, Event, Mission};
 use mission::plan::Status;
 use mission::plan_data;
@@ -16,6 +18,7 @@ use runtime::program::{Happens, MissionProgram, MissionScenarioProgram};
 use crate::common::played::{self, numbers, table};
 use hierarq::{gantt, report};
 use walk::Walk;
+use walk::blocks::{WALK, WALKER, build};
 
 /// Five metres in ten seconds.
 pub fn walk() -> Walk {
@@ -112,4 +115,36 @@ fn it_is_executed_judged_logged_and_reported() {
     let page = report::mission("walk.hq", &bad);
     assert!(page.contains("anna arrives") && page.contains("Places and ways"));
     assert!(runtime::text::mission(&mission).starts_with("mission day : walk\n"));
+}
+
+/// A value of a declaration.
+fn located(value: Bound) -> Option<Located<Bound>> {
+    Some(Located { at: Origin::default(), value })
+}
+
+#[test]
+fn its_declaration_is_read_by_its_tables() {
+    let at = Origin::default();
+    let mut settings = BoundBlock::new(&WALK, at);
+    settings.put("to", at, located(Bound::Pair([3.0, 4.0])));
+    let mut own = BoundBlock::new(&WALKER, at);
+    own.put("from", at, located(Bound::Pair([0.0, 0.0])));
+    own.put("speed", at, located(Bound::Number(0.5)));
+    let anna =
+        DeclaredMember { role: "human", name: "anna".into(), at, action: None, settings: own, members: Vec::new() };
+    let declared = |members: Vec<DeclaredMember>| DeclaredMission {
+        name: "day".into(),
+        at,
+        settings: settings.clone(),
+        members,
+        incomplete: false,
+    };
+    let mut remarks = Remarks::default();
+    assert_eq!(build(&declared(vec![anna.clone()]), &mut remarks), walk());
+    assert!(!remarks.has_error());
+    build(&declared(Vec::new()), &mut remarks);
+    assert!(remarks.has_error(), "nobody walks");
+    let mut remarks = Remarks::default();
+    build(&declared(vec![anna.clone(), DeclaredMember { name: "ben".into(), ..anna }]), &mut remarks);
+    assert!(remarks.has_error(), "two people walk");
 }

@@ -1,5 +1,6 @@
 //! A mission of the kind `walk`: a person walks straight to a place.
 
+pub mod blocks;
 mod execution;
 mod pages;
 pub mod plan;
@@ -17,6 +18,9 @@ use pages::WalkPages;
 pub static KIND: Kind = Kind {
     name: "walk",
     title: "a walk",
+    doc: "A person walks straight to a place.",
+    schema: &blocks::WALK,
+    build: |declared, remarks| Box::new(blocks::build(declared, remarks)),
     measures: || MEASURES.iter().map(|(measure, _)| measure).collect(),
     events: &[
         EventInfo { name: "late", with: &[Further { key: "by", required: Some("by 5 s") }], not_of: &[] },
