@@ -8,6 +8,7 @@
 //! [`Mission::members`].
 
 pub mod generation;
+pub mod pages;
 
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -18,12 +19,12 @@ use quantities::dimension::Dimension;
 use serde::{Deserialize, Serialize};
 
 use self::generation::Generation;
+use self::pages::{Pages, ServeSettings};
 use crate::chart::Chart;
 use crate::declare::{DeclaredMission, Remarks};
 use crate::execution::Replan;
 use crate::labels::Labels;
 use crate::map::Map;
-use crate::pages::{Pages, ServeSettings};
 use crate::plan_data::Form as PlanForm;
 use crate::planned::{PlanOptions, Planned, Refusal};
 

@@ -6,7 +6,7 @@
 //!
 //! - [`kinds`]: the kinds of mission, each with its problem, its planner, its validator and its execution.
 //! - [`kind`]: the interface between a kind and everything that runs, judges, logs and shows missions.
-//! - [`pages`]: web pages for the people of a mission, as data.
+//! - [`kind::pages`]: web pages for the people of a mission, as data.
 //! - [`declare`]: missions as a spec declares them, with the places of their texts.
 //! - [`execution`]: the parts of an execution that all kinds share.
 
@@ -21,7 +21,6 @@ pub mod kinds;
 pub mod labels;
 pub mod map;
 pub mod numbers;
-pub mod pages;
 pub mod plan;
 pub mod plan_data;
 pub mod planned;

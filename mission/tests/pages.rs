@@ -5,9 +5,11 @@ use serde_json::{Value, json};
 use crate::common::{Random, vineyard};
 use crate::layered;
 use hierarq_mission::kind::Mission;
+use hierarq_mission::kind::pages::{
+    Button, Client, JournalSink, MissionSession, Refusal, Request, ServeSettings, Session,
+};
 use hierarq_mission::kinds::layers::Layers;
 use hierarq_mission::kinds::schedule::Schedule;
-use hierarq_mission::pages::{Button, Client, JournalSink, MissionSession, Refusal, Request, ServeSettings, Session};
 
 /// A mission with the requests that had an effect.
 struct Recorded {

@@ -7,8 +7,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use mission::pages::words::clock_time;
-use mission::pages::{JournalSink, Refusal, Request, Session};
+use mission::kind::pages::words::clock_time;
+use mission::kind::pages::{JournalSink, Refusal, Request, Session};
 use tokio::sync::{oneshot, watch};
 
 use super::clock::Clock;
@@ -269,8 +269,8 @@ fn joined(note: Option<String>, more: &str) -> Option<String> {
 mod tests {
     use super::*;
     use crate::lines::tests::{Faults, Faulty};
+    use mission::kind::pages::{Client, PageData, SupervisorPage};
     use mission::map::Map;
-    use mission::pages::{Client, PageData, SupervisorPage};
     use serde_json::json;
 
     /// A mission in which every step takes longer than real time.

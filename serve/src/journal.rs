@@ -9,7 +9,7 @@ use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use files::Unopened;
-use mission::pages::Request;
+use mission::kind::pages::Request;
 use runtime::program::MAX_MISSION;
 use serde::{Deserialize, Serialize};
 
@@ -221,7 +221,7 @@ impl Journal {
 
 #[cfg(test)]
 mod tests {
-    use mission::pages::Client;
+    use mission::kind::pages::Client;
     use serde_json::json;
 
     use super::*;

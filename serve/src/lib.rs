@@ -5,7 +5,7 @@
 //! Pages listen to a stream of complete states and show the latest one, so that a reload or a lost connection loses
 //! nothing. A request is written into a journal before it has an effect ([`journal`]).
 //!
-//! Contents of pages and effects of requests come from the mission ([`mission::pages`]); nothing here knows a kind of mission.
+//! Contents of pages and effects of requests come from the mission ([`mission::kind::pages`]); nothing here knows a kind of mission.
 //!
 //! | protection against | module |
 //! |---|---|
@@ -35,7 +35,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use mission::kind::Mission;
-use mission::pages::{MissionSession, ServeSettings};
+use mission::kind::pages::{MissionSession, ServeSettings};
 use tokio::sync::watch;
 use twox_hash::XxHash3_128;
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use mission::pages::PageData;
+use mission::kind::pages::PageData;
 use serde::Serialize;
 
 /// State of a mission for its pages.

@@ -1,6 +1,6 @@
 //! Requests of the supervisor that the server itself handles; all others are passed to the mission.
 
-use mission::pages::{Refusal, parse};
+use mission::kind::pages::{Refusal, parse};
 use serde::Deserialize;
 use serde_json::Value;
 

@@ -13,7 +13,7 @@ use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::sse::Sse;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use mission::pages::{Client, PersonPage, Refusal, Request as PageRequest, SupervisorPage};
+use mission::kind::pages::{Client, PersonPage, Refusal, Request as PageRequest, SupervisorPage};
 use serde::Serialize;
 use serde_json::{Value, json};
 use tokio::time::timeout;

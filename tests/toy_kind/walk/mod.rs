@@ -5,9 +5,9 @@ mod execution;
 mod pages;
 pub mod plan;
 
+use mission::kind::pages::{Pages, ServeSettings};
 use mission::kind::{self, Event, EventInfo, Execution, Further, Impossible, Kind, Member, Mission, Mistake, Run};
 use mission::labels::Labels;
-use mission::pages::{Pages, ServeSettings};
 use mission::planned::{PlanOptions, Planned, Refusal};
 use serde::{Deserialize, Serialize};
 

@@ -1,9 +1,9 @@
 //! Web pages of a walk: the person reports the arrival.
 
-use mission::kind::{Event, Execution};
-use mission::pages::{
+use mission::kind::pages::{
     Activity, Button, ButtonGroup, JournalSink, Pages, PersonContent, PersonMessage, Progress, Refusal, parse,
 };
+use mission::kind::{Event, Execution};
 use serde::Deserialize;
 use serde_json::{Value, json};
 

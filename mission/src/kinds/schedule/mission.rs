@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::Budget;
 use crate::execution::Durations;
+use crate::kind::pages::{Pages, ServeSettings};
 use crate::kind::{self, Event, EventInfo, Further, Impossible, Kind, Member, Mistake, NotOf, Run};
 use crate::labels::Labels;
 use crate::numbers::MAX_BATCH;
-use crate::pages::{Pages, ServeSettings};
 use crate::planned::{PlanOptions, Planned, Refusal};
 
 use super::adapt::Adaptation;

@@ -1,10 +1,10 @@
 //! Log entries of a mission of layers as messages for one agent.
 
 use crate::execution::PlanChange;
+use crate::kind::pages::PersonMessage;
+use crate::kind::pages::words::clock_time;
 use crate::kinds::layers::execution::{Event, Happening};
 use crate::kinds::layers::problem::Problem;
-use crate::pages::PersonMessage;
-use crate::pages::words::clock_time;
 
 /// Returns an entry as a message for this agent; `None` if it does not concern the agent.
 pub(super) fn for_one(problem: &Problem, who: usize, what: &Happening) -> Option<PersonMessage> {

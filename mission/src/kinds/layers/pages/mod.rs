@@ -6,12 +6,12 @@ mod person;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::kind::{Detail, Event, Execution};
-use crate::pages::words::{clock_time, plan_status};
-use crate::pages::{
+use crate::kind::pages::words::{clock_time, plan_status};
+use crate::kind::pages::{
     ALREADY_NOTED, Activity, JournalSink, Pages, PersonContent, PersonMessage, PlanUpdate, Progress, Refusal,
     additional_time, is_current, parse,
 };
+use crate::kind::{Detail, Event, Execution};
 
 use super::execution::{Doing, Happening};
 use super::problem::Problem;

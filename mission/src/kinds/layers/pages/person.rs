@@ -2,11 +2,11 @@
 
 use serde_json::json;
 
+use crate::kind::pages::words::clock_time;
+use crate::kind::pages::{Button, ButtonGroup, PersonContent, Step};
 use crate::kinds::layers::execution::{Doing, Happening, LayersExecution};
 use crate::kinds::layers::problem::Problem;
 use crate::kinds::layers::steps::{Step as Planned, from_plan};
-use crate::pages::words::clock_time;
-use crate::pages::{Button, ButtonGroup, PersonContent, Step};
 
 /// Describes a task: `cube_5_1: pick_and_place left_green_cube_2, past rack, to (-0.20, 0.20, 0.00) m`.
 pub(super) fn task(problem: &Problem, task: usize, object: Option<usize>) -> String {

@@ -1,9 +1,9 @@
 //! What a person's page remembers of the log: measured durations, and services without feedback.
 
+use crate::kind::pages::{Answer, Form, Measured, Question};
 use crate::kinds::schedule::execution::{Event, Happening, Record};
 use crate::kinds::schedule::plan::Actor;
 use crate::kinds::schedule::problem::{AgentKind, Problem};
-use crate::pages::{Answer, Form, Measured, Question};
 
 use serde_json::json;
 

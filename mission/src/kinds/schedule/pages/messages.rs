@@ -1,11 +1,11 @@
 //! Log entries of a schedule as messages for one agent. Operations count from 1.
 
 use crate::execution::PlanChange;
+use crate::kind::pages::PersonMessage;
+use crate::kind::pages::words::clock_time;
 use crate::kinds::schedule::execution::{Event, Happening};
 use crate::kinds::schedule::plan::Actor;
 use crate::kinds::schedule::problem::Problem;
-use crate::pages::PersonMessage;
-use crate::pages::words::clock_time;
 
 /// Returns an entry as a message for this agent; `None` if it does not concern the agent.
 pub(super) fn for_one(problem: &Problem, who: usize, what: &Happening) -> Option<PersonMessage> {

@@ -7,12 +7,12 @@ mod request;
 
 use serde_json::Value;
 
-use crate::kind::{Event, Execution};
-use crate::pages::words::{clock_time, plan_status};
-use crate::pages::{
+use crate::kind::pages::words::{clock_time, plan_status};
+use crate::kind::pages::{
     ALREADY_NOTED, Activity, JournalSink, Pages, PersonContent, PersonMessage, PlanUpdate, Progress, Refusal,
     additional_time, is_current, parse,
 };
+use crate::kind::{Event, Execution};
 
 use super::event::{self, member};
 use super::execution::{AgentView, Doing, RobotView, Stage};

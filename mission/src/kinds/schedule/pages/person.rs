@@ -2,10 +2,10 @@
 
 use serde_json::json;
 
+use crate::kind::pages::words::clock_time;
+use crate::kind::pages::{Button, ButtonGroup, PersonContent, Step};
 use crate::kinds::schedule::execution::{AgentView, Coming, Doing, RobotView, ScheduleExecution, Stage};
 use crate::kinds::schedule::plan::{Activity, Actor, Phase};
-use crate::pages::words::clock_time;
-use crate::pages::{Button, ButtonGroup, PersonContent, Step};
 
 use super::history::History;
 

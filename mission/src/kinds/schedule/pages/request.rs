@@ -3,8 +3,8 @@
 
 use serde::Deserialize;
 
+use crate::kind::pages::Refusal;
 use crate::kind::{Detail, Event};
-use crate::pages::Refusal;
 
 pub(super) use crate::kinds::schedule::event::feedback;
 
