@@ -125,7 +125,7 @@ fn a_robot_breaks_down_and_the_other_takes_over() {
     supervisor.tell(json!({ "what": "lost", "member": ANNA }));
     let page = anna.until(|state| state["person"]["doing"] == "You have left the mission.")["person"].clone();
     assert!(page["note"].as_str().expect("a note").ends_with("tell the supervisor."), "{page:#}");
-    assert_eq!((&page["operation"], &page["measured"]), (&json!("Operation"), &json!([])));
+    assert_eq!((&page["groups"][0]["heading"], &page["measured"]), (&json!("Operation"), &json!([])));
 }
 
 /// A failed service is repeated, a longer one keeps its robot, and so does a longer operation; a duplicated press
