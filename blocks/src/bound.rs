@@ -113,11 +113,6 @@ impl BoundBlock {
         self.keys.iter().find(|of| of.key == key)?.value.as_ref()
     }
 
-    /// Reads the good value of a key, if it is written.
-    pub fn read<T: crate::FromBound>(&self, key: &str) -> Option<T> {
-        self.get(key).and_then(T::from_located)
-    }
-
     /// Returns the place of a key itself, if it is written.
     pub fn key_origin(&self, key: &str) -> Option<Origin> {
         self.keys.iter().find(|of| of.key == key).map(|of| of.at)

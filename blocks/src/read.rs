@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::bound::{Bound, BoundEntry, Located, Origin};
+use crate::bound::{Bound, BoundBlock, BoundEntry, Located, Origin};
 use crate::schema::{Key, ValueType};
 use quantities::Presence;
 
@@ -20,6 +20,13 @@ pub trait FromBound: Sized {
     /// Reads a value with its place.
     fn from_located(value: &Located<Bound>) -> Option<Self> {
         Self::from_bound(&value.value)
+    }
+}
+
+impl BoundBlock {
+    /// Reads the good value of a key, if it is written.
+    pub fn read<T: FromBound>(&self, key: &str) -> Option<T> {
+        self.get(key).and_then(T::from_located)
     }
 }
 

@@ -11,9 +11,19 @@ pub static UNITS: &[&str] = &[
 pub static TEXT_KEYS: &[&str] =
     &["urdf", "title", "package_path", "file", "instruction", "directives", "layers_from", "spec", "scenario", "label"];
 
-/// The roles of members of a mission: `robot m1 { .. }`; in YAML the members are listed below the plural, `robots:`.
-/// None of the plurals can be a setting of a mission.
-pub static ROLES: &[&str] = &["robot", "human", "worker", "object", "place", "layer", "task"];
+/// Lists the roles of members of a mission.
+macro_rules! roles {
+    ($($role:literal),*) => {
+        /// The roles of members of a mission: `robot m1 { .. }`; in YAML the members are listed below the plural,
+        /// `robots:`. None of the plurals can be a setting of a mission.
+        pub static ROLES: &[&str] = &[$($role),*];
+
+        /// The keys of YAML below which members are listed, and `for`.
+        pub(crate) static MEMBER_KEYS: &[&str] = &[$(concat!($role, "s"),)* "for"];
+    };
+}
+
+roles!("robot", "human", "worker", "object", "place", "layer", "task");
 
 /// Settings of the action of a task of a layer; none of these is an action.
 pub static TASK_SETTINGS: &[&str] = &["label", "features", "to", "via", "object", "agent"];

@@ -97,7 +97,7 @@ fn completion() {
         ("mission vineyard : schedule", "mission vineyard : |", &["schedule"], &["robot"]),
         ("weights { worker_wait 1  energy 1 }", "weights { | }", &["makespan", "energy"], &["robot"]),
         ("speed 0.1 m/s  serve 20 s", "speed 0.1 m/s  serve 20 s  |", &["factor", "deposit"], &["serve", "place"]),
-        ("    m2 { anna", "    | { anna", &["m2", "anna"], &["confidence"]),
+        ("    m2 { anna", "    | { anna", &["m2"], &["anna", "confidence"]),
         ("[0.05 m/s, pace]", "[0.05 m/s, |]", &["pace"], &[]),
     ]);
     let mut yaml = Document::open_in_yaml("lsp_mission_2.yaml", SPEC);

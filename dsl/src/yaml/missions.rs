@@ -6,12 +6,9 @@ use crate::calls;
 use crate::diagnostic::clip;
 use crate::missions::{self, Body};
 use crate::tree::{Comments, Mission, MissionMember, MissionRepeat};
-use crate::vocabulary::{ROLES, TASK_SETTINGS};
+use crate::vocabulary::{MEMBER_KEYS, ROLES, TASK_SETTINGS};
 use crate::words::{is_name, nearest};
 use crate::{Diagnostic, Spanned};
-
-/// The keys of a repetition apart from `name` and `in`.
-const REPEATED: &[&str] = &["robots", "humans", "workers", "objects", "places", "layers", "tasks", "for"];
 
 impl Reader<'_> {
     /// Reads `schedule: { confidence: 0.9, robots: { .. } }`.
@@ -64,11 +61,11 @@ impl Reader<'_> {
         let holds_parts =
             |value: NodeId| self.is_null(value) || matches!(self.node(value).kind, Kind::Mapping(_) | Kind::Broken);
         let first = pairs.first().filter(|(key, value)| {
-            holds_parts(*value) && (pairs.len() == 1 || !REPEATED.contains(&key.value.as_str()))
+            holds_parts(*value) && (pairs.len() == 1 || !MEMBER_KEYS.contains(&key.value.as_str()))
         });
         let holds_members = |(_, value): &(Spanned<String>, NodeId)| match &self.node(*value).kind {
             Kind::Mapping(below) => {
-                below.iter().any(|(key, _)| self.scalar(*key).is_some_and(|key| REPEATED.contains(&key.0)))
+                below.iter().any(|(key, _)| self.scalar(*key).is_some_and(|key| MEMBER_KEYS.contains(&key.0)))
             }
             _ => false,
         };
@@ -140,7 +137,7 @@ impl Reader<'_> {
         let Kind::Mapping(below) = &self.node(value).kind else { return None };
         let members = below.iter().all(|(_, value)| matches!(self.node(*value).kind, Kind::Mapping(_)));
         let same = ROLES.iter().find(|role| **role == key.value).copied();
-        let near = || nearest(&key.value, REPEATED).and_then(missions::role_below).filter(|_| !below.is_empty());
+        let near = || nearest(&key.value, MEMBER_KEYS).and_then(missions::role_below).filter(|_| !below.is_empty());
         let role = same.or_else(|| near().filter(|_| members))?;
         let text = format!("`{}` holds no members of a mission", clip(&key.value));
         self.diags.push(Diagnostic::error("HQ0132", key.span, text).help(format!("did you mean `{role}s`?")));
@@ -239,7 +236,7 @@ impl Reader<'_> {
             self.pool.before(span.range().start, &mut comments.before);
             let (mut members, mut repeats) = (Vec::new(), Vec::new());
             self.depth += 1;
-            let head = self.repeat_head(id, REPEATED, &mut comments, &mut |reader, key, value, _| {
+            let head = self.repeat_head(id, MEMBER_KEYS, &mut comments, &mut |reader, key, value, _| {
                 if key.value == "for" {
                     reader.mission_repeats(value, &mut repeats);
                 } else if let Some(role) = missions::role_below(&key.value) {
