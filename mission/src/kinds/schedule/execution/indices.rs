@@ -1,5 +1,5 @@
-//! Whether what people ask for is given to them: what the plan says of their next service before it takes in what they
-//! said, and after; see [`adaptation_index`].
+//! Adaptation index of a person: their next planned service before and after their feedback is applied; see
+//! [`adaptation_index`].
 
 use crate::kinds::schedule::adaptation_index::{Quantity, adaptation_index};
 use crate::kinds::schedule::cost;
