@@ -63,6 +63,13 @@ fn requests(session: &MissionSession, random: &mut Random) -> Vec<Request> {
     all
 }
 
+/// Advances as the server does: several requests may come at the same time.
+fn advance(session: &mut MissionSession, to: f64) {
+    if to > session.time() {
+        session.advance(to);
+    }
+}
+
 fn people_press(mission: &dyn Mission, nodes: u64, seed: u64) {
     let reporting: Vec<usize> = (0..).zip(mission.members()).filter(|of| of.1.role == "human").map(|of| of.0).collect();
     let settings = ServeSettings { sampled: Some(seed), reporting: reporting.clone(), nodes: Some(nodes) };
@@ -86,11 +93,11 @@ fn people_press(mission: &dyn Mission, nodes: u64, seed: u64) {
     assert!(on.journal.len() > 10, "{:?}", on.journal);
     let mut again = begin();
     for (time, request) in &on.journal {
-        again.advance(*time);
+        advance(&mut again, *time);
         let reply = again.handle(request, true, &mut JournalSink::replay());
         assert!(!matches!(reply, Err(Refusal::Invalid(_))), "{request:?} {reply:?}");
     }
-    again.advance(on.session.time());
+    advance(&mut again, on.session.time());
     let (was, is) = (on.session.data(true), again.data(true));
     assert_eq!(was.people, is.people);
     assert_eq!(was.supervisor, is.supervisor);
@@ -102,7 +109,7 @@ fn people_press(mission: &dyn Mission, nodes: u64, seed: u64) {
 
 #[test]
 fn people_of_a_schedule_press_buttons() {
-    for seed in 0..8 {
+    for seed in 0..4 {
         let (problem, adaptation) = (vineyard(2), Default::default());
         people_press(&Schedule { problem, adaptation, reallocate_above: 0.1, batch: 4 }, 0, seed);
     }
