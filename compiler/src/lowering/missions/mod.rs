@@ -10,8 +10,8 @@ mod runs;
 pub(super) mod scenario;
 mod watch;
 
-use dsl::Diagnostic;
 use dsl::tree::Mission;
+use dsl::{Diagnostic, Span};
 use mission::any_mission::AnyMission;
 use mission::declare::Remarks;
 use mission::kinds;
@@ -32,14 +32,24 @@ impl Lowerer<'_> {
             self.unknown_kind(m);
             return None;
         };
-        let before = self.errors();
+        let (before, first) = (self.errors(), self.diagnostics.len());
         let declared = self.declared_mission(m, entry.schema);
         let mut remarks = Remarks::default();
         let built = AnyMission::build(entry, &declared, &mut remarks);
         let running = self.running(&declared, &*built);
+        self.forget_values_of_refused_keys(m, &remarks, first);
         self.remarks(remarks, before);
         let good = self.errors() == before;
         good.then(|| MissionProgram { name: declared.name, kind: built, running, scenarios: Vec::new() })
+    }
+
+    /// Removes the diagnostics, from index `first` on, of values whose key is refused: without the key they are void.
+    fn forget_values_of_refused_keys(&mut self, m: &Mission, remarks: &Remarks, first: usize) {
+        let refused = |key: Span| remarks.all.iter().any(|r| r.is_error && self.origins.span(r.at) == key);
+        let values: Vec<Span> =
+            m.settings.entries.iter().filter(|e| refused(e.key.span)).map(|e| e.value.span).collect();
+        let found = self.diagnostics.split_off(first);
+        self.diagnostics.extend(found.into_iter().filter(|d| !values.contains(&d.primary.span)));
     }
 
     fn unknown_kind(&mut self, m: &Mission) {
