@@ -6,7 +6,7 @@ pub mod walk;
 use blocks::{Bound, BoundBlock, Located, Origin};
 use mission::any_mission::AnyMission;
 use mission::declare::{DeclaredMember, DeclaredMission, Remarks};
-use mission::kind::{Detail, Event, Mission};
+use mission::kind::{Detail, Event, Mission, MissionData};
 use mission::plan::Status;
 use mission::plan_data;
 use mission::planned::{PlanOptions, Refusal};

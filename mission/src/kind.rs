@@ -29,15 +29,9 @@ use crate::plan_data::Form as PlanForm;
 use crate::planned::{PlanOptions, Planned, Refusal};
 
 /// A mission of some kind: what is planned and executed.
-pub trait Mission: Any + fmt::Debug + Send + Sync {
+pub trait Mission: MissionData + Any + fmt::Debug + Send + Sync {
     /// The entry of its kind.
     fn kind(&self) -> &'static Kind;
-
-    /// A copy.
-    fn boxed(&self) -> Box<dyn Mission>;
-
-    /// The mission as data, which [`Kind::read`] reads.
-    fn to_value(&self) -> serde_json::Value;
 
     /// Everybody who takes part.
     fn members(&self) -> Vec<Member<'_>>;
@@ -116,6 +110,26 @@ impl dyn Mission {
     pub fn downcast<M: Mission>(&self) -> Option<&M> {
         let any: &dyn Any = self;
         any.downcast_ref()
+    }
+}
+
+/// A mission as a value. Every mission that can be cloned and serialised is one.
+pub trait MissionData {
+    /// A copy.
+    fn boxed(&self) -> Box<dyn Mission>;
+
+    /// The mission as data, which [`Kind::read`] reads.
+    fn to_value(&self) -> serde_json::Value;
+}
+
+impl<M: Mission + Clone + Serialize> MissionData for M {
+    fn boxed(&self) -> Box<dyn Mission> {
+        Box::new(self.clone())
+    }
+
+    fn to_value(&self) -> serde_json::Value {
+        // Names, numbers and lists can always be serialised.
+        serde_json::to_value(self).unwrap_or_default()
     }
 }
 

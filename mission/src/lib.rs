@@ -13,6 +13,7 @@
 pub mod any_mission;
 pub mod characters;
 pub mod chart;
+pub mod check;
 pub mod declare;
 pub mod engine;
 pub mod execution;
@@ -25,3 +26,4 @@ pub mod plan;
 pub mod plan_data;
 pub mod planned;
 mod random;
+pub mod validate;

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use serde::{Deserialize, Serialize};
+
 use crate::chart::Chart;
 use crate::engine::{Engine, EngineError};
 use crate::map::Map;
@@ -34,13 +36,23 @@ impl PlanOptions<'_> {
     }
 }
 
-/// Formulation of a planning problem, and the reason for its choice.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Method {
-    /// Name of the formulation.
-    pub formulation: &'static str,
-    /// Reason for it, as a sentence.
+/// Formulation `F` of a planning problem, and the reason for its choice.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Choice<F> {
+    /// The formulation.
+    pub formulation: F,
+    /// Reason for the choice, as a sentence.
     pub why: String,
+}
+
+/// A choice with the name of the formulation.
+pub type Method = Choice<&'static str>;
+
+impl<F> Choice<F> {
+    /// Returns the choice with the name of the formulation.
+    pub fn named(self, name: fn(F) -> &'static str) -> Method {
+        Choice { formulation: name(self.formulation), why: self.why }
+    }
 }
 
 /// A plan that the validator of its kind accepted.

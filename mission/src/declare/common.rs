@@ -4,7 +4,9 @@ use blocks::{Bound, FromBound, Key, Located, Named, ValueType, block};
 use quantities::Quantity;
 use quantities::dimension::{DAMPING, Dimension, FORCE, LENGTH, NONE, TIME};
 
-use crate::numbers::{Energy, Range};
+use crate::numbers::{Energy, MAX_BATCH, Range};
+
+use super::{DeclaredMission, Remark, Remarks};
 
 const POWER: Dimension = Dimension { m: 2, kg: 1, s: -3, rad: 0 };
 
@@ -75,6 +77,15 @@ block! {
         /// Position of the place.
         at: [f64; 3] = required(ValueType::Vector(LENGTH));
     }
+}
+
+/// Adds an error for a batch of too many operations.
+pub(crate) fn check_batch(declared: &DeclaredMission, batch: Option<usize>, remarks: &mut Remarks) {
+    let Some(size) = batch.filter(|size| *size > MAX_BATCH) else { return };
+    let Some(at) = declared.settings.origin("batch") else { return };
+    let text = format!("a batch has at most {MAX_BATCH} operations, and this is {size}");
+    let help = "a few at a time are planned best: leave it out, or write `batch 4`";
+    remarks.push(Remark::error("HQ0904", at, text).help(help));
 }
 
 impl FromBound for Range {

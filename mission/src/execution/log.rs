@@ -100,8 +100,8 @@ pub(crate) struct Log<H> {
     pub records: Vec<Record<H>>,
     /// Reason why there is no plan for everything, if so.
     pub stranded: Option<NoFeasiblePlan>,
-    /// Everything is done.
-    pub done: bool,
+    /// Time at which everything was done (s); none: something is to be done.
+    pub done: Option<f64>,
     /// Number of repairs that moved times.
     pub reschedules: usize,
     /// Number of times that the rest was planned anew.
@@ -111,6 +111,6 @@ pub(crate) struct Log<H> {
 impl<H> Log<H> {
     /// The log of an execution that stands at its start.
     pub fn new() -> Log<H> {
-        Log { records: Vec::new(), stranded: None, done: false, reschedules: 0, reallocations: 0 }
+        Log { records: Vec::new(), stranded: None, done: None, reschedules: 0, reallocations: 0 }
     }
 }

@@ -1,20 +1,23 @@
 //! The parts of an execution that all kinds of mission share: how time passes, when a plan is repaired or made anew, how
 //! long activities really take, and the log.
 //!
-//! An execution is a discrete-event simulation. The kind supplies the steps that happen by themselves
-//! ([`DiscreteEvents`]) and how its plan is repaired ([`Replans`]); the loop over steps and the rule for planning anew are
-//! here, once.
+//! An execution is a discrete-event [`Simulation`]. The kind supplies the state of those who take part with the steps that
+//! happen by themselves ([`World`]), how its plan is repaired ([`Replans`]), and what is measured and reported of it
+//! ([`Reports`]); the loop over steps, the rule for planning anew, and the interface of all kinds are here, once.
 
 mod clock;
+mod executed;
 mod log;
 mod replan;
+mod simulation;
 
 use serde::{Deserialize, Serialize};
 
 pub use self::clock::DiscreteEvents;
-pub(crate) use self::log::Log;
+pub(crate) use self::executed::{Executed, MeasureTable, Reports};
 pub use self::log::{NoFeasiblePlan, PlanChange, Record};
-pub(crate) use self::replan::{Improved, Repaired, ReplanPolicy, Replans, update};
+pub use self::replan::{Improved, Repaired, ReplanPolicy, Replans};
+pub use self::simulation::{Simulation, World};
 
 /// Source of the true durations of activities.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

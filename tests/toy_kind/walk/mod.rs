@@ -72,14 +72,6 @@ impl Mission for Walk {
         &KIND
     }
 
-    fn boxed(&self) -> Box<dyn Mission> {
-        Box::new(self.clone())
-    }
-
-    fn to_value(&self) -> serde_json::Value {
-        serde_json::to_value(self).expect("numbers and names")
-    }
-
     fn members(&self) -> Vec<Member<'_>> {
         vec![Member { name: &self.person, role: "human" }]
     }

@@ -11,9 +11,8 @@ use super::json::{FaultKind, Mode, Position, import};
 use super::mission::{Layers, members};
 use super::problem::{Agent, Body, Object, Problem, Skill, Task};
 use super::{refusals, warnings};
-use crate::declare::common::PlaceBlock;
+use crate::declare::common::{PlaceBlock, check_batch};
 use crate::declare::{DeclaredMember, DeclaredMission, Places, Remark, Remarks, labels, mistaken};
-use crate::numbers::MAX_BATCH;
 
 /// Number of mistakes of a file that are reported at once.
 const MOST: usize = 20;
@@ -54,12 +53,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Layers
     layers(declared, &mut problem, &mut places);
     problem.labels = labels(declared, problem.tasks.iter().map(|task| &task.name), remarks);
     mistaken(declared, members(&problem).iter().map(|member| member.name), &problem.labels, remarks);
-    if let Some(at) = declared.settings.origin("batch").filter(|_| settings.batch > Some(MAX_BATCH)) {
-        let text =
-            format!("a batch has at most {MAX_BATCH} operations, and this is {}", settings.batch.unwrap_or_default());
-        let help = "a few at a time are planned best: leave it out, or write `batch 4`";
-        remarks.push(Remark::error("HQ0904", at, text).help(help));
-    }
+    check_batch(declared, settings.batch, remarks);
     if let Some(at) = declared.settings.key_origin("layers_from")
         && let Some(layer) = declared.of("layer").next()
     {

@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::check::{self, entry, of};
 use crate::numbers::{MAX_NUMBER, MIN_SPEED};
 
 use super::feasible;
@@ -21,14 +22,13 @@ pub const MAX_OBJECTS: usize = 512;
 /// Maximum number of positions on the path of a task, of features of an object or a task, and of skills of an agent.
 pub const MAX_ENTRIES: usize = 64;
 
-/// A declaration of the problem: an entry, or one key of an entry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Declaration {
-    /// The entry.
-    pub item: Item,
-    /// The key of the entry; `None` for the whole entry.
-    pub key: Option<Key>,
-}
+/// A declaration of the problem.
+pub type Declaration = check::Declaration<Item, Key>;
+
+/// A mistake in a problem.
+pub type Mistake = check::Mistake<Item, Key, Reason>;
+
+type Checker<'a> = check::Checker<'a, Problem, Item, Key, Reason>;
 
 /// An entry of the problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -102,21 +102,10 @@ impl Key {
 /// The action of a task, which is no key of its block.
 pub(super) const ACTION: &str = "=";
 
-/// A mistake in a problem.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Mistake {
-    /// The rejected declaration.
-    pub at: Declaration,
-    /// The declaration that it contradicts.
-    pub against: Option<Declaration>,
-    /// The reason.
-    pub reason: Reason,
-}
-
 impl Problem {
     /// Returns all mistakes of this problem, in the order of its fields; empty if the problem can be planned.
     pub fn check(&self) -> Vec<Mistake> {
-        let mut checker = Checker { problem: self, mistakes: Vec::new() };
+        let mut checker = Checker::new(self);
         checker.mission();
         checker.agents();
         checker.objects();
@@ -134,45 +123,9 @@ impl Problem {
     }
 }
 
-struct Checker<'a> {
-    problem: &'a Problem,
-    mistakes: Vec<Mistake>,
-}
-
-/// Returns the declaration of a key of an entry.
-pub(super) fn of(item: Item, key: Key) -> Declaration {
-    Declaration { item, key: Some(key) }
-}
-
-/// Returns the declaration of a whole entry.
-pub(super) fn entry(item: Item) -> Declaration {
-    Declaration { item, key: None }
-}
-
 impl Checker<'_> {
-    fn refuse(&mut self, at: Declaration, reason: Reason) {
-        self.mistakes.push(Mistake { at, against: None, reason });
-    }
-
-    /// Returns true if a value is finite and at most [`MAX_NUMBER`] in magnitude; otherwise records a mistake.
-    fn usual(&mut self, at: Declaration, value: f64) -> bool {
-        let good = value.is_finite() && value.abs() <= MAX_NUMBER;
-        if !good {
-            self.refuse(at, Reason::TooLarge { value });
-        }
-        good
-    }
-
-    fn not_negative(&mut self, at: Declaration, value: f64) {
-        if self.usual(at, value) && value < 0.0 {
-            self.refuse(at, Reason::TooSmall { value, least: 0.0 });
-        }
-    }
-
     fn speed(&mut self, at: Declaration, value: f64) {
-        if self.usual(at, value) && value < MIN_SPEED {
-            self.refuse(at, Reason::TooSmall { value, least: MIN_SPEED });
-        }
+        self.at_least(at, value, MIN_SPEED);
     }
 
     fn few(&mut self, at: Declaration, count: usize, most: usize) {

@@ -10,6 +10,7 @@ use super::plan::Plan;
 use crate::engine::Engine;
 use crate::engine::{Budget, EngineError, Highs, Microlp, Milp};
 use crate::plan::{Limit, Statistics, Status};
+use crate::planned;
 
 use super::batches::batches;
 use super::branch::{Found, branch, root_bound};
@@ -80,13 +81,7 @@ impl Default for Options {
 }
 
 /// A formulation, and the reason for its choice.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Choice {
-    /// The formulation.
-    pub formulation: Formulation,
-    /// Reason for the choice, as a sentence.
-    pub why: String,
-}
+pub type Choice = planned::Choice<Formulation>;
 
 /// Reason why there is no plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]

@@ -1,8 +1,10 @@
 //! Feasibility of a layered problem: checks that all open tasks can be performed, and reports the tasks in conflict if
 //! not. Agents perform one task after the other, so that only objects can run out.
 
+use crate::check::{entry, of};
+
 use super::ability::Abilities;
-use super::check::{Item, Key, Mistake, entry, of};
+use super::check::{Item, Key, Mistake};
 use super::matching::Matching;
 use super::problem::Problem;
 use super::reason::{Obstacle, ObstacleKind, Reason};

@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::Budget;
-use crate::execution::Durations;
+use crate::execution::{Durations, Executed};
 use crate::kind::generation::Generation;
 use crate::kind::pages::{Pages, ServeSettings};
 use crate::kind::{self, Event, EventInfo, Further, Impossible, Kind, Member, Mistake, Run};
@@ -20,7 +20,7 @@ use super::execution::{LayersExecution, Settings};
 use super::pages::LayersPages;
 use super::problem::Problem;
 use super::reason::Reason;
-use super::run::{Executed, MEASURES};
+use super::run::MEASURES;
 use super::{event, text};
 
 /// The longest time of a plan, the first one and each that is made anew: far longer than the parts of the branch and bound
@@ -102,15 +102,6 @@ impl kind::Mission for Layers {
         &KIND
     }
 
-    fn boxed(&self) -> Box<dyn kind::Mission> {
-        Box::new(self.clone())
-    }
-
-    fn to_value(&self) -> serde_json::Value {
-        // Names, numbers and lists can always be serialised.
-        serde_json::to_value(self).unwrap_or_default()
-    }
-
     fn members(&self) -> Vec<Member<'_>> {
         members(&self.problem)
     }
@@ -177,13 +168,13 @@ impl kind::Mission for Layers {
     fn execute(&self, how: &Run) -> Result<Box<dyn kind::Execution>, String> {
         let execution =
             LayersExecution::new(self.problem.clone(), self.settings(how)).map_err(|why| why.to_string())?;
-        Ok(Box::new(Executed::new(execution)))
+        Ok(Box::new(Executed::new(execution, Vec::new())))
     }
 
     fn pages(&self, of: &ServeSettings) -> Result<Box<dyn Pages>, String> {
         let mut settings = self.settings(&of.run());
         settings.planning.budget = of.budget(parts_of_a_second(&self.problem));
         let execution = LayersExecution::new(self.problem.clone(), settings).map_err(|why| why.to_string())?;
-        Ok(Box::new(LayersPages::new(Executed::new(execution))))
+        Ok(Box::new(LayersPages::new(Executed::new(execution, Vec::new()))))
     }
 }

@@ -43,7 +43,7 @@ impl Layers {
         };
         let choice = choose(&self.problem, &options)?;
         let plan = choose::plan(&self.problem, &options)?;
-        planned(&self.problem, &plan, Method { formulation: choice.formulation.name(), why: choice.why })
+        planned(&self.problem, &plan, choice.named(Formulation::name))
     }
 }
 

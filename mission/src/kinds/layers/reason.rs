@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::check::NumberReason;
 use crate::numbers::MAX_NUMBER;
 
 use super::problem::{Problem, between};
@@ -59,6 +60,16 @@ pub enum Reason {
     Later { begins: f64 },
     #[error("it begins before task {task} of a layer before is done")]
     LayerBefore { task: usize },
+}
+
+impl NumberReason for Reason {
+    fn too_large(value: f64) -> Reason {
+        Reason::TooLarge { value }
+    }
+
+    fn too_small(value: f64, least: f64) -> Reason {
+        Reason::TooSmall { value, least }
+    }
 }
 
 /// Obstacle that prevents an agent from performing a task.

@@ -3,28 +3,27 @@
 use quantities::dimension::{ENERGY, LENGTH, NONE, TIME, WORKLOAD};
 
 use crate::chart::Chart;
-use crate::kind::{self, Cell, Entry, Event, Form, Measure, Outcome, Table, Work, WorkState, number, truth};
+use crate::execution::{MeasureTable, Reports};
+use crate::kind::{Cell, Event, Form, Measure, Table, Work, WorkState, number, truth};
 use crate::labels::Labels;
 use crate::map::Map;
 
 use super::chart::chart;
 use super::event;
-use super::execution::{AgentOutcome, AgentView, Doing, Happening, LayersExecution};
+use super::execution::{AgentOutcome, AgentView, Doing, Happening, LayersExecution, LayersWorld, Outcome};
 use super::map::map;
+use super::problem::Problem;
 use super::words::{doing, of_happening};
 
 const EVERYBODY: &[&str] = &["robot", "human"];
-
-/// The value of a measure; the index is that of the agent.
-type Value = fn(&LayersExecution, usize) -> Option<[f64; 3]>;
 
 /// The results of an agent so far.
 fn agent(of: &LayersExecution, index: usize) -> Option<(AgentView, AgentOutcome)> {
     Some((of.agent(index)?, of.statistics().agents.into_iter().nth(index)?))
 }
 
-/// Everything that is measured of missions of layers.
-pub(super) static MEASURES: &[(Measure, Value)] = &[
+/// Everything that is measured of missions of layers; the index is that of the agent.
+pub(super) const MEASURES: &MeasureTable<LayersWorld> = &[
     (Measure::whole("done", Form::Truth, "Every task is done. `done` alone says the same."), |of, _| {
         Some(truth(of.done()))
     }),
@@ -118,43 +117,44 @@ pub(super) static MEASURES: &[(Measure, Value)] = &[
     ),
 ];
 
-/// Layers under way.
-pub(super) struct Executed {
-    pub(super) execution: LayersExecution,
-}
+impl Reports for LayersWorld {
+    type Results = Outcome;
 
-impl Executed {
-    pub fn new(execution: LayersExecution) -> Executed {
-        Executed { execution }
-    }
-}
+    const MEASURES: &'static MeasureTable<LayersWorld> = MEASURES;
 
-impl kind::Execution for Executed {
-    fn time(&self) -> f64 {
-        self.execution.time()
+    fn labels(problem: &Problem) -> &Labels {
+        &problem.labels
     }
 
-    fn advance(&mut self, to: f64) {
-        self.execution.advance(to);
+    fn member(problem: &Problem, member: usize) -> Option<(&'static str, usize)> {
+        let who = problem.agents.get(member)?;
+        Some((if who.is_human() { "human" } else { "robot" }, member))
     }
 
-    fn next(&self) -> Option<f64> {
-        self.execution.next()
+    fn describe(problem: &Problem, event: &Event) -> String {
+        event::describe(problem, event)
     }
 
-    fn done(&self) -> Option<f64> {
-        let records = self.execution.records();
-        let done = records.iter().rev().find(|record| record.what == Happening::Done);
-        done.filter(|_| self.execution.done()).map(|record| record.time)
+    fn handle(of: &mut LayersExecution, event: &Event) -> Result<(), String> {
+        let event = event::typed(&of.problem, event)?;
+        of.handle_event(event).map(|_| ()).map_err(|why| why.to_string())
     }
 
-    fn stranded(&self) -> Option<String> {
-        self.execution.stranded().map(ToString::to_string)
+    fn describe_happening(problem: &Problem, what: &Happening) -> String {
+        of_happening(what, problem)
     }
 
-    fn chart(&self) -> Chart {
-        let mut begun = vec![false; self.execution.problem().tasks.len()];
-        for record in self.execution.records() {
+    fn is_notable(what: &Happening) -> bool {
+        match what {
+            Happening::Told { .. } | Happening::Dropped { .. } | Happening::Done => true,
+            Happening::Plan(change) => change.is_notable(),
+            _ => false,
+        }
+    }
+
+    fn chart(of: &LayersExecution) -> Chart {
+        let mut begun = vec![false; of.problem.tasks.len()];
+        for record in of.records() {
             let (task, is) = match record.what {
                 Happening::Begun { task, .. } => (task, true),
                 Happening::Dropped { task, .. } => (task, false),
@@ -164,69 +164,29 @@ impl kind::Execution for Executed {
                 *slot = is;
             }
         }
-        let mut plan = self.execution.plan().clone();
+        let mut plan = of.plan.clone();
         for activity in &mut plan.activities {
             activity.begun = begun.get(activity.task) == Some(&true);
         }
-        chart(self.execution.problem(), &plan)
+        chart(&of.problem, &plan)
     }
 
-    fn labels(&self) -> &Labels {
-        &self.execution.problem().labels
+    fn map(of: &LayersExecution) -> Map {
+        map(&of.problem, &of.plan)
     }
 
-    fn map(&self) -> Map {
-        map(self.execution.problem(), self.execution.plan())
+    fn results(of: &LayersExecution) -> Outcome {
+        of.statistics()
     }
 
-    fn describe(&self, of: &Event) -> String {
-        event::describe(self.execution.problem(), of)
-    }
-
-    fn handle(&mut self, of: &Event) -> Result<(), String> {
-        let event = event::typed(self.execution.problem(), of)?;
-        self.execution.handle_event(event).map(|_| ()).map_err(|why| why.to_string())
-    }
-
-    fn log_len(&self) -> usize {
-        self.execution.records().len()
-    }
-
-    fn log_from(&self, first: usize) -> Vec<Entry> {
-        let entry = |record: &super::execution::Record| Entry {
-            time: record.time,
-            text: of_happening(&record.what, self.execution.problem()),
-            notable: match &record.what {
-                Happening::Told { .. } | Happening::Dropped { .. } | Happening::Done => true,
-                Happening::Plan(change) => change.is_notable(),
-                _ => false,
-            },
-        };
-        self.execution.records().iter().skip(first).map(entry).collect()
-    }
-
-    fn measure(&self, name: &str, member: Option<usize>) -> [f64; 3] {
-        let of = &self.execution;
-        let role = member.and_then(|member| of.problem().agents.get(member)).map(|who| match who.is_human() {
-            true => "human",
-            false => "robot",
-        });
-        if member.is_some() != role.is_some() {
-            return number(f64::NAN);
-        }
-        let found = MEASURES.iter().find(|(measure, _)| measure.name == name && measure.is_of(role));
-        found.and_then(|(_, value)| value(of, member.unwrap_or(0))).unwrap_or(number(f64::NAN))
-    }
-
-    fn outcome(&self) -> Outcome {
-        let outcome = self.execution.statistics();
-        let rows = outcome.agents.iter().map(|a| {
+    fn tables(results: &Outcome, labels: &Labels) -> Vec<Table> {
+        let rows = results.agents.iter().map(|a| {
             let only = |human: bool, x: f64, unit: &'static str| match a.human == human {
                 true => Cell::Number(x, unit),
                 false => Cell::Text("-".into()),
             };
             vec![
-                Cell::Text(self.labels().member(&a.name).to_string()),
+                Cell::Text(labels.member(&a.name).to_string()),
                 Cell::Count(a.tasks),
                 Cell::Number(a.worked, "s"),
                 Cell::Number(a.travelled, "m"),
@@ -235,22 +195,16 @@ impl kind::Execution for Executed {
             ]
         });
         let columns = vec!["agent", "tasks", "at work", "travelled", "energy", "workload"];
-        Outcome {
-            reschedules: outcome.reschedules,
-            reallocations: outcome.reallocations,
-            tables: vec![Table { columns, rows: rows.collect() }],
-            data: serde_json::to_value(&outcome).unwrap_or_default(),
-        }
+        vec![Table { columns, rows: rows.collect() }]
     }
 
-    fn columns(&self) -> Vec<String> {
+    fn columns(problem: &Problem) -> Vec<String> {
         let of = |name: &String| ["x", "y", "z", "doing", "task", "object", "tasks"].map(|of| format!("{name}.{of}"));
-        self.execution.problem().agents.iter().flat_map(|who| of(&who.name)).collect()
+        problem.agents.iter().flat_map(|who| of(&who.name)).collect()
     }
 
-    fn row(&self) -> Vec<Cell> {
-        let (of, mut row) = (&self.execution, Vec::new());
-        let problem = of.problem();
+    fn row(of: &LayersExecution) -> Vec<Cell> {
+        let (problem, mut row) = (&of.problem, Vec::new());
         for view in (0..).map_while(|agent| of.agent(agent)) {
             row.extend(view.position.map(|x| Cell::Number(x, "m")));
             let task = view.work.and_then(|work| problem.tasks.get(work.task)).map(|task| task.name.clone());
@@ -262,8 +216,8 @@ impl kind::Execution for Executed {
         row
     }
 
-    fn work(&self, member: usize) -> Option<Work> {
-        let view = self.execution.agent(member)?;
+    fn work(of: &LayersExecution, member: usize) -> Option<Work> {
+        let view = of.agent(member)?;
         let state = match view.doing {
             Doing::Working => WorkState::Works,
             Doing::Lost => WorkState::Lost,

@@ -4,17 +4,13 @@
 //! The validator shares only data types with the planners: it recomputes abilities, distances, speeds, durations and
 //! the cost, so that it detects a mistake in the planners' versions.
 
-use std::fmt;
-
 use serde::{Deserialize, Serialize};
+
+use crate::validate::{self, Constraint, TOLERANCE, tolerance};
 
 use super::plan::{Activity, Plan};
 
 use super::problem::{Agent, Body, Object, Problem, Task};
-
-/// Tolerance of a time (s), and its increase per second; also the tolerance of a speed, and the relative one of a cost.
-pub const TOLERANCE: f64 = 1e-6;
-const ROUNDING: f64 = 1e-12;
 
 /// A constraint, with the equation of the thesis if it has one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -47,9 +43,8 @@ pub enum Rule {
     Cost,
 }
 
-impl Rule {
-    /// Returns the constraint as a sentence.
-    pub fn text(self) -> &'static str {
+impl Constraint<usize> for Rule {
+    fn text(&self) -> &'static str {
         match self {
             Rule::Form => "names are the problem's, times are finite, and each activity is of somebody",
             Rule::Once => "each task is performed once (6.11)",
@@ -65,34 +60,14 @@ impl Rule {
             Rule::Cost => "the cost is what the plan costs (6.7)",
         }
     }
-}
 
-/// A constraint that a plan breaks.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Violation {
-    /// The broken constraint.
-    pub rule: Rule,
-    /// Index of the task; `None` if the plan as a whole is wrong.
-    pub task: Option<usize>,
-    /// The other task, for a rule about two tasks.
-    pub other: Option<usize>,
-    /// Size of the violation: seconds, metres per second for [`Rule::Speed`], the difference for [`Rule::Cost`]; 0 if
-    /// it has no size.
-    pub by: f64,
-}
-
-impl fmt::Display for Violation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "not so: {}", self.rule.text())?;
-        if let Some(task) = self.task {
-            write!(f, "; task {task}")?;
-        }
-        if let Some(other) = self.other {
-            write!(f, " and task {other}")?;
-        }
-        if self.by != 0.0 { write!(f, ", by {}", self.by) } else { Ok(()) }
+    fn work(task: &usize) -> String {
+        format!("task {task}")
     }
 }
+
+/// A constraint that a plan breaks, of tasks by index.
+pub type Violation = validate::Violation<Rule, usize>;
 
 /// Returns all violations of a plan of this problem; empty if the plan may be executed. If [`Problem::check`] reports
 /// mistakes, every plan is invalid.
@@ -129,11 +104,6 @@ struct Validator<'a> {
     violations: Vec<Violation>,
 }
 
-/// Returns the tolerance of this time (s).
-fn tolerance(time: f64) -> f64 {
-    TOLERANCE + ROUNDING * time.abs()
-}
-
 fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     let [x, y, z] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     f64::hypot(f64::hypot(x, y), z)
@@ -141,7 +111,7 @@ fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 
 impl<'a> Validator<'a> {
     fn broken(&mut self, rule: Rule, task: Option<usize>, by: f64) {
-        self.violations.push(Violation { rule, task, other: None, by });
+        self.violations.push(Violation::of(rule, task, by));
     }
 
     /// Checks names, and returns each activity with its task, agent and object.
@@ -266,8 +236,8 @@ impl<'a> Validator<'a> {
         for (number, one) in done.iter().enumerate() {
             for other in &done[..number] {
                 let mut broken = |rule, by| {
-                    let (task, other) = (Some(one.index), Some(other.index));
-                    self.violations.push(Violation { rule, task, other, by });
+                    let (at, other) = (Some(one.index), Some(other.index));
+                    self.violations.push(Violation { rule, at, other, by });
                 };
                 let (a, b) = (one.activity, other.activity);
                 let (early, late) = if one.task.layer < other.task.layer { (a, b) } else { (b, a) };

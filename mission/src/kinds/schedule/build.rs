@@ -8,8 +8,8 @@ use super::check::{Item, MAX_OPERATIONS};
 use super::mission::{Schedule, members};
 use super::problem::{Agent, AgentKind, Approach, Distances, Problem, Robot, WAIT_LIMIT};
 use super::{refusals, warnings};
+use crate::declare::common::check_batch;
 use crate::declare::{DeclaredMember, DeclaredMission, Places, Remark, Remarks, labels, mistaken};
-use crate::numbers::MAX_BATCH;
 
 /// Number of missing ways that are named.
 const MOST_NAMED: usize = 6;
@@ -38,11 +38,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Schedu
         Some(written) => table(written, (&robots, &agents), &mut places, remarks),
         None => Distances::Straight,
     };
-    if let Some(at) = declared.settings.origin("batch").filter(|_| settings.batch > MAX_BATCH) {
-        let text = format!("a batch has at most {MAX_BATCH} operations, and this is {}", settings.batch);
-        let help = "a few at a time are planned best: leave it out, or write `batch 4`";
-        remarks.push(Remark::error("HQ0904", at, text).help(help));
-    }
+    check_batch(declared, Some(settings.batch), remarks);
     let problem = Problem {
         robots,
         agents,

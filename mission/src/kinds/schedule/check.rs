@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::check::{self, NumberReason, entry, of};
+
 use super::duration_quantile;
 use super::problem::{Distances, Problem};
 use crate::numbers::{MAX_NUMBER, MIN_SPEED, Range};
@@ -12,14 +14,13 @@ pub const MAX_ROBOTS: usize = 64;
 /// Maximum number of operations of all agents of a problem together.
 pub const MAX_OPERATIONS: usize = 512;
 
-/// A declaration of the problem: an entry, or one key of an entry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Declaration {
-    /// The entry.
-    pub item: Item,
-    /// The key of the entry; `None` for the whole entry.
-    pub key: Option<Key>,
-}
+/// A declaration of the problem.
+pub type Declaration = check::Declaration<Item, Key>;
+
+/// A mistake in a problem.
+pub type Mistake = check::Mistake<Item, Key, Reason>;
+
+pub(super) type Checker<'a> = check::Checker<'a, Problem, Item, Key, Reason>;
 
 /// An entry of the problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -145,21 +146,20 @@ pub enum Reason {
     Overlap,
 }
 
-/// A mistake in a problem.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Mistake {
-    /// The rejected declaration.
-    pub at: Declaration,
-    /// The declaration that it contradicts.
-    pub against: Option<Declaration>,
-    /// The reason.
-    pub reason: Reason,
+impl NumberReason for Reason {
+    fn too_large(value: f64) -> Reason {
+        Reason::TooLarge { value }
+    }
+
+    fn too_small(value: f64, least: f64) -> Reason {
+        Reason::TooSmall { value, least }
+    }
 }
 
 impl Problem {
     /// Returns all mistakes of this problem, in the order of its fields; empty if the problem can be planned.
     pub fn check(&self) -> Vec<Mistake> {
-        let mut checker = Checker { problem: self, mistakes: Vec::new() };
+        let mut checker = Checker::new(self);
         checker.mission();
         checker.robots();
         checker.agents();
@@ -171,36 +171,7 @@ impl Problem {
     }
 }
 
-pub(super) struct Checker<'a> {
-    pub problem: &'a Problem,
-    pub mistakes: Vec<Mistake>,
-}
-
-/// Returns the declaration of a key of an entry.
-fn of(item: Item, key: Key) -> Declaration {
-    Declaration { item, key: Some(key) }
-}
-
 impl Checker<'_> {
-    pub(super) fn refuse(&mut self, at: Declaration, reason: Reason) {
-        self.mistakes.push(Mistake { at, against: None, reason });
-    }
-
-    /// Returns true if a value is finite and at most [`MAX_NUMBER`] in magnitude; otherwise records a mistake.
-    pub(super) fn usual(&mut self, at: Declaration, value: f64) -> bool {
-        let good = value.is_finite() && value.abs() <= MAX_NUMBER;
-        if !good {
-            self.refuse(at, Reason::TooLarge { value });
-        }
-        good
-    }
-
-    fn not_negative(&mut self, at: Declaration, value: f64) {
-        if self.usual(at, value) && value < 0.0 {
-            self.refuse(at, Reason::TooSmall { value, least: 0.0 });
-        }
-    }
-
     fn positive(&mut self, at: Declaration, value: f64) {
         if self.usual(at, value) && value <= 0.0 {
             self.refuse(at, Reason::NotPositive { value });
@@ -236,7 +207,7 @@ impl Checker<'_> {
 
     fn mission(&mut self) {
         let problem = self.problem;
-        let mission = Declaration { item: Item::Mission, key: None };
+        let mission = entry(Item::Mission);
         self.within(of(Item::Mission, Key::Confidence), problem.confidence, 1e-6, 1.0 - 1e-6);
         self.usual(of(Item::Mission, Key::Start), problem.start);
         let weights = problem.weights;

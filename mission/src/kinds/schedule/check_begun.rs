@@ -1,14 +1,15 @@
 //! Checks of the current state of a mission: absent robots, and operations that have begun.
 
-use super::check::{Checker, Declaration, Item, Mistake, Reason};
+use super::check::{Checker, Item, Mistake, Reason};
 use super::problem::Begun;
+use crate::check::entry;
 use crate::numbers::MAX_NUMBER;
 
 impl Checker<'_> {
     pub(super) fn absent(&mut self) {
         let problem = self.problem;
         for (number, absence) in problem.absent.iter().enumerate() {
-            let at = Declaration { item: Item::Robot(absence.robot), key: None };
+            let at = entry(Item::Robot(absence.robot));
             if absence.robot >= problem.robots.len() {
                 self.refuse(at, Reason::Unknown { index: absence.robot });
             } else if problem.absent[..number].iter().any(|other| other.robot == absence.robot) {
@@ -18,7 +19,7 @@ impl Checker<'_> {
         }
         let served = problem.begun.iter().filter(|begun| begun.service.is_some()).count();
         if served < problem.operations() && !(0..problem.robots.len()).any(|m| problem.ready(m).is_some()) {
-            self.refuse(Declaration { item: Item::Mission, key: None }, Reason::NoRobot);
+            self.refuse(entry(Item::Mission), Reason::NoRobot);
         }
     }
 
@@ -26,15 +27,15 @@ impl Checker<'_> {
         let problem = self.problem;
         for (index, begun) in problem.begun.iter().enumerate() {
             if let Some(reason) = self.wrong_begun(index, begun) {
-                self.refuse(Declaration { item: Item::Begun(index), key: None }, reason);
+                self.refuse(entry(Item::Begun(index)), reason);
             }
         }
         for (index, begun) in problem.begun.iter().enumerate() {
             for (other, earlier) in problem.begun[..index].iter().enumerate() {
                 let (Some((m, times)), Some((n, before))) = (begun.service, earlier.service) else { continue };
                 if m == n && times.going < before.end - 1e-6 && before.going < times.end - 1e-6 {
-                    let at = Declaration { item: Item::Begun(index), key: None };
-                    let against = Some(Declaration { item: Item::Begun(other), key: None });
+                    let at = entry(Item::Begun(index));
+                    let against = Some(entry(Item::Begun(other)));
                     self.mistakes.push(Mistake { at, against, reason: Reason::Overlap });
                 }
             }

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::plan::Plan;
 use crate::engine::{Budget, Engine, EngineError, Halt, Highs, Microlp, Milp, Watch};
 use crate::plan::{Statistics, Status};
+use crate::planned;
 
 use super::assistance::{Assistance, to_plan};
 use super::batches::batches;
@@ -98,13 +99,7 @@ impl Default for Options {
 }
 
 /// A formulation, and the reason for its choice.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Choice {
-    /// The formulation.
-    pub formulation: Formulation,
-    /// Reason for the choice, as a sentence.
-    pub why: String,
-}
+pub type Choice = planned::Choice<Formulation>;
 
 /// Reason why there is no plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]

@@ -27,6 +27,14 @@ pub(super) fn actor(problem: &Problem, member: usize) -> Option<Actor> {
     }
 }
 
+/// The agent that a member is.
+pub(super) fn agent(problem: &Problem, member: usize) -> Option<usize> {
+    match actor(problem, member)? {
+        Actor::Agent(agent) => Some(agent),
+        Actor::Robot(_) => None,
+    }
+}
+
 /// The member of an actor.
 pub fn member(problem: &Problem, actor: Actor) -> usize {
     match actor {

@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::Budget;
-use crate::execution::Durations;
+use crate::execution::{Durations, Executed};
 use crate::kind::pages::{Pages, ServeSettings};
 use crate::kind::{self, Event, EventInfo, Further, Impossible, Kind, Member, Mistake, NotOf, Run};
 use crate::labels::Labels;
@@ -20,7 +20,7 @@ use super::choose::{Formulation, Options};
 use super::execution::{Potentials, ScheduleExecution, Settings, Travel};
 use super::pages::SchedulePages;
 use super::problem::{AgentKind, Distances, Problem};
-use super::run::{Executed, MEASURES};
+use super::run::MEASURES;
 use super::{event, text};
 
 /// The work of a plan, the first one and each that is made anew. The count of nodes ends it at the same place in every run: a
@@ -135,15 +135,6 @@ pub(super) fn members(problem: &Problem) -> Vec<Member<'_>> {
 impl kind::Mission for Schedule {
     fn kind(&self) -> &'static Kind {
         &KIND
-    }
-
-    fn boxed(&self) -> Box<dyn kind::Mission> {
-        Box::new(self.clone())
-    }
-
-    fn to_value(&self) -> serde_json::Value {
-        // Names, numbers and lists can always be serialised.
-        serde_json::to_value(self).unwrap_or_default()
     }
 
     fn members(&self) -> Vec<Member<'_>> {

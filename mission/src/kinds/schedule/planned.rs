@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::engine::Budget;
 use crate::plan_data::{Cost as CostData, Named, Part};
-use crate::planned::{Listing, Method, PlanOptions, Planned, Refusal};
+use crate::planned::{Listing, PlanOptions, Planned, Refusal};
 
 use super::assistance::{Assistance, from_plan};
 use super::chart::chart;
@@ -58,7 +58,7 @@ fn planned(problem: &Problem, choice: Choice, plan: &Plan) -> Result<Planned, Re
     }
     let services = services(problem, &schedule);
     let cost = cost(problem, &schedule);
-    let method = Method { formulation: choice.formulation.name(), why: choice.why };
+    let method = choice.named(Formulation::name);
     let data = Data {
         agents: agents(problem),
         activities: plan.activities.iter().map(|activity| ActivityData::new(problem, activity)).collect(),

@@ -11,7 +11,7 @@ use crate::numbers::{MAX_NUMBER, MIN_SPEED};
 /// Adds the mistakes of a problem, apart from those that follow from reported ones.
 pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Places<Item>, remarks: &mut Remarks) {
     for mistake in problem.check() {
-        let known = |of: Declaration| is_wrong(places, of);
+        let known = |of: Declaration| places.is_wrong(of.item, of.key.map(Key::name).as_slice());
         // These are about the whole, which is unknown if a part is wrong.
         let of_all =
             matches!(mistake.reason, Reason::NoRobot | Reason::NoOperation | Reason::NoWay | Reason::NoTime { .. });
@@ -45,18 +45,7 @@ fn own_approach(mistake: &Mistake, places: &Places<Item>) -> Option<Origin> {
 
 /// Place of a declaration; if its key is not written, of its entry.
 fn at_of(places: &Places<Item>, of: Declaration) -> Origin {
-    match of.key {
-        Some(key) => places.of(of.item, &[key.name()]),
-        None => places.of(of.item, &[]),
-    }
-}
-
-/// True if a mistake was reported in a declaration.
-fn is_wrong(places: &Places<Item>, of: Declaration) -> bool {
-    match of.key {
-        Some(key) => places.is_wrong(of.item, &[key.name()]),
-        None => places.is_wrong(of.item, &[]),
-    }
+    places.of(of.item, of.key.map(Key::name).as_slice())
 }
 
 /// The error for a mistake.

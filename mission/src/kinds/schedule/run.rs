@@ -1,41 +1,39 @@
-//! The execution of a schedule behind the interface of all kinds: measures, logs, results, and people who answer after each
-//! service.
+//! The execution of a schedule behind the interface of all kinds: measures, logs and results.
 
 use quantities::dimension::{ENERGY, LENGTH, NONE, TIME, VELOCITY};
 
 use super::plan::Actor;
 use crate::chart::Chart;
-use crate::kind::{
-    self, Cell, Entry, Event, Form, Measure, Outcome, Rejected, Replies, Table, Work, WorkState, number, truth,
-};
+use crate::execution::{MeasureTable, Reports};
+use crate::kind::{Cell, Event, Form, Measure, Table, Work, WorkState, number, truth};
 use crate::labels::Labels;
 use crate::map::Map;
 
 use super::chart::chart;
 use super::event;
-use super::execution::{AgentView, Doing, Happening, RobotView, ScheduleExecution, Stage};
+use super::execution::{
+    AgentOutcome, AgentView, Doing, Happening, Outcome, RobotOutcome, RobotView, ScheduleExecution, ScheduleWorld,
+    Stage,
+};
 use super::map::map;
-use super::problem::AgentKind;
+use super::problem::{AgentKind, Problem};
 use super::words::{doing, of_happening, stage};
 
 const AGENTS: &[&str] = &["human", "worker"];
 const ROBOTS: &[&str] = &["robot"];
 
-/// The value of a measure; the index is that of the agent or of the robot.
-type Value = fn(&ScheduleExecution, usize) -> Option<[f64; 3]>;
-
 /// The results of an agent so far.
-fn agent(of: &ScheduleExecution, index: usize) -> Option<(AgentView, super::execution::AgentOutcome)> {
+fn agent(of: &ScheduleExecution, index: usize) -> Option<(AgentView, AgentOutcome)> {
     Some((of.agent(index)?, of.statistics().agents.into_iter().nth(index)?))
 }
 
 /// The results of a robot so far.
-fn robot(of: &ScheduleExecution, index: usize) -> Option<(RobotView, super::execution::RobotOutcome)> {
+fn robot(of: &ScheduleExecution, index: usize) -> Option<(RobotView, RobotOutcome)> {
     Some((of.robot(index)?, of.statistics().robots.into_iter().nth(index)?))
 }
 
-/// Everything that is measured of schedules.
-pub(super) static MEASURES: &[(Measure, Value)] = &[
+/// Everything that is measured of schedules; the index is that of the agent or of the robot.
+pub(super) const MEASURES: &MeasureTable<ScheduleWorld> = &[
     (
         Measure::whole(
             "done",
@@ -156,163 +154,84 @@ fn speed(view: &RobotView) -> f64 {
     f64::hypot(view.velocity[0], view.velocity[1])
 }
 
-/// A schedule under way, with people who answer.
-pub(super) struct Executed {
-    pub(super) execution: ScheduleExecution,
-    replies: Vec<Replies>,
-    /// Number of answers of each entry of `replies`.
-    answers: Vec<usize>,
-    /// Records that were looked at for services.
-    seen: usize,
-    rejected: Vec<Rejected>,
-}
+impl Reports for ScheduleWorld {
+    type Results = Outcome;
 
-impl Executed {
-    pub fn new(execution: ScheduleExecution, replies: Vec<Replies>) -> Executed {
-        Executed { execution, answers: vec![0; replies.len()], replies, seen: 0, rejected: Vec::new() }
+    const MEASURES: &'static MeasureTable<ScheduleWorld> = MEASURES;
+
+    fn labels(problem: &Problem) -> &Labels {
+        &problem.labels
     }
 
-    /// Lets people who were served say what it was like.
-    fn listen(&mut self) {
-        while let Some(record) = self.execution.records().get(self.seen) {
-            self.seen += 1;
-            let Happening::Served { agent, .. } = record.what else { continue };
-            let member = event::member(self.execution.problem(), Actor::Agent(agent));
-            let Some(index) = self.replies.iter().position(|replies| replies.member == member) else { continue };
-            let (services, count) = (&self.replies[index].services, &mut self.answers[index]);
-            let reply = services.get(*count).or(services.last()).cloned().flatten();
-            *count += 1;
-            if let Some(reply) = reply
-                && let Err(why) = event::handle(&mut self.execution, &reply)
-            {
-                let event = event::describe(self.execution.problem(), &reply);
-                self.rejected.push(Rejected { time: self.execution.time(), event, why });
-            }
+    fn member(problem: &Problem, member: usize) -> Option<(&'static str, usize)> {
+        Some(match event::actor(problem, member)? {
+            Actor::Robot(robot) => (ROBOTS[0], robot),
+            Actor::Agent(agent) => (AGENTS[0], agent),
+        })
+    }
+
+    fn describe(problem: &Problem, event: &Event) -> String {
+        event::describe(problem, event)
+    }
+
+    fn handle(of: &mut ScheduleExecution, event: &Event) -> Result<(), String> {
+        event::handle(of, event)
+    }
+
+    fn describe_happening(problem: &Problem, what: &Happening) -> String {
+        of_happening(what, problem)
+    }
+
+    fn is_notable(what: &Happening) -> bool {
+        match what {
+            Happening::Told { .. } | Happening::HeldUp { .. } | Happening::BrokenOff { .. } | Happening::Done => true,
+            Happening::Plan(change) => change.is_notable(),
+            _ => false,
         }
     }
 
-    /// The agent that a member is.
-    fn agent_of(&self, member: usize) -> Option<usize> {
-        match event::actor(self.execution.problem(), member)? {
-            Actor::Agent(agent) => Some(agent),
-            Actor::Robot(_) => None,
+    fn served(problem: &Problem, what: &Happening) -> Option<usize> {
+        match what {
+            Happening::Served { agent, .. } => Some(event::member(problem, Actor::Agent(*agent))),
+            _ => None,
         }
     }
-}
 
-impl kind::Execution for Executed {
-    fn time(&self) -> f64 {
-        self.execution.time()
+    fn chart(of: &ScheduleExecution) -> Chart {
+        chart(&of.problem, &of.plan)
     }
 
-    fn advance(&mut self, to: f64) {
-        self.execution.advance(to);
-        self.listen();
+    fn map(of: &ScheduleExecution) -> Map {
+        map(&of.problem, &of.plan)
     }
 
-    fn next(&self) -> Option<f64> {
-        self.execution.next()
+    fn results(of: &ScheduleExecution) -> Outcome {
+        of.statistics()
     }
 
-    fn done(&self) -> Option<f64> {
-        let records = self.execution.records();
-        let done = records.iter().rev().find(|record| record.what == Happening::Done);
-        done.filter(|_| self.execution.done()).map(|record| record.time)
-    }
-
-    fn stranded(&self) -> Option<String> {
-        self.execution.stranded().map(ToString::to_string)
-    }
-
-    fn chart(&self) -> Chart {
-        chart(self.execution.problem(), self.execution.plan())
-    }
-
-    fn labels(&self) -> &Labels {
-        &self.execution.problem().labels
-    }
-
-    fn map(&self) -> Map {
-        map(self.execution.problem(), self.execution.plan())
-    }
-
-    fn describe(&self, of: &Event) -> String {
-        event::describe(self.execution.problem(), of)
-    }
-
-    fn handle(&mut self, of: &Event) -> Result<(), String> {
-        event::handle(&mut self.execution, of)?;
-        self.listen();
-        Ok(())
-    }
-
-    fn take_rejected(&mut self) -> Vec<Rejected> {
-        std::mem::take(&mut self.rejected)
-    }
-
-    fn log_len(&self) -> usize {
-        self.execution.records().len()
-    }
-
-    fn log_from(&self, first: usize) -> Vec<Entry> {
-        let entry = |record: &super::execution::Record| Entry {
-            time: record.time,
-            text: of_happening(&record.what, self.execution.problem()),
-            notable: match &record.what {
-                Happening::Told { .. } | Happening::HeldUp { .. } | Happening::BrokenOff { .. } | Happening::Done => {
-                    true
-                }
-                Happening::Plan(change) => change.is_notable(),
-                _ => false,
-            },
-        };
-        self.execution.records().iter().skip(first).map(entry).collect()
-    }
-
-    fn measure(&self, name: &str, member: Option<usize>) -> [f64; 3] {
-        let of = &self.execution;
-        let who = member.map(|member| event::actor(of.problem(), member));
-        let (role, index) = match who {
-            None => (None, 0),
-            Some(Some(Actor::Robot(robot))) => (Some(ROBOTS[0]), robot),
-            Some(Some(Actor::Agent(agent))) => (Some(AGENTS[0]), agent),
-            Some(None) => return number(f64::NAN),
-        };
-        let found = MEASURES.iter().find(|(measure, _)| measure.name == name && measure.is_of(role));
-        found.and_then(|(_, value)| value(of, index)).unwrap_or(number(f64::NAN))
-    }
-
-    fn outcome(&self) -> Outcome {
-        let outcome = self.execution.statistics();
-        let label = |name: &str| Cell::Text(self.labels().member(name).to_string());
-        let agents = outcome.agents.iter().map(|a| {
+    fn tables(results: &Outcome, labels: &Labels) -> Vec<Table> {
+        let label = |name: &str| Cell::Text(labels.member(name).to_string());
+        let agents = results.agents.iter().map(|a| {
             let (all, most) = (a.waits.iter().sum::<f64>(), a.waits.iter().copied().fold(0.0, f64::max));
             vec![label(&a.name), Cell::Count(a.served), Cell::Number(all, "s"), Cell::Number(most, "s")]
         });
-        let robots = outcome.robots.iter().map(|r| {
+        let robots = results.robots.iter().map(|r| {
             vec![label(&r.name), Cell::Count(r.served), Cell::Number(r.travelled, "m"), Cell::Number(r.energy, "J")]
         });
-        Outcome {
-            reschedules: outcome.reschedules,
-            reallocations: outcome.reallocations,
-            tables: vec![
-                Table { columns: vec!["agent", "served", "waited", "longest wait"], rows: agents.collect() },
-                Table { columns: vec!["robot", "served", "travelled", "energy"], rows: robots.collect() },
-            ],
-            data: serde_json::to_value(&outcome).unwrap_or_default(),
-        }
+        vec![
+            Table { columns: vec!["agent", "served", "waited", "longest wait"], rows: agents.collect() },
+            Table { columns: vec!["robot", "served", "travelled", "energy"], rows: robots.collect() },
+        ]
     }
 
-    fn columns(&self) -> Vec<String> {
-        let problem = self.execution.problem();
+    fn columns(problem: &Problem) -> Vec<String> {
         let of = |name: &str, parts: &[&str]| parts.iter().map(|of| format!("{name}.{of}")).collect::<Vec<_>>();
         let robots = problem.robots.iter().flat_map(|m| of(&m.name, &["x", "y", "speed", "stage"]));
         let agents = problem.agents.iter().flat_map(|a| of(&a.name, &["x", "y", "doing", "served", "waited"]));
         robots.chain(agents).collect()
     }
 
-    fn row(&self) -> Vec<Cell> {
-        let of = &self.execution;
+    fn row(of: &ScheduleExecution) -> Vec<Cell> {
         let mut row = Vec::new();
         for view in (0..).map_while(|i| of.robot(i)) {
             let [x, y] = view.position;
@@ -328,9 +247,9 @@ impl kind::Execution for Executed {
         row
     }
 
-    fn work(&self, member: usize) -> Option<Work> {
-        let agent = self.agent_of(member)?;
-        let (view, who) = (self.execution.agent(agent)?, self.execution.problem().agents.get(agent)?);
+    fn work(of: &ScheduleExecution, member: usize) -> Option<Work> {
+        let agent = event::agent(&of.problem, member)?;
+        let (view, who) = (of.agent(agent)?, of.problem.agents.get(agent)?);
         if who.kind != AgentKind::Worker {
             return None;
         }

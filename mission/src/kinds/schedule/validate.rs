@@ -4,18 +4,15 @@
 //! distribution, so that it detects a mistake in the planners' versions.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use serde::{Deserialize, Serialize};
+
+use crate::validate::{self, Constraint, TOLERANCE, tolerance};
 
 use super::plan::{Activity, Actor, Phase, Plan, Target};
 
 use super::problem::{Agent, Begun, Distances, Problem};
 use crate::numbers::Range;
-
-/// Tolerance of a time (s), and its increase per second for the rounding of very large times.
-pub const TOLERANCE: f64 = 1e-6;
-const ROUNDING: f64 = 1e-12;
 
 /// A constraint, with the equation of the thesis if it has one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -56,9 +53,8 @@ pub enum Rule {
     Speed,
 }
 
-impl Rule {
-    /// Returns the constraint as a sentence.
-    pub fn text(self) -> &'static str {
+impl Constraint<Target> for Rule {
+    fn text(&self) -> &'static str {
         match self {
             Rule::Form => "names are the problem's, times are finite, and each activity is of somebody",
             Rule::Assignment => "each operation is served once, by one robot (5.6)",
@@ -78,39 +74,20 @@ impl Rule {
             Rule::Speed => "a speed is the length of the way over its time",
         }
     }
-}
 
-/// A constraint that a plan breaks.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Violation {
-    /// The broken constraint.
-    pub rule: Rule,
-    /// The operation; `None` if the plan as a whole is wrong.
-    pub target: Option<Target>,
-    /// The other operation, for [`Rule::Overlap`].
-    pub other: Option<Target>,
-    /// Size of the violation: seconds, or metres per second for [`Rule::Speed`]; 0 if it has no size.
-    pub by: f64,
-}
-
-impl fmt::Display for Violation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "not so: {}", self.rule.text())?;
-        if let Some(target) = self.target {
-            write!(f, "; operation {} of agent {}", target.operation, target.agent)?;
-        }
-        if let Some(other) = self.other {
-            write!(f, " and operation {} of agent {}", other.operation, other.agent)?;
-        }
-        if self.by != 0.0 { write!(f, ", by {}", self.by) } else { Ok(()) }
+    fn work(target: &Target) -> String {
+        format!("operation {} of agent {}", target.operation, target.agent)
     }
 }
+
+/// A constraint that a plan breaks, of operations.
+pub type Violation = validate::Violation<Rule, Target>;
 
 /// Returns all violations of a plan of this problem; empty if the plan may be executed. If [`Problem::check`] reports
 /// mistakes, every plan is invalid.
 pub fn validate(problem: &Problem, plan: &Plan) -> Vec<Violation> {
     if !problem.check().is_empty() {
-        return vec![Violation { rule: Rule::Form, target: None, other: None, by: 0.0 }];
+        return vec![Violation::of(Rule::Form, None, 0.0)];
     }
     let mut parts: BTreeMap<Target, Vec<&Activity>> = BTreeMap::new();
     for activity in &plan.activities {
@@ -141,7 +118,7 @@ struct Validator<'a> {
 
 impl<'a> Validator<'a> {
     fn broken(&mut self, rule: Rule, target: Option<Target>, by: f64) {
-        self.violations.push(Violation { rule, target, other: None, by });
+        self.violations.push(Violation::of(rule, target, by));
     }
 
     /// Checks that `value` is at least `least`, both in seconds.
@@ -308,17 +285,12 @@ impl<'a> Validator<'a> {
                 let (other_from, other_to) = (other.parts[1].start, other.parts[5].end);
                 let both = to.min(other_to) - from.max(other_from);
                 if both > tolerance(to) {
-                    let (target, other) = (Some(service.target), Some(other.target));
-                    self.violations.push(Violation { rule: Rule::Overlap, target, other, by: both });
+                    let (at, other) = (Some(service.target), Some(other.target));
+                    self.violations.push(Violation { rule: Rule::Overlap, at, other, by: both });
                 }
             }
         }
     }
-}
-
-/// Returns the tolerance of this time (s).
-fn tolerance(time: f64) -> f64 {
-    TOLERANCE + ROUNDING * time.abs()
 }
 
 /// Returns the speeds and the distance of this robot's approach to this agent.

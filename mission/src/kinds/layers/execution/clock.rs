@@ -1,10 +1,13 @@
 //! Steps that happen by themselves, and their times.
 
-use crate::execution::DiscreteEvents;
+use crate::execution::World;
+use crate::kinds::layers::plan::Activity;
+use crate::kinds::layers::problem::Problem;
 
-use super::LayersExecution;
-use super::record::Record;
+use super::record::Happening;
+use super::settings::Settings;
 use super::view::Doing;
+use super::{LayersExecution, LayersWorld};
 
 /// Something that happens by itself, of an agent. Of what happens at the same time, the first comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,43 +22,25 @@ pub enum Next {
     Begins(usize),
 }
 
-impl DiscreteEvents for LayersExecution {
+impl World for LayersWorld {
+    type Problem = Problem;
+    type Settings = Settings;
+    type Activity = Activity;
+    type Happening = Happening;
     type Step = Next;
 
-    fn now(&self) -> f64 {
-        self.time
+    fn due(of: &LayersExecution, _ticks: bool) -> Vec<(f64, Next)> {
+        (0..of.world.agents.len()).filter_map(|agent| of.of_agent(agent)).collect()
     }
 
-    fn set_time(&mut self, time: f64) {
-        self.time = time;
-    }
-
-    fn due(&self, _ticks: bool) -> Vec<(f64, Next)> {
-        (0..self.agents.len()).filter_map(|agent| self.of_agent(agent)).collect()
-    }
-
-    fn perform(&mut self, step: Next) {
-        self.happens(step);
+    fn perform(of: &mut LayersExecution, step: Next) {
+        of.happens(step);
     }
 }
 
 impl LayersExecution {
-    /// Lets time pass until `to` (s), and returns the records of that time. A time before the present, or no finite number,
-    /// lets nothing pass.
-    pub fn advance(&mut self, to: f64) -> &[Record] {
-        let from = self.log.records.len();
-        self.run_until(to);
-        &self.log.records[from..]
-    }
-
-    /// Time of the next step that happens by itself (s), as far as it is known: a task that ends when it is reported may end
-    /// at any time. None: there is no such step.
-    pub fn next(&self) -> Option<f64> {
-        self.upcoming(false).map(|(time, _)| time)
-    }
-
     fn of_agent(&self, agent: usize) -> Option<(f64, Next)> {
-        let state = &self.agents[agent];
+        let state = &self.world.agents[agent];
         match (&state.doing, &state.task) {
             (_, Some(task)) if task.ends <= task.expected => Some((task.ends, Next::Ends(agent))),
             (_, Some(task)) => Some((task.expected, Next::Overdue(agent))),

@@ -40,7 +40,7 @@ impl LayersExecution {
                 self.is_working(agent)?;
                 self.told(event);
                 self.drops(agent);
-                let state = &mut self.agents[agent];
+                let state = &mut self.world.agents[agent];
                 state.begin(Doing::Idle, self.time);
                 state.place = self.problem.agents[agent].place;
                 self.update();
@@ -50,14 +50,14 @@ impl LayersExecution {
                 self.told(event);
                 let place = self.position(agent).unwrap_or_default();
                 self.drops(agent);
-                let state = &mut self.agents[agent];
+                let state = &mut self.world.agents[agent];
                 state.begin(Doing::Lost, self.time);
                 state.place = place;
                 self.problem.agents[agent].lost = true;
                 self.update();
             }
             Event::Back { agent } => {
-                match self.agents.get(agent) {
+                match self.world.agents.get(agent) {
                     None => return Err(EventError::NoAgent { agent }),
                     Some(state) if state.doing != Doing::Lost => {
                         return Err(EventError::NotLost { name: self.name(agent) });
@@ -65,7 +65,7 @@ impl LayersExecution {
                     Some(_) => {}
                 }
                 self.told(event);
-                let state = &mut self.agents[agent];
+                let state = &mut self.world.agents[agent];
                 state.begin(Doing::Idle, self.time);
                 state.place = self.problem.agents[agent].place;
                 self.problem.agents[agent].lost = false;
@@ -89,7 +89,7 @@ impl LayersExecution {
 
     /// Somebody exists and takes part.
     fn is_here(&self, agent: usize) -> Result<(), EventError> {
-        match self.agents.get(agent) {
+        match self.world.agents.get(agent) {
             None => Err(EventError::NoAgent { agent }),
             Some(state) if state.doing == Doing::Lost => Err(EventError::IsLost { name: self.name(agent) }),
             Some(_) => Ok(()),
@@ -98,7 +98,7 @@ impl LayersExecution {
 
     fn is_working(&self, agent: usize) -> Result<(), EventError> {
         self.is_here(agent)?;
-        match self.agents[agent].doing {
+        match self.world.agents[agent].doing {
             Doing::Working => Ok(()),
             _ => Err(EventError::NotWorking { name: self.name(agent) }),
         }
@@ -107,13 +107,13 @@ impl LayersExecution {
     fn may_begin(&self, agent: usize) -> Result<(), EventError> {
         self.is_here(agent)?;
         let name = || self.name(agent);
-        if self.agents[agent].doing == Doing::Working {
+        if self.world.agents[agent].doing == Doing::Working {
             return Err(EventError::Working { name: name() });
         }
         if self.ready(agent).is_some() {
             return Ok(());
         }
-        match self.ahead.iter().any(|step| step.agent == agent) {
+        match self.world.ahead.iter().any(|step| step.agent == agent) {
             true => Err(EventError::NotOpen { name: name() }),
             false => Err(EventError::NoTask { name: name() }),
         }
@@ -121,7 +121,7 @@ impl LayersExecution {
 
     fn late(&mut self, agent: usize, by: f64) {
         let time = self.time;
-        if let Some(running) = &mut self.agents[agent].task {
+        if let Some(running) = &mut self.world.agents[agent].task {
             running.rebase(time);
             running.ends = (running.ends + by).max(time);
             running.expected = (running.expected + by).max(time);

@@ -24,7 +24,7 @@ mod update;
 mod view;
 mod way;
 
-use crate::execution::{Log, NoFeasiblePlan};
+use crate::execution::Simulation;
 use crate::kinds::layers::plan::Plan;
 
 use super::choose::plan;
@@ -41,29 +41,26 @@ pub use self::view::{AgentView, Doing, NextTask, UnderWay};
 
 use self::state::AgentState;
 
-/// A mission of layers under way.
+/// A mission of layers under way. While nobody is left for a task its plan lacks that task; what was given to somebody who
+/// is still there goes on, as far as the order of the layers allows.
+pub type LayersExecution = Simulation<LayersWorld>;
+
+/// The state of the team and of its tasks.
 #[derive(Clone, Debug)]
-pub struct LayersExecution {
-    settings: Settings,
-    /// As it stands: `start` is when the plan was made or repaired last.
-    problem: Problem,
+pub struct LayersWorld {
     /// Planned steps that have not begun, by start.
     ahead: Vec<Step>,
     /// Finished steps with their true times, by end.
     ended: Vec<Step>,
-    plan: Plan,
     /// The same for the whole mission.
     scales: Scales,
     /// Cost of the plan at the last planning.
     optimal: f64,
-    begin: f64,
-    time: f64,
     agents: Vec<AgentState>,
     /// Number of starts of each task.
     tries: Vec<usize>,
     /// The first layer in which anything is to be done; none: everything is done.
     open: Option<usize>,
-    log: Log<Happening>,
     dropped: usize,
 }
 
@@ -98,69 +95,29 @@ impl LayersExecution {
         }
         let mut ahead = from_plan(&plan);
         repair::sort(&mut ahead);
-        Ok(LayersExecution {
-            settings,
+        let begin = problem.start;
+        let world = LayersWorld {
             ahead,
             ended: Vec::new(),
             optimal: plan.cost,
-            plan,
             scales: Scales::of(&problem),
-            begin: problem.start,
-            time: problem.start,
-            agents: problem.agents.iter().map(|who| AgentState::new(who, problem.start)).collect(),
+            agents: problem.agents.iter().map(|who| AgentState::new(who, begin)).collect(),
             tries: vec![0; problem.tasks.len()],
             open: first_layer(&problem, &[]),
-            log: Log::new(),
             dropped: 0,
-            problem,
-        })
-    }
-
-    /// The present (s).
-    pub fn time(&self) -> f64 {
-        self.time
-    }
-
-    /// The plan as it stands: what was done and is under way as it happened, the rest as planned. While nobody is left for a
-    /// task it lacks that task.
-    pub fn plan(&self) -> &Plan {
-        &self.plan
-    }
-
-    /// The problem as it stands: with who is lost, and what had begun when the plan was made or repaired last.
-    pub fn problem(&self) -> &Problem {
-        &self.problem
-    }
-
-    /// Every task is done.
-    pub fn done(&self) -> bool {
-        self.log.done
-    }
-
-    /// Why there is no plan for everything any more, if so. What was given to somebody who is still there goes on, as far as
-    /// the order of the layers allows.
-    pub fn stranded(&self) -> Option<&NoFeasiblePlan> {
-        self.log.stranded.as_ref()
-    }
-
-    /// Everything that has happened, in order.
-    pub fn records(&self) -> &[Record] {
-        &self.log.records
-    }
-
-    fn record(&mut self, what: Happening) {
-        self.log.records.push(Record { time: self.time, what });
+        };
+        Ok(Simulation::at_start(problem, plan, settings, begin, world))
     }
 
     /// Steps under way, with their start and expected end.
     fn running(&self) -> impl Iterator<Item = Step> {
-        self.agents.iter().filter_map(|agent| agent.task.as_ref()).map(|task| task.expected_step())
+        self.world.agents.iter().filter_map(|agent| agent.task.as_ref()).map(|task| task.expected_step())
     }
 
     /// The next task of an agent that does nothing, if its layer has begun.
     fn ready(&self, agent: usize) -> Option<&Step> {
-        let next = self.ahead.iter().find(|step| step.agent == agent)?;
-        (self.open == Some(self.problem.tasks[next.task].layer)).then_some(next)
+        let next = self.world.ahead.iter().find(|step| step.agent == agent)?;
+        (self.world.open == Some(self.problem.tasks[next.task].layer)).then_some(next)
     }
 }
 

@@ -45,7 +45,7 @@ pub struct AgentOutcome {
 impl LayersExecution {
     /// Results of the mission so far.
     pub fn statistics(&self) -> Outcome {
-        let agents = self.problem.agents.iter().zip(&self.agents).map(|(who, state)| AgentOutcome {
+        let agents = self.problem.agents.iter().zip(&self.world.agents).map(|(who, state)| AgentOutcome {
             name: who.name.clone(),
             human: who.is_human(),
             tasks: state.tasks,
@@ -55,11 +55,11 @@ impl LayersExecution {
             workload: state.workload,
         });
         Outcome {
-            makespan: self.ended.last().map_or(0.0, |step| step.end - self.begin),
-            layers: self.open.unwrap_or(self.problem.layers.len()),
-            tasks: self.ended.len(),
+            makespan: self.world.ended.last().map_or(0.0, |step| step.end - self.begin),
+            layers: self.world.open.unwrap_or(self.problem.layers.len()),
+            tasks: self.world.ended.len(),
             agents: agents.collect(),
-            dropped: self.dropped,
+            dropped: self.world.dropped,
             reschedules: self.log.reschedules,
             reallocations: self.log.reallocations,
         }

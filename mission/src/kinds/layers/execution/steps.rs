@@ -29,7 +29,7 @@ impl LayersExecution {
     /// An agent begins its next task, whose layer has begun.
     pub(super) fn begins(&mut self, agent: usize) {
         let Some(planned) = self.ready(agent).copied() else { return };
-        self.ahead.retain(|step| step.task != planned.task);
+        self.world.ahead.retain(|step| step.task != planned.task);
         let (task, object) = (planned.task, planned.object);
         let usual = planned.end - planned.start;
         let step = Step { start: self.time, end: self.time + usual, begun: true, ..planned };
@@ -38,12 +38,12 @@ impl LayersExecution {
             _ if self.settings.told.contains(&agent) => f64::INFINITY,
             Durations::Sampled { seed } if who.spread > 0.0 => {
                 let name = &self.problem.tasks[task].name;
-                self.time + usual * durations::sampled(seed, &who.name, name, self.tries[task], who.spread)
+                self.time + usual * durations::sampled(seed, &who.name, name, self.world.tries[task], who.spread)
             }
             _ => step.end,
         };
-        self.tries[task] += 1;
-        let state = &mut self.agents[agent];
+        self.world.tries[task] += 1;
+        let state = &mut self.world.agents[agent];
         state.begin(Doing::Working, self.time);
         state.task = Some(Running { step, ends, expected: step.end, since: (0.0, self.time), late: 0 });
         self.record(Happening::Begun { agent, task, object });
@@ -54,32 +54,31 @@ impl LayersExecution {
 
     /// The task of an agent is done.
     pub(super) fn ends(&mut self, agent: usize) {
-        let Some(running) = self.agents[agent].task.take() else { return };
+        let Some(running) = self.world.agents[agent].task.take() else { return };
         let step = Step { end: self.time, ..running.step };
         self.count(&step, 1.0);
-        let state = &mut self.agents[agent];
+        let state = &mut self.world.agents[agent];
         state.begin(Doing::Idle, self.time);
         state.place = self.problem.agents[agent].place;
         state.tasks += 1;
         let layer = self.problem.tasks[step.task].layer;
-        self.ended.push(step);
+        self.world.ended.push(step);
         self.record(Happening::Ended { agent, task: step.task });
-        self.open = first_layer(&self.problem, &self.ended);
-        if self.open.is_none_or(|open| open > layer) {
+        self.world.open = first_layer(&self.problem, &self.world.ended);
+        if self.world.open.is_none_or(|open| open > layer) {
             self.record(Happening::LayerDone { layer });
         }
         if (running.expected - self.time).abs() > SAME || self.log.stranded.is_some() {
             self.update();
         }
-        if self.open.is_none() && !self.log.done {
-            self.log.done = true;
-            self.record(Happening::Done);
+        if self.world.open.is_none() {
+            self.finish(Happening::Done);
         }
     }
 
     fn overdue(&mut self, agent: usize) {
         let time = self.time;
-        let Some(running) = &mut self.agents[agent].task else { return };
+        let Some(running) = &mut self.world.agents[agent].task else { return };
         running.rebase(time);
         running.expected = time + durations::longer(time - running.step.start, time);
         running.late += 1;
@@ -91,7 +90,7 @@ impl LayersExecution {
     /// An agent that is waited for has not begun: what comes after moves.
     fn waits(&mut self, agent: usize) {
         let time = self.time;
-        let state = &mut self.agents[agent];
+        let state = &mut self.world.agents[agent];
         let more = durations::patience(state.waited, time);
         state.waited += more;
         state.look = time + more;
@@ -105,13 +104,13 @@ impl LayersExecution {
     /// The task of an agent, if it has one, is not done: it is to be done again, by it or by somebody else.
     pub(super) fn drops(&mut self, agent: usize) {
         let time = self.time;
-        let Some(running) = self.agents[agent].task.take() else { return };
+        let Some(running) = self.world.agents[agent].task.take() else { return };
         self.count(&Step { end: time, ..running.step }, running.share(time));
         let task = running.step.task;
         let Step { start, end, .. } = running.step;
         // Before everything else that is planned: its layer is the one under way.
-        self.ahead.insert(0, Step { start: time, end: time + (end - start), begun: false, ..running.step });
-        self.dropped += 1;
+        self.world.ahead.insert(0, Step { start: time, end: time + (end - start), begun: false, ..running.step });
+        self.world.dropped += 1;
         self.record(Happening::Dropped { agent, task });
     }
 
@@ -120,7 +119,7 @@ impl LayersExecution {
         let problem = &self.problem;
         let way = share * problem.distance(step.agent, step.task, step.object);
         let time = step.end - step.start;
-        let state = &mut self.agents[step.agent];
+        let state = &mut self.world.agents[step.agent];
         state.worked += time;
         state.travelled += way;
         match problem.agents[step.agent].body {

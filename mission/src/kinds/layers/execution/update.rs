@@ -1,6 +1,6 @@
 //! The plan follows what happens: how layers are repaired, and what replaces them; the rule is in [`crate::execution`].
 
-use crate::execution::{Improved, Log, PlanChange, Repaired, Replan, ReplanPolicy, Replans, update};
+use crate::execution::{Improved, PlanChange, Repaired, Replan, ReplanPolicy, Replans};
 use crate::kinds::layers::choose::plan;
 use crate::kinds::layers::cost::cost_at;
 use crate::kinds::layers::plan::{Activity, Plan};
@@ -9,50 +9,35 @@ use crate::kinds::layers::steps::{Step, from_plan, with_cost};
 use crate::kinds::layers::validate::validate;
 use crate::plan::{Statistics, Status};
 
-use super::LayersExecution;
 use super::record::Happening;
 use super::repair;
-use super::settings::of_plan;
+use super::settings::{Settings, of_plan};
 use super::steps::SAME;
+use super::{LayersExecution, LayersWorld};
 
-impl Replans for LayersExecution {
-    type Problem = Problem;
-    type Activity = Activity;
+impl Replans for LayersWorld {
     type Steps = Vec<Step>;
-    type Happening = Happening;
 
-    fn problem(&self) -> &Problem {
-        &self.problem
+    fn changed(change: PlanChange) -> Happening {
+        Happening::Plan(change)
     }
 
-    fn plan_mut(&mut self) -> &mut Plan {
-        &mut self.plan
+    fn rule(settings: &Settings) -> (Replan, f64) {
+        (settings.replan, settings.reallocate_above)
     }
 
-    fn log(&mut self) -> &mut Log<Happening> {
-        &mut self.log
-    }
-
-    fn record_change(&mut self, change: PlanChange) {
-        self.record(Happening::Plan(change));
-    }
-
-    fn rule(&self) -> (Replan, f64) {
-        (self.settings.replan, self.settings.reallocate_above)
-    }
-
-    fn repair(&self, problem: Problem) -> Repaired<Self> {
-        let open = problem.tasks.len() - problem.begun.len();
+    fn repair(of: &LayersExecution, problem: Problem) -> Repaired<Self> {
+        let (world, open) = (&of.world, problem.tasks.len() - problem.begun.len());
         let here = |step: &&Step| !problem.agents[step.agent].lost;
-        if self.ahead.iter().filter(here).count() < open {
+        if world.ahead.iter().filter(here).count() < open {
             return Repaired { problem, plan: None };
         }
-        let moved = repair::moved(&problem, &self.ahead);
-        let steps = match self.settings.replan {
+        let moved = repair::moved(&problem, &world.ahead);
+        let steps = match of.settings.replan {
             Replan::None => moved,
-            Replan::Reschedule | Replan::Both => repair::best(&problem, &self.scales, &self.ahead).unwrap_or(moved),
+            Replan::Reschedule | Replan::Both => repair::best(&problem, &world.scales, &world.ahead).unwrap_or(moved),
         };
-        let plan = self.part(&problem, &steps);
+        let plan = world.part(&problem, &steps);
         Repaired { problem, plan: Some((steps, plan)) }
     }
 
@@ -73,36 +58,36 @@ impl Replans for LayersExecution {
         Ok(ahead)
     }
 
-    fn adopt(&mut self, problem: Problem, steps: Vec<Step>, plan: Plan) {
-        (self.problem, self.ahead, self.plan, self.log.stranded) = (problem, steps, plan, None);
+    fn adopt(of: &mut LayersExecution, steps: Vec<Step>) {
+        of.world.ahead = steps;
     }
 
-    fn index(&self) -> f64 {
-        let (was, is) = (self.optimal, self.plan.cost);
+    fn index(of: &LayersExecution) -> f64 {
+        let (was, is) = (of.world.optimal, of.plan.cost);
         if was == is { 0.0 } else { (was - is).abs() / was }
     }
 
-    fn rebase_index(&mut self) {
-        self.optimal = self.plan.cost;
+    fn rebase_index(of: &mut LayersExecution) {
+        of.world.optimal = of.plan.cost;
     }
 
-    fn is_open(&self) -> bool {
-        self.problem.begun.len() < self.problem.tasks.len()
+    fn is_open(problem: &Problem) -> bool {
+        problem.begun.len() < problem.tasks.len()
     }
 
-    fn improve(&self) -> Result<Improved<Activity>, String> {
-        let fresh = self.plan_anew(&self.problem)?;
-        if let Some(why) = LayersExecution::broken(&self.problem, &fresh) {
+    fn improve(of: &LayersExecution) -> Result<Improved<Activity>, String> {
+        let fresh = Self::plan_anew(&of.problem, &of.settings)?;
+        if let Some(why) = Self::broken(&of.problem, &fresh) {
             return Err(why);
         }
-        Ok(match fresh.cost < self.plan.cost {
+        Ok(match fresh.cost < of.plan.cost {
             true => Improved::Fresh(Box::new(fresh)),
             false => Improved::Kept(format!("rescheduling, after {}", fresh.engine)),
         })
     }
 
-    fn plan_anew(&self, problem: &Problem) -> Result<Plan, String> {
-        plan(problem, &self.settings.planning).map_err(|refusal| of_plan(&refusal))
+    fn plan_anew(problem: &Problem, settings: &Settings) -> Result<Plan, String> {
+        plan(problem, &settings.planning).map_err(|refusal| of_plan(&refusal))
     }
 
     fn nobody_left(problem: &Problem) -> Option<&'static str> {
@@ -110,11 +95,23 @@ impl Replans for LayersExecution {
     }
 
     /// Those who are there go on with what they were assigned.
-    fn strand(&mut self, problem: Problem, _again: bool) {
-        self.ahead.retain(|step| !problem.agents[step.agent].lost);
-        self.ahead = repair::moved(&problem, &self.ahead);
-        self.plan = self.part(&problem, &self.ahead);
-        self.problem = problem;
+    fn strand(of: &mut LayersExecution, problem: Problem, _again: bool) {
+        let world = &mut of.world;
+        world.ahead.retain(|step| !problem.agents[step.agent].lost);
+        world.ahead = repair::moved(&problem, &world.ahead);
+        of.plan = world.part(&problem, &world.ahead);
+        of.problem = problem;
+    }
+}
+
+impl LayersWorld {
+    /// The plan of what has begun and what is ahead.
+    fn part(&self, problem: &Problem, ahead: &[Step]) -> Plan {
+        let mut steps: Vec<Step> = problem.begun.iter().map(|begun| begun.step()).collect();
+        steps.extend(ahead);
+        let cost = cost_at(problem, &self.scales, &steps).total();
+        let status = Status::Unbounded { stopped: None };
+        with_cost(problem, (&steps, cost), status, "rescheduling".into(), Statistics::default())
     }
 }
 
@@ -127,21 +124,12 @@ impl LayersExecution {
     /// As [`LayersExecution::update`], where planning anew is subject to a policy.
     pub(super) fn update_or_plan(&mut self, policy: ReplanPolicy) {
         let problem = self.problem_now();
-        update(self, problem, policy);
+        self.update_plan(problem, policy);
     }
 
     /// The problem at the present time: what is done, and what is under way as it is expected to end.
     fn problem_now(&self) -> Problem {
-        let begun = self.ended.iter().map(repair::begun).chain(self.running().map(|step| repair::begun(&step)));
+        let begun = self.world.ended.iter().map(repair::begun).chain(self.running().map(|step| repair::begun(&step)));
         Problem { start: self.time, begun: begun.collect(), ..self.problem.clone() }
-    }
-
-    /// The plan of what has begun and what is ahead.
-    fn part(&self, problem: &Problem, ahead: &[Step]) -> Plan {
-        let mut steps: Vec<Step> = problem.begun.iter().map(|begun| begun.step()).collect();
-        steps.extend(ahead);
-        let cost = cost_at(problem, &self.scales, &steps).total();
-        let status = Status::Unbounded { stopped: None };
-        with_cost(problem, (&steps, cost), status, "rescheduling".into(), Statistics::default())
     }
 }

@@ -65,19 +65,19 @@ pub struct AgentView {
 impl LayersExecution {
     /// State of this agent; none if there is no such agent.
     pub fn agent(&self, agent: usize) -> Option<AgentView> {
-        let state = self.agents.get(agent)?;
+        let state = self.world.agents.get(agent)?;
         let work = state.task.as_ref().map(|running| UnderWay {
             task: running.step.task,
             object: running.step.object,
             start: running.step.start,
             expected: running.expected,
         });
-        let next = self.ahead.iter().find(|step| step.agent == agent).map(|step| NextTask {
+        let next = self.world.ahead.iter().find(|step| step.agent == agent).map(|step| NextTask {
             task: step.task,
             object: step.object,
             start: step.start.max(self.time),
             end: step.end + (self.time - step.start).max(0.0),
-            open: self.open == self.problem.tasks.get(step.task).map(|task| task.layer),
+            open: self.world.open == self.problem.tasks.get(step.task).map(|task| task.layer),
         });
         let position = self.position(agent)?;
         Some(AgentView { doing: state.doing, since: state.since, work, next, position, tasks: state.tasks })
@@ -85,7 +85,7 @@ impl LayersExecution {
 
     /// Position of an agent (m); none if there is no such agent.
     pub fn position(&self, agent: usize) -> Option<[f64; 3]> {
-        let state = self.agents.get(agent)?;
+        let state = self.world.agents.get(agent)?;
         Some(match &state.task {
             Some(running) => way::place(&self.problem, &running.step, running.share(self.time)),
             None => state.place,

@@ -3,8 +3,9 @@
 use crate::kinds::layers::plan::Plan;
 use crate::kinds::layers::problem::{Body, Problem};
 use crate::kinds::layers::steps::{Step, to_plan};
-use crate::kinds::layers::validate::{Rule, TOLERANCE, Violation, validate};
+use crate::kinds::layers::validate::{Rule, Violation, validate};
 use crate::plan::{Statistics, Status};
+use crate::validate::{Constraint, TOLERANCE};
 
 use super::task::{MAX_FAULTS, ReadTask, join};
 use super::{Fault, FaultKind};
@@ -61,10 +62,10 @@ fn worst(problem: &Problem, violations: Vec<Violation>) -> Vec<Violation> {
     let mut worst: Vec<Violation> = Vec::new();
     for mut violation in violations {
         // Report the violation at the later task.
-        if violation.rule == Rule::Layers && layer(violation.task) < layer(violation.other) {
-            (violation.task, violation.other) = (violation.other, violation.task);
+        if violation.rule == Rule::Layers && layer(violation.at) < layer(violation.other) {
+            (violation.at, violation.other) = (violation.other, violation.at);
         }
-        match worst.iter().position(|one| (one.rule, one.task) == (violation.rule, violation.task)) {
+        match worst.iter().position(|one| (one.rule, one.at) == (violation.rule, violation.at)) {
             Some(at) if worst[at].by < violation.by => worst[at] = violation,
             None if worst.len() < MAX_FAULTS => worst.push(violation),
             _ => {}
@@ -74,7 +75,7 @@ fn worst(problem: &Problem, violations: Vec<Violation>) -> Vec<Violation> {
 }
 
 fn fault(problem: &Problem, tasks: &[ReadTask], violation: &Violation) -> Fault {
-    let read = violation.task.and_then(|task| tasks.get(task));
+    let read = violation.at.and_then(|task| tasks.get(task));
     let other = violation.other.and_then(|task| tasks.get(task));
     let (key, what, fix) = match (read, other) {
         (Some(read), Some(other)) => of_two(problem, read, other, violation),

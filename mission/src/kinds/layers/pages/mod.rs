@@ -6,6 +6,7 @@ mod person;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::execution::Executed;
 use crate::kind::pages::words::{clock_time, plan_status};
 use crate::kind::pages::{
     ALREADY_NOTED, Activity, JournalSink, Pages, PersonContent, PersonMessage, PlanUpdate, Progress, Refusal,
@@ -13,9 +14,8 @@ use crate::kind::pages::{
 };
 use crate::kind::{Detail, Event, Execution};
 
-use super::execution::{Doing, Happening};
+use super::execution::{Doing, Happening, LayersWorld};
 use super::problem::Problem;
-use super::run::Executed;
 
 /// A request of a person. Each names its task by index, so that duplicated or late requests are recognised.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -41,11 +41,11 @@ enum PersonRequest {
 
 /// Layers under way with their pages.
 pub(super) struct LayersPages {
-    run: Executed,
+    run: Executed<LayersWorld>,
 }
 
 impl LayersPages {
-    pub fn new(run: Executed) -> LayersPages {
+    pub fn new(run: Executed<LayersWorld>) -> LayersPages {
         LayersPages { run }
     }
 

@@ -39,31 +39,31 @@ impl ScheduleExecution {
     /// Commands are given from now on, if a base is to go somewhere.
     pub(super) fn wake_bases(&mut self) {
         let Travel::Bases(potentials) = &self.settings.travel else { return };
-        if self.tick.is_none() && self.robots.iter().any(|robot| goes(robot, self.time)) {
-            self.tick = Some(((self.time - self.begin) / potentials.step).floor().max(0.0) as u64);
+        if self.world.tick.is_none() && self.world.robots.iter().any(|robot| goes(robot, self.time)) {
+            self.world.tick = Some(((self.time - self.begin) / potentials.step).floor().max(0.0) as u64);
         }
     }
 
     /// One step: bases move by their commands, and get the next ones.
     pub(super) fn move_bases(&mut self) {
-        let (Travel::Bases(potentials), Some(tick)) = (&self.settings.travel, self.tick) else { return };
-        for state in &mut self.robots {
+        let (Travel::Bases(potentials), Some(tick)) = (&self.settings.travel, self.world.tick) else { return };
+        for state in &mut self.world.robots {
             let [x, y] = state.velocity;
             state.position[0] += potentials.step * x;
             state.position[1] += potentials.step * y;
             state.gone += potentials.step * f64::hypot(x, y);
             state.heading = turned(state.heading, state.velocity, potentials);
         }
-        for robot in 0..self.robots.len() {
-            self.robots[robot].velocity = self.command(robot, potentials);
+        for robot in 0..self.world.robots.len() {
+            self.world.robots[robot].velocity = self.command(robot, potentials);
         }
         let moves =
             |state: &RobotState| goes(state, self.time) || f64::hypot(state.velocity[0], state.velocity[1]) > STILL;
-        if self.robots.iter().any(moves) {
-            self.tick = Some(tick + 1);
+        if self.world.robots.iter().any(moves) {
+            self.world.tick = Some(tick + 1);
         } else {
-            self.robots.iter_mut().for_each(|state| state.velocity = [0.0; 2]);
-            self.tick = None;
+            self.world.robots.iter_mut().for_each(|state| state.velocity = [0.0; 2]);
+            self.world.tick = None;
         }
     }
 }
@@ -100,7 +100,7 @@ fn stands_back(robots: &[RobotState], robot: usize, potentials: &Potentials) -> 
 
 impl ScheduleExecution {
     fn command(&self, robot: usize, potentials: &Potentials) -> [f64; 2] {
-        let (problem, robots, time) = (&self.problem, &self.robots, self.time);
+        let (problem, robots, time) = (&self.problem, &self.world.robots, self.time);
         let state = &robots[robot];
         if matches!(state.stage, Stage::Lost | Stage::Serving) {
             return [0.0; 2];

@@ -1,12 +1,14 @@
 //! Steps that happen by themselves, and their times.
 
-use crate::execution::DiscreteEvents;
+use crate::execution::World;
 use crate::kinds::schedule::assistance::Assistance;
+use crate::kinds::schedule::plan::Activity;
+use crate::kinds::schedule::problem::Problem;
 
-use super::ScheduleExecution;
-use super::record::Record;
-use super::settings::Travel;
+use super::record::Happening;
+use super::settings::{Settings, Travel};
 use super::view::{Doing, Stage};
+use super::{ScheduleExecution, ScheduleWorld};
 
 /// Something that happens by itself, of an agent or a robot. Of what happens at the same time, the first comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -35,51 +37,33 @@ pub enum Step {
     SetsOut(usize),
 }
 
-impl DiscreteEvents for ScheduleExecution {
+impl World for ScheduleWorld {
+    type Problem = Problem;
+    type Settings = Settings;
+    type Activity = Activity;
+    type Happening = Happening;
     type Step = Step;
 
-    fn now(&self) -> f64 {
-        self.time
-    }
-
-    fn set_time(&mut self, time: f64) {
-        self.time = time;
-    }
-
-    fn due(&self, ticks: bool) -> Vec<(f64, Step)> {
-        let agents = (0..self.agents.len()).filter_map(|agent| self.of_agent(agent));
-        let robots = (0..self.robots.len()).filter_map(|robot| self.of_robot(robot));
-        let tick = match (&self.settings.travel, self.tick) {
+    fn due(of: &ScheduleExecution, ticks: bool) -> Vec<(f64, Step)> {
+        let agents = (0..of.world.agents.len()).filter_map(|agent| of.of_agent(agent));
+        let robots = (0..of.world.robots.len()).filter_map(|robot| of.of_robot(robot));
+        let tick = match (&of.settings.travel, of.world.tick) {
             (Travel::Bases(potentials), Some(tick)) if ticks => {
-                Some((self.begin + (tick + 1) as f64 * potentials.step, Step::Tick))
+                Some((of.begin + (tick + 1) as f64 * potentials.step, Step::Tick))
             }
             _ => None,
         };
         agents.chain(robots).chain(tick).collect()
     }
 
-    fn perform(&mut self, step: Step) {
-        self.happens(step);
+    fn perform(of: &mut ScheduleExecution, step: Step) {
+        of.happens(step);
     }
 }
 
 impl ScheduleExecution {
-    /// Lets time pass until `to` (s), and returns the records of that time. A time before the present, or no finite number,
-    /// lets nothing pass.
-    pub fn advance(&mut self, to: f64) -> &[Record] {
-        let from = self.log.records.len();
-        self.run_until(to);
-        &self.log.records[from..]
-    }
-
-    /// Time of the next step that happens by itself (s), as far as it is known: a robot may be late, and an operation that
-    /// ends when it is reported may end at any time. None: there is no such step.
-    pub fn next(&self) -> Option<f64> {
-        self.upcoming(false).map(|(time, _)| time)
-    }
-
     fn of_agent(&self, agent: usize) -> Option<(f64, Step)> {
-        let state = &self.agents[agent];
+        let state = &self.world.agents[agent];
         let planned = self.log.stranded.is_none();
         match state.doing {
             // Where nothing is planned, an agent goes on with its work.
@@ -94,7 +78,7 @@ impl ScheduleExecution {
     }
 
     fn of_robot(&self, robot: usize) -> Option<(f64, Step)> {
-        let state = &self.robots[robot];
+        let state = &self.world.robots[robot];
         let times = state.target.and_then(|(agent, operation)| self.service(agent, operation)).map(|at| at.times);
         match state.stage {
             Stage::Home => Some((self.next_service(robot)?.times.going, Step::SetsOut(robot))),
@@ -102,7 +86,7 @@ impl ScheduleExecution {
             Stage::Waiting => Some((times?.proximity, Step::Approaches(robot))),
             Stage::Approaching => {
                 // One that is there before the operation has ended stands by, whatever was planned.
-                let ended = state.target.is_some_and(|(agent, _)| self.agents[agent].doing == Doing::Waiting);
+                let ended = state.target.is_some_and(|(agent, _)| self.world.agents[agent].doing == Doing::Waiting);
                 let serving = Some(times?.serving).filter(|serving| ended || *serving > self.time);
                 serving.map(|serving| (serving, Step::Serves(robot)))
             }
@@ -115,8 +99,8 @@ impl ScheduleExecution {
 
     /// The service for which a robot that is at home leaves next.
     pub(super) fn next_service(&self, robot: usize) -> Option<&Assistance> {
-        let coming = |at: &&Assistance| at.robot == robot && at.operation >= self.agents[at.agent].operation;
-        let services = self.schedule.iter().filter(coming).filter(|_| self.log.stranded.is_none());
+        let coming = |at: &&Assistance| at.robot == robot && at.operation >= self.world.agents[at.agent].operation;
+        let services = self.world.schedule.iter().filter(coming).filter(|_| self.log.stranded.is_none());
         services.min_by(|a, b| a.times.going.total_cmp(&b.times.going).then(a.target().cmp(&b.target())))
     }
 }

@@ -22,10 +22,12 @@ const ON_PURPOSE: f64 = 1e-6;
 impl ScheduleExecution {
     /// The operation of an agent ends at `end`, now or later, and was expected to end at `expected` (s).
     pub(super) fn serve_early(&mut self, agent: usize, expected: f64, end: f64) {
-        let operation = self.agents[agent].operation;
-        let Some(robot) = self.robots.iter().position(|robot| robot.target == Some((agent, operation))) else { return };
+        let operation = self.world.agents[agent].operation;
+        let Some(robot) = self.world.robots.iter().position(|robot| robot.target == Some((agent, operation))) else {
+            return;
+        };
         let Some(at) = self.service(agent, operation) else { return };
-        let (was, state) = (at.times, &self.robots[robot]);
+        let (was, state) = (at.times, &self.world.robots[robot]);
         let approach = was.serving - was.proximity;
         let possible = expected.max(was.waiting + approach);
         let (waiting, serving) = match state.stage {
@@ -54,7 +56,7 @@ impl ScheduleExecution {
     /// When a robot under way to this operation is at the waiting place (s), if it goes as fast from now on as it is worth
     /// while somebody waits; no later than planned.
     fn sooner(&self, robot: usize, (agent, operation): (usize, usize), was: &ServiceTimes) -> f64 {
-        let (state, machine) = (&self.robots[robot], &self.problem.robots[robot]);
+        let (state, machine) = (&self.world.robots[robot], &self.problem.robots[robot]);
         if state.not_before > self.time {
             return was.waiting.max(state.leg.until);
         }
@@ -85,7 +87,7 @@ impl ScheduleExecution {
         by: f64,
     ) {
         let mut left = None;
-        for at in self.schedule.iter_mut().filter(|at| at.agent == agent) {
+        for at in self.world.schedule.iter_mut().filter(|at| at.agent == agent) {
             if at.operation == operation {
                 left = Some(at.times.depositing);
                 let times = change(at.times);
@@ -93,7 +95,7 @@ impl ScheduleExecution {
             }
         }
         // The next operation begins with the end of the service, unless the plan lets the agent begin later.
-        let next = self.schedule.iter_mut().find(|at| at.agent == agent && at.operation == operation + 1);
+        let next = self.world.schedule.iter_mut().find(|at| at.agent == agent && at.operation == operation + 1);
         if let (Some(left), Some(next)) = (left, next)
             && next.start <= left + ON_PURPOSE
         {
@@ -105,15 +107,15 @@ impl ScheduleExecution {
     /// Services whose robot has not left, and operations that have not begun, come earlier where what they wait for does.
     /// `before` is the schedule as it was.
     pub(super) fn bring_forward(&mut self, before: &[Assistance]) {
-        let mut order: Vec<usize> = (0..self.schedule.len().min(before.len())).collect();
+        let mut order: Vec<usize> = (0..self.world.schedule.len().min(before.len())).collect();
         let serving = |index: &usize| before[*index].times.serving;
         order.sort_by(|a, b| serving(a).total_cmp(&serving(b)).then(before[*a].target().cmp(&before[*b].target())));
         // When each robot is at home, and each agent has been served: as it was, and as it is.
-        let mut homes = vec![(self.begin, self.begin); self.robots.len()];
-        let mut served: Vec<Option<(f64, f64)>> = vec![None; self.agents.len()];
+        let mut homes = vec![(self.begin, self.begin); self.world.robots.len()];
+        let mut served: Vec<Option<(f64, f64)>> = vec![None; self.world.agents.len()];
         for index in order {
-            let (was, mut is) = (before[index], self.schedule[index]);
-            let state = &self.agents[was.agent];
+            let (was, mut is) = (before[index], self.world.schedule[index]);
+            let state = &self.world.agents[was.agent];
             let done = was.operation < state.operation;
             let started = done || (was.operation == state.operation && state.started());
             if started && !done {
@@ -124,7 +126,7 @@ impl ScheduleExecution {
                 (is.start, is.end) = (was.start + by, was.end + by);
             }
             let (was_home, is_home) = homes[was.robot];
-            if !done && self.robots[was.robot].target != Some((was.agent, was.operation)) {
+            if !done && self.world.robots[was.robot].target != Some((was.agent, was.operation)) {
                 let way = was.times.waiting - was.times.going + was.times.serving - was.times.proximity;
                 let ready = is_home.max(self.time);
                 let (planned, possible) = (was.end.max(was_home + way), is.end.max(ready + way));
@@ -137,7 +139,7 @@ impl ScheduleExecution {
             }
             homes[was.robot] = (was.times.end, is.times.end);
             served[was.agent] = Some((was.times.depositing, is.times.depositing));
-            self.schedule[index] = is;
+            self.world.schedule[index] = is;
         }
     }
 }

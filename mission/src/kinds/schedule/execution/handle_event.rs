@@ -44,17 +44,17 @@ impl ScheduleExecution {
                     return Err(EventError::Time { value: by });
                 }
                 recorded(self);
-                if self.agents[agent].doing == Doing::Served {
+                if self.world.agents[agent].doing == Doing::Served {
                     self.service_late(agent, by);
                 } else {
                     let time = self.time;
-                    let state = &mut self.agents[agent];
+                    let state = &mut self.world.agents[agent];
                     let was = state.expected;
                     state.ends = (state.ends + by).max(time);
                     state.expected = (state.expected + by).max(time);
                     let expected = state.expected;
                     if expected < was {
-                        let before = self.schedule.clone();
+                        let before = self.world.schedule.clone();
                         self.serve_early(agent, was, expected);
                         self.bring_forward(&before);
                     }
@@ -64,9 +64,9 @@ impl ScheduleExecution {
             Event::Served { agent } => {
                 let robot = self.serving(agent)?;
                 recorded(self);
-                let (time, operation) = (self.time, self.agents[agent].operation);
+                let (time, operation) = (self.time, self.world.agents[agent].operation);
                 let by = self.service(agent, operation).map_or(0.0, |at| time - at.times.depositing);
-                let before = self.schedule.clone();
+                let before = self.world.schedule.clone();
                 self.shift(agent, operation, |times| times, by);
                 self.leaves(robot);
                 self.bring_forward(&before);
@@ -75,7 +75,7 @@ impl ScheduleExecution {
             Event::Failed { agent } => {
                 let robot = self.serving(agent)?;
                 recorded(self);
-                let operation = self.agents[agent].operation;
+                let operation = self.world.agents[agent].operation;
                 let again = self.time + self.problem.robots[robot].serve;
                 let by = self.service(agent, operation).map_or(0.0, |at| again - at.times.depositing);
                 self.shift(agent, operation, |times| times, by);
@@ -125,7 +125,7 @@ impl ScheduleExecution {
     }
 
     fn require(&self, agent: usize, doing: &[Doing], or: impl Fn(String) -> EventError) -> Result<(), EventError> {
-        let state = self.agents.get(agent).ok_or(EventError::NoAgent { agent })?;
+        let state = self.world.agents.get(agent).ok_or(EventError::NoAgent { agent })?;
         match state.doing {
             is if doing.contains(&is) => Ok(()),
             Doing::Lost => Err(EventError::IsLost { name: self.name(agent) }),
@@ -137,18 +137,18 @@ impl ScheduleExecution {
     fn serving(&self, agent: usize) -> Result<usize, EventError> {
         let or = |name| EventError::NotServing { name };
         self.require(agent, &[Doing::Served], or)?;
-        let operation = self.agents[agent].operation;
+        let operation = self.world.agents[agent].operation;
         let serves = |robot: &super::state::RobotState| {
             robot.target == Some((agent, operation)) && robot.stage == Stage::Serving
         };
-        self.robots.iter().position(serves).ok_or_else(|| or(self.name(agent)))
+        self.world.robots.iter().position(serves).ok_or_else(|| or(self.name(agent)))
     }
 
     /// The service of an agent takes so much longer (s), and ends now at the earliest.
     fn service_late(&mut self, agent: usize, by: f64) {
-        let operation = self.agents[agent].operation;
+        let operation = self.world.agents[agent].operation;
         let left = self.service(agent, operation).map_or(0.0, |at| at.times.depositing - self.time);
-        let before = self.schedule.clone();
+        let before = self.world.schedule.clone();
         self.shift(agent, operation, |times| times, by.max(-left));
         if by < 0.0 {
             self.bring_forward(&before);
@@ -157,9 +157,9 @@ impl ScheduleExecution {
     }
 
     fn begin_now(&mut self, agent: usize) {
-        let (time, operation) = (self.time, self.agents[agent].operation);
+        let (time, operation) = (self.time, self.world.agents[agent].operation);
         let end = time + duration_quantile::nominal(&self.problem, agent);
-        for at in self.schedule.iter_mut().filter(|at| (at.agent, at.operation) == (agent, operation)) {
+        for at in self.world.schedule.iter_mut().filter(|at| (at.agent, at.operation) == (agent, operation)) {
             (at.start, at.end) = (time, end);
         }
         self.begins(agent);
@@ -167,7 +167,7 @@ impl ScheduleExecution {
     }
 
     fn moved(&self, agent: usize, place: [f64; 2]) -> Result<Problem, EventError> {
-        let state = self.agents.get(agent).ok_or(EventError::NoAgent { agent })?;
+        let state = self.world.agents.get(agent).ok_or(EventError::NoAgent { agent })?;
         if state.doing == Doing::Lost {
             return Err(EventError::IsLost { name: self.name(agent) });
         }
@@ -178,7 +178,7 @@ impl ScheduleExecution {
             let (is_for, stage) = (robot.target.is_some_and(|(who, _)| who == agent), robot.stage);
             is_for && matches!(stage, Stage::Approaching | Stage::Serving)
         };
-        if self.robots.iter().any(near) {
+        if self.world.robots.iter().any(near) {
             return Err(EventError::RobotNear { name: self.name(agent) });
         }
         if let Travel::Bases(potentials) = &self.settings.travel
@@ -206,7 +206,7 @@ impl ScheduleExecution {
 
     /// The five steps of Fig. 5.5 as numbers, for the last service of this person.
     fn in_numbers(&self, agent: usize, wait: i8, approach: i8, distance: i8) -> Result<Feedback, EventError> {
-        let state = self.agents.get(agent).ok_or(EventError::NoAgent { agent })?;
+        let state = self.world.agents.get(agent).ok_or(EventError::NoAgent { agent })?;
         if let Some(step) = [wait, approach, distance].into_iter().find(|step| !(-2..=2).contains(step)) {
             return Err(EventError::Step { step });
         }
@@ -227,7 +227,7 @@ impl ScheduleExecution {
 
     fn apply_feedback(&mut self, feedback: &Feedback, event: Event) -> Result<(), EventError> {
         let agent = feedback.agent;
-        let state = self.agents.get(agent).ok_or(EventError::NoAgent { agent })?;
+        let state = self.world.agents.get(agent).ok_or(EventError::NoAgent { agent })?;
         match state.doing {
             Doing::Lost => return Err(EventError::IsLost { name: self.name(agent) }),
             _ if feedback.operation >= state.operation => {
@@ -235,19 +235,21 @@ impl ScheduleExecution {
             }
             _ => {}
         }
-        let (problem, satisfied) = adapt(&self.problem, self.satisfied[agent], feedback, &self.settings.adaptation)?;
+        let (problem, satisfied) =
+            adapt(&self.problem, self.world.satisfied[agent], feedback, &self.settings.adaptation)?;
         self.still_possible(&problem)?;
         self.record(Happening::Told { event });
         let before = self.next_wait_and_speed(agent);
         if self.settings.replan != Replan::None {
-            self.satisfied[agent] = Some(satisfied);
+            self.world.satisfied[agent] = Some(satisfied);
             // What one may do now and might not do before is in no plan, and so in no cost that could have changed.
             let policy =
                 if widened(&self.problem, &problem, agent) { ReplanPolicy::Asked } else { ReplanPolicy::IfCostly };
             self.update_or_plan(problem, policy);
         }
         if let (Some(before), Some(after)) = (before, self.next_wait_and_speed(agent)) {
-            self.indices[agent] = self.indices[agent].after(feedback.wait, feedback.approach, before, after);
+            self.world.indices[agent] =
+                self.world.indices[agent].after(feedback.wait, feedback.approach, before, after);
         }
         Ok(())
     }
@@ -256,11 +258,11 @@ impl ScheduleExecution {
     fn is_lost(&self, who: Actor, wanted: bool) -> Result<(), EventError> {
         let (lost, name) = match who {
             Actor::Robot(robot) => {
-                let state = self.robots.get(robot).ok_or(EventError::NoRobot { robot })?;
+                let state = self.world.robots.get(robot).ok_or(EventError::NoRobot { robot })?;
                 (state.stage == Stage::Lost, self.problem.robot_label(robot).unwrap_or_default().to_string())
             }
             Actor::Agent(agent) => {
-                let state = self.agents.get(agent).ok_or(EventError::NoAgent { agent })?;
+                let state = self.world.agents.get(agent).ok_or(EventError::NoAgent { agent })?;
                 (state.doing == Doing::Lost, self.name(agent))
             }
         };
@@ -274,12 +276,12 @@ impl ScheduleExecution {
     fn lose_robot(&mut self, robot: usize) {
         self.break_off(robot);
         let here = self.position(robot, self.time);
-        let state = &mut self.robots[robot];
+        let state = &mut self.world.robots[robot];
         state.begin(Stage::Lost, self.time);
         (state.leg, state.target) = (Leg::rest(here, self.time), None);
         (state.position, state.velocity) = (here, [0.0; 2]);
-        let agents = &self.agents;
-        self.schedule.retain(|at| at.robot != robot || at.operation < agents[at.agent].operation);
+        let agents = &self.world.agents;
+        self.world.schedule.retain(|at| at.robot != robot || at.operation < agents[at.agent].operation);
         self.break_off_dangling();
         let mut problem = self.problem.clone();
         set_absence(&mut problem, robot, None);
@@ -288,7 +290,7 @@ impl ScheduleExecution {
 
     fn robot_back(&mut self, robot: usize) {
         let (place, depot) = (self.free_place(robot), self.problem.robots[robot].depot);
-        let state = &mut self.robots[robot];
+        let state = &mut self.world.robots[robot];
         state.begin(Stage::Home, self.time);
         state.position = place;
         state.leg = Leg::rest(depot, self.time);
@@ -299,19 +301,19 @@ impl ScheduleExecution {
     }
 
     fn lose_agent(&mut self, agent: usize) {
-        for robot in 0..self.robots.len() {
-            if self.robots[robot].target.is_some_and(|(who, _)| who == agent) {
+        for robot in 0..self.world.robots.len() {
+            if self.world.robots[robot].target.is_some_and(|(who, _)| who == agent) {
                 self.break_off(robot);
             }
         }
-        let served = self.agents[agent].operation;
-        self.schedule.retain(|at| at.agent != agent || at.operation < served);
-        let state = &mut self.agents[agent];
+        let served = self.world.agents[agent].operation;
+        self.world.schedule.retain(|at| at.agent != agent || at.operation < served);
+        let state = &mut self.world.agents[agent];
         state.carried = state.waiting(self.time);
         (state.doing, state.since) = (Doing::Lost, self.time);
         let mut problem = self.problem.clone();
         let who = &mut problem.agents[agent];
-        self.lost[agent] = Some(who.clone());
+        self.world.lost[agent] = Some(who.clone());
         who.operations = served;
         who.wait_weights.truncate(served);
         who.limit_weights.truncate(served);
@@ -321,10 +323,10 @@ impl ScheduleExecution {
 
     fn agent_back(&mut self, agent: usize) {
         let mut problem = self.problem.clone();
-        if let Some(who) = self.lost[agent].take() {
+        if let Some(who) = self.world.lost[agent].take() {
             problem.agents[agent] = who;
         }
-        let state = &mut self.agents[agent];
+        let state = &mut self.world.agents[agent];
         let over = state.operation >= problem.agents[agent].operations;
         state.doing = if over { Doing::Finished } else { Doing::Ready };
         // Its wait begins with its return.
@@ -333,7 +335,9 @@ impl ScheduleExecution {
         if !over && state.operation > 0 && state.waits.len() >= state.operation {
             state.carried += state.waits.pop().unwrap_or(0.0);
         }
-        self.log.done &= over;
+        if !over {
+            self.log.done = None;
+        }
         self.update(problem);
     }
 }

@@ -29,9 +29,9 @@ impl Indices {
 impl ScheduleExecution {
     /// Wait (s) and speed (m/s) of the next service of an agent in the plan; none if there is none.
     pub(super) fn next_wait_and_speed(&self, agent: usize) -> Option<(f64, f64)> {
-        let at = self.service(agent, self.agents[agent].operation)?;
+        let at = self.service(agent, self.world.agents[agent].operation)?;
         let time = at.times.serving - at.times.proximity;
         let speed = if time > 0.0 { self.problem.lengths(agent, at.robot).proximity / time } else { 0.0 };
-        Some((cost::wait(&self.schedule, at).max(0.0), speed))
+        Some((cost::wait(&self.world.schedule, at).max(0.0), speed))
     }
 }

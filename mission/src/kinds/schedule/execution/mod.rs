@@ -28,7 +28,7 @@ mod surroundings;
 mod update;
 mod view;
 
-use crate::execution::{Log, NoFeasiblePlan};
+use crate::execution::Simulation;
 use crate::kinds::schedule::adapt::Satisfaction;
 use crate::kinds::schedule::assistance::{Assistance, from_plan};
 use crate::kinds::schedule::choose::plan;
@@ -45,27 +45,24 @@ pub use self::view::{AgentView, Coming, Doing, RobotView, Stage};
 use self::indices::Indices;
 use self::state::{AgentState, RobotState};
 
-/// A mission under way.
+/// A schedule under way. It is done if everything is served that can be, and every robot is back. If there is no plan any
+/// more, its plan is the last one: what is under way by agents goes on, and robots are at their depots.
+pub type ScheduleExecution = Simulation<ScheduleWorld>;
+
+/// The state of agents and robots.
 #[derive(Clone, Debug)]
-pub struct ScheduleExecution {
-    settings: Settings,
-    /// As it stands: `start` is when the plan was made or repaired last.
-    problem: Problem,
+pub struct ScheduleWorld {
     schedule: Vec<Assistance>,
-    plan: Plan,
     /// The problem and schedule of the last planning, against which (5.19) compares.
     optimal: (Problem, Vec<Assistance>),
-    begin: f64,
-    time: f64,
     agents: Vec<AgentState>,
     robots: Vec<RobotState>,
     /// Lost agents, as they were before.
     lost: Vec<Option<Agent>>,
     satisfied: Vec<Option<Satisfaction>>,
     indices: Vec<Indices>,
-    /// Steps of the bases since `begin`, while one moves.
+    /// Steps of the bases since the start, while one moves.
     tick: Option<u64>,
-    log: Log<Happening>,
 }
 
 impl ScheduleExecution {
@@ -103,62 +100,22 @@ impl ScheduleExecution {
         let agents = problem.agents.iter().map(|who| AgentState::new(who, problem.start)).collect();
         let robots = (0..problem.robots.len()).map(|m| RobotState::new(&problem, m)).collect();
         let (begin, people) = (problem.start, problem.agents.len());
-        Ok(ScheduleExecution {
-            settings,
+        let world = ScheduleWorld {
             optimal: (problem.clone(), schedule.clone()),
             schedule,
-            plan,
-            begin,
-            time: begin,
             agents,
             robots,
             lost: vec![None; people],
             satisfied: vec![None; people],
             indices: vec![Indices::NONE; people],
             tick: None,
-            log: Log::new(),
-            problem,
-        })
-    }
-
-    /// The present (s).
-    pub fn time(&self) -> f64 {
-        self.time
-    }
-
-    /// The plan as it stands; the last one if there is none any more.
-    pub fn plan(&self) -> &Plan {
-        &self.plan
-    }
-
-    /// The problem as it stands: with what people asked for, who moved, who is lost, and what had begun when the plan was
-    /// made or repaired last.
-    pub fn problem(&self) -> &Problem {
-        &self.problem
-    }
-
-    /// Everything is served that can be, and every robot is back.
-    pub fn done(&self) -> bool {
-        self.log.done
-    }
-
-    /// Why there is no plan any more, if so. What is under way by agents goes on; robots are at their depots.
-    pub fn stranded(&self) -> Option<&NoFeasiblePlan> {
-        self.log.stranded.as_ref()
-    }
-
-    /// Everything that has happened, in order.
-    pub fn records(&self) -> &[Record] {
-        &self.log.records
-    }
-
-    fn record(&mut self, what: Happening) {
-        self.log.records.push(Record { time: self.time, what });
+        };
+        Ok(Simulation::at_start(problem, plan, settings, begin, world))
     }
 
     /// The service of an operation in the plan.
     fn service(&self, agent: usize, operation: usize) -> Option<&Assistance> {
-        self.schedule.iter().find(|at| at.agent == agent && at.operation == operation)
+        self.world.schedule.iter().find(|at| at.agent == agent && at.operation == operation)
     }
 
     fn has_places(&self) -> bool {

@@ -69,8 +69,8 @@ pub(super) fn waiting_place(problem: &Problem, agent: usize, robot: usize) -> [f
 impl ScheduleExecution {
     /// Position of a robot (m) at a time not before the last step.
     pub(super) fn position(&self, robot: usize, time: f64) -> [f64; 2] {
-        let state = &self.robots[robot];
-        match (&self.settings.travel, self.tick) {
+        let state = &self.world.robots[robot];
+        match (&self.settings.travel, self.world.tick) {
             (Travel::Planned, _) => state.leg.at(time),
             (Travel::Bases(_), None) => state.position,
             (Travel::Bases(potentials), Some(tick)) => {
@@ -83,8 +83,8 @@ impl ScheduleExecution {
     /// Velocity of a robot (m/s).
     pub(super) fn velocity(&self, robot: usize, time: f64) -> [f64; 2] {
         match self.settings.travel {
-            Travel::Planned => self.robots[robot].leg.velocity(time),
-            Travel::Bases(_) => self.robots[robot].velocity,
+            Travel::Planned => self.world.robots[robot].leg.velocity(time),
+            Travel::Bases(_) => self.world.robots[robot].velocity,
         }
     }
 
@@ -97,7 +97,7 @@ impl ScheduleExecution {
     pub(super) fn send(&mut self, robot: usize, to: [f64; 2], until: f64) {
         let from = self.position(robot, self.time);
         let time = self.time;
-        let state = &mut self.robots[robot];
+        let state = &mut self.world.robots[robot];
         if self.settings.travel == Travel::Planned {
             state.gone += distance(state.leg.from, from);
         }
@@ -107,21 +107,21 @@ impl ScheduleExecution {
     /// A way is given up where the robot is: what it took is counted.
     pub(super) fn count_partial_way(&mut self, robot: usize) {
         let here = self.position(robot, self.time);
-        let time = self.time - self.robots[robot].since;
-        let still = matches!(self.robots[robot].stage, Stage::Waiting | Stage::Serving);
-        let leg = &mut self.robots[robot].leg;
+        let time = self.time - self.world.robots[robot].since;
+        let still = matches!(self.world.robots[robot].stage, Stage::Waiting | Stage::Serving);
+        let leg = &mut self.world.robots[robot].leg;
         *leg = Leg { to: here, ..*leg };
         if !still {
-            let gone = self.robots[robot].leg.length();
+            let gone = self.world.robots[robot].leg.length();
             self.count_way(robot, gone, time);
         }
-        self.robots[robot].leg = Leg::rest(here, self.time);
+        self.world.robots[robot].leg = Leg::rest(here, self.time);
     }
 
     /// A way has been gone in this time (s): what it took is counted.
     pub(super) fn count_way(&mut self, robot: usize, planned: f64, time: f64) {
         let table = !self.has_places();
-        let state = &mut self.robots[robot];
+        let state = &mut self.world.robots[robot];
         if self.settings.travel == Travel::Planned {
             state.gone += state.leg.length();
         }

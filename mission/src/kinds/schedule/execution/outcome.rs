@@ -77,8 +77,8 @@ impl ScheduleExecution {
     /// Results of the mission so far.
     pub fn statistics(&self) -> Outcome {
         let home = self.log.records.iter().rev().find(|record| matches!(record.what, Happening::Home { .. }));
-        let agents = self.problem.agents.iter().zip(&self.agents).enumerate().map(|(index, (who, state))| {
-            let Indices { wait: wait_index, speed: speed_index } = self.indices[index];
+        let agents = self.problem.agents.iter().zip(&self.world.agents).enumerate().map(|(index, (who, state))| {
+            let Indices { wait: wait_index, speed: speed_index } = self.world.indices[index];
             AgentOutcome {
                 name: who.name.clone(),
                 served: state.operation,
@@ -89,7 +89,7 @@ impl ScheduleExecution {
                 speed_index,
             }
         });
-        let robots = self.problem.robots.iter().zip(&self.robots).map(|(machine, state)| RobotOutcome {
+        let robots = self.problem.robots.iter().zip(&self.world.robots).map(|(machine, state)| RobotOutcome {
             name: machine.name.clone(),
             served: state.served,
             travelled: state.travelled,

@@ -14,7 +14,7 @@ impl ScheduleExecution {
     /// Begun operations and services under the parameters of `problem`.
     pub(super) fn progress(&self, problem: &Problem) -> Vec<Progress> {
         let mut all = Vec::new();
-        for (agent, state) in self.agents.iter().enumerate() {
+        for (agent, state) in self.world.agents.iter().enumerate() {
             let count = problem.agents[agent].operations;
             let passed = |operation: usize| self.passed(agent, operation);
             // Where a robot has left for an operation, what comes before it is settled too.
@@ -48,15 +48,15 @@ impl ScheduleExecution {
 
     /// Number of instants of a service that have passed.
     fn passed(&self, agent: usize, operation: usize) -> usize {
-        let robot = self.robots.iter().find(|robot| robot.target == Some((agent, operation)));
-        robot.map_or(if operation < self.agents[agent].operation { 6 } else { 0 }, |robot| robot.passed())
+        let robot = self.world.robots.iter().find(|robot| robot.target == Some((agent, operation)));
+        robot.map_or(if operation < self.world.agents[agent].operation { 6 } else { 0 }, |robot| robot.passed())
     }
 
     fn earliest(&self, problem: &Problem, agent: usize, operation: usize) -> Earliest {
-        let Some(robot) = self.robots.iter().position(|robot| robot.target == Some((agent, operation))) else {
+        let Some(robot) = self.world.robots.iter().position(|robot| robot.target == Some((agent, operation))) else {
             return Earliest::NONE;
         };
-        let state = &self.robots[robot];
+        let state = &self.world.robots[robot];
         let place = waiting_place(problem, agent, robot);
         let elsewhere = self.has_places() && distance(place, state.leg.to) > SAME_PLACE;
         let reached = |there: f64| if elsewhere { self.reach(robot, place) } else { there };

@@ -39,16 +39,15 @@ impl ScheduleExecution {
     pub(super) fn settle(&mut self) {
         self.wake_bases();
         let over = |doing| matches!(doing, Doing::Finished | Doing::Lost);
-        let agents = self.agents.iter().all(|agent| over(agent.doing));
-        let robots = self.robots.iter().all(|robot| matches!(robot.stage, Stage::Home | Stage::Lost));
-        if agents && robots && !self.log.done {
-            self.log.done = true;
-            self.record(Happening::Done);
+        let agents = self.world.agents.iter().all(|agent| over(agent.doing));
+        let robots = self.world.robots.iter().all(|robot| matches!(robot.stage, Stage::Home | Stage::Lost));
+        if agents && robots {
+            self.finish(Happening::Done);
         }
     }
 
     pub(super) fn begins(&mut self, agent: usize) {
-        let operation = self.agents[agent].operation;
+        let operation = self.world.agents[agent].operation;
         let nominal = duration_quantile::nominal(&self.problem, agent);
         let planned = self.service(agent, operation).filter(|at| at.start == self.time);
         let expected = planned.map_or(self.time + nominal, |at| at.end);
@@ -58,7 +57,7 @@ impl ScheduleExecution {
             Durations::Planned => expected,
             Durations::Sampled { seed } => self.time + durations::sampled(seed, &who.name, operation, who.duration),
         };
-        let state = &mut self.agents[agent];
+        let state = &mut self.world.agents[agent];
         if operation > 0 {
             state.waited(self.time);
         }
@@ -68,13 +67,13 @@ impl ScheduleExecution {
     }
 
     pub(super) fn ends(&mut self, agent: usize) {
-        let state = &mut self.agents[agent];
+        let state = &mut self.world.agents[agent];
         let expected = state.expected;
         (state.doing, state.since, state.ends, state.expected) = (Doing::Waiting, self.time, self.time, self.time);
         let operation = state.operation;
         self.record(Happening::OperationEnded { agent, operation });
         if (expected - self.time).abs() > SAME || self.log.stranded.is_some() {
-            let before = self.schedule.clone();
+            let before = self.world.schedule.clone();
             self.serve_early(agent, expected, self.time);
             self.bring_forward(&before);
             self.update(self.problem.clone());
@@ -83,7 +82,7 @@ impl ScheduleExecution {
 
     fn overdue(&mut self, agent: usize) {
         let (duration, confidence) = (self.problem.agents[agent].duration, self.problem.confidence);
-        let state = &mut self.agents[agent];
+        let state = &mut self.world.agents[agent];
         state.late += 1;
         let elapsed = self.time - state.start;
         state.expected = state.start + durations::expected(duration, confidence, state.late, elapsed);
@@ -94,15 +93,15 @@ impl ScheduleExecution {
 
     /// The service that a robot is at.
     fn under_way(&self, robot: usize) -> Option<(usize, usize, ServiceTimes)> {
-        let (agent, operation) = self.robots[robot].target?;
+        let (agent, operation) = self.world.robots[robot].target?;
         Some((agent, operation, self.service(agent, operation)?.times))
     }
 
     fn sets_out(&mut self, robot: usize) {
         let Some(at) = self.next_service(robot) else { return };
         let (agent, operation, times) = (at.agent, at.operation, at.times);
-        self.robots[robot].begin(Stage::Going, self.time);
-        self.robots[robot].target = Some((agent, operation));
+        self.world.robots[robot].begin(Stage::Going, self.time);
+        self.world.robots[robot].target = Some((agent, operation));
         self.send(robot, waiting_place(&self.problem, agent, robot), times.waiting);
         self.record(Happening::Left { robot, agent, operation });
     }
@@ -110,39 +109,39 @@ impl ScheduleExecution {
     /// A robot arrives at the waiting place, leaves it, or begins to serve, if it is where it should be.
     fn comes(&mut self, robot: usize) {
         let Some((agent, operation, times)) = self.under_way(robot) else { return };
-        let stage = self.robots[robot].stage;
+        let stage = self.world.robots[robot].stage;
         if stage != Stage::Waiting && !self.is_there(robot) {
             return self.is_late(robot);
         }
         let lengths = self.problem.lengths(agent, robot);
         match stage {
             Stage::Going => {
-                self.count_way(robot, lengths.going, self.time - self.robots[robot].since);
+                self.count_way(robot, lengths.going, self.time - self.world.robots[robot].since);
                 self.rest(robot);
-                self.robots[robot].begin(Stage::Waiting, self.time);
+                self.world.robots[robot].begin(Stage::Waiting, self.time);
                 self.record(Happening::Waits { robot, agent, operation });
             }
             Stage::Waiting => {
                 let (near, _) = self.problem.approach(&self.problem.agents[agent], robot);
                 let (length, time) = (lengths.proximity, times.serving - self.time);
                 let goes = length > 0.0 && time > 0.0;
-                self.robots[robot].approach = if goes { length / time } else { near.high };
-                self.robots[robot].begin(Stage::Approaching, self.time);
+                self.world.robots[robot].approach = if goes { length / time } else { near.high };
+                self.world.robots[robot].begin(Stage::Approaching, self.time);
                 self.send(robot, self.problem.agents[agent].place, times.serving);
                 self.record(Happening::Approaches { robot, agent, operation });
             }
             // A plan may serve a rounding error before the operation ends.
-            _ if self.agents[agent].doing != Doing::Waiting => self.update(self.problem.clone()),
+            _ if self.world.agents[agent].doing != Doing::Waiting => self.update(self.problem.clone()),
             _ => {
-                let state = &mut self.agents[agent];
+                let state = &mut self.world.agents[agent];
                 (state.doing, state.since) = (Doing::Served, self.time);
                 if operation + 1 == self.problem.agents[agent].operations {
                     state.waited(self.time);
                 }
-                let way = self.robots[robot].leg.until - self.robots[robot].since;
+                let way = self.world.robots[robot].leg.until - self.world.robots[robot].since;
                 self.count_way(robot, lengths.proximity, way);
                 self.rest(robot);
-                self.robots[robot].begin(Stage::Serving, self.time);
+                self.world.robots[robot].begin(Stage::Serving, self.time);
                 self.record(Happening::Serves { robot, agent, operation });
             }
         }
@@ -152,12 +151,12 @@ impl ScheduleExecution {
         let Some((agent, operation, times)) = self.under_way(robot) else { return };
         let machine = &self.problem.robots[robot];
         let (depot, until) = (machine.depot, times.end - machine.deposit);
-        let state = &mut self.agents[agent];
+        let state = &mut self.world.agents[agent];
         state.operation += 1;
         state.since = self.time;
         let over = state.operation >= self.problem.agents[agent].operations;
         state.doing = if over { Doing::Finished } else { Doing::Ready };
-        let robot_state = &mut self.robots[robot];
+        let robot_state = &mut self.world.robots[robot];
         state.speeds.push(robot_state.approach);
         state.last = Some(robot);
         robot_state.served += 1;
@@ -171,46 +170,46 @@ impl ScheduleExecution {
             return self.is_late(robot);
         }
         let planned = self.under_way(robot).map_or(0.0, |(agent, ..)| self.problem.lengths(agent, robot).depositing);
-        self.count_way(robot, planned, self.time - self.robots[robot].since);
+        self.count_way(robot, planned, self.time - self.world.robots[robot].since);
         self.rest(robot);
-        if self.robots[robot].stage == Stage::Recalled {
+        if self.world.robots[robot].stage == Stage::Recalled {
             self.problem.absent.retain(|absence| absence.robot != robot);
             self.home(robot);
         } else {
-            self.robots[robot].begin(Stage::Unloading, self.time);
+            self.world.robots[robot].begin(Stage::Unloading, self.time);
         }
     }
 
     fn home(&mut self, robot: usize) {
-        self.robots[robot].begin(Stage::Home, self.time);
-        self.robots[robot].target = None;
+        self.world.robots[robot].begin(Stage::Home, self.time);
+        self.world.robots[robot].target = None;
         self.record(Happening::Home { robot });
     }
 
     /// A robot stands where it was going to.
     fn rest(&mut self, robot: usize) {
-        let state = &mut self.robots[robot];
+        let state = &mut self.world.robots[robot];
         state.leg = Leg::rest(state.leg.to, self.time);
     }
 
     /// A robot is not where it should be: it goes on, and the plan learns when it is expected.
     fn is_late(&mut self, robot: usize) {
-        let state = &self.robots[robot];
+        let state = &self.world.robots[robot];
         let (to, stage, since) = (state.leg.to, state.stage, state.since);
         let speed = match stage {
             Stage::Approaching if state.approach > 0.0 => state.approach,
             _ => self.problem.robots[robot].speed.high,
         };
         let left = distance(self.position(robot, self.time), to) / speed;
-        let was = self.robots[robot].held_up;
+        let was = self.world.robots[robot].held_up;
         let held_up = self.held_up_by(robot);
         // It is sent on when the way is free; until then nobody knows more.
         let again = if held_up.is_some() { HELD_UP } else { (0.2 * (self.time - since)).clamp(LATE.0, LATE.1) };
         let expected = self.time + left.max(again);
         self.send(robot, to, expected);
-        self.robots[robot].not_before = expected;
-        self.robots[robot].held_up = held_up;
-        match (held_up, self.robots[robot].target) {
+        self.world.robots[robot].not_before = expected;
+        self.world.robots[robot].held_up = held_up;
+        match (held_up, self.world.robots[robot].target) {
             (Some(by), target) if was != held_up => {
                 self.record(Happening::HeldUp { robot, agent: target.map(|(agent, _)| agent), by });
             }

@@ -33,7 +33,7 @@ pub(super) struct Other {
 impl ScheduleExecution {
     /// Everything that a base keeps away from.
     pub(super) fn others(&self, robot: usize, potentials: &Potentials) -> Vec<Other> {
-        let here = self.robots[robot].position;
+        let here = self.world.robots[robot].position;
         let other = |place: [f64; 2], radius: f64, first: bool, share: f64| {
             let centre = distance(here, place);
             // In the same place, the first goes one way and the second the other.
@@ -44,7 +44,7 @@ impl ScheduleExecution {
             let distance = centre - radius;
             Other { away, distance, margin: (share * PHI * (distance - potentials.clearance)).max(0.0) }
         };
-        let bases = self.robots.iter().enumerate().filter(|(index, _)| *index != robot);
+        let bases = self.world.robots.iter().enumerate().filter(|(index, _)| *index != robot);
         let bases = bases.map(|(index, state)| {
             // One that has broken down leaves the whole margin to who moves.
             let share = if state.stage == Stage::Lost { 1.0 } else { 0.5 };
@@ -57,11 +57,11 @@ impl ScheduleExecution {
 
     /// The places of agents that a base keeps away from.
     pub(super) fn agents_to_avoid(&self, robot: usize, potentials: &Potentials) -> impl Iterator<Item = [f64; 2]> {
-        let state = &self.robots[robot];
+        let state = &self.world.robots[robot];
         let target = state.target.map(|(agent, _)| self.problem.agents[agent].place);
         let wanted = [Some(state.leg.to), target, Some(self.problem.robots[robot].depot)];
         let clearance = potentials.clearance;
-        let there = self.agents.iter().zip(&self.problem.agents).filter(|(state, _)| state.doing != Doing::Lost);
+        let there = self.world.agents.iter().zip(&self.problem.agents).filter(|(state, _)| state.doing != Doing::Lost);
         there
             .map(|(_, who)| who.place)
             .filter(move |place| wanted.iter().flatten().all(|wanted| distance(*wanted, *place) >= clearance))
@@ -69,14 +69,14 @@ impl ScheduleExecution {
 
     /// The bases that have broken down.
     fn broken_down(&self) -> impl Iterator<Item = (usize, [f64; 2])> {
-        let lost = self.robots.iter().enumerate().filter(|(_, state)| state.stage == Stage::Lost);
+        let lost = self.world.robots.iter().enumerate().filter(|(_, state)| state.stage == Stage::Lost);
         lost.map(|(index, state)| (index, state.position))
     }
 
     /// A robot is where it goes.
     pub(super) fn is_there(&self, robot: usize) -> bool {
         let Travel::Bases(potentials) = &self.settings.travel else { return true };
-        let (to, stage) = (self.robots[robot].leg.to, self.robots[robot].stage);
+        let (to, stage) = (self.world.robots[robot].leg.to, self.world.robots[robot].stage);
         let inside = |thing: &Obstacle| thing.radius + potentials.clearance - distance(thing.place, to);
         // A place to stand, by the way or at home, is reached at the edge of what covers it; nobody is served from there.
         let lost = self.broken_down().map(|(_, place)| Obstacle { place, radius: 0.0 });
@@ -92,7 +92,7 @@ impl ScheduleExecution {
     pub(super) fn held_up_by(&mut self, robot: usize) -> Option<usize> {
         let Travel::Bases(potentials) = &self.settings.travel else { return None };
         let here = self.position(robot, self.time);
-        let state = &self.robots[robot];
+        let state = &self.world.robots[robot];
         let left = distance(here, state.leg.to);
         let nearest = match state.nearest {
             Some((since, least)) if left > least - NEARER => (since, least),
@@ -107,18 +107,18 @@ impl ScheduleExecution {
         };
         let lost = self.broken_down().filter(|(_, place)| holds(*place));
         let by = lost.min_by(|a, b| distance(a.1, here).total_cmp(&distance(b.1, here)));
-        self.robots[robot].nearest = Some(nearest);
+        self.world.robots[robot].nearest = Some(nearest);
         by.map(|(index, _)| index)
     }
 
     /// Robots that were held up go on: the way may be free.
     pub(super) fn let_on(&mut self) {
-        for robot in 0..self.robots.len() {
-            if self.robots[robot].held_up.take().is_some() {
-                let to = self.robots[robot].leg.to;
+        for robot in 0..self.world.robots.len() {
+            if self.world.robots[robot].held_up.take().is_some() {
+                let to = self.world.robots[robot].leg.to;
                 let until = self.reach(robot, to);
                 self.send(robot, to, until);
-                (self.robots[robot].not_before, self.robots[robot].nearest) = (until, None);
+                (self.world.robots[robot].not_before, self.world.robots[robot].nearest) = (until, None);
             }
         }
     }
@@ -128,7 +128,7 @@ impl ScheduleExecution {
         let depot = self.problem.robots[robot].depot;
         let Travel::Bases(potentials) = &self.settings.travel else { return depot };
         let clear = |place: [f64; 2]| {
-            let bases = (0..self.robots.len()).filter(|other| *other != robot).all(|other| {
+            let bases = (0..self.world.robots.len()).filter(|other| *other != robot).all(|other| {
                 // It moves on until its next command.
                 let reach = potentials.step * self.problem.robots[other].speed.high;
                 distance(self.position(other, self.time), place) >= potentials.clearance + reach

@@ -1,7 +1,7 @@
 //! The plan follows what happens: how a schedule is repaired, and what replaces it; the rule is in
 //! [`crate::execution`].
 
-use crate::execution::{Improved, Log, PlanChange, Repaired, Replan, ReplanPolicy, Replans, update};
+use crate::execution::{Improved, PlanChange, Repaired, Replan, ReplanPolicy, Replans};
 use crate::kinds::schedule::assistance::{Assistance, from_plan, to_plan};
 use crate::kinds::schedule::choose::plan;
 use crate::kinds::schedule::plan::{Activity, Plan};
@@ -11,41 +11,27 @@ use crate::kinds::schedule::reschedule::repair;
 use crate::kinds::schedule::validate::validate;
 use crate::plan::{Statistics, Status};
 
-use super::ScheduleExecution;
 use super::motion::{distance, waiting_place};
 use super::record::Happening;
+use super::settings::Settings;
 use super::steps::SAME;
 use super::view::{Doing, Stage};
+use super::{ScheduleExecution, ScheduleWorld};
 
-impl Replans for ScheduleExecution {
-    type Problem = Problem;
-    type Activity = Activity;
+impl Replans for ScheduleWorld {
     type Steps = Vec<Assistance>;
-    type Happening = Happening;
 
-    fn problem(&self) -> &Problem {
-        &self.problem
+    fn changed(change: PlanChange) -> Happening {
+        Happening::Plan(change)
     }
 
-    fn plan_mut(&mut self) -> &mut Plan {
-        &mut self.plan
+    fn rule(settings: &Settings) -> (Replan, f64) {
+        (settings.replan, settings.reallocate_above)
     }
 
-    fn log(&mut self) -> &mut Log<Happening> {
-        &mut self.log
-    }
-
-    fn record_change(&mut self, change: PlanChange) {
-        self.record(Happening::Plan(change));
-    }
-
-    fn rule(&self) -> (Replan, f64) {
-        (self.settings.replan, self.settings.reallocate_above)
-    }
-
-    fn repair(&self, problem: Problem) -> Repaired<Self> {
-        let progress = self.progress(&problem);
-        let (problem, steps) = repair(&self.problem, &self.schedule, &problem, self.time, &progress);
+    fn repair(of: &ScheduleExecution, problem: Problem) -> Repaired<Self> {
+        let progress = of.progress(&problem);
+        let (problem, steps) = repair(&of.problem, &of.world.schedule, &problem, of.time, &progress);
         if steps.len() < problem.operations() {
             return Repaired { problem, plan: None };
         }
@@ -74,33 +60,34 @@ impl Replans for ScheduleExecution {
         from_plan(plan).map_err(|wrong| wrong.to_string())
     }
 
-    fn adopt(&mut self, problem: Problem, steps: Vec<Assistance>, plan: Plan) {
-        (self.problem, self.schedule, self.plan, self.log.stranded) = (problem, steps, plan, None);
-        for robot in 0..self.robots.len() {
-            self.direct(robot);
+    fn adopt(of: &mut ScheduleExecution, steps: Vec<Assistance>) {
+        of.world.schedule = steps;
+        for robot in 0..of.world.robots.len() {
+            of.direct(robot);
         }
     }
 
-    fn index(&self) -> f64 {
-        optimality_index((&self.optimal.0, &self.optimal.1), (&self.problem, &self.schedule))
+    fn index(of: &ScheduleExecution) -> f64 {
+        let (problem, schedule) = &of.world.optimal;
+        optimality_index((problem, schedule), (&of.problem, &of.world.schedule))
     }
 
-    fn rebase_index(&mut self) {
-        self.optimal = (self.problem.clone(), self.schedule.clone());
+    fn rebase_index(of: &mut ScheduleExecution) {
+        of.world.optimal = (of.problem.clone(), of.world.schedule.clone());
     }
 
-    fn is_open(&self) -> bool {
-        let begun = self.problem.begun.iter().filter(|begun| begun.service.is_some()).count();
-        begun < self.problem.operations()
+    fn is_open(problem: &Problem) -> bool {
+        let begun = problem.begun.iter().filter(|begun| begun.service.is_some()).count();
+        begun < problem.operations()
     }
 
-    fn improve(&self) -> Result<Improved<Activity>, String> {
-        let fresh = reallocate(&self.problem, &self.schedule, &self.settings.planning);
+    fn improve(of: &ScheduleExecution) -> Result<Improved<Activity>, String> {
+        let fresh = reallocate(&of.problem, &of.world.schedule, &of.settings.planning);
         fresh.map(|fresh| Improved::Fresh(Box::new(fresh))).map_err(|refusal| refusal.to_string())
     }
 
-    fn plan_anew(&self, problem: &Problem) -> Result<Plan, String> {
-        plan(problem, &self.settings.planning).map_err(|refusal| refusal.to_string())
+    fn plan_anew(problem: &Problem, settings: &Settings) -> Result<Plan, String> {
+        plan(problem, &settings.planning).map_err(|refusal| refusal.to_string())
     }
 
     fn nobody_left(problem: &Problem) -> Option<&'static str> {
@@ -109,35 +96,35 @@ impl Replans for ScheduleExecution {
     }
 
     /// Services under way are broken off, robots go home.
-    fn strand(&mut self, problem: Problem, again: bool) {
-        self.problem = problem;
+    fn strand(of: &mut ScheduleExecution, problem: Problem, again: bool) {
+        of.problem = problem;
         if again {
             return;
         }
-        for robot in 0..self.robots.len() {
-            self.break_off(robot);
+        for robot in 0..of.world.robots.len() {
+            of.break_off(robot);
         }
-        let agents = &self.agents;
-        self.schedule.retain(|at| at.operation < agents[at.agent].operation);
+        let agents = &of.world.agents;
+        of.world.schedule.retain(|at| at.operation < agents[at.agent].operation);
         // Agents that were to begin wait as they are; the parameters stay, and so does what has been served.
-        self.problem.begun = self.progress(&self.problem).into_iter().map(|progress| progress.begun).collect();
+        of.problem.begun = of.progress(&of.problem).into_iter().map(|progress| progress.begun).collect();
     }
 }
 
 impl ScheduleExecution {
     /// Brings the plan up to the world, under these parameters.
     pub(super) fn update(&mut self, problem: Problem) {
-        update(self, problem, ReplanPolicy::IfCostly);
+        self.update_plan(problem, ReplanPolicy::IfCostly);
     }
 
     /// As [`ScheduleExecution::update`], where planning anew is subject to a policy.
     pub(super) fn update_or_plan(&mut self, problem: Problem, policy: ReplanPolicy) {
-        update(self, problem, policy);
+        self.update_plan(problem, policy);
     }
 
     /// A robot under way goes where it now has to be, to be there when it now has to.
     fn direct(&mut self, robot: usize) {
-        let state = &self.robots[robot];
+        let state = &self.world.robots[robot];
         let (leg, stage) = (state.leg, state.stage);
         let Some((agent, operation)) = state.target else { return };
         let Some(times) = self.service(agent, operation).map(|at| at.times) else { return };
@@ -145,7 +132,7 @@ impl ScheduleExecution {
         match stage {
             Stage::Going if distance(place, leg.to) > SAME => {
                 // The way is no longer the one from the depot.
-                self.robots[robot].not_before = self.reach(robot, place);
+                self.world.robots[robot].not_before = self.reach(robot, place);
                 self.send(robot, place, times.waiting);
             }
             Stage::Going if place != leg.to || times.waiting != leg.until => self.send(robot, place, times.waiting),
@@ -159,29 +146,29 @@ impl ScheduleExecution {
 
     /// The service that a robot is at, if it has not ended, is broken off: the robot goes home.
     pub(super) fn break_off(&mut self, robot: usize) {
-        let under_way = matches!(self.robots[robot].passed(), 1..=4);
-        let Some((agent, operation)) = self.robots[robot].target.filter(|_| under_way) else { return };
+        let under_way = matches!(self.world.robots[robot].passed(), 1..=4);
+        let Some((agent, operation)) = self.world.robots[robot].target.filter(|_| under_way) else { return };
         self.count_partial_way(robot);
-        if self.agents[agent].doing == Doing::Served {
+        if self.world.agents[agent].doing == Doing::Served {
             // The wait of a last operation goes on.
-            self.agents[agent].waits.truncate(operation);
-            (self.agents[agent].doing, self.agents[agent].since) = (Doing::Waiting, self.time);
+            self.world.agents[agent].waits.truncate(operation);
+            (self.world.agents[agent].doing, self.world.agents[agent].since) = (Doing::Waiting, self.time);
         }
-        self.schedule.retain(|at| (at.agent, at.operation) != (agent, operation));
+        self.world.schedule.retain(|at| (at.agent, at.operation) != (agent, operation));
         let depot = self.problem.robots[robot].depot;
         let until = self.reach(robot, depot);
         self.send(robot, depot, until);
-        self.robots[robot].begin(Stage::Recalled, self.time);
-        self.robots[robot].target = None;
+        self.world.robots[robot].begin(Stage::Recalled, self.time);
+        self.world.robots[robot].target = None;
         set_absence(&mut self.problem, robot, Some(until));
         self.record(Happening::BrokenOff { robot, agent, operation });
     }
 
     /// Breaks off services of operations before which another one has lost its service.
     pub(super) fn break_off_dangling(&mut self) {
-        for robot in 0..self.robots.len() {
-            let Some((agent, operation)) = self.robots[robot].target else { continue };
-            let from = self.agents[agent].operation;
+        for robot in 0..self.world.robots.len() {
+            let Some((agent, operation)) = self.world.robots[robot].target else { continue };
+            let from = self.world.agents[agent].operation;
             if (from..operation).any(|earlier| self.service(agent, earlier).is_none()) {
                 self.break_off(robot);
             }

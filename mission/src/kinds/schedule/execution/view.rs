@@ -102,7 +102,7 @@ pub struct RobotView {
 impl ScheduleExecution {
     /// State of this agent; none if there is no such agent.
     pub fn agent(&self, agent: usize) -> Option<AgentView> {
-        let (state, who) = (self.agents.get(agent)?, self.problem.agents.get(agent)?);
+        let (state, who) = (self.world.agents.get(agent)?, self.problem.agents.get(agent)?);
         let over = matches!(state.doing, Doing::Finished | Doing::Lost);
         let service = self.service(agent, state.operation).filter(|_| !over);
         let until = match state.doing {
@@ -131,7 +131,7 @@ impl ScheduleExecution {
 
     /// State of this robot; none if there is no such robot.
     pub fn robot(&self, robot: usize) -> Option<RobotView> {
-        let state = self.robots.get(robot)?;
+        let state = self.world.robots.get(robot)?;
         let service = state.target.and_then(|(agent, operation)| self.service(agent, operation)).map(|at| at.times);
         let until = match state.stage {
             Stage::Home => self.next_service(robot).map(|at| at.times.going),

@@ -7,6 +7,7 @@ mod request;
 
 use serde_json::Value;
 
+use crate::execution::Executed;
 use crate::kind::pages::words::{clock_time, plan_status};
 use crate::kind::pages::{
     ALREADY_NOTED, Activity, JournalSink, Pages, PersonContent, PersonMessage, PlanUpdate, Progress, Refusal,
@@ -15,37 +16,28 @@ use crate::kind::pages::{
 use crate::kind::{Event, Execution};
 
 use super::event::{self, member};
-use super::execution::{AgentView, Doing, RobotView, Stage};
+use super::execution::{AgentView, Doing, RobotView, ScheduleWorld, Stage};
 use super::plan::Actor;
 use super::problem::{Distances, Problem};
-use super::run::Executed;
 
 use self::history::History;
 use self::request::{PersonRequest, feedback};
 
 /// A schedule under way with its pages.
 pub(super) struct SchedulePages {
-    run: Executed,
+    run: Executed<ScheduleWorld>,
     /// By agent.
     histories: Vec<History>,
 }
 
 impl SchedulePages {
-    pub fn new(run: Executed) -> SchedulePages {
+    pub fn new(run: Executed<ScheduleWorld>) -> SchedulePages {
         let histories = run.execution.problem().agents.iter().map(|agent| History::new(agent.kind)).collect();
         SchedulePages { run, histories }
     }
 
     fn problem(&self) -> &Problem {
         self.run.execution.problem()
-    }
-
-    /// The agent that a member is.
-    fn agent_of(&self, member: usize) -> Option<usize> {
-        match event::actor(self.problem(), member)? {
-            Actor::Agent(agent) => Some(agent),
-            Actor::Robot(_) => None,
-        }
     }
 
     /// Returns the expected end of an agent's current activity: `, until 3:07`.
@@ -193,13 +185,17 @@ impl Pages for SchedulePages {
     }
 
     fn person(&self, member: usize) -> PersonContent {
-        let agent = self.agent_of(member);
+        let agent = event::agent(self.problem(), member);
         let page = agent.and_then(|agent| person::page(&self.run.execution, self.histories.get(agent)?, agent));
         page.unwrap_or_default()
     }
 
     fn message(&self, entry: usize, member: usize) -> Option<PersonMessage> {
-        messages::for_one(self.problem(), self.agent_of(member)?, &self.run.execution.records().get(entry)?.what)
+        messages::for_one(
+            self.problem(),
+            event::agent(self.problem(), member)?,
+            &self.run.execution.records().get(entry)?.what,
+        )
     }
 
     fn observe(&mut self, entry: usize) {
@@ -210,7 +206,8 @@ impl Pages for SchedulePages {
 
     fn request(&mut self, member: usize, body: &Value, journal: &mut JournalSink<'_>) -> Result<String, Refusal> {
         let request: PersonRequest = parse(body)?;
-        let agent = self.agent_of(member).ok_or_else(|| Refusal::Invalid("this member is not served".into()))?;
+        let agent =
+            event::agent(self.problem(), member).ok_or_else(|| Refusal::Invalid("this member is not served".into()))?;
         request.check(self.problem().agents[agent].operations)?;
         self.work(agent, request, journal)
     }
