@@ -16,6 +16,7 @@ pub mod chart;
 pub mod check;
 pub mod declare;
 pub mod engine;
+mod executed;
 pub mod execution;
 pub mod kind;
 pub mod kinds;

@@ -2,11 +2,10 @@
 //! long activities really take, and the log.
 //!
 //! An execution is a discrete-event [`Simulation`]. The kind supplies the state of those who take part with the steps that
-//! happen by themselves ([`World`]), how its plan is repaired ([`Replans`]), and what is measured and reported of it
-//! ([`Reports`]); the loop over steps, the rule for planning anew, and the interface of all kinds are here, once.
+//! happen by themselves ([`World`]), and how its plan is repaired ([`Replans`]); the loop over steps and the rule for planning
+//! anew are here, once.
 
 mod clock;
-mod executed;
 mod log;
 mod replan;
 mod simulation;
@@ -14,7 +13,6 @@ mod simulation;
 use serde::{Deserialize, Serialize};
 
 pub use self::clock::DiscreteEvents;
-pub(crate) use self::executed::{Executed, MeasureTable, Reports};
 pub use self::log::{NoFeasiblePlan, PlanChange, Record};
 pub use self::replan::{Improved, Repaired, ReplanPolicy, Replans};
 pub use self::simulation::{Simulation, World};

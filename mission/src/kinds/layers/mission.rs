@@ -5,7 +5,8 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::Budget;
-use crate::execution::{Durations, Executed};
+use crate::executed::Executed;
+use crate::execution::Durations;
 use crate::kind::generation::Generation;
 use crate::kind::pages::{Pages, ServeSettings};
 use crate::kind::{self, Event, EventInfo, Further, Impossible, Kind, Member, Mistake, Run};

@@ -3,7 +3,7 @@
 use quantities::dimension::{ENERGY, LENGTH, NONE, TIME, WORKLOAD};
 
 use crate::chart::Chart;
-use crate::execution::{MeasureTable, Reports};
+use crate::executed::{MeasureTable, Reports};
 use crate::kind::{Cell, Event, Form, Measure, Table, Work, WorkState, number, truth};
 use crate::labels::Labels;
 use crate::map::Map;

@@ -4,7 +4,7 @@ use quantities::dimension::{ENERGY, LENGTH, NONE, TIME, VELOCITY};
 
 use super::plan::Actor;
 use crate::chart::Chart;
-use crate::execution::{MeasureTable, Reports};
+use crate::executed::{MeasureTable, Reports};
 use crate::kind::{Cell, Event, Form, Measure, Table, Work, WorkState, number, truth};
 use crate::labels::Labels;
 use crate::map::Map;

@@ -7,7 +7,7 @@ mod request;
 
 use serde_json::Value;
 
-use crate::execution::Executed;
+use crate::executed::Executed;
 use crate::kind::pages::words::{clock_time, plan_status};
 use crate::kind::pages::{
     ALREADY_NOTED, Activity, JournalSink, Pages, PersonContent, PersonMessage, PlanUpdate, Progress, Refusal,

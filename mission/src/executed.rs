@@ -3,12 +3,10 @@
 use serde::Serialize;
 
 use crate::chart::Chart;
+use crate::execution::{Replans, Simulation};
 use crate::kind::{self, Cell, Entry, Event, Measure, Outcome, Rejected, Replies, Table, Work, number};
 use crate::labels::Labels;
 use crate::map::Map;
-
-use super::replan::Replans;
-use super::simulation::Simulation;
 
 /// The measures of a kind, each with its value of the mission, or of the member with the kind's own index.
 pub(crate) type MeasureTable<W> = [(Measure, fn(&Simulation<W>, usize) -> Option<[f64; 3]>)];
