@@ -9,6 +9,7 @@ use std::fmt::Write;
 
 use nalgebra::{UnitVector3, Vector3};
 use proptest::prelude::*;
+use robot::random::SplitMix64;
 use robot::{Base, Data, Dof, DofUnit, LinkId, Model, Options};
 use runtime::program::Program;
 use runtime::{Fault, FaultKind, Recorder, Simulation, Tick};
@@ -21,15 +22,11 @@ const ROUNDING: f64 = 1e-9;
 const STEEPEST: f64 = 10.0;
 
 /// Random numbers from 0 to 1 (SplitMix64).
-struct Dice(u64);
+struct Dice(SplitMix64);
 
 impl Dice {
     fn roll(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        self.0.unit()
     }
 
     fn between(&mut self, low: f64, high: f64) -> f64 {
@@ -162,7 +159,7 @@ fn wall(dice: &mut Dice, walls: Walls, model: &Model, home: &[f64], gain: f64) -
 }
 
 fn case(seed: u64, walls: Walls, brakes: Brakes) -> Case {
-    let mut dice = Dice(seed);
+    let mut dice = Dice(SplitMix64(seed));
     let urdf = match walls {
         Walls::SlidingPlanes => chain(&mut dice, 1.0),
         _ if dice.roll() < 0.4 => std::fs::read_to_string(common::example("robots/arm7.urdf")).expect("readable"),

@@ -2,6 +2,7 @@
 
 use crate::common;
 
+use robot::random::SplitMix64;
 use runtime::program::Times;
 use runtime::{Controller, Evaluator, Observation, Program, Rest};
 use solver::Structure;
@@ -26,15 +27,6 @@ fn idle(evaluator: &Evaluator) -> Vec<(usize, usize)> {
     members.flat_map(|(k, m)| m.idle.iter().enumerate().filter(|(_, is)| **is).map(move |(r, _)| (k, r))).collect()
 }
 
-/// Returns a random number from 0 to 1 (SplitMix64).
-fn dice(state: &mut u64) -> f64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-}
-
 /// At configurations and velocities within the joints' limits, with many corners, no idle row is violated.
 #[test]
 fn no_configuration_and_no_speed_touches_an_idle_row() {
@@ -49,19 +41,19 @@ fn no_configuration_and_no_speed_touches_an_idle_row() {
     let model = &whole.robot.model;
     let speeds: Vec<f64> =
         (model.dofs.iter()).map(|d| if d.name.starts_with("arm") { 0.5 } else { d.velocity }).collect();
-    let mut seed = 7;
+    let mut dice = SplitMix64(7);
     let mut least = f64::INFINITY;
     for _ in 0..20_000 {
         let mut q = whole.robot.home.clone();
         for d in &model.dofs {
             if let Some(i) = d.q_index {
-                let share = dice(&mut seed);
+                let share = dice.unit();
                 let share = if share < 0.2 {
                     0.0
                 } else if share > 0.8 {
                     1.0
                 } else {
-                    dice(&mut seed)
+                    dice.unit()
                 };
                 q[i] = d.lower + (d.upper - d.lower) * share;
             }

@@ -11,6 +11,7 @@ use std::process::{Command, Output, Stdio};
 use bad_lines::BAD;
 use generate::{Dice, violations};
 use proptest::prelude::*;
+use robot::random::SplitMix64;
 use serde_json::Value;
 use solver::{LevelShape, Problem, certificate};
 
@@ -323,7 +324,7 @@ proptest! {
     #[test]
     fn accidents_stay_on_their_line(seed: u64) {
         let example = std::fs::read_to_string(root().join(EXAMPLE)).expect("readable");
-        let mut dice = Dice(seed);
+        let mut dice = Dice(SplitMix64(seed));
         let mut input = Vec::new();
         for line in example.lines().cycle().take(100) {
             input.extend(damaged(line, &mut dice));

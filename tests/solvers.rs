@@ -3,6 +3,7 @@
 
 use crate::common;
 
+use robot::random::SplitMix64;
 use runtime::program::Times;
 use runtime::record::verify::Verifier;
 use runtime::{Evaluator, Program, Recorder, Rest, Simulation, Tick};
@@ -104,20 +105,6 @@ fn few_rows_take_few_changes() {
     }
 }
 
-/// SplitMix64: the seed determines a walk.
-struct Dice(u64);
-
-impl Dice {
-    /// Uniform in [-1, 1).
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-}
-
 /// Configurations move through the whole range of the joints, also where the hierarchy would never let them: past
 /// walls, into collisions, along singularities. Every tick must have a solution (or name the infeasible hard level);
 /// one in 200 is checked by the certificate.
@@ -128,14 +115,14 @@ fn walk(program: &Program, ticks: usize, seed: u64) {
     let model = &program.robot.model;
     let mut solver = ActiveSet::new(&problem);
     let mut solution = Solution::new(&problem);
-    let mut dice = Dice(seed);
+    let mut dice = SplitMix64(seed);
     let mut q = program.robot.home.clone();
     let mut v = vec![0.0; model.nv()];
     evaluator.enter(&q, rest.at(Times::default()));
     for k in 0..ticks {
         for (v, dof) in v.iter_mut().zip(&model.dofs) {
             let limit = if dof.velocity.is_finite() { dof.velocity } else { 1.0 };
-            *v = 0.98 * *v + 0.2 * limit * dice.unit();
+            *v = 0.98 * *v + 0.2 * limit * (2.0 * dice.unit() - 1.0);
         }
         model.integrate(&mut q, &v, program.robot.period);
         for dof in &model.dofs {

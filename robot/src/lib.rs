@@ -18,6 +18,7 @@ mod manifold;
 pub mod markup;
 mod mesh;
 mod model;
+pub mod random;
 mod sample;
 mod shape;
 mod unlimited;

@@ -29,11 +29,13 @@ impl fmt::Display for HighGain {
 }
 
 /// Reason why a program cannot run at a period.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PeriodError {
     /// It is not a positive, finite time.
+    #[error("a control period is a positive, finite time")]
     NotATime,
     /// Gains overshoot within it.
+    #[error("gains overshoot at a period of {period} s, where at most {} /s goes: {}", 1.0 / period, joined(gains))]
     HighGains {
         /// The period, in s.
         period: f64,
@@ -41,28 +43,13 @@ pub enum PeriodError {
         gains: Vec<HighGain>,
     },
     /// Another part is incompatible with it: a run that would be shorter than one tick, or the gain of a safety field.
+    #[error(transparent)]
     Program(ProgramError),
 }
 
-impl fmt::Display for PeriodError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            PeriodError::NotATime => write!(f, "a control period is a positive, finite time"),
-            PeriodError::HighGains { period, gains } => {
-                let gains: Vec<String> = gains.iter().map(HighGain::to_string).collect();
-                write!(
-                    f,
-                    "gains overshoot at a period of {period} s, where at most {} /s goes: {}",
-                    1.0 / period,
-                    gains.join(", ")
-                )
-            }
-            PeriodError::Program(e) => write!(f, "{e}"),
-        }
-    }
+fn joined(gains: &[HighGain]) -> String {
+    gains.iter().map(HighGain::to_string).collect::<Vec<_>>().join(", ")
 }
-
-impl std::error::Error for PeriodError {}
 
 impl Program {
     /// Returns the program at another control period in s, as if its spec had been compiled for that rate.

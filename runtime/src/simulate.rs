@@ -9,24 +9,15 @@ use crate::program::{Program, ProgramError, ScenarioProgram, Times};
 use crate::tick::{Recorder, Tick};
 
 /// Reason why a run ended early.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// The program cannot be executed.
+    #[error(transparent)]
     Program(ProgramError),
     /// A recorder failed.
+    #[error(transparent)]
     Record(std::io::Error),
 }
-
-impl std::fmt::Display for RunError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            RunError::Program(e) => write!(f, "{e}"),
-            RunError::Record(e) => write!(f, "{e}"),
-        }
-    }
-}
-
-impl std::error::Error for RunError {}
 
 /// Stacks at the robot's true configuration, which the controller does not know.
 struct Truth {

@@ -2,7 +2,6 @@
 //!
 //! [`Problem::new`] creates all storage; filling it at every tick does not allocate.
 
-use std::fmt;
 use std::ops::Range;
 
 use crate::structure::{self, Structure};
@@ -280,9 +279,10 @@ impl Level {
 }
 
 /// Reason why a problem is unusable, with its location.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ProblemError {
     /// A coefficient is NaN or infinite, or a bound is NaN, or a weight is not finite.
+    #[error("level {level}, row {row}: a number is not finite")]
     NotFinite {
         /// The level, from 0.
         level: usize,
@@ -290,6 +290,7 @@ pub enum ProblemError {
         row: usize,
     },
     /// `lower > upper`, `lower = +inf` or `upper = -inf`: no number lies in the interval.
+    #[error("level {level}, row {row}: no number lies between its bounds")]
     EmptyInterval {
         /// The level, from 0.
         level: usize,
@@ -297,6 +298,7 @@ pub enum ProblemError {
         row: usize,
     },
     /// A weight below zero.
+    #[error("level {level}, row {row}: the weight is negative")]
     NegativeWeight {
         /// The level, from 0.
         level: usize,
@@ -304,43 +306,21 @@ pub enum ProblemError {
         row: usize,
     },
     /// The damping of a level is negative or not finite.
+    #[error("level {level}: damping must be finite and not negative")]
     BadDamping {
         /// The level, from 0.
         level: usize,
     },
     /// A level's vectors do not have one entry per row, or it was made for another `n`.
+    #[error("level {level}: its size does not fit the problem")]
     WrongSize {
         /// The level, from 0.
         level: usize,
     },
     /// The reference is not `n` finite numbers.
+    #[error("the reference is not n finite numbers")]
     BadReference,
 }
-
-impl fmt::Display for ProblemError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotFinite { level, row } => {
-                write!(f, "level {level}, row {row}: a number is not finite")
-            }
-            Self::EmptyInterval { level, row } => {
-                write!(f, "level {level}, row {row}: no number lies between its bounds")
-            }
-            Self::NegativeWeight { level, row } => {
-                write!(f, "level {level}, row {row}: the weight is negative")
-            }
-            Self::BadDamping { level } => {
-                write!(f, "level {level}: damping must be finite and not negative")
-            }
-            Self::WrongSize { level } => {
-                write!(f, "level {level}: its size does not fit the problem")
-            }
-            Self::BadReference => write!(f, "the reference is not n finite numbers"),
-        }
-    }
-}
-
-impl std::error::Error for ProblemError {}
 
 /// Checks every number of the problem and reports the first that no solver can use. Does not allocate.
 ///

@@ -28,6 +28,13 @@ pub struct CurrentValue {
     pub expressed_in: ExpressedIn,
 }
 
+impl CurrentValue {
+    /// A value in the world's axes.
+    pub const fn in_world(name: &'static str, ty: CurrentValueType) -> CurrentValue {
+        CurrentValue { name, ty, expressed_in: ExpressedIn::World }
+    }
+}
+
 /// ExpressedIn in which a vector is expressed, or into which an orientation turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ExpressedIn {
@@ -126,6 +133,26 @@ pub struct TaskKind {
     pub person_velocity: Option<&'static PersonVelocityUse>,
     /// Builds a task.
     pub build: Build,
+}
+
+impl TaskKind {
+    /// An entry without texts, whose parameters all have names, that captures no values, has no outputs and protects
+    /// nobody. The static of a task type fills in the rest.
+    pub const fn new(row_kind: RowKind, params: &'static [ParamInfo], build: Build) -> TaskKind {
+        TaskKind {
+            name: "",
+            summary: "",
+            docs: "",
+            example: "",
+            row_kind,
+            params,
+            positional: &[],
+            current_values: &[],
+            outputs: &[],
+            person_velocity: None,
+            build,
+        }
+    }
 }
 
 /// The task uses the velocity of tracked human points, through the time derivative of its parameters.
@@ -252,8 +279,10 @@ pub trait Task: Send {
         false
     }
 
-    /// Gains of its rows in 1/s. The compiler checks them against the control period.
-    fn gains(&self, values: &[f64]) -> Vec<f64>;
+    /// Gains of its rows in 1/s; empty without gains. The compiler checks them against the control period.
+    fn gains(&self, _values: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
 
     /// For limits whose `h` is curved: largest depth below zero that a row may reach between two ticks, in the row's
     /// unit, if nothing is added (mathematics, sampled time). Empty if this cannot happen.

@@ -2,6 +2,7 @@
 //! and a few random hierarchies with all features of the format. The answers are those of the reference cascade, by
 //! Clarabel.
 
+use robot::random::SplitMix64;
 use runtime::{Controller, Observation, SimulatedRobot};
 use serde_json::{Value, json};
 use solver::{ClarabelCascade, HierarchicalSolver, LevelShape, Problem, Solution, Status};
@@ -15,7 +16,7 @@ pub type Named = (String, &'static str, Problem);
 pub fn ticks() -> Vec<Named> {
     let mut all = closed_loop("free", "reach", 8, 40);
     all.extend(closed_loop("held", "held-back", 8, 104));
-    all.extend((0..4).map(|seed| (format!("random-{seed}"), "random", random(&mut Dice(seed)))));
+    all.extend((0..4).map(|seed| (format!("random-{seed}"), "random", random(&mut Dice(SplitMix64(seed))))));
     all
 }
 
@@ -48,16 +49,12 @@ fn closed_loop(name: &str, kind: &'static str, count: usize, from: usize) -> Vec
     ticks
 }
 
-/// SplitMix64.
-pub struct Dice(pub u64);
+/// Random choices.
+pub struct Dice(pub SplitMix64);
 
 impl Dice {
     pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        self.0.bits()
     }
 
     /// Returns a random integer in 0..n.

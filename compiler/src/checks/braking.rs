@@ -117,10 +117,8 @@ impl Weak {
 
     /// Dimensions of the joint's speed and acceleration.
     fn quantities(&self, program: &Program) -> (Dimension, Dimension) {
-        match program.robot.model.dofs[self.dof].unit {
-            robot::DofUnit::Metre => (VELOCITY, ACCELERATION),
-            robot::DofUnit::Radian => (ANGULAR_VELOCITY, ANGULAR_ACCELERATION),
-        }
+        let unit = program.robot.model.dofs[self.dof].unit;
+        unit.select((VELOCITY, ACCELERATION), (ANGULAR_VELOCITY, ANGULAR_ACCELERATION))
     }
 }
 

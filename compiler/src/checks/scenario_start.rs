@@ -164,7 +164,7 @@ impl Start {
         // A mobile base could go anywhere, so it stays at its start in this search.
         let base = model.base.nq();
         let mut search = Start::new(program, scenario)?;
-        let mut rng = splitmix();
+        let mut rng = robot::random::units(0);
         let mut best = value;
         for _ in 0..POSES {
             let mut q = model.random_configuration(&mut rng);
@@ -190,18 +190,6 @@ impl Start {
 
 fn moment<'a>(signals: &'a [f64], velocity: &'a [f64]) -> Moment<'a> {
     Moment { times: Times::default(), signals, velocity, stack_velocity: velocity }
-}
-
-/// Deterministic generator of random numbers between 0 and 1.
-fn splitmix() -> impl FnMut() -> f64 {
-    let mut state = 0_u64;
-    move || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
 }
 
 fn outside(program: &Program, scenario: &ScenarioProgram, start: Start, at: Span) -> Option<Diagnostic> {

@@ -32,11 +32,9 @@ pub(super) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
             });
             let beyond: Vec<_> = beyond.collect();
             let Some((d, slot, x, own)) = beyond.first() else { continue };
-            let dimension = match (d.unit, *param) {
-                (robot::DofUnit::Metre, "max") => VELOCITY,
-                (robot::DofUnit::Metre, _) => LENGTH,
-                (robot::DofUnit::Radian, "max") => ANGULAR_VELOCITY,
-                (robot::DofUnit::Radian, _) => ANGLE,
+            let dimension = match *param {
+                "max" => d.unit.select(VELOCITY, ANGULAR_VELOCITY),
+                _ => d.unit.select(LENGTH, ANGLE),
             };
             let (x, own) = (shown(*x, dimension), shown(*own, dimension));
             let at = number(places, i, param, |n| n.slot.at == slot.at);

@@ -2,7 +2,7 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
-use robot::{DofUnit, Model};
+use robot::Model;
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
 
 pub use crate::expr::dimension_check::{bare_angle, fits, merge_bare, one_unit, unit_of_divisor, wrong_dimension};
@@ -67,10 +67,7 @@ impl Scope for ParamsOnly<'_> {
 
 /// Dimension of a joint's position: an angle or a length.
 pub fn joint_dimension(model: &Model, dof: usize) -> Dimension {
-    match model.dofs.get(dof).map(|d| d.unit) {
-        Some(DofUnit::Metre) => LENGTH,
-        _ => ANGLE,
-    }
+    model.dofs.get(dof).map_or(ANGLE, |d| d.unit.select(LENGTH, ANGLE))
 }
 
 impl Constants<'_> {

@@ -8,17 +8,7 @@ use stdlib_tasks::task::{Context, Rows, State, Task, TaskFault};
 
 use super::{compile_text, examples};
 
-/// Deterministic generator of random numbers between 0 and 1 (splitmix64).
-pub fn rng(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
+pub use robot::random::units as rng;
 
 /// The single arm.
 pub const ARM7: &str = r#"

@@ -107,6 +107,16 @@ pub enum DofUnit {
     Metre,
 }
 
+impl DofUnit {
+    /// Returns the one of two values that belongs to the unit.
+    pub fn select<T>(self, metre: T, radian: T) -> T {
+        match self {
+            DofUnit::Metre => metre,
+            DofUnit::Radian => radian,
+        }
+    }
+}
+
 /// A degree of freedom: one entry of the velocity `v`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dof {

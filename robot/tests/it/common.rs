@@ -4,17 +4,7 @@ use hierarq_robot::{Base, Model, Options};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// A repeatable generator of numbers in 0..1 (splitmix64).
-pub fn rng(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
+pub use hierarq_robot::random::units as rng;
 
 /// A vector with entries in ±reach.
 pub fn vector(rng: &mut impl FnMut() -> f64, reach: f64) -> Vector3<f64> {

@@ -10,24 +10,15 @@ use crate::program::ProgramError;
 use crate::program::{Formula, Unit};
 
 /// Reason why a tick was rejected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PushError {
     /// The run has more ticks than the monitor was made for.
+    #[error("the run has more ticks than the monitor was made for")]
     TooLong,
     /// A tick has another number of signals than the monitor was made for.
+    #[error("a tick has another number of signals than the monitor was made for")]
     Signals,
 }
-
-impl std::fmt::Display for PushError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            PushError::TooLong => "the run has more ticks than the monitor was made for",
-            PushError::Signals => "a tick has another number of signals than the monitor was made for",
-        })
-    }
-}
-
-impl std::error::Error for PushError {}
 
 /// Evaluates a formula during a run.
 #[derive(Clone, Debug)]

@@ -72,35 +72,14 @@ pub struct MissionRun {
 }
 
 /// Why a run cannot be made, or was not finished.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum MissionError {
     /// The expectations cannot be judged, which the compiler excludes.
-    Program(ProgramError),
+    #[error(transparent)]
+    Program(#[from] ProgramError),
     /// A recorder could not write.
-    Record(std::io::Error),
-}
-
-impl std::fmt::Display for MissionError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            MissionError::Program(e) => e.fmt(f),
-            MissionError::Record(e) => write!(f, "cannot write what happened: {e}"),
-        }
-    }
-}
-
-impl std::error::Error for MissionError {}
-
-impl From<ProgramError> for MissionError {
-    fn from(e: ProgramError) -> MissionError {
-        MissionError::Program(e)
-    }
-}
-
-impl From<std::io::Error> for MissionError {
-    fn from(e: std::io::Error) -> MissionError {
-        MissionError::Record(e)
-    }
+    #[error("cannot write what happened: {0}")]
+    Record(#[from] std::io::Error),
 }
 
 /// Runs a scenario of a mission to its end, or until `go_on` says no at an instant; `recorder` is shown every instant.

@@ -10,21 +10,14 @@ use crate::velocity;
 use super::{CaptureSource, FORMAT, Op, Program, RunProgram, Subject, overshoots};
 
 /// Reason why a program cannot be executed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{place}: {message}")]
 pub struct ProgramError {
     /// Part of the program, as a path such as `stacks[0].levels[2]`.
     pub place: String,
     /// Description of the error.
     pub message: String,
 }
-
-impl std::fmt::Display for ProgramError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {}", self.place, self.message)
-    }
-}
-
-impl std::error::Error for ProgramError {}
 
 pub(crate) fn error(place: impl Into<String>, message: impl Into<String>) -> ProgramError {
     ProgramError { place: place.into(), message: message.into() }

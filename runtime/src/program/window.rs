@@ -12,30 +12,21 @@ pub struct Window {
 }
 
 /// Reason why two instants do not form a window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WindowError {
     /// An end is negative or not finite, or the period is not a positive number.
+    #[error("the ends of a window are times that are not negative")]
     NotATime,
     /// It ends before it begins.
+    #[error("the window ends before it begins")]
     UpsideDown,
     /// No tick falls into it: it is shorter than the period.
+    #[error("no tick falls into the window: it is shorter than the period")]
     Empty,
     /// More than 4 thousand million ticks.
+    #[error("the window has more than 4 thousand million ticks")]
     TooLong,
 }
-
-impl std::fmt::Display for WindowError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            WindowError::NotATime => "the ends of a window are times that are not negative",
-            WindowError::UpsideDown => "the window ends before it begins",
-            WindowError::Empty => "no tick falls into the window: it is shorter than the period",
-            WindowError::TooLong => "the window has more than 4 thousand million ticks",
-        })
-    }
-}
-
-impl std::error::Error for WindowError {}
 
 /// Distance from a tick, in ticks, at which a time counts as on it: the rounding error of `0.3 s / 0.1 s`.
 const ON_A_TICK: f64 = 1e-6;

@@ -1,12 +1,11 @@
 //! Errors of the parts of the safety planner: invalid settings, and numbers that are not finite.
 
-use std::fmt;
-
 /// Reason why something cannot be built, or a tick cannot be planned. After an error in a tick, its decisions must not
 /// be used; the state (clock, deviations) is unchanged.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SafetyError {
     /// A setting lies outside its range.
+    #[error("`{name}` is {value}, and must be {must}")]
     Setting {
         /// Its name.
         name: &'static str,
@@ -16,6 +15,7 @@ pub enum SafetyError {
         must: &'static str,
     },
     /// A gain times the period is above one: it would overshoot within one tick.
+    #[error("`{name}` times the control period is {product}, above 1: it overshoots within one tick")]
     Overshoot {
         /// The gain's name.
         name: &'static str,
@@ -23,8 +23,10 @@ pub enum SafetyError {
         product: f64,
     },
     /// A list of links or segments is empty, contains one twice, or names one that the robot does not have.
+    #[error("the links of the safety field are none, or repeated, or not the robot's")]
     Body,
     /// More points of people than there is storage for.
+    #[error("{given} points of people, and storage for {capacity}")]
     TooManyPoints {
         /// Number of points that were passed.
         given: usize,
@@ -32,41 +34,24 @@ pub enum SafetyError {
         capacity: usize,
     },
     /// A point of a person is not finite, or so far away that its distance is not.
+    #[error("point {point} of the people is not finite")]
     Human {
         /// Its index.
         point: usize,
     },
     /// Slices do not fit together.
+    #[error("`{name}` has another length than the rest")]
     Shape {
         /// Name of the slice.
         name: &'static str,
     },
     /// A number that was passed in, or one that was computed from it, is not finite.
+    #[error("`{name}` is not finite")]
     NotFinite {
         /// Name of the number.
         name: &'static str,
     },
 }
-
-impl fmt::Display for SafetyError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            SafetyError::Setting { name, value, must } => write!(f, "`{name}` is {value}, and must be {must}"),
-            SafetyError::Overshoot { name, product } => {
-                write!(f, "`{name}` times the control period is {product}, above 1: it overshoots within one tick")
-            }
-            SafetyError::Body => write!(f, "the links of the safety field are none, or repeated, or not the robot's"),
-            SafetyError::TooManyPoints { given, capacity } => {
-                write!(f, "{given} points of people, and storage for {capacity}")
-            }
-            SafetyError::Human { point } => write!(f, "point {point} of the people is not finite"),
-            SafetyError::Shape { name } => write!(f, "`{name}` has another length than the rest"),
-            SafetyError::NotFinite { name } => write!(f, "`{name}` is not finite"),
-        }
-    }
-}
-
-impl std::error::Error for SafetyError {}
 
 /// Checks a setting.
 pub fn setting(name: &'static str, value: f64, holds: bool, must: &'static str) -> Result<(), SafetyError> {

@@ -12,8 +12,8 @@ use crate::kinds::frame_pose::{current_pose, pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
 use crate::so3;
 use crate::task::{
-    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
-    TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault,
+    TaskKind,
 };
 
 crate::params! {
@@ -96,20 +96,12 @@ mass { linear 20 kg  angular 3 kg m^2 }\n  \
 damping { linear 253 N s/m  angular 27 N m s }\n  \
 stiffness { linear [800, 800, 400] N/m  angular 60 N m }\n  \
 wrench { force [20, 0, 0] N * smoothstep(t/(1 s)) }\n}",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
     positional: &["frame"],
     current_values: &[
-        CurrentValue {
-            name: "target.position",
-            ty: CurrentValueType::Vector(LENGTH),
-            expressed_in: ExpressedIn::World,
-        },
-        CurrentValue { name: "target.orientation", ty: CurrentValueType::Rotation, expressed_in: ExpressedIn::World },
+        CurrentValue::in_world("target.position", CurrentValueType::Vector(LENGTH)),
+        CurrentValue::in_world("target.orientation", CurrentValueType::Rotation),
     ],
-    outputs: &[],
-    person_velocity: None,
-    build,
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 struct Admittance {
@@ -138,10 +130,6 @@ impl Task for Admittance {
 
     fn measures(&self) -> Vec<Measure> {
         pose_measures("")
-    }
-
-    fn gains(&self, _values: &[f64]) -> Vec<f64> {
-        Vec::new()
     }
 
     fn enter(&mut self, _state: &State) {

@@ -112,22 +112,13 @@ Source: thesis (3.26)-(3.34).",
     example: "task motion = cooperative_motion {\n  \
 absolute { position initial(absolute.position) + [0.1, 0, 0] m  orientation initial(absolute.orientation) }\n  \
 relative { position initial(relative.position)  orientation initial(relative.orientation) }\n}",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
-    positional: &[],
     current_values: &[
-        CurrentValue {
-            name: "absolute.position",
-            ty: CurrentValueType::Vector(LENGTH),
-            expressed_in: ExpressedIn::World,
-        },
-        CurrentValue { name: "absolute.orientation", ty: CurrentValueType::Rotation, expressed_in: ExpressedIn::World },
+        CurrentValue::in_world("absolute.position", CurrentValueType::Vector(LENGTH)),
+        CurrentValue::in_world("absolute.orientation", CurrentValueType::Rotation),
         CurrentValue { name: "relative.position", ty: CurrentValueType::Vector(LENGTH), expressed_in: POSITION },
         CurrentValue { name: "relative.orientation", ty: CurrentValueType::Rotation, expressed_in: ORIENTATION },
     ],
-    outputs: &[],
-    person_velocity: None,
-    build,
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 struct CooperativeMotion {

@@ -9,8 +9,8 @@ use crate::dimension::{ANGLE, RATE};
 use crate::kinds::frame_pose::{current_pose, pose_rows};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{
-    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
-    TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault,
+    TaskKind,
 };
 
 crate::params! {
@@ -43,17 +43,9 @@ At an angle of exactly pi both ways are equally short, and either may be taken. 
 `|log(R_d R^T)|` in rad.\n\n\
 Source: thesis (2.5), (3.33), (3.34).",
     example: "task level_tool = frame_orientation(tool) { orientation rpy(0 deg, 90 deg, 0 deg) }",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
     positional: &["frame"],
-    current_values: &[CurrentValue {
-        name: "orientation",
-        ty: CurrentValueType::Rotation,
-        expressed_in: ExpressedIn::World,
-    }],
-    outputs: &[],
-    person_velocity: None,
-    build,
+    current_values: &[CurrentValue::in_world("orientation", CurrentValueType::Rotation)],
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 struct FrameOrientation(Params);

@@ -9,8 +9,8 @@ use crate::dimension::{ANGLE, LENGTH};
 use crate::numbers;
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{
-    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
-    TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault,
+    TaskKind,
 };
 
 crate::params! {
@@ -48,16 +48,12 @@ The task reports the errors `|p_d - p|` in m and `|log(R_d R^T)|` in rad. `initi
 `initial(orientation)` are the frame's own pose at the moment the stack became active.\n\n\
 Source: thesis (2.5), (3.33), (3.34).",
     example: "task reach = frame_pose(tool) { position initial(position) + [0, 0, 0.1] m  gain { linear 5 /s  angular 2 /s } }",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
     positional: &["frame"],
     current_values: &[
-        CurrentValue { name: "position", ty: CurrentValueType::Vector(LENGTH), expressed_in: ExpressedIn::World },
-        CurrentValue { name: "orientation", ty: CurrentValueType::Rotation, expressed_in: ExpressedIn::World },
+        CurrentValue::in_world("position", CurrentValueType::Vector(LENGTH)),
+        CurrentValue::in_world("orientation", CurrentValueType::Rotation),
     ],
-    outputs: &[],
-    person_velocity: None,
-    build,
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 struct FramePose {

@@ -9,8 +9,8 @@ use crate::dimension::{LENGTH, RATE};
 use crate::kinds::frame_pose::{current_pose, pose_rows};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{
-    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
-    TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault,
+    TaskKind,
 };
 
 crate::params! {
@@ -41,17 +41,9 @@ K       1/s                 gain\n\
 The task reports the error `|p_d - p|` in m.\n\n\
 Source: thesis (2.5), (3.33), (3.34).",
     example: "task reach = frame_position(tool) { position initial(position) + [0, 0, 0.1] m }",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
     positional: &["frame"],
-    current_values: &[CurrentValue {
-        name: "position",
-        ty: CurrentValueType::Vector(LENGTH),
-        expressed_in: ExpressedIn::World,
-    }],
-    outputs: &[],
-    person_velocity: None,
-    build,
+    current_values: &[CurrentValue::in_world("position", CurrentValueType::Vector(LENGTH))],
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 struct FramePosition(Params);

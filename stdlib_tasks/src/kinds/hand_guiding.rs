@@ -51,13 +51,8 @@ scaled by `Km/T + Kd`.",
 mass { linear 20 kg  angular 3 kg m^2 }\n  \
 damping { linear 253 N s/m  angular 27 N m s }\n  \
 wrench { force [0, 10, 0] N * smoothstep(t/(1 s)) }\n}",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
     positional: &["frame"],
-    current_values: &[],
-    outputs: &[],
-    person_velocity: None,
-    build,
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 struct HandGuiding {
@@ -88,10 +83,6 @@ impl Task for HandGuiding {
             Measure { name: "linear".to_string(), dimension: VELOCITY },
             Measure { name: "angular".to_string(), dimension: ANGULAR_VELOCITY },
         ]
-    }
-
-    fn gains(&self, _values: &[f64]) -> Vec<f64> {
-        Vec::new()
     }
 
     fn enter(&mut self, _state: &State) {

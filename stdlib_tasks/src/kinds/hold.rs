@@ -34,13 +34,8 @@ active. The other symbols, frames and units are those of `frame_pose`. The task 
 frame.\n\n\
 Source: thesis (3.33), (3.34) with a constant desired value.",
     example: "task still = hold(left, right)",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
     positional: &["frames"],
-    current_values: &[],
-    outputs: &[],
-    person_velocity: None,
-    build,
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 struct Hold {

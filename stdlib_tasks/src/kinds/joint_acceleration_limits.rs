@@ -57,13 +57,9 @@ If the fault `infeasible` is worse than a velocity that jumps, put the accelerat
 them.\n\n\
 Source: thesis (4.41), the difference quotient of the velocity; the rows are ours.",
     example: "task gentle = joint_acceleration_limits { max 5 rad/s^2 }",
-    row_kind: RowKind::Inequality,
-    params: Params::INFO,
     positional: &["joints"],
-    current_values: &[],
-    outputs: &[],
     person_velocity: Some(&PersonVelocityUse::LIMIT),
-    build,
+    ..TaskKind::new(RowKind::Inequality, Params::INFO, build)
 };
 
 struct JointAccelerationLimits {
@@ -106,10 +102,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
                 .help("a limit of an acceleration is more than zero; to keep a joint still, `lock` it"));
         }
         rows.push((dof, max));
-        let dimension = match d.unit {
-            robot::DofUnit::Metre => ACCELERATION,
-            robot::DofUnit::Radian => ANGULAR_ACCELERATION,
-        };
+        let dimension = d.unit.select(ACCELERATION, ANGULAR_ACCELERATION);
         info.push(RowInfo { name: d.name.clone(), dimension });
     }
     if rows.is_empty() {
@@ -131,10 +124,6 @@ impl Task for JointAccelerationLimits {
 
     fn degrees_of_freedom(&self) -> Option<Vec<usize>> {
         Some(self.rows.iter().map(|r| r.0).collect())
-    }
-
-    fn gains(&self, _values: &[f64]) -> Vec<f64> {
-        Vec::new()
     }
 
     fn acceleration_limits(&self) -> Vec<(usize, f64)> {

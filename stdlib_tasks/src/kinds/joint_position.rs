@@ -33,13 +33,7 @@ The task reports the error as the Euclidean norm of `q_d - q` over the joints; f
 together, the norm mixes rad and m.\n\n\
 Source: thesis (2.5) with `J = I`.",
     example: "task posture = joint_position { target { torso_lift 0.15 m } gain 2 /s }",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
-    positional: &[],
-    current_values: &[],
-    outputs: &[],
-    person_velocity: None,
-    build,
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 struct Row {

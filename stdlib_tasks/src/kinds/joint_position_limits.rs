@@ -41,13 +41,9 @@ joint without any limit gets no row. With a control period T, `φ T <= 1` keeps 
 linear in the position.\n\n\
 Source: thesis (3.13)-(3.15); the lower bound of (3.15) lacks its minus sign there.",
     example: "task position_limits = joint_position_limits { gain 10 /s }",
-    row_kind: RowKind::Inequality,
-    params: Params::INFO,
     positional: &["joints"],
-    current_values: &[],
-    outputs: &[],
     person_velocity: Some(&PersonVelocityUse::LIMIT),
-    build,
+    ..TaskKind::new(RowKind::Inequality, Params::INFO, build)
 };
 
 struct Row {
@@ -131,10 +127,7 @@ pub(crate) fn replaced(list: &Option<Vec<(usize, Slot)>>, dof: usize, values: &[
 
 /// Dimension of the position of a degree of freedom: rad or m.
 pub(crate) fn dof_dimension(model: &Model, dof: usize) -> crate::dimension::Dimension {
-    match model.dofs.get(dof).map(|d| d.unit) {
-        Some(robot::DofUnit::Metre) => LENGTH,
-        _ => ANGLE,
-    }
+    model.dofs.get(dof).map_or(ANGLE, |d| d.unit.select(LENGTH, ANGLE))
 }
 
 impl Task for JointPositionLimits {

@@ -29,13 +29,7 @@ The task reports the error as the Euclidean norm of `v_d - v` for the velocity t
 revolute and prismatic joints together, the norm mixes rad/s and m/s.\n\n\
 Source: thesis 3.5.1.1, (3.43).",
     example: "task sine = joint_velocity { velocity { arm_left 0.75*sin(2*pi*t/(25 s)) rad/s } }",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
-    positional: &[],
-    current_values: &[],
-    outputs: &[],
-    person_velocity: None,
-    build,
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 struct JointVelocity {
@@ -54,13 +48,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         .velocity
         .iter()
         .filter_map(|&(dof, _)| ctx.model.dofs.get(dof))
-        .map(|d| RowInfo {
-            name: d.name.clone(),
-            dimension: match d.unit {
-                robot::DofUnit::Metre => VELOCITY,
-                robot::DofUnit::Radian => ANGULAR_VELOCITY,
-            },
-        })
+        .map(|d| RowInfo { name: d.name.clone(), dimension: d.unit.select(VELOCITY, ANGULAR_VELOCITY) })
         .collect();
     Ok(Box::new(JointVelocity { wanted: vec![0.0; info.len()], rows: params.velocity, info }))
 }
@@ -76,10 +64,6 @@ impl Task for JointVelocity {
 
     fn degrees_of_freedom(&self) -> Option<Vec<usize>> {
         Some(self.rows.iter().map(|r| r.0).collect())
-    }
-
-    fn gains(&self, _values: &[f64]) -> Vec<f64> {
-        Vec::new()
     }
 
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {

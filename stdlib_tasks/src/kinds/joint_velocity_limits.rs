@@ -33,13 +33,9 @@ limit is missing, zero or implausible in the URDF gets no row unless `max` gives
 |v|` for the velocity that the hierarchy returned.\n\n\
 Source: thesis (3.12), (3.16).",
     example: "task velocity_limits = joint_velocity_limits { max 0.5 rad/s }",
-    row_kind: RowKind::Inequality,
-    params: Params::INFO,
     positional: &["joints"],
-    current_values: &[],
-    outputs: &[],
     person_velocity: Some(&PersonVelocityUse::LIMIT),
-    build,
+    ..TaskKind::new(RowKind::Inequality, Params::INFO, build)
 };
 
 struct JointVelocityLimits {
@@ -62,10 +58,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         }
         if max.is_finite() {
             rows.push((dof, max));
-            let dimension = match d.unit {
-                robot::DofUnit::Metre => VELOCITY,
-                robot::DofUnit::Radian => ANGULAR_VELOCITY,
-            };
+            let dimension = d.unit.select(VELOCITY, ANGULAR_VELOCITY);
             info.push(RowInfo { name: d.name.clone(), dimension });
         }
     }
@@ -83,10 +76,6 @@ impl Task for JointVelocityLimits {
 
     fn degrees_of_freedom(&self) -> Option<Vec<usize>> {
         Some(self.rows.iter().map(|r| r.0).collect())
-    }
-
-    fn gains(&self, _values: &[f64]) -> Vec<f64> {
-        Vec::new()
     }
 
     fn update(&mut self, _state: &State, rows: &mut Rows) -> Result<(), TaskFault> {

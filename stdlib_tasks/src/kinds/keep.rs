@@ -62,17 +62,14 @@ this loss. The compiler does not compute A for an expression: there is no `auto`
 `virtual_wall`.\n\n\
 Source: thesis (3.19) for any h; the derivative by reverse accumulation is ours.",
     example: "task gap = keep(norm(frame(left_tool).position - frame(right_tool).position)) { min 0.3 m  gain 5 /s }",
-    row_kind: RowKind::Inequality,
-    params: Params::INFO,
     positional: &["value"],
     current_values: &[CurrentValue {
         name: "value",
         ty: CurrentValueType::Of("value"),
         expressed_in: ExpressedIn::SameAsParameter,
     }],
-    outputs: &[],
     person_velocity: Some(&PersonVelocityUse::LIMIT),
-    build,
+    ..TaskKind::new(RowKind::Inequality, Params::INFO, build)
 };
 
 struct Keep {

@@ -217,13 +217,10 @@ motion.\n\n\
 Source: thesis 4.2.3, (4.5)-(4.34), 4.4.1.3, with the corrections of Safety field and planner.",
     example: "task guard = safety_planner(hands) {\n  field nearness  min 0.75 m  gain 10 /s\n  scaling { weight 10 }\n  \
 deviate { absolute { position { along operator.chest - frame(left_tool).position  speed 0.4 m/s  most 0.3 m } } }\n  internal { gain 0.1 }\n}",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
     positional: &["task"],
-    current_values: &[],
     outputs: &OUTPUTS,
     person_velocity: Some(&PERSON_VELOCITY),
-    build,
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 /// Largest nesting depth of groups that contain a parameter.
@@ -257,13 +254,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         return Err(BuildError::new("method", format!("there is no method `{}`", params.method)));
     }
     let info: Vec<RowInfo> = (ctx.model.dofs.iter())
-        .map(|d| RowInfo {
-            name: d.name.clone(),
-            dimension: match d.unit {
-                robot::DofUnit::Metre => VELOCITY,
-                robot::DofUnit::Radian => ANGULAR_VELOCITY,
-            },
-        })
+        .map(|d| RowInfo { name: d.name.clone(), dimension: d.unit.select(VELOCITY, ANGULAR_VELOCITY) })
         .collect();
     Ok(Box::new(SafetyPlanner { wanted: vec![0.0; info.len()], info }))
 }
@@ -279,10 +270,6 @@ impl Task for SafetyPlanner {
 
     fn degrees_of_freedom(&self) -> Option<Vec<usize>> {
         Some((0..self.info.len()).collect())
-    }
-
-    fn gains(&self, _values: &[f64]) -> Vec<f64> {
-        Vec::new()
     }
 
     fn set_decided_velocity(&mut self, velocity: &[f64]) {

@@ -62,13 +62,8 @@ moves at a constant rate. If two long parts become parallel, the closest points 
 lose more.\n\n\
 Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which would bound the distance from above.",
     example: "task arms_apart = self_collision { between left_elbow  and right_elbow  d_min 0.2 m  gain 10 /s }",
-    row_kind: RowKind::Inequality,
-    params: Params::INFO,
-    positional: &[],
-    current_values: &[],
-    outputs: &[],
     person_velocity: Some(&PersonVelocityUse::LIMIT),
-    build,
+    ..TaskKind::new(RowKind::Inequality, Params::INFO, build)
 };
 
 struct SelfCollision {

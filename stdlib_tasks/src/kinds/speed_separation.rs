@@ -126,13 +126,10 @@ rated sensors: this is a rule of motion, not a safety function.\n\n\
 Source: ISO/TS 15066:2016, 5.5.4.2.3, formulas (1) to (4); ISO 13855 for `human_speed` and `intrusion`. The row in \
 closed form is ours.",
     example: "task slow = speed_separation(left_elbow) { from [2, 0, 1] m  reaction 0.1 s  deceleration 3 m/s^2  intrusion 0.1 m }",
-    row_kind: RowKind::Inequality,
-    params: Params::INFO,
     positional: &["parts"],
-    current_values: &[],
     outputs: &OUTPUTS,
     person_velocity: Some(&PERSON_VELOCITY),
-    build,
+    ..TaskKind::new(RowKind::Inequality, Params::INFO, build)
 };
 
 /// A part, and its separation from the person.
@@ -232,10 +229,6 @@ impl SpeedSeparation {
 impl Task for SpeedSeparation {
     fn rows(&self) -> Vec<RowInfo> {
         self.parts.iter().map(|p| RowInfo { name: p.geometry.name.clone(), dimension: LENGTH }).collect()
-    }
-
-    fn gains(&self, _values: &[f64]) -> Vec<f64> {
-        Vec::new()
     }
 
     fn enter(&mut self, _state: &State) {

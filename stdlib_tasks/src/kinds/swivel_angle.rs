@@ -24,8 +24,8 @@ use crate::build::check;
 use crate::dimension::{ANGLE, RATE};
 use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{
-    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
-    TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault,
+    TaskKind,
 };
 
 crate::params! {
@@ -60,17 +60,8 @@ the wrist is vertically above or below the shoulder, or if the arm is stretched.
 have opposite angles.\n\n\
 Source: thesis (3.35)-(3.42). The gradient is that of the dihedral angle, checked by central differences.",
     example: "task elbows = swivel_angle { angle { left 45 deg  right 45 deg }  gain 1 /s }",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
-    positional: &[],
-    current_values: &[CurrentValue {
-        name: "*",
-        ty: CurrentValueType::Scalar(ANGLE),
-        expressed_in: ExpressedIn::World,
-    }],
-    outputs: &[],
-    person_velocity: None,
-    build,
+    current_values: &[CurrentValue::in_world("*", CurrentValueType::Scalar(ANGLE))],
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 struct Row {

@@ -66,17 +66,13 @@ numbers instead, such as `dot` with two axes, or a position in the robot's own f
 `inverse(frame(F).orientation)*(p - frame(F).position)`.\n\n\
 Source: thesis (2.5) for any y; the derivative by reverse accumulation is ours.",
     example: "task pointing = track(frame(tool).orientation*[0, 0, 1]) { target [0, 0, -1]  gain 2 /s }",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
     positional: &["value"],
     current_values: &[CurrentValue {
         name: "value",
         ty: CurrentValueType::Of("value"),
         expressed_in: ExpressedIn::SameAsParameter,
     }],
-    outputs: &[],
-    person_velocity: None,
-    build,
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 struct Track {

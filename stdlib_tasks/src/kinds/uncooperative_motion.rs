@@ -9,8 +9,8 @@ use crate::dimension::LENGTH;
 use crate::kinds::frame_pose::{current_pose, pose_measures, pose_rows};
 use crate::params::{Input, ParamType, Presence};
 use crate::task::{
-    BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
-    TaskFault, TaskKind,
+    BuildError, Context, CurrentValue, CurrentValueType, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault,
+    TaskKind,
 };
 
 crate::params! {
@@ -55,18 +55,13 @@ Source: thesis (3.7), (3.25), (3.33), (3.34).",
     example: "task motion = uncooperative_motion {\n  \
 left  { position initial(left.position)   orientation initial(left.orientation) }\n  \
 right { position initial(right.position)  orientation initial(right.orientation) }\n}",
-    row_kind: RowKind::Equality,
-    params: Params::INFO,
-    positional: &[],
     current_values: &[
-        CurrentValue { name: "left.position", ty: CurrentValueType::Vector(LENGTH), expressed_in: ExpressedIn::World },
-        CurrentValue { name: "left.orientation", ty: CurrentValueType::Rotation, expressed_in: ExpressedIn::World },
-        CurrentValue { name: "right.position", ty: CurrentValueType::Vector(LENGTH), expressed_in: ExpressedIn::World },
-        CurrentValue { name: "right.orientation", ty: CurrentValueType::Rotation, expressed_in: ExpressedIn::World },
+        CurrentValue::in_world("left.position", CurrentValueType::Vector(LENGTH)),
+        CurrentValue::in_world("left.orientation", CurrentValueType::Rotation),
+        CurrentValue::in_world("right.position", CurrentValueType::Vector(LENGTH)),
+        CurrentValue::in_world("right.orientation", CurrentValueType::Rotation),
     ],
-    outputs: &[],
-    person_velocity: None,
-    build,
+    ..TaskKind::new(RowKind::Equality, Params::INFO, build)
 };
 
 struct UncooperativeMotion {

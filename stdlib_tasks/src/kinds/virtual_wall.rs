@@ -80,13 +80,9 @@ constant rate. A flat shape that rotates into a position parallel to the plane c
 nearest point jumps.\n\n\
 Source: thesis (3.17)-(3.20); the Jacobian has the sign that follows from `h`, not the printed one.",
     example: "task deck = virtual_wall { points left_elbow  through [[0, 0, 0.4], [1, 0, 0.4], [0, 1, 0.4]] m  d_min 0.3 m }",
-    row_kind: RowKind::Inequality,
-    params: Params::INFO,
     positional: &["points"],
-    current_values: &[],
-    outputs: &[],
     person_velocity: Some(&PersonVelocityUse::LIMIT),
-    build,
+    ..TaskKind::new(RowKind::Inequality, Params::INFO, build)
 };
 
 struct VirtualWall {

@@ -82,10 +82,7 @@ impl JointMotionRecorder {
         let dofs = &controller.evaluator().model().dofs;
         let joint = |d: &robot::Dof| Joint {
             name: d.name.clone(),
-            dimension: match d.unit {
-                robot::DofUnit::Metre => ACCELERATION,
-                robot::DofUnit::Radian => ANGULAR_ACCELERATION,
-            },
+            dimension: d.unit.select(ACCELERATION, ANGULAR_ACCELERATION),
             change: 0.0,
             at: 0.0,
             jumps: JumpCounter::new(d.velocity, period),
