@@ -4,6 +4,17 @@
 //! comments, the text of a number and the braces around a tagged value. The tree does not know the meaning of tasks,
 //! frames or units; the compiler does.
 
+/// Implements equality of a node by these parts alone: spans, comments and other traces of its text do not take part.
+macro_rules! equal_by {
+    ($node:ty: $($part:ident $(. $call:ident ())?),+) => {
+        impl PartialEq for $node {
+            fn eq(&self, other: &Self) -> bool {
+                $(self.$part $(.$call())? == other.$part $(.$call())?)&&+
+            }
+        }
+    };
+}
+
 mod comments;
 mod machines;
 mod missions;
@@ -50,11 +61,7 @@ pub struct Item {
     pub comments: Comments,
 }
 
-impl PartialEq for Item {
-    fn eq(&self, other: &Self) -> bool {
-        self.kind == other.kind
-    }
-}
+equal_by!(Item: kind);
 
 /// The kinds of declaration.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,11 +155,7 @@ impl TaskDefinition {
     }
 }
 
-impl PartialEq for TaskDefinition {
-    fn eq(&self, other: &Self) -> bool {
-        self.kind == other.kind && self.args == other.args && self.named == other.named && self.body == other.body
-    }
-}
+equal_by!(TaskDefinition: kind, args, named, body);
 
 /// An ordered hierarchy of levels.
 #[derive(Clone, Debug, PartialEq)]
@@ -188,14 +191,7 @@ pub struct Level {
     pub comments: Comments,
 }
 
-impl PartialEq for Level {
-    fn eq(&self, other: &Self) -> bool {
-        self.name == other.name
-            && self.hard.is_some() == other.hard.is_some()
-            && self.settings == other.settings
-            && self.members == other.members
-    }
-}
+equal_by!(Level: name, hard.is_some(), settings, members);
 
 /// A task in a level.
 #[derive(Clone, Debug)]
@@ -210,11 +206,7 @@ pub struct Member {
     pub comments: Comments,
 }
 
-impl PartialEq for Member {
-    fn eq(&self, other: &Self) -> bool {
-        self.task == other.task && self.weight == other.weight
-    }
-}
+equal_by!(Member: task, weight);
 
 /// Reference of a level to a task.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,10 +1,27 @@
-//! The words that the readers need to know: unit symbols, the keys whose value is text, the roles of a mission.
+//! The words that the readers need to know: unit symbols, the sections of a repetition, the keys whose value is text, the
+//! roles of a mission.
 
 /// Unit symbols, so that the readers can distinguish a unit from the next key, as in `0.15 m  gain 5 /s`. The compiler
 /// defines their meaning.
 pub static UNITS: &[&str] = &[
     "m", "cm", "mm", "km", "um", "rad", "mrad", "deg", "turn", "s", "ms", "us", "min", "h", "Hz", "kHz", "rpm", "kg",
     "g", "N", "kN", "mN", "Nm", "J", "W",
+];
+
+/// Sections of YAML that a repetition may contain.
+pub static REPEATED: &[&str] = &[
+    "params",
+    "lets",
+    "tasks",
+    "stacks",
+    "signals",
+    "humans",
+    "safety_fields",
+    "variables",
+    "machines",
+    "missions",
+    "scenarios",
+    "for",
 ];
 
 /// Keys whose value is a text, or a list of texts, so that it needs no quotes of this language in YAML.

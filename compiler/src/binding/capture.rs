@@ -107,20 +107,7 @@ impl TaskScope<'_> {
         if let Some(d) = self.no_value(argument).or_else(|| self.own_inside(argument)) {
             return Err(Some(Box::new(d)));
         }
-        let mut inside = TaskScope {
-            robot: self.robot,
-            params: self.params,
-            table: self.table,
-            owner: self.owner,
-            moving: self.moving,
-            state: true,
-            whole: None,
-            capturing: true,
-            asked: false,
-            forms: self.forms,
-            axes: self.axes,
-            numbers: None,
-        };
+        let mut inside = self.inside(true);
         let typed = Lowering { graph, scope: &mut inside, diagnostics }.value(argument);
         let asked = inside.asked;
         self.state(graph, typed.map_err(|_| None)?, asked, argument, span)

@@ -68,6 +68,13 @@ impl<'s> TaskScope<'s> {
             numbers: None,
         }
     }
+
+    /// Scope of an expression inside the parameter that may depend on the robot's state when the stack is entered.
+    pub(super) fn inside(&mut self, capturing: bool) -> TaskScope<'_> {
+        let known = Known { forms: self.forms, axes: self.axes };
+        let free = TaskScope::free(self.robot, self.params, self.table, known);
+        TaskScope { owner: self.owner, moving: self.moving, capturing, ..free }
+    }
 }
 
 impl Scope for TaskScope<'_> {

@@ -28,20 +28,7 @@ impl TaskScope<'_> {
             return None;
         }
         let Some(from) = from else { return self.own_start(graph, span, diagnostics) };
-        let mut inside = TaskScope {
-            robot: self.robot,
-            params: self.params,
-            table: self.table,
-            owner: self.owner,
-            moving: self.moving,
-            state: true,
-            whole: None,
-            capturing: false,
-            asked: false,
-            forms: self.forms,
-            axes: self.axes,
-            numbers: None,
-        };
+        let mut inside = self.inside(false);
         // Kept back: if it depends on the robot's state, `captured` lowers it again and reports the same mistakes.
         let mut found = Vec::new();
         let typed = Lowering { graph, scope: &mut inside, diagnostics: &mut found }.value(from);

@@ -15,6 +15,7 @@ use runtime::{Evaluator, Member, Rest, build_tasks};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::RowKind;
 
+use super::configurations;
 use crate::source_map::SourceMap;
 
 /// Number of configurations, besides home, that determine the moved joints: a single one may be singular.
@@ -137,17 +138,10 @@ fn moved_dofs(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usi
     let model = &program.robot.model;
     let all = || (0..model.nv()).collect();
     let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return all() };
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    let mut configurations = vec![program.robot.home.clone()];
-    configurations.extend((0..CONFIGURATIONS).map(|_| model.random_configuration(&mut random)));
     let rest = Rest::new(program);
     let mut found = BTreeSet::new();
     let mut computed = false;
-    for q in &configurations {
+    for q in &configurations(program, CONFIGURATIONS) {
         evaluator.enter(q, rest.at(Times::default()));
         // Skipped: the rows do not exist if parts overlap at a random configuration.
         if evaluator.update(q, rest.at(Times::default()), &mut problem).is_err() {

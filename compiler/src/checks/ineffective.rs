@@ -13,6 +13,7 @@ use stdlib_tasks::dimension::{ANGLE, LENGTH};
 use stdlib_tasks::expression::{Leaf, Op};
 use stdlib_tasks::task::RowKind;
 
+use super::configurations;
 use crate::expand::Expanded;
 use crate::source_map::SourceMap;
 use crate::units::{shown, shown_range};
@@ -137,16 +138,9 @@ fn unmoved(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
         return told;
     }
     let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return told };
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    let mut configurations = vec![program.robot.home.clone()];
-    configurations.extend((0..3).map(|_| model.random_configuration(&mut random)));
     let rest = Rest::new(program);
     let mut still = vec![true; evaluator.members().len()];
-    for q in &configurations {
+    for q in &configurations(program, 3) {
         evaluator.enter(q, rest.at(Times::default()));
         if evaluator.update(q, rest.at(Times::default()), &mut problem).is_err() {
             // The rows do not exist if parts overlap; at home, this was reported.

@@ -96,6 +96,18 @@ fn has_errors(diagnostics: &[Diagnostic]) -> bool {
     diagnostics.iter().any(|d| d.severity == Severity::Error)
 }
 
+/// The configuration at home, and random ones, always the same.
+fn configurations(program: &Program, random: usize) -> Vec<Vec<f64>> {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut unit = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut configurations = vec![program.robot.home.clone()];
+    configurations.extend((0..random).map(|_| program.robot.model.random_configuration(&mut unit)));
+    configurations
+}
+
 fn place(places: &SourceMap, task: usize, param: &str) -> Span {
     let t = &places.tasks[task];
     t.spans.get(param).copied().unwrap_or(t.span)

@@ -16,14 +16,7 @@ pub struct Signal {
     pub settings: Block,
 }
 
-impl PartialEq for Signal {
-    fn eq(&self, other: &Self) -> bool {
-        self.name == other.name
-            && self.ty == other.ty
-            && self.optional.is_some() == other.optional.is_some()
-            && self.settings == other.settings
-    }
-}
+equal_by!(Signal: name, ty, optional.is_some(), settings);
 
 /// `human operator { points [chest, left_wrist]  lost hold }`: a person whose points are tracked.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,14 +49,7 @@ pub struct Variable {
     pub value: Option<Value>,
 }
 
-impl PartialEq for Variable {
-    fn eq(&self, other: &Self) -> bool {
-        self.name == other.name
-            && self.ty == other.ty
-            && self.optional.is_some() == other.optional.is_some()
-            && self.value == other.value
-    }
-}
+equal_by!(Variable: name, ty, optional.is_some(), value);
 
 /// `machine harvest { initial look  state look { .. } }`
 #[derive(Clone, Debug, PartialEq)]
@@ -89,11 +75,7 @@ pub struct State {
     pub comments: Comments,
 }
 
-impl PartialEq for State {
-    fn eq(&self, other: &Self) -> bool {
-        self.name == other.name && self.final_.is_some() == other.final_.is_some() && self.body == other.body
-    }
-}
+equal_by!(State: name, final_.is_some(), body);
 
 /// Content of the braces of a machine or a state. The order within a group is significant, the order of the groups is
 /// not; the actions of each moment are a group of their own.
@@ -177,11 +159,7 @@ pub struct Action {
     pub comments: Comments,
 }
 
-impl PartialEq for Action {
-    fn eq(&self, other: &Self) -> bool {
-        self.moment == other.moment && self.verb == other.verb && self.args == other.args && self.named == other.named
-    }
-}
+equal_by!(Action: moment, verb, args, named);
 
 /// `when norm(right_ft.force) < 3 N for 3 s -> grasp blend 1 s`
 #[derive(Clone, Debug)]
@@ -198,11 +176,7 @@ pub struct Transition {
     pub comments: Comments,
 }
 
-impl PartialEq for Transition {
-    fn eq(&self, other: &Self) -> bool {
-        self.trigger == other.trigger && self.target == other.target && self.settings == other.settings
-    }
-}
+equal_by!(Transition: trigger, target, settings);
 
 /// Trigger of a transition.
 #[derive(Clone, Debug, PartialEq)]

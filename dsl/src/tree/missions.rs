@@ -40,16 +40,7 @@ pub struct MissionMember {
     pub comments: Comments,
 }
 
-impl PartialEq for MissionMember {
-    fn eq(&self, other: &Self) -> bool {
-        self.role == other.role
-            && self.name == other.name
-            && self.action == other.action
-            && self.settings == other.settings
-            && self.members == other.members
-            && self.repeats == other.repeats
-    }
-}
+equal_by!(MissionMember: role, name, action, settings, members, repeats);
 
 /// `for i in 1..4 { human h${i} { .. } }`
 #[derive(Clone, Debug)]
@@ -70,11 +61,4 @@ pub struct MissionRepeat {
     pub comments: Comments,
 }
 
-impl PartialEq for MissionRepeat {
-    fn eq(&self, other: &Self) -> bool {
-        self.variable == other.variable
-            && self.values == other.values
-            && self.members == other.members
-            && self.repeats == other.repeats
-    }
-}
+equal_by!(MissionRepeat: variable, values, members, repeats);

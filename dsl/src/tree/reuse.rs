@@ -5,7 +5,7 @@ use super::{Comments, Entry, Item, Level, Member, Value};
 use crate::span::{Span, Spanned};
 
 /// `import "common/safety.hq" { deck, canopies as robot }`
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Import {
     /// The file, as written: relative to the file that imports it.
     pub path: Spanned<String>,
@@ -15,14 +15,8 @@ pub struct Import {
     pub closing_comments: Comments,
 }
 
-impl PartialEq for Import {
-    fn eq(&self, other: &Self) -> bool {
-        self.path == other.path && self.names == other.names
-    }
-}
-
 /// `deck`, or `deck as table`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ImportName {
     /// Name of the declaration in the imported file.
     pub name: Spanned<String>,
@@ -30,12 +24,6 @@ pub struct ImportName {
     pub alias: Option<Spanned<String>>,
     /// Comments before and after it.
     pub comments: Comments,
-}
-
-impl PartialEq for ImportName {
-    fn eq(&self, other: &Self) -> bool {
-        self.name == other.name && self.alias == other.alias
-    }
 }
 
 impl ImportName {
@@ -67,11 +55,7 @@ pub struct Parameter {
     pub span: Span,
 }
 
-impl PartialEq for Parameter {
-    fn eq(&self, other: &Self) -> bool {
-        self.name == other.name && self.ty == other.ty && self.default == other.default
-    }
-}
+equal_by!(Parameter: name, ty, default);
 
 /// `guarded(left, gain: 2 /s)`: a use of a declaration, with arguments.
 #[derive(Clone, Debug)]
@@ -86,11 +70,7 @@ pub struct Call {
     pub span: Span,
 }
 
-impl PartialEq for Call {
-    fn eq(&self, other: &Self) -> bool {
-        self.name == other.name && self.args == other.args && self.named == other.named
-    }
-}
+equal_by!(Call: name, args, named);
 
 /// A change that a stack makes to its base stack.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,14 +103,10 @@ pub struct Removal {
     pub comments: Comments,
 }
 
-impl PartialEq for Removal {
-    fn eq(&self, other: &Self) -> bool {
-        self.level == other.level
-    }
-}
+equal_by!(Removal: level);
 
 /// `for side in [left, right] { .. }`
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Repeat<T> {
     /// Variable that takes each value in turn; `${side}` in names and texts.
     pub variable: Spanned<String>,
@@ -140,12 +116,6 @@ pub struct Repeat<T> {
     pub body: Vec<T>,
     /// Comments before the closing brace.
     pub closing_comments: Comments,
-}
-
-impl<T: PartialEq> PartialEq for Repeat<T> {
-    fn eq(&self, other: &Self) -> bool {
-        self.variable == other.variable && self.values == other.values && self.body == other.body
-    }
 }
 
 /// Repeated declarations.

@@ -27,11 +27,7 @@ pub struct Expect {
     pub comments: Comments,
 }
 
-impl PartialEq for Expect {
-    fn eq(&self, other: &Self) -> bool {
-        self.label == other.label && self.formula == other.formula
-    }
-}
+equal_by!(Expect: label, formula);
 
 /// A formula of signal temporal logic.
 #[derive(Clone, Debug)]
@@ -42,11 +38,7 @@ pub struct Formula {
     pub span: Span,
 }
 
-impl PartialEq for Formula {
-    fn eq(&self, other: &Self) -> bool {
-        self.kind == other.kind
-    }
-}
+equal_by!(Formula: kind);
 
 /// The kinds of formula, in rising precedence: `implies`, `until`, `or`, `and`, then `not` and the temporal operators.
 /// Both `implies` and `until` are right-associative. The operand of a temporal operator extends up to `until` or
@@ -88,11 +80,7 @@ pub struct Window {
     pub span: Span,
 }
 
-impl PartialEq for Window {
-    fn eq(&self, other: &Self) -> bool {
-        self.from == other.from && self.to == other.to
-    }
-}
+equal_by!(Window: from, to);
 
 impl Window {
     /// Returns true if no window was written: all times from now on.

@@ -16,11 +16,7 @@ pub struct Block {
     pub closing_comments: Comments,
 }
 
-impl PartialEq for Block {
-    fn eq(&self, other: &Self) -> bool {
-        self.entries == other.entries
-    }
-}
+equal_by!(Block: entries);
 
 impl Block {
     /// Returns the first entry with this key.
@@ -30,7 +26,7 @@ impl Block {
 }
 
 /// `key value`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
     /// The key.
     pub key: Spanned<String>,
@@ -38,12 +34,6 @@ pub struct Entry {
     pub value: Value,
     /// Comments before the key, and after the value on its line.
     pub comments: Comments,
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.key == other.key && self.value == other.value
-    }
 }
 
 /// An expression or a structured value.
@@ -55,11 +45,7 @@ pub struct Value {
     pub span: Span,
 }
 
-impl PartialEq for Value {
-    fn eq(&self, other: &Self) -> bool {
-        self.kind == other.kind
-    }
-}
+equal_by!(Value: kind);
 
 impl Value {
     /// Returns the name or text of a value that is one.
@@ -150,11 +136,7 @@ pub struct Number {
     pub text: String,
 }
 
-impl PartialEq for Number {
-    fn eq(&self, other: &Self) -> bool {
-        self.value == other.value
-    }
-}
+equal_by!(Number: value);
 
 /// Binary operators, in rising precedence: `or`, `and`, comparisons, sums, products, powers (right-associative, above
 /// unary minus). The precedence of `not` is between `and` and the comparisons.
@@ -223,8 +205,4 @@ pub struct Unit {
     pub span: Span,
 }
 
-impl PartialEq for Unit {
-    fn eq(&self, other: &Self) -> bool {
-        self.factors == other.factors
-    }
-}
+equal_by!(Unit: factors);

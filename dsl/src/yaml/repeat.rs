@@ -7,25 +7,10 @@ use crate::diagnostic::clip;
 use crate::explain::{self, After};
 use crate::grammar::{Grammar, Rule};
 use crate::tree::{Comments, Item, ItemKind, Member, MemberTask, RepeatItems, RepeatMembers, Values};
+use crate::vocabulary::REPEATED;
 use crate::words::nearest;
 use crate::{Diagnostic, Spanned};
 use pest::Parser;
-
-/// The sections that a repetition may contain.
-const REPEATED: &[&str] = &[
-    "params",
-    "lets",
-    "tasks",
-    "stacks",
-    "signals",
-    "humans",
-    "safety_fields",
-    "variables",
-    "machines",
-    "missions",
-    "scenarios",
-    "for",
-];
 
 /// Reads the value of a key of a repetition; returns false if the key is unknown.
 type PartReader<'f, R> = &'f mut dyn FnMut(&mut R, &Spanned<String>, NodeId, &mut Comments) -> bool;

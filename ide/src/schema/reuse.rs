@@ -1,6 +1,7 @@
 //! Schema of imports, named expressions, and repetitions.
 
 use compiler::sections::REPEAT;
+use dsl::vocabulary::REPEATED;
 use serde_json::{Map, Value, json};
 
 use super::{described, heads, object, section, sections};
@@ -30,22 +31,6 @@ pub(super) fn tasks() -> Value {
 pub(super) fn repeats() -> Value {
     json!({ "$ref": "#/$defs/repeats", "description": "Declarations that are repeated." })
 }
-
-/// Sections that a repetition may contain.
-const REPEATED: &[&str] = &[
-    "params",
-    "lets",
-    "tasks",
-    "stacks",
-    "signals",
-    "humans",
-    "safety_fields",
-    "variables",
-    "machines",
-    "missions",
-    "scenarios",
-    "for",
-];
 
 /// List of repetitions of declarations.
 pub(super) fn repeats_of_sections() -> Value {

@@ -64,6 +64,21 @@ enum Same {
 }
 
 impl Function {
+    /// A function of one argument without texts. The static of a function fills in the rest.
+    const fn of(family: Family) -> Function {
+        Function {
+            name: "",
+            form: "",
+            takes: "",
+            gives: "",
+            family,
+            arity: 1..=1,
+            angles: &[],
+            same: Same::None,
+            apply: |_, _, _| Err(CallError::Undefined("")),
+        }
+    }
+
     /// True if argument `index` is an angle.
     pub(super) fn is_angle(&self, index: usize) -> bool {
         self.angles.contains(&index)

@@ -11,17 +11,7 @@ use super::super::{Graph, Kind, Typed, choices, poses};
 use super::{Family, Function, Same};
 
 /// Common part of the entries.
-const NUMBERS: Function = Function {
-    name: "",
-    form: "",
-    takes: "",
-    gives: "",
-    family: Family::Numbers,
-    arity: 1..=1,
-    angles: &[],
-    same: Same::None,
-    apply: |_, _, _| Err(CallError::Undefined("")),
-};
+const NUMBERS: Function = Function::of(Family::Numbers);
 
 pub(super) static SIN: Function = Function {
     name: "sin",

@@ -7,7 +7,7 @@ use stdlib_tasks::dimension::NONE;
 use super::super::arguments::{CallError, angle, number, orientation, vector};
 use super::super::ops::{conjugate, dot, quaternion_product, turn};
 use super::super::{Axes, Graph, Kind, Typed, poses};
-use super::{Family, Function, Same};
+use super::{Family, Function};
 
 /// Sine of half an angle below which `slerp` interpolates linearly.
 const SMALL: f64 = 1e-9;
@@ -16,17 +16,7 @@ const SMALL: f64 = 1e-9;
 const NO_DIRECTION: f64 = 1e-24;
 
 /// Common part of the entries.
-const ORIENTATIONS: Function = Function {
-    name: "",
-    form: "",
-    takes: "",
-    gives: "",
-    family: Family::Orientations,
-    arity: 1..=1,
-    angles: &[],
-    same: Same::None,
-    apply: |_, _, _| Err(CallError::Undefined("")),
-};
+const ORIENTATIONS: Function = Function::of(Family::Orientations);
 
 fn rotation(nodes: Vec<usize>, axes: Axes, span: Span) -> Typed {
     Typed { kind: Kind::Rotation, dimension: NONE, nodes, bare: false, axes, span }

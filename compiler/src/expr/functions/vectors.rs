@@ -7,20 +7,10 @@ use super::super::arguments::{CallError, vector};
 use super::super::facts::Fact;
 use super::super::ops::{cross, dot};
 use super::super::{Axes, Kind, Typed};
-use super::{Family, Function, Same};
+use super::{Family, Function};
 
 /// Common part of the entries.
-const VECTORS: Function = Function {
-    name: "",
-    form: "",
-    takes: "",
-    gives: "",
-    family: Family::Vectors,
-    arity: 1..=1,
-    angles: &[],
-    same: Same::None,
-    apply: |_, _, _| Err(CallError::Undefined("")),
-};
+const VECTORS: Function = Function::of(Family::Vectors);
 
 pub(super) static NORM: Function = Function {
     name: "norm",
