@@ -13,8 +13,8 @@ pub struct Arguments {
 }
 
 /// Reports that a command needs the feature of the same name.
-pub fn refuse(command: &str) -> Outcome {
-    Outcome::Trouble(format!("this build does not contain `{command}`, which needs the feature `{command}`; {FULL}"))
+pub fn refuse(command: &str) -> Result<Outcome, String> {
+    Err(format!("this build does not contain `{command}`, which needs the feature `{command}`; {FULL}"))
 }
 
 const FULL: &str = "`cargo build --release --features full` builds all commands";
@@ -36,7 +36,7 @@ macro_rules! absent {
             pub mod $command {
                 pub use super::Arguments;
 
-                pub fn run(_: &Arguments) -> crate::cli::Outcome {
+                pub fn run(_: &Arguments) -> Result<crate::cli::Outcome, String> {
                     super::refuse($feature)
                 }
             }

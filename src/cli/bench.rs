@@ -35,19 +35,15 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let compiled = project::load(&a.spec, &a.options.settings());
     let Some(program) = compiled.program else { return output::refuse(&compiled.report, &a.spec, a.json) };
     output::show(&compiled.report);
     let whole_run = (program.run.duration / program.robot.period).round() as u64;
     let ticks = a.ticks.unwrap_or(whole_run.clamp(1, MAX_TICKS));
-    match Loop::new(&program) {
-        Ok(mut measured) => {
-            measured.run(ticks);
-            measured.report(&program, a.json)
-        }
-        Err(e) => Outcome::Trouble(e.to_string()),
-    }
+    let mut measured = Loop::new(&program).map_err(|e| e.to_string())?;
+    measured.run(ticks);
+    Ok(measured.report(&program, a.json))
 }
 
 /// A solver to be measured.
@@ -207,7 +203,7 @@ impl Loop {
             let text = self.text(program, &tick, &rows, &times, ratio);
             output::print(&text);
         }
-        if bad { Outcome::Failed } else { Outcome::Good }
+        Outcome::of(!bad)
     }
 
     fn json(

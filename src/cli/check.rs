@@ -23,7 +23,7 @@ pub struct Arguments {
     strict: bool,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let mut failed = false;
     let mut files = Vec::new();
     for path in &a.specs {
@@ -49,5 +49,5 @@ pub fn run(a: &Arguments) -> Outcome {
         let data = if files.len() == 1 { files.remove(0) } else { json!({ "version": 1, "files": files }) };
         output::data(&format!("{data:#}\n"));
     }
-    if failed { Outcome::Failed } else { Outcome::Good }
+    Ok(Outcome::of(!failed))
 }

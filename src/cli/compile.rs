@@ -28,7 +28,7 @@ enum Format {
     Json,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let compiled = project::load(&a.spec, &a.options.settings());
     if !compiled.is_good() {
         return output::refuse(&compiled.report, &a.spec, a.json);
@@ -45,12 +45,10 @@ pub fn run(a: &Arguments) -> Outcome {
         }
         Format::Json => {
             let name = a.spec.file_stem().map_or_else(|| "spec".into(), |s| s.to_string_lossy());
-            match CompiledFile::to_json(&name, program, missions) {
-                Ok(text) => text,
-                Err(e) => return Outcome::Trouble(format!("the program cannot be written as JSON: {e}")),
-            }
+            let text = CompiledFile::to_json(&name, program, missions);
+            text.map_err(|e| format!("the program cannot be written as JSON: {e}"))?
         }
     };
     output::data(&text);
-    Outcome::Good
+    Ok(Outcome::Good)
 }

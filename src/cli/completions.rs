@@ -12,9 +12,9 @@ pub struct Arguments {
     shell: Shell,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let mut script = Vec::new();
     clap_complete::generate(a.shell, &mut Cli::command(), "hierarq", &mut script);
     output::data(&String::from_utf8_lossy(&script));
-    Outcome::Good
+    Ok(Outcome::Good)
 }

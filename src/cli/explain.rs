@@ -13,22 +13,22 @@ pub struct Arguments {
     code: Option<String>,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let Some(code) = &a.code else {
         let list: String = compiler::codes::all().map(|p| format!("{}  {}\n", p.code, p.title)).collect();
         output::print(&list);
-        return Outcome::Good;
+        return Ok(Outcome::Good);
     };
     match compiler::codes::explain(code) {
         Some(page) => {
             output::print(&hierarq::catalogue::code_page(&page, output::width().min(WIDEST)));
-            Outcome::Good
+            Ok(Outcome::Good)
         }
         None => {
             let codes = compiler::codes::all().map(|p| p.code);
             let near =
                 compiler::names::suggest(code, codes).map(|n| format!("; did you mean {n}?")).unwrap_or_default();
-            Outcome::Trouble(format!("there is no code `{code}`{near} (`hierarq explain` lists all)"))
+            Err(format!("there is no code `{code}`{near} (`hierarq explain` lists all)"))
         }
     }
 }

@@ -28,18 +28,15 @@ enum To {
     Yaml,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     if a.to.is_some() && a.specs.len() > 1 {
-        return Outcome::Trouble("`--to` prints one spec; give it one".to_string());
+        return Err("`--to` prints one spec; give it one".to_string());
     }
     let mut failed = false;
     for path in &a.specs {
-        match one(a, path) {
-            Ok(good) => failed |= !good,
-            Err(trouble) => return Outcome::Trouble(trouble),
-        }
+        failed |= !one(a, path)?;
     }
-    if failed { Outcome::Failed } else { Outcome::Good }
+    Ok(Outcome::of(!failed))
 }
 
 fn one(a: &Arguments, path: &Path) -> Result<bool, String> {

@@ -32,16 +32,12 @@ enum Format {
     Svg,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let compiled = project::load(&a.spec, &a.options.settings());
     let sources = project::sources(&a.spec, &compiled.report);
     let Some(program) = compiled.program else { return output::refuse(&compiled.report, &a.spec, false) };
     output::show(&compiled.report);
-    let target = a.out.as_deref().map(|path| Target::new("--out", path, outputs::PICTURE, &sources)).transpose();
-    let target = match target {
-        Ok(target) => target,
-        Err(trouble) => return Outcome::Trouble(trouble),
-    };
+    let target = a.out.as_deref().map(|path| Target::new("--out", path, outputs::PICTURE, &sources)).transpose()?;
     let format = match a.format {
         Format::Mermaid => graph::Format::Mermaid,
         Format::Dot => graph::Format::Dot,
@@ -49,14 +45,13 @@ pub fn run(a: &Arguments) -> Outcome {
     };
     let Some(text) = graph::draw(&program, format) else {
         let spec = a.spec.display();
-        return Outcome::Trouble(format!(
+        return Err(format!(
             "`{spec}` has no machine to draw; write one: `machine NAME {{ initial STATE  state STATE {{ stack NAME }} }}`"
         ));
     };
-    match target.map(|target| target.write(&text)) {
-        Some(Err(trouble)) => return Outcome::Trouble(trouble),
-        Some(Ok(())) => {}
+    match target {
+        Some(target) => target.write(&text)?,
         None => output::data(&text),
     }
-    Outcome::Good
+    Ok(Outcome::Good)
 }

@@ -45,7 +45,7 @@ impl From<BaseName> for Base {
     }
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let request = Request {
         folder: a.dir.clone(),
         urdf: a.urdf.clone(),
@@ -58,17 +58,14 @@ pub fn run(a: &Arguments) -> Outcome {
         Err(Refusal::Wrong(report)) => {
             output::show(&report);
             output::error_line("nothing was written");
-            return Outcome::Failed;
+            return Ok(Outcome::Failed);
         }
-        Err(Refusal::Trouble(text)) => return Outcome::Trouble(text),
+        Err(Refusal::Trouble(text)) => return Err(text),
     };
-    let text = match write(&a.dir, &project) {
-        Ok(text) => text,
-        Err(trouble) => return Outcome::Trouble(trouble),
-    };
+    let text = write(&a.dir, &project)?;
     output::show(&project.report);
     output::print(&text);
-    Outcome::Good
+    Ok(Outcome::Good)
 }
 
 /// Writes all files without overwriting any; returns the list of files, with the next steps.

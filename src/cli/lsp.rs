@@ -11,11 +11,8 @@ pub struct Arguments {
     stdio: bool,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let _ = a.stdio;
-    match hierarq::lsp::serve() {
-        Ok(true) => Outcome::Good,
-        Ok(false) => Outcome::Failed,
-        Err(e) => Outcome::Trouble(format!("the editor cannot be understood: {e}")),
-    }
+    let good = hierarq::lsp::serve().map_err(|e| format!("the editor cannot be understood: {e}"))?;
+    Ok(Outcome::of(good))
 }

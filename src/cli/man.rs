@@ -11,7 +11,7 @@ pub struct Arguments {
     command: Option<String>,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let mut all = Cli::command().disable_help_subcommand(true);
     all.build();
     let command = match &a.command {
@@ -23,17 +23,14 @@ pub fn run(a: &Arguments) -> Outcome {
                 None => {
                     let near = compiler::names::suggest(name, names);
                     let near = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-                    return Outcome::Trouble(format!("there is no command `{name}`{near}"));
+                    return Err(format!("there is no command `{name}`{near}"));
                 }
             }
         }
     };
     let mut page = Vec::new();
-    if let Err(e) =
-        Man::new(command).manual("Hierarq").source(concat!("hierarq ", env!("CARGO_PKG_VERSION"))).render(&mut page)
-    {
-        return Outcome::Trouble(format!("the page cannot be written: {e}"));
-    }
+    let man = Man::new(command).manual("Hierarq").source(concat!("hierarq ", env!("CARGO_PKG_VERSION")));
+    man.render(&mut page).map_err(|e| format!("the page cannot be written: {e}"))?;
     output::data(&String::from_utf8_lossy(&page));
-    Outcome::Good
+    Ok(Outcome::Good)
 }

@@ -142,19 +142,17 @@ fn name_value(text: &str) -> Result<(String, String), String> {
     Ok((name.to_string(), value.to_string()))
 }
 
-/// Result of a command.
+/// Result of a command. Another failure, which has not been reported yet, is the text of an error.
 enum Outcome {
     /// Success.
     Good,
     /// The spec or the run failed; the reason has been reported.
     Failed,
-    /// Another failure, which has not been reported yet.
-    Trouble(String),
 }
 
-impl From<std::io::Error> for Outcome {
-    fn from(e: std::io::Error) -> Self {
-        Outcome::Trouble(e.to_string())
+impl Outcome {
+    fn of(good: bool) -> Outcome {
+        if good { Outcome::Good } else { Outcome::Failed }
     }
 }
 
@@ -187,9 +185,9 @@ pub fn main() -> ExitCode {
         Command::Man(a) => man::run(&a),
     };
     let code = match outcome {
-        Outcome::Good => 0,
-        Outcome::Failed => 1,
-        Outcome::Trouble(text) => {
+        Ok(Outcome::Good) => 0,
+        Ok(Outcome::Failed) => 1,
+        Err(text) => {
             output::error_line(&text);
             2
         }

@@ -111,16 +111,16 @@ pub fn count(report: &Report) -> Option<String> {
 
 /// Prints the report of a file without a program, as text to standard error or as JSON to standard output; for a spec
 /// with missions only, a hint on their use.
-pub fn refuse(report: &compiler::Report, spec: &Path, json: bool) -> super::Outcome {
+pub fn refuse(report: &compiler::Report, spec: &Path, json: bool) -> Result<super::Outcome, String> {
     if report.errors() == 0 {
-        return super::Outcome::Trouble(hierarq::project::missions_alone(spec));
+        return Err(hierarq::project::missions_alone(spec));
     }
     if json {
         data(&format!("{:#}\n", report.to_json()));
     } else {
         show(report);
     }
-    super::Outcome::Failed
+    Ok(super::Outcome::Failed)
 }
 
 #[cfg(test)]

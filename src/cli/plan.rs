@@ -70,7 +70,7 @@ fn formulations() -> PossibleValuesParser {
     PossibleValuesParser::new(all)
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let compiled = project::load(&a.spec, &a.options.settings());
     if !compiled.is_good() {
         return output::refuse(&compiled.report, &a.spec, a.json);
@@ -78,26 +78,17 @@ pub fn run(a: &Arguments) -> Outcome {
     if !a.json {
         output::show(&compiled.report);
     }
-    let mission = match project::mission(&compiled.missions, a.mission.as_deref()) {
-        Ok(mission) => mission,
-        Err(message) => return Outcome::Trouble(format!("{}: {message}", a.spec.display())),
-    };
+    let mission = project::mission(&compiled.missions, a.mission.as_deref())
+        .map_err(|message| format!("{}: {message}", a.spec.display()))?;
     // Checked before the search, which may take a while.
-    let pictures = match Pictures::new(a, &project::sources(&a.spec, &compiled.report)) {
-        Ok(pictures) => pictures,
-        Err(trouble) => return Outcome::Trouble(trouble),
-    };
-    match plan(a, mission, pictures) {
-        Ok(printed) => {
-            if a.json {
-                output::data(&printed)
-            } else {
-                output::painted(&printed)
-            }
-            Outcome::Good
-        }
-        Err(trouble) => Outcome::Trouble(trouble),
+    let pictures = Pictures::new(a, &project::sources(&a.spec, &compiled.report))?;
+    let printed = plan(a, mission, pictures)?;
+    if a.json {
+        output::data(&printed)
+    } else {
+        output::painted(&printed)
     }
+    Ok(Outcome::Good)
 }
 
 /// Plans a mission, and draws the requested drawings; returns the output.

@@ -64,7 +64,7 @@ fn backend(text: &str) -> Result<Backend, String> {
     })
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let compiled = project::load(&a.spec, &a.options.settings());
     if !compiled.is_good() || (compiled.program.is_none() && a.scenario.is_none()) {
         return output::refuse(&compiled.report, &a.spec, a.json);
@@ -72,10 +72,9 @@ pub fn run(a: &Arguments) -> Outcome {
     output::show(&compiled.report);
     let sources = project::sources(&a.spec, &compiled.report);
     let mut scenario = match &a.scenario {
-        Some(name) => match trial::find(compiled.program.as_ref(), &compiled.missions, name) {
-            Ok(trial::Found::Controller(_, scenario)) => Some(scenario.clone()),
-            Ok(trial::Found::Mission(mission, scenario)) => return run_mission::run(a, mission, scenario, &sources),
-            Err(message) => return Outcome::Trouble(message),
+        Some(name) => match trial::find(compiled.program.as_ref(), &compiled.missions, name)? {
+            trial::Found::Controller(_, scenario) => Some(scenario.clone()),
+            trial::Found::Mission(mission, scenario) => return run_mission::run(a, mission, scenario, &sources),
         },
         None => None,
     };
@@ -89,15 +88,12 @@ pub fn run(a: &Arguments) -> Outcome {
     }
     if let Err(e) = program.check() {
         let d = program.run.duration;
-        return Outcome::Trouble(format!("--duration {d} s: {}", e.message));
+        return Err(format!("--duration {d} s: {}", e.message));
     }
     let folder = a.out.clone().unwrap_or_else(|| Path::new("out").join(&program.name));
     let unproven = |s: &Summary| s.verification.as_ref().is_some_and(|v| v.max_certificate > UNPROVEN);
-    match execute(&program, scenario.as_ref(), &folder, &sources, a) {
-        Ok((summary, good)) if good && !unproven(&summary) => Outcome::Good,
-        Ok(_) => Outcome::Failed,
-        Err(trouble) => Outcome::Trouble(trouble),
-    }
+    let (summary, good) = execute(&program, scenario.as_ref(), &folder, &sources, a)?;
+    Ok(Outcome::of(good && !unproven(&summary)))
 }
 
 /// Runs, writes the files and prints the results; returns the summary, and true if all is well.

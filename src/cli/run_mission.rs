@@ -21,10 +21,15 @@ use super::{Outcome, interruption, output, table};
 /// Maximum number of events in the output.
 const SHOWN: usize = 40;
 
-pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioProgram, sources: &[PathBuf]) -> Outcome {
+pub fn run(
+    a: &Arguments,
+    mission: &MissionProgram,
+    scenario: &MissionScenarioProgram,
+    sources: &[PathBuf],
+) -> Result<Outcome, String> {
     if a.solver.is_some() || a.verify || a.problems.is_some() {
         let text = "`--solver`, `--verify` and `--problems` are about a robot's controller, and this scenario executes a mission";
-        return Outcome::Trouble(text.to_string());
+        return Err(text.to_string());
     }
     let mut scenario = scenario.clone();
     scenario.seed = a.seed.unwrap_or(scenario.seed);
@@ -32,7 +37,7 @@ pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioPr
         let most = MAX_MISSION.min(scenario.step * f64::from(MAX_INSTANTS));
         if d.is_nan() || d <= 0.0 || d > most {
             let text = format!("--duration {d} s: a mission runs for more than 0 s, and at most {most} s");
-            return Outcome::Trouble(text);
+            return Err(text);
         }
         scenario.last(d);
         let late = scenario.happens.iter().filter(|h| h.at > d).count();
@@ -44,17 +49,13 @@ pub fn run(a: &Arguments, mission: &MissionProgram, scenario: &MissionScenarioPr
     let ticks = if scenario.sampled { mission.running.ticks(scenario.duration) } else { 0.0 };
     if ticks > MAX_TICKS {
         let d = scenario.duration;
-        return Outcome::Trouble(format!(
+        return Err(format!(
             "--duration {d} s: the controllers of working robots would have more than {MAX_TICKS} ticks together"
         ));
     }
     let name = a.spec.file_stem().map_or_else(|| PathBuf::from("spec"), PathBuf::from);
     let folder = a.out.clone().unwrap_or_else(|| Path::new("out").join(name));
-    match execute(a, mission, &scenario, &folder, sources) {
-        Ok(true) => Outcome::Good,
-        Ok(false) => Outcome::Failed,
-        Err(trouble) => Outcome::Trouble(trouble),
-    }
+    execute(a, mission, &scenario, &folder, sources).map(Outcome::of)
 }
 
 /// Runs, writes the files and prints the results; returns true if all is well.

@@ -20,10 +20,10 @@ enum Of {
     Plan,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     match a.of {
         Of::Spec => output::data(&format!("{:#}\n", hierarq::schema::schema())),
         Of::Plan => output::data(&format!("{:#}\n", mission::kinds::plan_schema())),
     }
-    Outcome::Good
+    Ok(Outcome::Good)
 }

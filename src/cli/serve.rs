@@ -60,34 +60,28 @@ pub struct Arguments {
     begin: bool,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     match (&a.link, &a.journal, &a.spec) {
         (Some(person), Some(journal), _) => link(journal, person.as_deref()),
         (_, _, Some(spec)) => serve(a, spec),
-        _ => Outcome::Trouble("name a spec".into()),
+        _ => Err("name a spec".into()),
     }
 }
 
-fn link(journal: &Path, person: Option<&str>) -> Outcome {
-    match hierarq::serve::new_link(journal, person) {
-        Ok(link) => {
-            output::print(&format!("{}\n", link.url));
-            Outcome::Good
-        }
-        Err(e) => Outcome::Trouble(e.to_string()),
-    }
+fn link(journal: &Path, person: Option<&str>) -> Result<Outcome, String> {
+    let link = hierarq::serve::new_link(journal, person).map_err(|e| e.to_string())?;
+    output::print(&format!("{}\n", link.url));
+    Ok(Outcome::Good)
 }
 
-fn serve(a: &Arguments, spec: &Path) -> Outcome {
+fn serve(a: &Arguments, spec: &Path) -> Result<Outcome, String> {
     let compiled = project::load(spec, &a.options.settings());
     if !compiled.is_good() {
         return output::refuse(&compiled.report, spec, false);
     }
     output::show(&compiled.report);
-    let mission = match project::mission(&compiled.missions, a.mission.as_deref()) {
-        Ok(mission) => mission,
-        Err(message) => return Outcome::Trouble(format!("{}: {message}", spec.display())),
-    };
+    let mission = project::mission(&compiled.missions, a.mission.as_deref())
+        .map_err(|message| format!("{}: {message}", spec.display()))?;
     let options = Options {
         bind: a.bind,
         port: a.port,
@@ -114,13 +108,9 @@ fn serve(a: &Arguments, spec: &Path) -> Outcome {
         Some(end) => drop(end.send(true)),
         None => std::process::exit(130),
     };
-    if let Err(trouble) = interruption::answer(interrupted) {
-        return Outcome::Trouble(trouble);
-    }
-    let server = match Server::start_with_progress(&mission.name, &*mission.kind, &options, &mut progress) {
-        Ok(server) => server,
-        Err(e) => return Outcome::Trouble(e.to_string()),
-    };
+    interruption::answer(interrupted)?;
+    let server = Server::start_with_progress(&mission.name, &*mission.kind, &options, &mut progress)
+        .map_err(|e| e.to_string())?;
     end.get_or_init(|| server.end());
     output::print(&greeting(a, &mission.name, &server));
     let mut reported: [Option<Instant>; 2] = [None, None];
@@ -140,10 +130,8 @@ fn serve(a: &Arguments, spec: &Path) -> Outcome {
             output::eprint(&text);
         }
     };
-    match server.wait_with_report(&mut report) {
-        Ok(()) => Outcome::Good,
-        Err(e) => Outcome::Trouble(e.to_string()),
-    }
+    server.wait_with_report(&mut report).map_err(|e| e.to_string())?;
+    Ok(Outcome::Good)
 }
 
 /// Returns the links, with hints on how to continue.

@@ -50,7 +50,7 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let stdin = a.ticks.as_os_str() == "-";
     let name = if stdin { "standard input".to_string() } else { a.ticks.display().to_string() };
     let input: Box<dyn Read> = if stdin {
@@ -60,19 +60,16 @@ pub fn run(a: &Arguments) -> Outcome {
             Ok(file) => Box::new(file),
             Err(e) => {
                 output::error_line(&format!("cannot read {name}: {e}"));
-                return Outcome::Failed;
+                return Ok(Outcome::Failed);
             }
         }
     };
     let sources = [a.ticks.clone()];
-    let answers = a.answers.as_deref().map(|path| {
+    let answers = a.answers.as_deref().map(|path| -> Result<Answers, String> {
         let output = Target::new("--answers", path, outputs::ANSWERS, &sources)?.begin()?;
         Ok((path.display().to_string(), BufWriter::with_capacity(1 << 16, output)))
     });
-    let answers = match answers.transpose() {
-        Ok(answers) => answers,
-        Err(trouble) => return Outcome::Trouble(trouble),
-    };
+    let answers = answers.transpose()?;
     let mut session = Session {
         name,
         backend: a.backend,
@@ -84,10 +81,8 @@ pub fn run(a: &Arguments) -> Outcome {
         refused: 0,
         refusals: Vec::new(),
     };
-    match session.all(&mut Lines::new(BufReader::with_capacity(1 << 16, input))) {
-        Ok(()) => session.finish(),
-        Err(trouble) => Outcome::Trouble(trouble),
-    }
+    session.all(&mut Lines::new(BufReader::with_capacity(1 << 16, input)))?;
+    Ok(session.finish())
 }
 
 type Answers = (String, BufWriter<Output>);
@@ -341,6 +336,6 @@ impl Session {
                 remark(),
             ));
         }
-        if bad { Outcome::Failed } else { Outcome::Good }
+        Outcome::of(!bad)
     }
 }

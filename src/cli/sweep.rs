@@ -64,12 +64,11 @@ fn varied(text: &str) -> Result<Axis, String> {
     axis(&name, &values)
 }
 
-pub fn run(a: &Arguments) -> Outcome {
-    let result = match &a.spec {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
+    match &a.spec {
         Some(spec) => sweep(a, spec),
         None => merged(a),
-    };
-    result.unwrap_or_else(Outcome::Trouble)
+    }
 }
 
 /// Merges shards.
@@ -98,7 +97,7 @@ fn sweep(a: &Arguments, spec: &Path) -> Result<Outcome, String> {
     let plan = match Plan::new(&request) {
         Ok(plan) => plan,
         Err(Refusal::Spec(report)) => {
-            return Ok(output::refuse(&report, a.spec.as_deref().unwrap_or(Path::new("")), a.json));
+            return output::refuse(&report, a.spec.as_deref().unwrap_or(Path::new("")), a.json);
         }
         Err(Refusal::Usage(message)) => return Err(message),
     };
@@ -192,7 +191,7 @@ fn show(a: &Arguments, head: &Head, rows: &[Row], out: &Path, speed: Option<f64>
             journal.display()
         ));
     }
-    if digest.ok() { Outcome::Good } else { Outcome::Failed }
+    Outcome::of(digest.ok())
 }
 
 fn text(digest: &Digest, head: &Head, out: &str, speed: Option<f64>) -> String {

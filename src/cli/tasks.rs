@@ -16,7 +16,7 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     match &a.kind {
         None => {
             if a.json {
@@ -32,9 +32,9 @@ pub fn run(a: &Arguments) -> Outcome {
             None => {
                 let near = compiler::names::suggest(name, KINDS.iter().map(|k| k.name));
                 let near = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-                return Outcome::Trouble(format!("there is no task type `{name}`{near} (`hierarq tasks` lists all)"));
+                return Err(format!("there is no task type `{name}`{near} (`hierarq tasks` lists all)"));
             }
         },
     }
-    Outcome::Good
+    Ok(Outcome::Good)
 }

@@ -36,40 +36,28 @@ pub struct Arguments {
     junit: Option<PathBuf>,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
-    let specs = match trial::specs(&a.specs) {
-        Ok(specs) => specs,
-        Err(e) => return Outcome::Trouble(e.to_string()),
-    };
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
+    let specs = trial::specs(&a.specs).map_err(|e| e.to_string())?;
     let tested = trial::compiled(&specs, &a.options.settings());
     let sources: Vec<PathBuf> = tested.iter().flat_map(|t| project::sources(Path::new(&t.spec), &t.report)).collect();
-    let target = a.junit.as_deref().map(|path| Target::new("--junit", path, outputs::JUNIT, &sources)).transpose();
-    let target = match target {
-        Ok(target) => target,
-        Err(trouble) => return Outcome::Trouble(trouble),
-    };
+    let target = a.junit.as_deref().map(|path| Target::new("--junit", path, outputs::JUNIT, &sources)).transpose()?;
     for t in &tested {
         output::show(&t.report);
     }
     let broken: Vec<&str> = tested.iter().filter(|t| t.report.errors() > 0).map(|t| t.spec.as_str()).collect();
-    let trials = match trial::all(&tested, a.scenario.as_deref(), a.seed) {
-        Ok(trials) => trials,
-        Err(message) => return Outcome::Trouble(message),
-    };
+    let trials = trial::all(&tested, a.scenario.as_deref(), a.seed)?;
     if trials.is_empty() && broken.is_empty() {
-        return Outcome::Trouble(nothing(a, &tested));
+        return Err(nothing(a, &tested));
     }
     let ok = broken.is_empty() && trials.iter().all(|t| t.ok);
-    if let Some(Err(trouble)) = target.map(|target| target.write(&junit(&trials, &broken))) {
-        return Outcome::Trouble(trouble);
-    }
+    target.map(|target| target.write(&junit(&trials, &broken))).transpose()?;
     if a.json {
         let data = json!({ "version": 1, "ok": ok, "broken": broken, "scenarios": trials });
         output::data(&format!("{data:#}\n"));
     } else {
         output::print(&text(&trials, &broken));
     }
-    if ok { Outcome::Good } else { Outcome::Failed }
+    Ok(Outcome::of(ok))
 }
 
 /// Returns the reason why there was no scenario to run.

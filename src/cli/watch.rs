@@ -42,14 +42,11 @@ pub struct Arguments {
     duration: Option<f64>,
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     // Also if interruptions were ignored at the start, as shells do for background jobs.
     let _ = interruption::answer(|| std::process::exit(130));
     let (sender, events) = channel();
-    let mut watcher = match notify::recommended_watcher(sender) {
-        Ok(watcher) => watcher,
-        Err(e) => return Outcome::Trouble(format!("cannot watch files: {e}")),
-    };
+    let mut watcher = notify::recommended_watcher(sender).map_err(|e| format!("cannot watch files: {e}"))?;
     let mut watched = BTreeSet::new();
     loop {
         let files = files(&a.spec);
@@ -62,7 +59,7 @@ pub fn run(a: &Arguments) -> Outcome {
                     watched.insert(folder);
                 }
                 Err(e) if watched.is_empty() => {
-                    return Outcome::Trouble(format!("cannot watch {}: {e}", folder.display()));
+                    return Err(format!("cannot watch {}: {e}", folder.display()));
                 }
                 // The folder of a URDF may not exist yet; the report says so.
                 Err(_) => {}
@@ -70,19 +67,14 @@ pub fn run(a: &Arguments) -> Outcome {
         }
         // Read before the check: a change during the check is detected.
         let before = contents(&files);
-        let mut running = match report(a) {
-            Ok(running) => running,
-            Err(trouble) => return Outcome::Trouble(trouble),
-        };
+        let mut running = report(a)?;
         let changed = wait(&events, || contents(&files) != before);
         if let Some(child) = &mut running {
             // Fails if the run has ended already, which is fine.
             let _ = child.kill();
             let _ = child.wait();
         }
-        if let Err(trouble) = changed {
-            return Outcome::Trouble(trouble);
-        }
+        changed?;
     }
 }
 

@@ -97,29 +97,24 @@ impl Decides {
     }
 }
 
-pub fn run(a: &Arguments) -> Outcome {
+pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let compiled = project::load(&a.spec, &a.options.settings());
     if !compiled.is_good() {
         return output::refuse(&compiled.report, &a.spec, false);
     }
     output::show(&compiled.report);
-    let mission = match project::mission(&compiled.missions, a.mission.as_deref()) {
-        Ok(mission) => mission,
-        Err(message) => return Outcome::Trouble(format!("{}: {message}", a.spec.display())),
-    };
+    let mission = project::mission(&compiled.missions, a.mission.as_deref())
+        .map_err(|message| format!("{}: {message}", a.spec.display()))?;
     let Some(of) = mission.kind.generation() else {
         let title = mission.kind.kind().title;
-        return Outcome::Trouble(format!(
-            "the mission `{}` is {title}, which takes no tasks from a model",
-            mission.name
-        ));
+        return Err(format!("the mission `{}` is {title}, which takes no tasks from a model", mission.name));
     };
     let Some(instruction) = a.instruction.as_deref().or(of.instruction()) else {
         let text = format!(
             "nobody says what is to be done: write `instruction \"..\"` in `{}`, or `--instruction`",
             mission.name
         );
-        return Outcome::Trouble(text);
+        return Err(text);
     };
     let wish_of = |decides: Decides| Wish { mission: of, instruction, decides: decides.generation() };
     if let Some(trials) = a.trials {
@@ -127,49 +122,40 @@ pub fn run(a: &Arguments) -> Outcome {
     }
     let [decides] = a.decides[..] else {
         let text = "`--decides` takes several only with `--trials N`, which compares them";
-        return Outcome::Trouble(text.to_string());
+        return Err(text.to_string());
     };
     if a.json && decides != Decides::Everything {
         let text = "`--json` prints a plan, which there is with `--decides everything`; else plan the layers, `hierarq plan --json`";
-        return Outcome::Trouble(text.to_string());
+        return Err(text.to_string());
     }
     let wish = wish_of(decides);
     if a.prompt {
         for message in prompt(&wish) {
             output::print(&format!("--- {:?}\n{}\n", message.role, message.content));
         }
-        return Outcome::Good;
+        return Ok(Outcome::Good);
     }
     // Checked before the model is asked.
     let sources = [a.spec.clone()];
-    let target = a.out.as_deref().map(|path| Target::new("--out", path, outputs::LAYERS, &sources)).transpose();
-    let target = match target {
-        Ok(target) => target,
-        Err(trouble) => return Outcome::Trouble(trouble),
-    };
-    match ask(a, &mission.name, &wish) {
-        Ok(generated) => {
-            let subject = Subject { name: &mission.name, kind: mission.kind.kind(), of };
-            finish(a, target, &subject, &generated)
-        }
-        Err(outcome) => outcome,
-    }
+    let target = a.out.as_deref().map(|path| Target::new("--out", path, outputs::LAYERS, &sources)).transpose()?;
+    let Some(generated) = ask(a, &mission.name, &wish)? else { return Ok(Outcome::Failed) };
+    finish(a, target, &Subject { name: &mission.name, kind: mission.kind.kind(), of }, &generated)
 }
 
-/// Asks the server, or replays the transcript.
-fn ask(a: &Arguments, mission: &str, wish: &Wish) -> Result<Generated, Outcome> {
+/// Asks the server, or replays the transcript. `None`: there is no answer, and the reason has been reported.
+fn ask(a: &Arguments, mission: &str, wish: &Wish) -> Result<Option<Generated>, String> {
     let mut talk = talk(a, mission)?;
     let answered =
         tasks(talk.chat.as_mut(), wish, &bounds(a, 5), |exchange| talk.kept.keep(exchange, wish.mission.answer_keys()));
     talk.kept.tell();
-    answered.map_err(|error| {
+    Ok(answered.map(Some).unwrap_or_else(|error| {
         let reasons = match &error {
             GenerateError::Refused { reasons, .. } => reasons.iter().map(|reason| format!("\n  {reason}")).collect(),
             _ => String::new(),
         };
         output::eprint(&format!("{error}{reasons}\n"));
-        Outcome::Failed
-    })
+        None
+    }))
 }
 
 /// The model, and the writer of the transcript.
@@ -204,13 +190,12 @@ fn bounds(a: &Arguments, usual: u32) -> Bounds {
 }
 
 /// Opens the server or the transcript, and the file of a new transcript.
-fn talk(a: &Arguments, mission: &str) -> Result<Talk, Outcome> {
+fn talk(a: &Arguments, mission: &str) -> Result<Talk, String> {
     let chat: Box<dyn Chat> = match (&a.replay, &a.endpoint) {
         (Some(path), _) => {
-            let said = files::read(path, MAX_TRANSCRIPT)
-                .map_err(|e| Outcome::Trouble(format!("cannot read `{}`: {e}", path.display())))?;
-            let exchanges =
-                transcript::read(said.as_slice()).map_err(|e| Outcome::Trouble(format!("{}: {e}", path.display())))?;
+            let said =
+                files::read(path, MAX_TRANSCRIPT).map_err(|e| format!("cannot read `{}`: {e}", path.display()))?;
+            let exchanges = transcript::read(said.as_slice()).map_err(|e| format!("{}: {e}", path.display()))?;
             Box::new(Replay::new(exchanges))
         }
         (None, endpoint) => Box::new(server(a, endpoint.as_deref().unwrap_or_default())?),
@@ -218,22 +203,22 @@ fn talk(a: &Arguments, mission: &str) -> Result<Talk, Outcome> {
     let path = match (&a.transcript, &a.replay) {
         (Some(path), Some(from)) if path == from || files::is_same(path, from) => {
             let text = format!("`{}` is replayed: name another file for `--transcript`", path.display());
-            return Err(Outcome::Trouble(text));
+            return Err(text);
         }
         (Some(path), _) => Some(path.clone()),
         (None, Some(_)) => None,
         (None, None) => Some(PathBuf::from(format!("{mission}.transcript.jsonl"))),
     };
-    let kept = path.map(|path| files::begin(&path)).transpose().map_err(Outcome::Trouble)?;
+    let kept = path.map(|path| files::begin(&path)).transpose()?;
     Ok(Talk { chat, kept: Kept(kept) })
 }
 
-fn server(a: &Arguments, address: &str) -> Result<Endpoint, Outcome> {
+fn server(a: &Arguments, address: &str) -> Result<Endpoint, String> {
     let timeout = Duration::try_from_secs_f64(a.timeout).ok().filter(|t| !t.is_zero());
-    let timeout = timeout.ok_or_else(|| Outcome::Trouble("--timeout: a time above zero".to_string()))?;
+    let timeout = timeout.ok_or_else(|| "--timeout: a time above zero".to_string())?;
     let key = std::env::var(KEY).ok().filter(|key| !key.is_empty());
     let endpoint = Endpoint::new(address, a.model.as_deref().unwrap_or_default(), key.as_deref(), timeout)
-        .map_err(|error| Outcome::Trouble(error.to_string()))?;
+        .map_err(|error| error.to_string())?;
     Ok(match a.temperature {
         Some(temperature) => endpoint.with_temperature(temperature),
         None => endpoint,
@@ -264,7 +249,12 @@ struct Subject<'s> {
 }
 
 /// Writes the tasks, or the complete plan with its cost.
-fn finish(a: &Arguments, target: Option<Target>, subject: &Subject<'_>, generated: &Generated) -> Outcome {
+fn finish(
+    a: &Arguments,
+    target: Option<Target>,
+    subject: &Subject<'_>,
+    generated: &Generated,
+) -> Result<Outcome, String> {
     if let Some(plan) = &generated.planned {
         let end = plan.chart.end().unwrap_or(0.0);
         output::eprint(&format!("all done after {end:.1} s; {}\n", plan.cost_text));
@@ -276,12 +266,10 @@ fn finish(a: &Arguments, target: Option<Target>, subject: &Subject<'_>, generate
         if !a.json {
             output::data(&generated.text);
         }
-        return Outcome::Good;
+        return Ok(Outcome::Good);
     };
     let path = target.path().to_path_buf();
-    if let Err(trouble) = target.write(&generated.text) {
-        return Outcome::Trouble(trouble);
-    }
+    target.write(&generated.text)?;
     let what = match &generated.planned {
         None => String::new(),
         Some(_) => {
@@ -290,5 +278,5 @@ fn finish(a: &Arguments, target: Option<Target>, subject: &Subject<'_>, generate
         }
     };
     output::eprint(&format!("wrote {}{what}\n", path.display()));
-    Outcome::Good
+    Ok(Outcome::Good)
 }

@@ -33,16 +33,18 @@ struct Case {
 }
 
 /// Runs the trials of each case, and prints the table.
-pub(super) fn run<'w>(a: &Arguments, mission: &str, count: u32, wish: &impl Fn(Decides) -> Wish<'w>) -> Outcome {
+pub(super) fn run<'w>(
+    a: &Arguments,
+    mission: &str,
+    count: u32,
+    wish: &impl Fn(Decides) -> Wish<'w>,
+) -> Result<Outcome, String> {
     for (index, decides) in a.decides.iter().enumerate() {
         if a.decides[..index].contains(decides) {
-            return Outcome::Trouble("`--decides` names the same twice".to_string());
+            return Err("`--decides` names the same twice".to_string());
         }
     }
-    let mut talk = match talk(a, mission) {
-        Ok(talk) => talk,
-        Err(outcome) => return outcome,
-    };
+    let mut talk = talk(a, mission)?;
     let bounds = bounds(a, 1);
     let mut cases: Vec<Case> = Vec::new();
     for decides in a.decides.iter().copied() {
@@ -54,7 +56,7 @@ pub(super) fn run<'w>(a: &Arguments, mission: &str, count: u32, wish: &impl Fn(D
                 Err(error) => {
                     talk.kept.tell();
                     output::eprint(&format!("{error}: {} trials of `{}` are done\n", number - 1, word(decides)));
-                    return Outcome::Failed;
+                    return Ok(Outcome::Failed);
                 }
             }
         }
@@ -64,7 +66,7 @@ pub(super) fn run<'w>(a: &Arguments, mission: &str, count: u32, wish: &impl Fn(D
     let version = wish(Decides::Layers).mission.version();
     let head = format!("mission {mission}, model {}, prompt {version}", talk.chat.model());
     output::print(&table(&head, &bounds, &cases));
-    Outcome::Good
+    Ok(Outcome::Good)
 }
 
 /// Runs one conversation, and plans its result.
