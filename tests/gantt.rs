@@ -5,7 +5,7 @@ use mission::kinds::layers;
 use mission::kinds::schedule::chart::chart;
 use mission::kinds::schedule::map::map as of;
 use mission::kinds::schedule::plan::{Activity, Actor, Phase, Plan, Target};
-use mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot, Weights};
+use mission::kinds::schedule::problem::{Agent, AgentKind, Duration, Problem, Robot};
 use mission::numbers::{Energy, Range};
 use mission::plan::{Statistics, Status};
 use proptest::prelude::*;
@@ -82,34 +82,16 @@ fn team(robots: &[&str], agents: &[&str]) -> Problem {
         energy: Energy::of_factor(1.0),
     };
     let agent = |name: &str, kind, place| Agent {
-        name: name.into(),
-        kind,
-        place,
-        operations: 2,
-        duration: Duration { mean: 204.0, sigma: 20.0 },
         severity: 0.5,
-        wait_distance: 1.0,
-        approaches: Vec::new(),
-        wait_weights: Vec::new(),
-        wait_limit: 60.0,
-        limit_weights: Vec::new(),
-        approach_weights: Vec::new(),
+        ..Agent::new(name, kind, place, 2, Duration { mean: 204.0, sigma: 20.0 })
     };
     let depots = [[-10.4, 7.0], [-14.4, 7.0]];
     let places =
         [(AgentKind::Human, [1.0, -1.375]), (AgentKind::Human, [2.3, -4.125]), (AgentKind::Worker, [2.3, -15.125])];
-    Problem {
-        robots: robots.iter().enumerate().map(|(i, name)| robot(name, depots[i % 2])).collect(),
-        agents: (agents.iter().enumerate()).map(|(i, name)| agent(name, places[i % 3].0, places[i % 3].1)).collect(),
-        labels: Default::default(),
-        distances: Distances::Straight,
-        confidence: 0.9,
-        weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },
-        start: 0.0,
-        begun: Vec::new(),
-        absent: Vec::new(),
-        scales: None,
-    }
+    Problem::new(
+        robots.iter().enumerate().map(|(i, name)| robot(name, depots[i % 2])).collect(),
+        (agents.iter().enumerate()).map(|(i, name)| agent(name, places[i % 3].0, places[i % 3].1)).collect(),
+    )
 }
 
 #[test]

@@ -14,7 +14,7 @@ mod walk;
 
 use hierarq::serve::{Options, Server};
 use mission::kinds::schedule::Schedule;
-use mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot, Weights};
+use mission::kinds::schedule::problem::{Agent, AgentKind, Duration, Problem, Robot};
 use mission::numbers::{Energy, Range};
 
 use client::Client;
@@ -33,20 +33,8 @@ fn robot(name: &str, depot: [f64; 2]) -> Robot {
 }
 
 fn agent(name: &str, kind: AgentKind, place: [f64; 2]) -> Agent {
-    Agent {
-        name: name.into(),
-        kind,
-        place,
-        operations: if kind == AgentKind::Human { 2 } else { 1 },
-        duration: Duration { mean: 40.0, sigma: 0.0 },
-        severity: 0.5,
-        wait_distance: 1.0,
-        approaches: Vec::new(),
-        wait_weights: Vec::new(),
-        wait_limit: 60.0,
-        limit_weights: Vec::new(),
-        approach_weights: Vec::new(),
-    }
+    let operations = if kind == AgentKind::Human { 2 } else { 1 };
+    Agent { severity: 0.5, ..Agent::new(name, kind, place, operations, Duration { mean: 40.0, sigma: 0.0 }) }
 }
 
 /// Members: the robots m1 and m2, the people anna and ben, a working robot.
@@ -58,22 +46,14 @@ const CARRIER: usize = 4;
 
 /// Two people and a working robot, served by two robots with fixed speeds: planned quickly.
 fn mission() -> Schedule {
-    let problem = Problem {
-        robots: vec![robot("m1", [0.0, 0.0]), robot("m2", [6.0, 0.0])],
-        agents: vec![
+    let problem = Problem::new(
+        vec![robot("m1", [0.0, 0.0]), robot("m2", [6.0, 0.0])],
+        vec![
             agent("anna", AgentKind::Human, [0.0, 5.0]),
             agent("<b>ben</b>", AgentKind::Human, [6.0, 5.0]),
             agent("carrier", AgentKind::Worker, [3.0, 8.0]),
         ],
-        labels: Default::default(),
-        distances: Distances::Straight,
-        confidence: 0.9,
-        weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },
-        start: 0.0,
-        begun: Vec::new(),
-        absent: Vec::new(),
-        scales: None,
-    };
+    );
     Schedule { problem, adaptation: Default::default(), reallocate_above: 0.1, batch: 4 }
 }
 

@@ -32,7 +32,7 @@ fn team(run: u64, people: usize) -> Problem {
         let place = [random.within(3.0, 10.0), random.within(3.0, 10.0)];
         common::agent(&format!("h{number}"), AgentKind::Human, place, 3, random.within(200.0, 300.0))
     };
-    common::problem(robots, (1..=people).map(person).collect())
+    Problem::new(robots, (1..=people).map(person).collect())
 }
 
 /// Runs one mission to its end.

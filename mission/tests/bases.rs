@@ -77,7 +77,7 @@ fn bases_that_meet_head_on_pass() {
             common::agent("a0", AgentKind::Human, [9.0, 0.0], 3, 60.0),
             common::agent("a1", AgentKind::Human, [15.0, 0.0], 3, 60.0),
         ];
-        let problem = common::problem(robots, agents);
+        let problem = Problem::new(robots, agents);
         for obstacles in [vec![], vec![Obstacle { place: [4.5, 0.0], radius: 0.5 }]] {
             let (closest, execution) = watched(&problem, &Potentials { obstacles, ..Potentials::default() }, 6000.0);
             assert!(execution.done(), "{shift}: {:?} {:?}", execution.robot(0), execution.robot(1));
@@ -210,7 +210,7 @@ proptest! {
 #[test]
 fn who_is_held_up_stands_and_says_so() {
     let robots = vec![common::robot("m0", [0.0, 0.0], 1.0), common::robot("m1", [0.0, -3.0], 1.0)];
-    let problem = common::problem(robots, vec![common::agent("a0", AgentKind::Human, [6.0, 0.0], 2, 60.0)]);
+    let problem = Problem::new(robots, vec![common::agent("a0", AgentKind::Human, [6.0, 0.0], 2, 60.0)]);
     let travel = Travel::Bases(Potentials::default());
     let mut execution = ScheduleExecution::new(problem, Settings { travel, ..settings() }).unwrap();
     let serves = |execution: &ScheduleExecution| (0..2).find(|m| execution.robot(*m).unwrap().stage == Stage::Serving);

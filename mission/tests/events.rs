@@ -60,7 +60,7 @@ fn a_robot_that_waits_approaches_when_the_operation_ends() {
 fn a_robot_under_way_speeds_up_for_who_ends_early() {
     let mut agent = common::agent("h1", AgentKind::Human, [12.0, 0.0], 1, 200.0);
     agent.duration.sigma = 0.0;
-    let problem = common::problem(vec![common::robot("m1", [0.0, 0.0], 1.0)], vec![agent]);
+    let problem = Problem::new(vec![common::robot("m1", [0.0, 0.0], 1.0)], vec![agent]);
     for (event, end) in [(Event::Done { agent: 0 }, 60.0), (Event::Late { agent: 0, by: -60.0 }, 140.0)] {
         for travel in [Travel::Planned, Travel::Bases(Potentials::default())] {
             let mut execution = ScheduleExecution::new(problem.clone(), Settings { travel, ..settings() }).unwrap();
@@ -293,7 +293,7 @@ fn longer_waits_have_a_measure() {
     let waits = |limit: f64, said: i8| {
         let mut agent = common::agent("h1", AgentKind::Human, [4.0, 0.0], 5, 20.0);
         (agent.duration.sigma, agent.wait_limit) = (0.0, limit);
-        let mut problem = common::problem(vec![common::robot("m1", [0.0, 0.0], 1.0)], vec![agent]);
+        let mut problem = Problem::new(vec![common::robot("m1", [0.0, 0.0], 1.0)], vec![agent]);
         problem.weights.makespan = 0.0;
         let mut execution = ScheduleExecution::new(problem, settings()).unwrap();
         while execution.statistics().agents[0].served < 1 {
@@ -345,7 +345,7 @@ fn feedback_changes_the_plan_only_where_it_may() {
 /// A robot on its path to a moved agent keeps its remaining distance, whatever other events occur.
 #[test]
 fn a_robot_that_was_sent_elsewhere_is_there_no_sooner() {
-    let mut problem = common::problem(
+    let mut problem = Problem::new(
         vec![common::robot("m1", [-10.0, 0.0], 1.0), common::robot("m2", [-10.0, -5.0], 1.0)],
         vec![
             common::agent("h1", AgentKind::Human, [0.0, 0.0], 1, 100.0),
@@ -383,7 +383,7 @@ fn a_robot_that_was_sent_elsewhere_is_there_no_sooner() {
 fn a_distance_that_was_nothing_may_grow() {
     let mut agent = common::agent("h1", AgentKind::Human, [10.0, 0.0], 3, 50.0);
     agent.wait_distance = 0.0;
-    let problem = common::problem(vec![common::robot("m1", [-6.0, 0.0], 1.0)], vec![agent]);
+    let problem = Problem::new(vec![common::robot("m1", [-6.0, 0.0], 1.0)], vec![agent]);
     for seed in 0..12 {
         let settings = Settings { durations: Durations::Sampled { seed }, ..settings() };
         let mut execution = ScheduleExecution::new(problem.clone(), settings).unwrap();
@@ -401,7 +401,7 @@ fn a_distance_that_was_nothing_may_grow() {
 /// Feedback that the robot came too slowly at its greatest speed widens the range of speeds, and the plan uses it.
 #[test]
 fn a_wider_range_of_speeds_is_used() {
-    let mut problem = common::problem(
+    let mut problem = Problem::new(
         vec![common::robot("m1", [0.0, 0.0], 1.0)],
         vec![common::agent("h1", AgentKind::Human, [8.0, 0.0], 4, 2.0)],
     );
@@ -428,7 +428,7 @@ fn a_wider_range_of_speeds_is_used() {
 /// An aborted wait still counts.
 #[test]
 fn waits_in_vain_count() {
-    let mut problem = common::problem(
+    let mut problem = Problem::new(
         vec![common::robot("m1", [-8.0, 0.0], 1.0)],
         vec![common::agent("h1", AgentKind::Human, [8.0, 0.0], 2, 20.0)],
     );

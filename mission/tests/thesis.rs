@@ -45,7 +45,7 @@ fn planned_durations_suffice_as_often_as_wanted() {
 /// Scales and terms of the cost of one service, computed by hand.
 #[test]
 fn the_cost_of_one_service_is_what_the_equations_say() {
-    let mut problem = common::problem(
+    let mut problem = Problem::new(
         vec![common::robot("m", [0.0, 0.0], 1.0)],
         vec![common::agent("h", AgentKind::Human, [3.0, 4.0], 1, 100.0)],
     );

@@ -3,7 +3,7 @@
 
 pub mod execution;
 
-use hierarq_mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot, Weights};
+use hierarq_mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot};
 use hierarq_mission::numbers::{Energy, Range};
 
 /// A small random number generator, so that the problems are the same on all platforms.
@@ -40,35 +40,11 @@ pub fn robot(name: &str, depot: [f64; 2], factor: f64) -> Robot {
 }
 
 pub fn agent(name: &str, kind: AgentKind, place: [f64; 2], operations: usize, mean: f64) -> Agent {
+    // No limit of waits, as in the thesis.
     Agent {
-        name: name.into(),
-        kind,
-        place,
-        operations,
-        duration: Duration { mean, sigma: 0.1 * mean },
         severity: 0.5,
-        wait_distance: 1.0,
-        approaches: Vec::new(),
-        wait_weights: Vec::new(),
-        // No limit, as in the thesis.
         wait_limit: 1e6,
-        limit_weights: Vec::new(),
-        approach_weights: Vec::new(),
-    }
-}
-
-pub fn problem(robots: Vec<Robot>, agents: Vec<Agent>) -> Problem {
-    Problem {
-        robots,
-        agents,
-        labels: Default::default(),
-        distances: Distances::Straight,
-        confidence: 0.9,
-        weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },
-        start: 0.0,
-        begun: Vec::new(),
-        absent: Vec::new(),
-        scales: None,
+        ..Agent::new(name, kind, place, operations, Duration { mean, sigma: 0.1 * mean })
     }
 }
 
@@ -84,7 +60,7 @@ pub fn vineyard(operations: usize) -> Problem {
     for (agent, severity) in agents.iter_mut().zip([0.5, 0.75, 1.0]) {
         agent.severity = severity;
     }
-    problem(vec![robot("m1", [-10.4, 7.0], 0.75), robot("m2", [-14.4, 7.0], 1.0)], agents)
+    Problem::new(vec![robot("m1", [-10.4, 7.0], 0.75), robot("m2", [-14.4, 7.0], 1.0)], agents)
 }
 
 /// Agents at random places near two or more depots, with ranges of speeds.
@@ -101,7 +77,7 @@ pub fn random(seed: u64, agents: usize, robots: usize, operations: usize) -> Pro
             agent(&format!("a{a}"), kind, place, operations, random.within(150.0, 350.0))
         })
         .collect();
-    problem(robots, agents)
+    Problem::new(robots, agents)
 }
 
 /// As [`random`] with fixed durations, integer seconds and one speed: the shape of thesis Table 5.5.

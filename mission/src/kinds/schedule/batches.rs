@@ -179,7 +179,7 @@ pub fn begun_at(schedule: &[Assistance], time: f64) -> Vec<Begun> {
 #[allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
 mod tests {
     use super::super::choose::{Formulation, Options, plan};
-    use super::super::problem::{Agent, AgentKind, Distances, Duration, Robot, WAIT_LIMIT, Weights};
+    use super::super::problem::{Agent, AgentKind, Duration, Robot};
     use super::*;
     use crate::engine::looks::ended_after;
     use crate::numbers::{Energy, Range};
@@ -195,32 +195,13 @@ mod tests {
             factor: 1.0,
             energy: Energy::of_factor(1.0),
         };
-        let agent = |a: usize| Agent {
-            name: format!("a{a}"),
-            kind: if a.is_multiple_of(3) { AgentKind::Worker } else { AgentKind::Human },
-            place: [2.0 * (a % 7) as f64, -3.0 * (a / 7) as f64],
-            operations,
-            duration: Duration { mean: 150.0 + 37.0 * (a % 5) as f64, sigma: 10.0 },
-            severity: 0.0,
-            wait_distance: 1.0,
-            approaches: Vec::new(),
-            wait_weights: Vec::new(),
-            wait_limit: WAIT_LIMIT,
-            limit_weights: Vec::new(),
-            approach_weights: Vec::new(),
+        let agent = |a: usize| {
+            let kind = if a.is_multiple_of(3) { AgentKind::Worker } else { AgentKind::Human };
+            let place = [2.0 * (a % 7) as f64, -3.0 * (a / 7) as f64];
+            let duration = Duration { mean: 150.0 + 37.0 * (a % 5) as f64, sigma: 10.0 };
+            Agent::new(format!("a{a}"), kind, place, operations, duration)
         };
-        Problem {
-            labels: crate::labels::Labels::default(),
-            robots: (0..robots).map(robot).collect(),
-            agents: (0..agents).map(agent).collect(),
-            distances: Distances::Straight,
-            confidence: 0.9,
-            weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },
-            start: 0.0,
-            begun: Vec::new(),
-            absent: Vec::new(),
-            scales: None,
-        }
+        Problem::new((0..robots).map(robot).collect(), (0..agents).map(agent).collect())
     }
 
     /// All planners stop soon after their time limit, at whichever check of the clock it is reached.

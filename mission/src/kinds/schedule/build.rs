@@ -6,7 +6,7 @@ use names::list;
 use super::blocks::{ApproachBlock, HumanBlock, RobotBlock, ScheduleBlock, WorkerBlock};
 use super::check::{Item, MAX_OPERATIONS};
 use super::mission::{Schedule, members};
-use super::problem::{Agent, AgentKind, Approach, Distances, Problem, Robot, WAIT_LIMIT};
+use super::problem::{Agent, AgentKind, Approach, Distances, Problem, Robot};
 use super::{refusals, warnings};
 use crate::declare::common::check_batch;
 use crate::declare::{DeclaredMember, DeclaredMission, Places, Remark, Remarks, labels, mistaken};
@@ -40,16 +40,11 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Schedu
     };
     check_batch(declared, Some(settings.batch), remarks);
     let problem = Problem {
-        robots,
-        agents,
         labels: labels(declared, [], remarks),
         distances,
         confidence: settings.confidence,
         weights: settings.weights,
-        start: 0.0,
-        begun: Vec::new(),
-        absent: Vec::new(),
-        scales: None,
+        ..Problem::new(robots, agents)
     };
     mistaken(declared, members(&problem).iter().map(|member| member.name), &problem.labels, remarks);
     refusals::add(declared, &problem, &places, remarks);
@@ -77,36 +72,23 @@ fn robot(member: &DeclaredMember) -> Robot {
 fn human(member: &DeclaredMember) -> Agent {
     let block = HumanBlock::read(&member.settings);
     Agent {
-        name: member.name.clone(),
-        kind: AgentKind::Human,
-        place: block.place,
-        operations: block.operations,
-        duration: block.duration,
         severity: block.severity,
         wait_distance: block.wait_distance,
         approaches: approaches(&block.approaches),
         wait_weights: weights(block.wait_weights, block.operations),
         wait_limit: block.wait_limit,
-        limit_weights: Vec::new(),
         approach_weights: weights(block.approach_weights, block.operations),
+        ..Agent::new(&member.name, AgentKind::Human, block.place, block.operations, block.duration)
     }
 }
 
 fn worker(member: &DeclaredMember) -> Agent {
     let block = WorkerBlock::read(&member.settings);
     Agent {
-        name: member.name.clone(),
-        kind: AgentKind::Worker,
-        place: block.place,
-        operations: block.operations,
-        duration: block.duration,
-        severity: 0.0,
         wait_distance: block.wait_distance,
         approaches: approaches(&block.approaches),
-        wait_weights: Vec::new(),
-        wait_limit: WAIT_LIMIT,
-        limit_weights: Vec::new(),
         approach_weights: weights(block.approach_weights, block.operations),
+        ..Agent::new(&member.name, AgentKind::Worker, block.place, block.operations, block.duration)
     }
 }
 

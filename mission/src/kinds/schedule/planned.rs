@@ -276,7 +276,7 @@ fn table(problem: &Problem, services: &[Service]) -> Listing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Robot, Weights};
+    use crate::kinds::schedule::problem::{Agent, AgentKind, Duration, Robot};
     use crate::numbers::{Energy, Range};
 
     fn problem() -> Problem {
@@ -290,32 +290,8 @@ mod tests {
             factor: 1.0,
             energy: Energy::of_factor(1.0),
         };
-        let agent = Agent {
-            name: "a".to_string(),
-            kind: AgentKind::Human,
-            place: [4.0, 3.0],
-            operations: 2,
-            duration: Duration { mean: 60.0, sigma: 0.0 },
-            severity: 0.0,
-            wait_distance: 1.0,
-            approaches: Vec::new(),
-            wait_weights: Vec::new(),
-            wait_limit: 60.0,
-            limit_weights: Vec::new(),
-            approach_weights: Vec::new(),
-        };
-        Problem {
-            robots: vec![robot],
-            agents: vec![agent],
-            labels: Default::default(),
-            distances: Distances::Straight,
-            confidence: 0.9,
-            weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },
-            start: 0.0,
-            begun: Vec::new(),
-            absent: Vec::new(),
-            scales: None,
-        }
+        let duration = Duration { mean: 60.0, sigma: 0.0 };
+        Problem::new(vec![robot], vec![Agent::new("a", AgentKind::Human, [4.0, 3.0], 2, duration)])
     }
 
     #[test]

@@ -96,6 +96,32 @@ pub struct Agent {
     pub approach_weights: Vec<f64>,
 }
 
+impl Agent {
+    /// Creates an agent in usual conditions: a robot waits 1 m away, and every weight is 1.
+    pub fn new(
+        name: impl Into<String>,
+        kind: AgentKind,
+        place: [f64; 2],
+        operations: usize,
+        duration: Duration,
+    ) -> Agent {
+        Agent {
+            name: name.into(),
+            kind,
+            place,
+            operations,
+            duration,
+            severity: 0.0,
+            wait_distance: 1.0,
+            approaches: Vec::new(),
+            wait_weights: Vec::new(),
+            wait_limit: WAIT_LIMIT,
+            limit_weights: Vec::new(),
+            approach_weights: Vec::new(),
+        }
+    }
+}
+
 /// Default of [`Agent::wait_limit`] (s).
 pub const WAIT_LIMIT: f64 = 60.0;
 
@@ -226,6 +252,22 @@ pub struct Lengths {
 }
 
 impl Problem {
+    /// Creates a problem on straight paths with confidence 0.9, in which every weight is 1 and nothing has begun.
+    pub fn new(robots: Vec<Robot>, agents: Vec<Agent>) -> Problem {
+        Problem {
+            robots,
+            agents,
+            labels: Labels::default(),
+            distances: Distances::Straight,
+            confidence: 0.9,
+            weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },
+            start: 0.0,
+            begun: Vec::new(),
+            absent: Vec::new(),
+            scales: None,
+        }
+    }
+
     /// Returns the instant from which this robot takes new services (s): `start`, or later if it is absent; `None` if
     /// it never does.
     pub fn ready(&self, robot: usize) -> Option<f64> {

@@ -211,7 +211,7 @@ pub(crate) fn subsets(set: usize) -> impl Iterator<Item = usize> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
 mod tests {
-    use super::super::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot, Weights};
+    use super::super::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot};
     use super::*;
     use crate::engine::Budget;
     use crate::numbers::{Energy, Range};
@@ -219,19 +219,9 @@ mod tests {
 
     /// One robot and two agents with two and one operations, all legs at one speed.
     fn problem(lengths: [f64; 2], means: [f64; 2]) -> Problem {
-        let agent = |a: usize| Agent {
-            name: format!("a{a}"),
-            kind: AgentKind::Worker,
-            place: [0.0, 0.0],
-            operations: 2 - a,
-            duration: Duration { mean: means[a], sigma: 0.0 },
-            severity: 0.0,
-            wait_distance: 1.0,
-            approaches: Vec::new(),
-            wait_weights: Vec::new(),
-            wait_limit: 60.0,
-            limit_weights: Vec::new(),
-            approach_weights: Vec::new(),
+        let agent = |a: usize| {
+            let duration = Duration { mean: means[a], sigma: 0.0 };
+            Agent::new(format!("a{a}"), AgentKind::Worker, [0.0, 0.0], 2 - a, duration)
         };
         let robot = Robot {
             name: "m".into(),
@@ -243,18 +233,8 @@ mod tests {
             factor: 1.0,
             energy: Energy::of_factor(1.0),
         };
-        Problem {
-            robots: vec![robot],
-            agents: vec![agent(0), agent(1)],
-            labels: Default::default(),
-            distances: Distances::Table(vec![lengths.to_vec()]),
-            confidence: 0.9,
-            weights: Weights { worker_wait: 1.0, energy: 1.0, makespan: 1.0 },
-            start: 0.0,
-            begun: Vec::new(),
-            absent: Vec::new(),
-            scales: None,
-        }
+        let distances = Distances::Table(vec![lengths.to_vec()]);
+        Problem { distances, ..Problem::new(vec![robot], vec![agent(0), agent(1)]) }
     }
 
     /// Cost of these jobs one after the other from an instant on; `None` if they end after the day.
