@@ -2,10 +2,11 @@
 //! both syntaxes have the same meaning.
 
 use crate::common;
+use crate::common::{holds, least};
 
 use compiler::{Input, compile};
-use runtime::program::{Program, ScenarioProgram};
-use runtime::{Judge, Recorder, Simulation, Tick};
+use runtime::program::Program;
+use runtime::{Recorder, Tick};
 use std::path::Path;
 use stdlib_tasks::field::{DistanceProgram, Over};
 
@@ -52,16 +53,7 @@ impl Recorder for Seen {
 }
 
 fn run(program: &Program) -> Seen {
-    let scenario: &ScenarioProgram = &program.scenarios[0];
-    let program = scenario.program(program);
-    let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
-    let mut seen = Seen::default();
-    simulation.run(&mut seen, &mut || 0.0, &mut |_| true).expect("memory does not fail");
-    seen
-}
-
-fn least(margins: &[f64]) -> f64 {
-    margins.iter().copied().fold(f64::INFINITY, f64::min)
+    common::recorded(program)
 }
 
 /// Bound on the drop of the field below its minimum between two ticks, from the speeds of the joints, of the links'
@@ -185,18 +177,6 @@ fn a_program_is_data_and_a_damaged_one_is_refused() {
         let mut bad = good.clone();
         damage(&mut bad);
         assert!(bad.check().is_err(), "{i}");
-    }
-}
-
-/// Checks that every expectation of the scenario holds.
-fn holds(program: &Program) {
-    let scenario = &program.scenarios[0];
-    let ran = scenario.program(program);
-    let mut simulation = Simulation::in_world(&ran, scenario).expect("it can be executed");
-    let mut judge = Judge::new(&ran, scenario, simulation.ticks()).expect("it can be watched");
-    simulation.run(&mut judge, &mut || 0.0, &mut |_| true).expect("memory does not fail");
-    for (outcome, e) in judge.finish().iter().zip(&scenario.expectations) {
-        assert_eq!(format!("{:?}", outcome.verdict), "Holds", "{}", e.title());
     }
 }
 

@@ -4,12 +4,12 @@
 
 use crate::common;
 
-use common::{example, program, program_of};
+use common::{example, judged, program, program_of};
 use runtime::expect::{Outcome, Verdict};
 use runtime::program::Program;
 use runtime::record::All;
-use runtime::record::summary::{Summary, SummaryRecorder};
-use runtime::{Judge, Recorder, Simulation, Tick};
+use runtime::record::summary::Summary;
+use runtime::{Recorder, Simulation, Tick};
 
 /// Specs in `examples/hard`.
 const EXAMPLES: [&str; 7] =
@@ -17,14 +17,8 @@ const EXAMPLES: [&str; 7] =
 
 /// Runs the first scenario; returns its outcomes and the summary.
 fn run(program: &Program) -> (Vec<Outcome>, Summary) {
-    let scenario = &program.scenarios[0];
-    let program = scenario.program(program);
-    let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
-    let ticks = simulation.ticks();
-    let mut judge = Judge::new(&program, scenario, ticks).expect("it can be judged");
-    let mut summary = SummaryRecorder::new(simulation.controller(), ticks);
-    simulation.run(&mut All(vec![&mut judge, &mut summary]), &mut || 0.0, &mut |_| true).expect("no recorder fails");
-    (judge.finish(), summary.summary(&program, simulation.controller(), Vec::new()))
+    let (summary, outcomes) = judged(program, &program.scenarios[0], &mut All(Vec::new()));
+    (outcomes, summary)
 }
 
 #[test]

@@ -2,10 +2,11 @@
 //! use their true positions.
 
 use crate::common;
+use crate::common::least;
 
 use compiler::{Input, compile};
-use runtime::program::{Lost, Program, ScenarioProgram, Velocity};
-use runtime::{Controller, Fault, Judge, Observation, Recorder, SimulatedRobot, Simulation, Tick};
+use runtime::program::{Lost, Program, Velocity};
+use runtime::{Controller, Fault, Observation, Recorder, SimulatedRobot, Tick};
 
 const ROBOT: &str = "hierarq 1
 robot arm { urdf \"robots/arm7.urdf\"  rate 200 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
@@ -45,16 +46,7 @@ impl Recorder for Seen {
 }
 
 fn run(program: &Program) -> Seen {
-    let scenario: &ScenarioProgram = &program.scenarios[0];
-    let program = scenario.program(program);
-    let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
-    let mut seen = Seen::default();
-    simulation.run(&mut seen, &mut || 0.0, &mut |_| true).expect("memory does not fail");
-    seen
-}
-
-fn least(margins: &[f64]) -> f64 {
-    margins.iter().copied().fold(f64::INFINITY, f64::min)
+    common::recorded(program)
 }
 
 /// The barrier of a moving obstacle includes its velocity. Without it, a person who comes at `v` is `v / gain` inside
@@ -158,14 +150,7 @@ scenario s {{ duration 1.4 s  humans {{ walker {{ value [0.85, 0, 0.34] m  lost 
   expect always norm(walker.hand.velocity) < 1 mm/s
   expect always from 1.01 s : (present(walker.hand) and uncertainty(walker.hand) < 1 mm) }}"
     ));
-    let scenario = &program.scenarios[0];
-    let ran = scenario.program(&program);
-    let mut simulation = Simulation::in_world(&ran, scenario).expect("it can be executed");
-    let mut judge = Judge::new(&ran, scenario, simulation.ticks()).expect("it can be watched");
-    simulation.run(&mut judge, &mut || 0.0, &mut |_| true).expect("memory does not fail");
-    for (outcome, e) in judge.finish().iter().zip(&scenario.expectations) {
-        assert_eq!(format!("{:?}", outcome.verdict), "Holds", "{}", e.title());
-    }
+    common::holds(&program);
     let margins = run(&program).margins;
     assert!(
         margins.windows(2).all(|w| (w[1] - w[0]).abs() < 0.01 || w[1] > w[0]),

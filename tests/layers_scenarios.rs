@@ -12,7 +12,6 @@ use mission::kinds::layers::execution::Outcome;
 use played::{cells, compiled, numbers, table};
 use proptest::prelude::*;
 use runtime::expect::Verdict;
-use runtime::missions::csv::MissionCsv;
 use runtime::missions::{End, MissionRun, MissionSummary};
 use runtime::program::{CompiledFile, MissionProgram, MissionScenarioProgram};
 
@@ -43,10 +42,7 @@ fn scenario(body: &str) -> (MissionProgram, MissionScenarioProgram) {
 /// Runs a scenario; returns the run with its log.
 fn logged(body: &str) -> (MissionRun, Vec<String>, Vec<Vec<String>>) {
     let (mission, scenario) = scenario(body);
-    let mut bytes = Vec::new();
-    let mut csv = MissionCsv::new(&mut bytes);
-    let run = runtime::missions::run(&mission, &scenario, &mut csv, &mut |_| true).expect("a run");
-    csv.finish().expect("a log");
+    let (run, bytes) = played::logged(&mission, &scenario);
     let (header, rows) = table(bytes);
     (run, header, rows)
 }

@@ -9,10 +9,9 @@ use compiler::{Compiled, Input};
 use dsl::Syntax;
 use hierarq::trial::{self, Found};
 use proptest::prelude::*;
-use runtime::missions::csv::MissionCsv;
 use runtime::missions::{End, MissionRun, MissionSummary, WorkerRecord};
 use runtime::program::{MissionProgram, MissionScenarioProgram, Program, ScenarioProgram, SignalScript};
-use runtime::{Recorder, Simulation, Tick};
+use runtime::{Recorder, Tick};
 use std::path::{Path, PathBuf};
 
 /// Serving robots, a person, and `workers`.
@@ -116,10 +115,8 @@ fn alone(program: &Program, world: &ScenarioProgram, go: usize, works: &[(f64, f
     let mut scenario = world.clone();
     scenario.world.signals.extend(scripts);
     scenario.run.duration = duration;
-    let program = scenario.program(program);
     let mut entries = Entries { state: "waiting", inside: true, times: Vec::new() };
-    let mut simulation = Simulation::in_world(&program, &scenario).expect("it can be executed");
-    simulation.run(&mut entries, &mut || 0.0, &mut |_| true).expect("memory does not fail");
+    common::record(program, &scenario, &mut entries);
     entries.times
 }
 
@@ -318,10 +315,7 @@ fn the_log_has_the_state_of_the_machine() {
     let body =
         "duration 300 s  step 200 ms  expect always (in(w1.waiting) or w1.working)  expect eventually in(w1.cut)";
     let (mission, scenario) = scenario(PICKER, body);
-    let mut bytes = Vec::new();
-    let mut csv = MissionCsv::new(&mut bytes);
-    let run = runtime::missions::run(&mission, &scenario, &mut csv, &mut |_| true).expect("a run");
-    csv.finish().expect("a log");
+    let (run, bytes) = common::played::logged(&mission, &scenario);
     assert!(run.summary.ok, "{:?}", run.summary.expectations);
     let text = String::from_utf8(bytes).expect("a text");
     let mut rows = text.lines().map(|l| l.split(',').collect::<Vec<_>>());

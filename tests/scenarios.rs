@@ -9,9 +9,8 @@ use common::program_of as program;
 use hierarq::trial::{self, Trial};
 use runtime::expect::Verdict;
 use runtime::program::{Measure, Program, ScenarioProgram};
-use runtime::record::All;
-use runtime::record::summary::{Summary, SummaryRecorder};
-use runtime::{Judge, Recorder, Simulation, Tick};
+use runtime::record::summary::Summary;
+use runtime::{Recorder, Tick};
 
 const ARM: &str = "hierarq 1
 robot arm {
@@ -56,15 +55,9 @@ impl Recorder for Seen {
 
 /// Runs a scenario with all recorders.
 fn run(program: &Program, scenario: &ScenarioProgram) -> (Summary, Vec<runtime::expect::Outcome>, Seen) {
-    let program = scenario.program(program);
-    let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
-    let ticks = simulation.ticks();
-    let mut judge = Judge::new(&program, scenario, ticks).expect("it can be judged");
-    let mut summary = SummaryRecorder::new(simulation.controller(), ticks);
     let mut seen = Seen { lowest: f64::INFINITY, ..Seen::default() };
-    let mut all = All(vec![&mut judge, &mut summary, &mut seen]);
-    simulation.run(&mut all, &mut || 0.0, &mut |_| true).expect("no recorder fails");
-    (summary.summary(&program, simulation.controller(), Vec::new()), judge.finish(), seen)
+    let (summary, outcomes) = common::judged(program, scenario, &mut seen);
+    (summary, outcomes, seen)
 }
 
 #[test]

@@ -11,8 +11,8 @@ use runtime::expect::{Outcome, Verdict};
 use runtime::program::Program;
 use runtime::record::All;
 use runtime::record::joint_motion::JointMotion;
-use runtime::record::summary::{Summary, SummaryRecorder};
-use runtime::{Judge, Recorder, Simulation, Tick};
+use runtime::record::summary::Summary;
+use runtime::{Recorder, Tick};
 
 /// A square wave of 10 Hz: five ticks in each direction, from tick 0 on, 39 reversals in 2 s.
 const WAVE: &str = "if(sin(2*pi*t/(0.1 s) + 0.1) > 0, 0.5 rad/s, -0.5 rad/s)";
@@ -31,15 +31,7 @@ run {{ duration 2 s }}
 }
 
 fn run(program: &Program, with: &mut dyn Recorder) -> (Summary, Vec<Outcome>) {
-    let scenario = &program.scenarios[0];
-    let program = scenario.program(program);
-    let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
-    let ticks = simulation.ticks();
-    let mut judge = Judge::new(&program, scenario, ticks).expect("it can be judged");
-    let mut summary = SummaryRecorder::new(simulation.controller(), ticks);
-    let mut all = All(vec![&mut judge, &mut summary, with]);
-    simulation.run(&mut all, &mut || 0.0, &mut |_| true).expect("no recorder fails");
-    (summary.summary(&program, simulation.controller(), Vec::new()), judge.finish())
+    common::judged(program, &program.scenarios[0], with)
 }
 
 /// Returns the motion of joint 2 in a run of the first scenario.

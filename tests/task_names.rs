@@ -49,8 +49,8 @@ fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-#[test]
-fn task_types_are_named_in_the_library_alone() {
+/// Returns the sources of all crates but the library of tasks without their tests, each with its path from the root.
+fn program_sources() -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files = Vec::new();
     for folder in [
@@ -67,13 +67,21 @@ fn task_types_are_named_in_the_library_alone() {
     ] {
         sources(&root.join(folder), &mut files);
     }
-    let mut found = BTreeSet::new();
-    for file in &files {
+    let read = |file: &PathBuf| {
+        let name = file.strip_prefix(root).expect("below").to_string_lossy().replace('\\', "/");
         let text = std::fs::read_to_string(file).expect("text");
-        let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+        (name, text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default().to_string())
+    };
+    files.iter().map(read).collect()
+}
+
+#[test]
+fn task_types_are_named_in_the_library_alone() {
+    let mut found = BTreeSet::new();
+    for (name, text) in program_sources() {
         for kind in stdlib_tasks::KINDS {
             if text.contains(&format!("\"{}\"", kind.name)) {
-                found.insert((kind.name, file.strip_prefix(root).expect("below").to_string_lossy().into_owned()));
+                found.insert((kind.name, name.clone()));
             }
         }
     }
@@ -93,27 +101,8 @@ const KINDS: [&str; 6] =
 
 #[test]
 fn kinds_of_missions_are_named_in_their_folders() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut files = Vec::new();
-    for folder in [
-        "compiler/src",
-        "runtime/src",
-        "mission/src",
-        "dsl/src",
-        "context/src",
-        "ide/src",
-        "views/src",
-        "serve/src",
-        "runs/src",
-        "src",
-    ] {
-        sources(&root.join(folder), &mut files);
-    }
     let mut found = BTreeSet::new();
-    for file in &files {
-        let name = file.strip_prefix(root).expect("below").to_string_lossy().replace('\\', "/");
-        let text = std::fs::read_to_string(file).expect("text");
-        let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    for (name, text) in program_sources() {
         let names = |line: &str| !line.trim_start().starts_with("//") && KINDS.iter().any(|word| line.contains(word));
         if !name.starts_with("mission/src/kinds/") && text.lines().any(names) {
             found.insert(name);

@@ -11,11 +11,10 @@ use mission::plan::Status;
 use mission::plan_data;
 use mission::planned::{PlanOptions, Refusal};
 use runtime::expect::Verdict;
-use runtime::missions::csv::MissionCsv;
-use runtime::missions::{End, MissionRun};
+use runtime::missions::End;
 use runtime::program::{Happens, MissionProgram, MissionScenarioProgram};
 
-use crate::common::played::{self, numbers, table};
+use crate::common::played::{self, logged as run, numbers, table};
 use hierarq::{gantt, report};
 use walk::Walk;
 use walk::blocks::{WALK, WALKER, build};
@@ -37,14 +36,6 @@ scenario s {{ mission day  duration 30 s  step 1 s  operations planned  {expecta
     );
     let (mission, scenario) = played::scenario(&text);
     (MissionProgram { kind: AnyMission::new(walk()), ..mission }, scenario)
-}
-
-fn run(mission: &MissionProgram, scenario: &MissionScenarioProgram) -> (MissionRun, Vec<u8>) {
-    let mut bytes = Vec::new();
-    let mut csv = MissionCsv::new(&mut bytes);
-    let run = runtime::missions::run(mission, scenario, &mut csv, &mut |_| true).expect("a run");
-    csv.finish().expect("a log");
-    (run, bytes)
 }
 
 /// Late by these seconds.

@@ -9,7 +9,11 @@ pub mod reckoner;
 use std::path::{Path, PathBuf};
 
 use hierarq::project::{Settings, compile};
-use runtime::{Evaluator, Fault, Program, Recorder, Simulation, Tick};
+use runtime::expect::Outcome;
+use runtime::program::ScenarioProgram;
+use runtime::record::All;
+use runtime::record::summary::{Summary, SummaryRecorder};
+use runtime::{Evaluator, Fault, Judge, Program, Recorder, Simulation, Tick};
 
 /// Stems of the examples; each exists in both syntaxes.
 pub const EXAMPLES: &[&str] = &[
@@ -50,6 +54,46 @@ pub fn velocity_by_differences(tick: &Tick, link: &str) -> nalgebra::Vector3<f64
         data.pose(link).translation.vector
     };
     (place(1e-5) - place(-1e-5)) / 2e-5
+}
+
+/// Runs a scenario in its world, and shows each tick to a recorder.
+pub fn record(program: &Program, scenario: &ScenarioProgram, with: &mut dyn Recorder) {
+    let program = scenario.program(program);
+    let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
+    simulation.run(with, &mut || 0.0, &mut |_| true).expect("no recorder fails");
+}
+
+/// Records a run of the first scenario.
+pub fn recorded<R: Recorder + Default>(program: &Program) -> R {
+    let mut recorder = R::default();
+    record(program, &program.scenarios[0], &mut recorder);
+    recorder
+}
+
+/// Runs a scenario in its world with another recorder; returns the summary, and the outcomes of the expectations.
+pub fn judged(program: &Program, scenario: &ScenarioProgram, with: &mut dyn Recorder) -> (Summary, Vec<Outcome>) {
+    let program = scenario.program(program);
+    let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
+    let ticks = simulation.ticks();
+    let mut judge = Judge::new(&program, scenario, ticks).expect("it can be judged");
+    let mut summary = SummaryRecorder::new(simulation.controller(), ticks);
+    let mut all = All(vec![&mut judge, &mut summary, with]);
+    simulation.run(&mut all, &mut || 0.0, &mut |_| true).expect("no recorder fails");
+    (summary.summary(&program, simulation.controller(), Vec::new()), judge.finish())
+}
+
+/// Checks that every expectation of the first scenario holds.
+pub fn holds(program: &Program) {
+    let scenario = &program.scenarios[0];
+    let (_, outcomes) = judged(program, scenario, &mut All(Vec::new()));
+    for (outcome, e) in outcomes.iter().zip(&scenario.expectations) {
+        assert_eq!(format!("{:?}", outcome.verdict), "Holds", "{}", e.title());
+    }
+}
+
+/// Returns the least of some numbers.
+pub fn least(numbers: &[f64]) -> f64 {
+    numbers.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
 /// Returns the path of a file in the `examples` folder.

@@ -5,7 +5,8 @@ use std::path::Path;
 use compiler::{Compiled, Input};
 use dsl::Syntax;
 use hierarq::trial::{self, Found};
-use runtime::missions::Happened;
+use runtime::missions::csv::MissionCsv;
+use runtime::missions::{Happened, MissionRun};
 use runtime::program::{MissionProgram, MissionScenarioProgram};
 
 /// Compiles a spec with missions only.
@@ -22,6 +23,15 @@ pub fn scenario(text: &str) -> (MissionProgram, MissionScenarioProgram) {
         Ok(Found::Mission(mission, scenario)) => (mission.clone(), scenario.clone()),
         _ => panic!("a scenario"),
     }
+}
+
+/// Runs a scenario; returns the run with the bytes of its log.
+pub fn logged(mission: &MissionProgram, scenario: &MissionScenarioProgram) -> (MissionRun, Vec<u8>) {
+    let mut bytes = Vec::new();
+    let mut csv = MissionCsv::new(&mut bytes);
+    let run = runtime::missions::run(mission, scenario, &mut csv, &mut |_| true).expect("a run");
+    csv.finish().expect("a log");
+    (run, bytes)
 }
 
 /// Parses the header and the rows of a log.
