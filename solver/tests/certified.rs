@@ -5,8 +5,17 @@
 use crate::common;
 
 use common::{Dice, Taste, WILD, hierarchy, solve};
-use hierarq_solver::{ClarabelCascade, HierarchicalSolver, Solution, Status, certificate};
+use hierarq_solver::{ClarabelCascade, HierarchicalSolver, Problem, Solution, Status, certificate};
 use proptest::prelude::*;
+
+/// Checks that the problem is solved, with a certificate below a bound; returns the solution.
+fn certified(problem: &Problem, bound: f64) -> Solution {
+    let solution = solve(problem);
+    assert_eq!(solution.status, Status::Optimal);
+    let residual = certificate(problem, &solution.x);
+    assert!(residual < bound, "{residual:e}");
+    solution
+}
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
@@ -14,29 +23,20 @@ proptest! {
     #[test]
     fn solutions_are_certified(seed: u64) {
         let problem = hierarchy(&mut Dice(seed), WILD);
-        let solution = solve(&problem);
-        prop_assert_eq!(solution.status, Status::Optimal);
-        let residual = certificate(&problem, &solution.x);
-        prop_assert!(residual < 1e-8, "{residual:e}");
+        certified(&problem, 1e-8);
     }
 
     #[test]
     fn rows_of_very_different_size_are_certified(seed: u64) {
         let problem = hierarchy(&mut Dice(seed), Taste { decades: 4.6, weights: false, ..WILD });
-        let solution = solve(&problem);
-        prop_assert_eq!(solution.status, Status::Optimal);
-        let residual = certificate(&problem, &solution.x);
-        prop_assert!(residual < 1e-7, "{residual:e}");
+        certified(&problem, 1e-7);
     }
 
     /// Degenerate on purpose: multipliers that are zero, bounds that just touch.
     #[test]
     fn ties_are_certified(seed: u64) {
         let problem = hierarchy(&mut Dice(seed), Taste { ties: true, ..WILD });
-        let solution = solve(&problem);
-        prop_assert_eq!(solution.status, Status::Optimal);
-        let residual = certificate(&problem, &solution.x);
-        prop_assert!(residual < 1e-8, "{residual:e}");
+        certified(&problem, 1e-8);
     }
 
     #[test]
@@ -45,11 +45,7 @@ proptest! {
         let mut problem = hierarchy(&mut dice, WILD);
         let l = dice.below(problem.levels.len());
         problem.levels[l].damping = 10_f64.powf(2.0 * dice.unit() - 2.0);
-        let solution = solve(&problem);
-        prop_assert_eq!(solution.status, Status::Optimal);
-        prop_assert_eq!(solution.levels[l].freedom, 0);
-        let residual = certificate(&problem, &solution.x);
-        prop_assert!(residual < 1e-8, "{residual:e}");
+        prop_assert_eq!(certified(&problem, 1e-8).levels[l].freedom, 0);
     }
 
     #[test]
