@@ -2,6 +2,7 @@
 //!
 //! Refusals of unknown keys, the JSON schema, the editor and the page of keys derive from it.
 
+use crate::snippet::Snippet;
 use quantities::dimension::Dimension;
 use quantities::{Presence, Quantity};
 
@@ -202,7 +203,7 @@ impl Key {
         Key { place, ..self }
     }
 
-    /// The same key with another example: a value behind the name.
+    /// The same key with another example: its value, or one entry of a block of entries.
     pub const fn example(self, example: &'static str) -> Key {
         Key { example, ..self }
     }
@@ -236,7 +237,11 @@ impl Key {
     }
 
     /// Returns the key with a value that fits.
-    pub fn written(&self) -> String {
+    pub fn written(&self) -> Snippet {
+        if let ValueType::Each(_) = self.value {
+            let (name, value) = self.example.split_once(' ').unwrap_or(("NAME", ".."));
+            return Snippet::block(self.name, [Snippet::entry(name, value)]);
+        }
         let value = match self.value {
             _ if !self.example.is_empty() => self.example,
             ValueType::Range(_) => "[0.05, 0.2] m/s",
@@ -246,7 +251,7 @@ impl Key {
             ValueType::Choice(words) => words.first().copied().unwrap_or_default(),
             _ => "..",
         };
-        format!("{} {value}", self.name)
+        Snippet::entry(self.name, value)
     }
 }
 

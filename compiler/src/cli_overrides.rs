@@ -41,6 +41,8 @@ pub(crate) fn blame(
         let Some(value) = named.next().filter(|_| named.next().is_none()).or(only) else { continue };
         let used = std::mem::take(&mut d.primary.text);
         let used = if used.is_empty() { "used here".to_string() } else { format!("used here: {used}") };
+        // They would change the text of the spec.
+        d.fixes.clear();
         d.labels.push(dsl::Label { span: at, text: used });
         d.primary = dsl::Label { span: value, text: "given on the command line".to_string() };
         moved = true;

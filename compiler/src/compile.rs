@@ -6,14 +6,14 @@
 
 use std::collections::BTreeSet;
 
-use dsl::{Diagnostic, SourceId, Sources, Syntax};
+use dsl::tree::Spec;
+use dsl::{Diagnostic, Fix, SourceId, Sources, Syntax, Topic};
 
 use crate::checks::{self, size_limits};
 use crate::cli_overrides;
 use crate::diagnostics::follow_ons;
 use crate::diagnostics::report::Report;
-use crate::diagnostics::yaml_wording::in_yaml;
-use crate::expand::{Expanded, expand};
+use crate::expand::{Expanded, declared, expand};
 use crate::input::{Compiled, Input, Part, Texts};
 use crate::lowering::{self, Context, ParamValue, lower, runs_mission};
 
@@ -65,9 +65,10 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
     }
 
     follow_ons::remove(&mut diagnostics, form, &whole, &report.sources);
+    removals(&mut diagnostics, &whole);
     // Without the missions, names that only missions use would be reported as unused.
-    diagnostics.retain(|d| !left_out || d.code != "HQ0203");
-    word(&mut diagnostics, input.syntax, &expanded, &lowered.foreign, &report.sources);
+    diagnostics.retain(|d| !left_out || d.topic != Topic::Unused);
+    settle(&mut diagnostics, input.syntax, &expanded, &lowered.foreign, &report.sources);
     report.diagnostics = diagnostics;
     report.finish();
     if cli_overrides::blame(compile, input, &mut report.diagnostics, &report.sources) {
@@ -79,8 +80,18 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
     Compiled { program: lowered.controller.map(|c| c.program), missions: lowered.missions, report }
 }
 
-/// Converts the helps to the syntax of their file, except in `foreign` texts, whose helps are already converted.
-fn word(
+/// Adds the removal of the declaration to the warnings of names that nothing uses.
+fn removals(diagnostics: &mut [Diagnostic], spec: &Spec) {
+    for d in diagnostics.iter_mut().filter(|d| d.topic == Topic::Unused) {
+        let mut items = spec.items.iter().filter_map(|item| Some((item.span, declared(&item.kind)?.1)));
+        if let Some((span, name)) = items.find(|(_, name)| name.span == d.primary.span) {
+            d.fixes.push(Fix::remove(&name.value, span));
+        }
+    }
+}
+
+/// Writes helps and fixes in the syntax of their file, except in `foreign` texts, for which it is done.
+fn settle(
     diagnostics: &mut [Diagnostic],
     own: Syntax,
     expanded: &Expanded,
@@ -89,9 +100,7 @@ fn word(
 ) {
     for d in diagnostics.iter_mut().filter(|d| !foreign.contains(&d.primary.span.source)) {
         let syntax = expanded.syntaxes.get(&sources.text_of(d.primary.span.source));
-        if *syntax.unwrap_or(&own) == Syntax::Yaml {
-            d.help = d.help.as_deref().map(in_yaml);
-        }
+        d.settle(sources, *syntax.unwrap_or(&own));
     }
 }
 

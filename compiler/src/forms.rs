@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use dsl::tree::{Block, Entry, Value, ValueKind};
-use dsl::{Diagnostic, Spanned};
+use dsl::{Diagnostic, Help, Snippet, Spanned};
 use names::{list, suggest};
 
 use crate::sections::BlockSchema;
@@ -33,7 +33,7 @@ pub fn unknown_keys(block: &Block, keys: &[&str], what: &str, diagnostics: &mut 
 /// been meant as its unit.
 pub fn unknown_key(told: usize, block: &Block, i: usize, keys: &[&str], what: &str) -> Diagnostic {
     let key = &block.entries[i].key;
-    let mut d = Diagnostic::error("HQ0205", key.span, format!("{what} has no `{}`", key.value));
+    let mut d = Diagnostic::unknown_key("HQ0205", key.span, format!("{what} has no `{}`", key.value));
     if told > EXPLAINED {
         return d;
     }
@@ -41,9 +41,9 @@ pub fn unknown_key(told: usize, block: &Block, i: usize, keys: &[&str], what: &s
     if ["and", "or", "not"].contains(&key.value.as_str()) {
         d = d.help(format!("between conditions `{}` stands inside brackets, as in `(a < b and b < c)`", key.value));
     } else if let Some(meant) = synonym(&key.value).filter(|m| keys.contains(m)) {
-        d = d.help(format!("write `{meant}`"));
+        d = d.write(meant);
     } else if let Some(near) = suggest(&key.value, keys.iter().copied()) {
-        d = d.help(format!("did you mean `{near}`?"));
+        d = d.meant(near);
     } else if let Some(Entry { value: Value { kind: ValueKind::Number(n), span }, .. }) = before
         && key.span.start >= span.end
         && key.span.start - span.end <= 2
@@ -132,7 +132,7 @@ pub fn block_of<'v>(value: &'v Value, what: &str, diagnostics: &mut Vec<Diagnost
         _ => {
             diagnostics.push(
                 Diagnostic::error("HQ0304", value.span, format!("named values are needed for {what}"))
-                    .help("write `{ name value .. }`"),
+                    .help(Help::write(Snippet::braces([Snippet::entry("name", "value"), Snippet::dots()]))),
             );
             None
         }

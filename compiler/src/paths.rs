@@ -2,17 +2,22 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use dsl::Diagnostic;
 use names::suggest;
 
-/// Help for a missing file: a file of a similar name in the same folder, or the searched path.
-pub(crate) fn instead_of(path: &Path) -> String {
-    match nearby(path) {
-        _ if path.is_dir() => "name a file inside it".to_string(),
-        Some(near) => near,
-        None => format!("looked for {}", path.display()),
+/// Adds the way out of a missing file: a file of a similar name in the same folder, or the searched path.
+pub(crate) fn instead_of(d: Diagnostic, written: &str, on_disk: &Path) -> Diagnostic {
+    match nearby(on_disk) {
+        _ if on_disk.is_dir() => d.help("name a file inside it"),
+        Some(near) => {
+            let folder = written.rfind('/').map_or("", |at| &written[..=at]);
+            d.meant(format!("{folder}{near}"))
+        }
+        None => d.help(format!("looked for {}", on_disk.display())),
     }
 }
 
+/// A name in the folder of a path that is similar to its own.
 fn nearby(path: &Path) -> Option<String> {
     let wanted = path.file_name()?.to_str()?.to_string();
     let mut names: Vec<String> = std::fs::read_dir(path.parent()?)
@@ -21,7 +26,7 @@ fn nearby(path: &Path) -> Option<String> {
         .filter_map(|e| e.ok()?.file_name().into_string().ok())
         .collect();
     names.sort();
-    suggest(&wanted, names.iter().map(String::as_str)).map(|n| format!("did you mean `{n}`?"))
+    suggest(&wanted, names.iter().map(String::as_str)).map(str::to_string)
 }
 
 /// Removes folders that a path enters and leaves again: `common/../robots/arm.urdf` becomes `robots/arm.urdf`. Symbolic

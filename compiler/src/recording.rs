@@ -54,7 +54,7 @@ fn text_of(path: &Spanned<String>, folder: &Path) -> Result<String, Refused> {
         Ok(bytes) => bytes,
         Err(e) => {
             let d = cannot(files::reason(&e)).note("paths are relative to the spec");
-            return Err(Box::new(d.help(instead_of(&on_disk))));
+            return Err(Box::new(instead_of(d, &path.value, &on_disk)));
         }
     };
     if bytes.len() as u64 > MAX_BYTES {

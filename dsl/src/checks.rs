@@ -1,6 +1,7 @@
 //! Syntactic checks of finished parts of the tree that both readers share.
 
 use crate::diagnostic::clip;
+use crate::fix::Fix;
 use crate::tree::{Block, Entry, Stack, Value, ValueKind};
 use crate::words::{is_quoted_key, is_text_key};
 use crate::{Diagnostic, Span};
@@ -38,11 +39,11 @@ pub(crate) fn text_value(key: &str, value: &mut Value, text: &str, diags: &mut V
 pub(crate) fn unquoted_texts(key: &str, raw: &str, span: Span) -> Diagnostic {
     let items: Vec<String> =
         raw.trim_matches(['[', ']']).split(',').map(|item| format!("\"{}\"", item.trim())).collect();
-    Diagnostic::error("HQ0119", span, format!("`{}` takes texts", clip(key))).here("not in quotes").help(format!(
-        "write `{} [{}]`",
-        clip(key),
-        items.join(", ")
-    ))
+    let items = items.join(", ");
+    Diagnostic::error("HQ0119", span, format!("`{}` takes texts", clip(key)))
+        .here("not in quotes")
+        .help(format!("write `{} [{items}]`", clip(key)))
+        .fix(Fix::edit("Put them in quotes", span, format!("[{items}]")).certain())
 }
 
 /// Converts a value, or the items of a list, to texts; `lead` precedes the text in the proposed correction.
@@ -66,7 +67,8 @@ fn all_text(key: &str, lead: &str, value: &mut Value, text: &str, diags: &mut Ve
             diags.push(
                 Diagnostic::error("HQ0119", value.span, format!("`{}` takes a text", clip(key)))
                     .here("not in quotes")
-                    .help(format!("write `{lead}\"{}\"`", clip(&raw))),
+                    .help(format!("write `{lead}\"{}\"`", clip(&raw)))
+                    .fix(Fix::edit("Put it in quotes", value.span, format!("\"{}\"", raw.trim_matches('\'')))),
             );
             value.kind = ValueKind::Text(raw);
         }
@@ -162,7 +164,7 @@ pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: 
 /// Returns the diagnostic for `level hard { .. }`: a level that was meant to be hard would be a soft one with that
 /// name.
 pub(crate) fn hard_is_no_name(span: Span) -> Diagnostic {
-    Diagnostic::error("HQ0116", span, "this level has no name: `hard` says what it is")
+    Diagnostic::incomplete("HQ0116", span, "this level has no name: `hard` says what it is")
         .help("give the level a name of its own before `hard`, in YAML behind `name:`")
 }
 

@@ -1,10 +1,12 @@
 //! Diagnostics for text that the grammar cannot parse: one per piece, at the exact location.
 
-use crate::diagnostic::clip;
+use crate::diagnostic::{Topic, clip};
 use crate::expr::Place;
+use crate::fix::Fix;
 use crate::grammar::{Grammar, Rule};
 use crate::words::{nearest_unit, unit_text};
 use crate::{Diagnostic, tree};
+use blocks::Help;
 use pest::Parser;
 
 /// Context before the unreadable text.
@@ -45,7 +47,12 @@ pub(crate) fn junk(
         }
     };
     let at = at + text[at..end].len() - text[at..end].trim_start().len();
-    at_place(text, start, at.min(end), end, place, after, unit_only)
+    let mut diagnostic = at_place(text, start, at.min(end), end, place, after, unit_only);
+    if matches!(place, Place::Whole(_)) {
+        // The place is the whole scalar, and not the piece that a fix would replace.
+        diagnostic.fixes.clear();
+    }
+    diagnostic
 }
 
 /// Returns the range of an unquoted name pattern at byte `at`, or just before it: `finger_*`, `arm_?_joint`, `*_elbow`.
@@ -64,7 +71,7 @@ pub(crate) fn unquoted_pattern(text: &str, at: usize, after: After<'_>) -> Optio
 
 /// Returns the diagnostic for a pattern without quotes.
 pub(crate) fn needs_quotes(word: &str, span: crate::Span) -> Diagnostic {
-    Diagnostic::error("HQ0113", span, "a pattern of names stands in quotes").help(format!("write `\"{}\"`", clip(word)))
+    Diagnostic::unreadable("HQ0113", span, "a pattern of names stands in quotes").write(format!("\"{word}\"")).certain()
 }
 
 /// Returns the diagnostic for the character at byte `at` of the piece `start..end`.
@@ -92,7 +99,8 @@ fn at_place(
             let close = rest[1..].find('\'').map_or(end, |n| at + n + 2);
             let inner = text[at + 1..close].trim_end_matches('\'');
             Diagnostic::error("HQ0109", place.span(at, close), "single quotes do not make a text")
-                .help(format!("write `\"{inner}\"`"))
+                .write(format!("\"{inner}\""))
+                .certain()
         }
         '"' if crate::limits::text_end(&text[..end], at).is_none() => {
             Diagnostic::error("HQ0109", place.span(at, end), "this text is not closed")
@@ -100,22 +108,20 @@ fn at_place(
                 .help("end the text with `\"`; a line break inside it is written `\\n`")
         }
         '#' => Diagnostic::error("HQ0110", place.span(at, end), "`#` does not begin a comment here")
-            .help("comments in a `.hq` file begin with `//`"),
+            .help(Help::each("comments in a `.hq` file begin with `//`", "a comment stands outside the quotes"))
+            .fix(Fix::edit("Begin the comment with `//`", one, "//").certain()),
         '_' if glued_to_digit(text, at) => {
             let from = text[..at].rfind(|c: char| !c.is_ascii_digit()).map_or(0, |n| n + 1);
             let plain: String = text[from..word_end].chars().filter(|c| *c != '_').collect();
             let diagnostic = Diagnostic::error("HQ0111", place.span(from, word_end), "a number has no `_` inside");
-            if plain.bytes().all(|b| b.is_ascii_digit()) {
-                diagnostic.help(format!("write `{plain}`"))
-            } else {
-                diagnostic
-            }
+            if plain.bytes().all(|b| b.is_ascii_digit()) { diagnostic.write(plain).certain() } else { diagnostic }
         }
         '.' if rest[1..].starts_with(|c: char| c.is_ascii_digit()) && !glued_to_digit(text, at) => {
             let digits = rest[1..].find(|c: char| !c.is_ascii_digit()).map_or(end, |n| at + 1 + n);
             let number = &text[at..digits];
             Diagnostic::error("HQ0111", place.span(at, digits), "a number begins with a digit")
-                .help(format!("write `0{number}`"))
+                .write(format!("0{number}"))
+                .certain()
         }
         '.' if glued_to_digit(text, at) || rest.starts_with("..") => crate::numbers::point(text, at, end, place),
         '*' if text[..at].ends_with('*') => power(place, at),
@@ -126,14 +132,14 @@ fn at_place(
             let behind = rest[1..].trim_start();
             let readable = if behind.is_empty() { "" } else { " readable" };
             let message = format!("`{first}` has nothing{readable} behind it");
-            let diagnostic = Diagnostic::error("HQ0114", one, message).here("expects a value on both sides");
+            let diagnostic = Diagnostic::unreadable("HQ0114", one, message).here("expects a value on both sides");
             match behind.chars().next() {
                 Some(c) if !"})],;".contains(c) => {
                     let next = end - behind.len();
                     let inner = at_place(text, start, next, end, place, After::Start("a value"), unit_only);
                     // An error further inside brackets is reported there.
                     let here = inner.primary.span.start <= place.span(next, next).start;
-                    if here && (inner.code == "HQ0113" || inner.code == "HQ0114") {
+                    if here && inner.topic == Topic::Unreadable {
                         diagnostic.label(place.span(next, next + c.len_utf8()), "not a value")
                     } else {
                         inner
@@ -142,22 +148,27 @@ fn at_place(
                 _ => diagnostic.help("delete it, or write the second value"),
             }
         }
-        '*' | '/' | '+' | '^' => Diagnostic::error("HQ0114", one, format!("`{first}` has no value before it"))
+        '*' | '/' | '+' | '^' => Diagnostic::unreadable("HQ0114", one, format!("`{first}` has no value before it"))
             .here("expects a value on both sides"),
         ':' | '=' => Diagnostic::error("HQ0108", one, format!("`{first}` has no place here"))
-            .help("in a block, key and value stand side by side: `d_min 0.5 m`"),
+            .help(Help::each(
+                "in a block, key and value stand side by side: `d_min 0.5 m`",
+                "one key and one value stand on a line; quote a text as `'\"..\"'`",
+            ))
+            .fix(Fix::delete(one, &first.to_string())),
         ')' | ']' | '}' if follows_operator => {
             let op = before.len() - 1;
             let sign = &before[op..];
-            Diagnostic::error("HQ0114", place.span(op, op + 1), format!("`{sign}` has nothing behind it"))
+            Diagnostic::unreadable("HQ0114", place.span(op, op + 1), format!("`{sign}` has nothing behind it"))
                 .here("expects a value on both sides")
                 .help("delete it, or write the second value")
         }
         ')' | ']' | '}' => match opener(text, start, at) {
-            Some((open, c)) => Diagnostic::error("HQ0106", one, format!("`{first}` closes nothing"))
+            Some((open, c)) => loose(one, first)
                 .label(place.span(open, open + 1), format!("this `{c}` is still open"))
                 .help(format!("write `{}` first, or check the brackets", closer(c))),
-            None => Diagnostic::error("HQ0106", one, format!("`{first}` closes nothing"))
+            None => loose(one, first)
+                .fix(Fix::delete(one, &first.to_string()))
                 .help("delete it, or look for the opening bracket that was lost"),
         },
         '(' | '[' if opener(text, at, end).is_some() => {
@@ -176,24 +187,26 @@ fn at_place(
                 if inside > at {
                     at_place(text, start, inside, end, place, After::Key("this argument"), unit_only)
                 } else {
-                    Diagnostic::error("HQ0113", one, "`(` has no place here")
+                    Diagnostic::unreadable("HQ0113", one, "`(` has no place here")
                 }
             }
-            _ => Diagnostic::error("HQ0113", one, "`(` has no place here")
+            _ => Diagnostic::unreadable("HQ0113", one, "`(` has no place here")
                 .note("arguments stand directly behind the name they belong to, without a space"),
         },
-        ',' => Diagnostic::error("HQ0113", one, "`,` has no place here").note("a value stands between two commas"),
+        ',' => Diagnostic::unreadable("HQ0113", one, "`,` has no place here").note("a value stands between two commas"),
         '{' => match after {
-            After::Start(what) => Diagnostic::error("HQ0113", one, format!("{what} is expected here, not a block")),
-            _ => Diagnostic::error("HQ0113", one, "no block can stand here")
+            After::Start(what) => {
+                Diagnostic::unreadable("HQ0113", one, format!("{what} is expected here, not a block"))
+            }
+            _ => Diagnostic::unreadable("HQ0113", one, "no block can stand here")
                 .note("a block follows a key, a kind (`target { .. }`) or, in a task, its arguments"),
         },
         c if c.is_ascii_alphanumeric() || c == '_' => word(text, start, at, word_end, place, after, unit_only),
         '%' | '&' | '|' | '<' | '>' | '!' | '~' | '?' | '@' | '$' | '\\' | '`' => {
-            Diagnostic::error("HQ0113", one, format!("`{first}` is no sign of the language"))
+            Diagnostic::unreadable("HQ0113", one, format!("`{first}` is no sign of the language"))
                 .note("expressions have `+ - * / ^`, parentheses, calls such as `sin(x)`, lists and fields")
         }
-        c if c.is_control() => Diagnostic::error("HQ0113", one, "a control character has no place here"),
+        c if c.is_control() => Diagnostic::unreadable("HQ0113", one, "a control character has no place here"),
         _ => {
             let until = rest.find(char::is_whitespace).map_or(end, |n| at + n);
             // For a letter beyond ASCII, the diagnostic shows the whole word.
@@ -204,7 +217,7 @@ fn at_place(
             } else {
                 until
             };
-            let diagnostic = Diagnostic::error(
+            let diagnostic = Diagnostic::unreadable(
                 "HQ0113",
                 place.span(at, until),
                 format!("`{}` has no place here", clip(&text[at..until])),
@@ -228,8 +241,10 @@ fn deeper(rule: Rule, text: &str) -> Option<usize> {
 }
 
 fn power(place: Place, at: usize) -> Diagnostic {
-    Diagnostic::error("HQ0113", place.span(at - usize::from(at > 0), at + 1), "`**` is not an operator")
+    let sign = place.span(at - usize::from(at > 0), at + 1);
+    Diagnostic::unreadable("HQ0113", sign, "`**` is not an operator")
         .help("a power is written `x^2`")
+        .fix(Fix::replace(sign, "^").certain())
 }
 
 fn glued_to_digit(text: &str, at: usize) -> bool {
@@ -254,11 +269,10 @@ fn word(
         return match letters {
             Some(n) if word[n..].bytes().all(|b| b.is_ascii_digit() || b == b'_') => {
                 let plain: String = word.chars().filter(|c| *c != '_').collect();
-                Diagnostic::error("HQ0111", place.span(at, end), "a number has no `_` inside")
-                    .help(format!("write `{plain}`"))
+                Diagnostic::error("HQ0111", place.span(at, end), "a number has no `_` inside").write(plain)
             }
             Some(n) => unknown_unit(&word[n..], place.span(at + n, end)),
-            None => Diagnostic::error(
+            None => Diagnostic::unreadable(
                 "HQ0113",
                 place.span(at, number_end(text, end)),
                 format!("`{}` has no place here", clip(&text[at..number_end(text, end)])),
@@ -278,7 +292,8 @@ fn word(
     if unit_only && value_takes_unit && on_line {
         return unknown_unit(word, place.span(at, end));
     }
-    let diagnostic = Diagnostic::error("HQ0113", place.span(at, end), format!("`{}` has no place here", clip(word)));
+    let diagnostic =
+        Diagnostic::unreadable("HQ0113", place.span(at, end), format!("`{}` has no place here", clip(word)));
     match after {
         After::Value(tree::Value { kind: tree::ValueKind::Unit(_, unit), .. }) => {
             diagnostic.note(format!("the value before it ends with its unit `{}`", unit_text(unit)))
@@ -298,11 +313,17 @@ fn number_end(text: &str, end: usize) -> usize {
     }
 }
 
+/// Returns the diagnostic for a bracket that closes nothing.
+fn loose(span: crate::Span, bracket: char) -> Diagnostic {
+    Diagnostic::error("HQ0106", span, format!("`{bracket}` closes nothing")).about(Topic::LooseBracket)
+}
+
 /// Returns the diagnostic for a word after a number that is no unit.
 pub(crate) fn unknown_unit(word: &str, span: crate::Span) -> Diagnostic {
-    let diagnostic = Diagnostic::error("HQ0112", span, format!("unknown unit `{}`", clip(word)));
+    let diagnostic =
+        Diagnostic::error("HQ0112", span, format!("unknown unit `{}`", clip(word))).about(Topic::UnknownUnit);
     match nearest_unit(word) {
-        Some(symbol) => diagnostic.here("not a unit").help(format!("did you mean `{symbol}`?")),
+        Some(symbol) => diagnostic.here("not a unit").meant(symbol),
         None => diagnostic.here("not a unit").help("units are products of symbols such as `m`, `rad`, `s`, `kg`, `N`"),
     }
 }
@@ -315,15 +336,17 @@ fn ends_early(text: &str, start: usize, end: usize, place: Place, after: After<'
     let before = text[..end].trim_end();
     if let Some(sign) = before.chars().next_back().filter(|c| "+-*/^".contains(*c)) {
         let at = before.len() - 1;
-        return Diagnostic::error("HQ0114", place.span(at, at + 1), format!("`{sign}` has nothing behind it"))
+        return Diagnostic::unreadable("HQ0114", place.span(at, at + 1), format!("`{sign}` has nothing behind it"))
             .here("expects a value on both sides")
             .help("delete it, or write the second value");
     }
     match after {
         After::Key(key) => no_value(key, place.span(start, end)),
-        After::Value(_) | After::Start(_) => {
-            Diagnostic::error("HQ0113", place.span(start, end), format!("`{}` cannot be read", clip(&text[start..end])))
-        }
+        After::Value(_) | After::Start(_) => Diagnostic::unreadable(
+            "HQ0113",
+            place.span(start, end),
+            format!("`{}` cannot be read", clip(&text[start..end])),
+        ),
     }
 }
 
@@ -336,13 +359,14 @@ fn left_open(text: &str, start: usize, end: usize) -> Option<(usize, char)> {
 /// Returns the diagnostic for a bracket without a partner.
 pub(crate) fn unclosed(place: Place, open: usize, bracket: char) -> Diagnostic {
     Diagnostic::error("HQ0105", place.span(open, open + 1), format!("this `{bracket}` is not closed"))
+        .about(Topic::OpenBracket)
         .here("opened here")
         .help(format!("write the missing `{}`", closer(bracket)))
 }
 
 /// Returns the diagnostic for a key without a value.
 pub(crate) fn no_value(key: &str, span: crate::Span) -> Diagnostic {
-    Diagnostic::error("HQ0107", span, format!("`{}` has no value", clip(key)))
+    Diagnostic::incomplete("HQ0107", span, format!("`{}` has no value", clip(key)))
         .help(format!("write the value behind it, as in `{} 0.5`, or delete the key", clip(key)))
 }
 

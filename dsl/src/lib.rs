@@ -11,6 +11,7 @@ mod comments;
 pub mod diagnostic;
 mod explain;
 mod expr;
+pub mod fix;
 mod formulas;
 mod grammar;
 pub mod holes;
@@ -27,7 +28,9 @@ pub mod vocabulary;
 mod words;
 mod yaml;
 
-pub use diagnostic::{Diagnostic, Label, Severity};
+pub use blocks::{Help, Snippet};
+pub use diagnostic::{Diagnostic, Label, Severity, Topic};
+pub use fix::{Applicability, Change, Edit, Fix};
 pub use span::{SourceId, SourceText, Sources, Span, Spanned};
 
 /// The two syntaxes of the language.

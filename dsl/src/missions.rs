@@ -90,7 +90,7 @@ pub(crate) fn in_order(members: &[MissionMember], repeats: &[MissionRepeat], dia
             let text = format!("the {role} `{}` stands behind a `for` with {role}s in it", clip(&member.name.value));
             let word = Span { end: repeat.span.start + "for".len() as u32, ..repeat.span };
             diags.push(
-                Diagnostic::error("HQ0145", member.name.span, text)
+                Diagnostic::unknown_key("HQ0145", member.name.span, text)
                     .label(word, "what is repeated comes last, and the order counts")
                     .help(format!("write it before the `for`, or write the {role}s of the `for` out")),
             );
@@ -114,7 +114,7 @@ pub(crate) fn no_kind(name: &str, span: Span) -> Diagnostic {
 /// Returns the diagnostic for a task without an action.
 pub(crate) fn no_action(name: &str, span: Span) -> Diagnostic {
     let name = clip(name);
-    Diagnostic::error("HQ0107", span, format!("the task `{name}` does not say what is done"))
+    Diagnostic::incomplete("HQ0107", span, format!("the task `{name}` does not say what is done"))
         .help(format!("write `task {name} = ACTION {{ .. }}`, in YAML `{name}: {{ ACTION: {{ .. }} }}`"))
 }
 
@@ -133,8 +133,12 @@ pub(crate) fn keyed_action(key: &Spanned<String>, fix: &str) -> Diagnostic {
 pub(crate) fn action_inside(name: &Spanned<String>, action: &str, alone: bool) -> Diagnostic {
     let (name, action) = (Spanned::new(clip(&name.value), name.span), clip(action));
     let block = if alone { "" } else { " { .. }" };
-    Diagnostic::error("HQ0107", name.span, format!("the action of the task `{}` stands before its braces", name.value))
-        .help(format!("write `task {} = {action}{block}`", name.value))
+    Diagnostic::incomplete(
+        "HQ0107",
+        name.span,
+        format!("the action of the task `{}` stands before its braces", name.value),
+    )
+    .help(format!("write `task {} = {action}{block}`", name.value))
 }
 
 /// Removes the action that a task without one has among its settings, `{ pick { .. } }` or `{ action pick }`, and
@@ -155,13 +159,13 @@ pub(crate) fn meant_action(settings: &mut Block) -> Option<String> {
 
 /// Returns the diagnostic for a member without a name.
 pub(crate) fn no_name(role: &str, span: Span) -> Diagnostic {
-    Diagnostic::error("HQ0116", span, format!("this `{role}` has no name"))
+    Diagnostic::incomplete("HQ0116", span, format!("this `{role}` has no name"))
         .help(format!("write the name behind `{role}`: letters, digits and `_`"))
 }
 
 /// Returns the diagnostic for a member without a block.
 pub(crate) fn no_block(role: &str, span: Span) -> Diagnostic {
-    Diagnostic::error("HQ0117", span, format!("this `{role}` has no block"))
+    Diagnostic::incomplete("HQ0117", span, format!("this `{role}` has no block"))
         .help(format!("write `{role} NAME {{ .. }}`"))
 }
 

@@ -2,7 +2,9 @@
 
 use crate::Diagnostic;
 use crate::expr::Place;
+use crate::fix::Fix;
 use crate::vocabulary::UNITS;
+use blocks::Snippet;
 
 /// Returns the diagnostic for the point at byte `at`, which follows a number or the unit of one.
 pub(crate) fn point(text: &str, at: usize, end: usize, place: Place) -> Diagnostic {
@@ -16,8 +18,11 @@ pub(crate) fn point(text: &str, at: usize, end: usize, place: Place) -> Diagnost
         let diagnostic = Diagnostic::error("HQ0111", place.span(from, more), "a number has a single point");
         return diagnostic.help(format!("write for instance `{whole}`"));
     }
-    Diagnostic::error("HQ0111", place.span(from, at + 1), "a digit is missing behind the point")
+    let span = place.span(from, at + 1);
+    Diagnostic::error("HQ0111", span, "a digit is missing behind the point")
         .help(format!("write `{whole}.0` or `{whole}`"))
+        .fix(Fix::replace(span, format!("{whole}.0")).certain())
+        .fix(Fix::replace(span, whole))
 }
 
 /// Returns the diagnostic for two numbers with `..` between them at byte `at`.
@@ -29,7 +34,10 @@ fn range(text: &str, at: usize, end: usize, place: Place) -> Diagnostic {
     match (low, high) {
         (Some((_, low)), Some((_, high, unit))) => {
             let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-            error("`..` makes no range of a value").help(format!("write `[{low}, {high}]{unit}`"))
+            let range = Snippet::value(format!("[{low}, {high}]{unit}"));
+            error("`..` makes no range of a value")
+                .help(range.clone())
+                .fix(Fix::snippet(place.span(from, until), range))
         }
         (_, None) => error("no number stands behind `..`")
             .help("a `for` counts through `1..4`; the range of a value is a list, `[0.05, 0.2] m/s`"),

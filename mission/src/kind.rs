@@ -204,7 +204,7 @@ pub struct EventInfo {
 pub struct Further {
     /// The key.
     pub key: &'static str,
-    /// If it is required: an example.
+    /// If it is required: an example of its value.
     pub required: Option<&'static str>,
 }
 

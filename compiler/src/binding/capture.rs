@@ -4,7 +4,7 @@
 //! the stack becomes active. Time is zero at that moment, so it must stay outside of `initial(..)`.
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Fix, Span};
 use names::{list, suggest};
 use runtime::program::{CaptureSource, Op};
 use stdlib_tasks::dimension::NONE;
@@ -172,7 +172,7 @@ impl TaskScope<'_> {
         };
         let d = Diagnostic::error("HQ0311", argument.span, text);
         Some(if let Some(near) = suggest(&path, own.iter().copied()) {
-            d.help(format!("did you mean `initial({near})`?"))
+            d.help(format!("did you mean `initial({near})`?")).fix(Fix::name(argument.span, near))
         } else if own.is_empty() {
             d.help("name what the robot does, such as `initial(frame(LINK).position)` or `initial(joint(NAME))`")
         } else {

@@ -20,7 +20,7 @@ mod value;
 use std::collections::BTreeMap;
 
 use dsl::tree::{Block, Entry, Let, TaskDefinition, Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned, Syntax};
+use dsl::{Diagnostic, Fix, Help, Snippet, Span, Spanned, Syntax};
 use names::{list, suggest};
 use robot::LinkId;
 use stdlib_tasks::bound::{Bound, BoundParams, Slot};
@@ -191,7 +191,10 @@ impl Binder<'_> {
                     definition.args[0].span,
                     format!("`{}` takes nothing in parentheses", kind.name),
                 )
-                .help("write its parameters in braces"),
+                .help(Help::each(
+                    "write its parameters in braces",
+                    "write its parameters as a mapping, `{ name: value }`",
+                )),
             );
             return;
         }
@@ -223,8 +226,10 @@ impl Binder<'_> {
         if definition.args.len() > names.len() && !last_takes_all {
             let extra = &definition.args[names.len()];
             let text = format!("`{}` takes only {} in parentheses", kind.name, list(names.iter().copied(), 4));
-            self.diagnostics
-                .push(Diagnostic::error("HQ0310", extra.span, text).help("write the other parameters in braces"));
+            self.diagnostics.push(Diagnostic::error("HQ0310", extra.span, text).help(Help::each(
+                "write the other parameters in braces",
+                "write the other parameters as a mapping, `{ name: value }`",
+            )));
         }
     }
 
@@ -286,7 +291,12 @@ impl Binder<'_> {
             good = false;
             // A misspelt key already explains the missing one.
             if !misspelt {
-                self.diagnostics.push(lacking(&missing, what, at));
+                let d = lacking(&missing, what, at);
+                let neutral = neutral_values(owner, &missing);
+                self.diagnostics.push(match neutral {
+                    Some(entries) => d.fix(Fix::entries(at, entries)),
+                    None => d,
+                });
             }
         }
         good.then_some(bound)
@@ -345,8 +355,10 @@ impl Binder<'_> {
                     );
                     let near = other.and_then(|o| suggest(o, words.iter().copied()));
                     self.diagnostics.push(match near {
-                        Some(near) => d.help(format!("did you mean `{near}`?")),
-                        None => d.help(format!("write for instance `{} {}`", info.name, words.first().unwrap_or(&""))),
+                        Some(near) => d.meant(near),
+                        None => {
+                            d.help(Help::write_for_instance(Snippet::entry(info.name, *words.first().unwrap_or(&""))))
+                        }
                     });
                     None
                 }
@@ -387,10 +399,27 @@ impl Binder<'_> {
     }
 }
 
+/// Values of missing parameters of a task at which it rests: the current state, or zero velocity. `None` if one of them
+/// has no such value.
+fn neutral_values(owner: Owner, missing: &[(&ParamInfo, Option<String>)]) -> Option<Vec<(String, String)>> {
+    let value = |info: &ParamInfo| match info.ty {
+        _ if owner.kind.current_values.iter().any(|value| value.name == info.name) => {
+            Some(format!("initial({})", info.name))
+        }
+        ParamType::JointVelocities => Some("0 rad/s".to_string()),
+        _ => None,
+    };
+    let own = missing.iter().filter(|_| owner.prefix.is_empty());
+    let values: Option<Vec<_>> = own.map(|(info, _)| Some((info.name.to_string(), value(info)?))).collect();
+    values.filter(|values| !values.is_empty())
+}
+
 /// Diagnostic for missing parameters, each with the reason why its default cannot be used.
 fn lacking(missing: &[(&ParamInfo, Option<String>)], what: &str, at: Span) -> Diagnostic {
     let names = list(missing.iter().map(|m| m.0.name), 8);
-    let mut d = Diagnostic::error("HQ0206", at, format!("{what} needs {names}"));
+    // Unread text that names the owner may hold its parameters too.
+    let explained = missing.iter().map(|m| m.0.name).chain(what.split('`').nth(1));
+    let mut d = Diagnostic::missing_keys(explained, at, format!("{what} needs {names}"));
     for (info, why) in missing {
         if let Some(why) = why {
             d = d.note(format!("the default of `{}` does not fit: {why}", info.name));

@@ -2,14 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use dsl::Diagnostic;
 use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Help, Snippet};
 use names::{list, suggest};
 use robot::LinkId;
 use stdlib_tasks::bound::{Arm, Geometry};
 use stdlib_tasks::params::ParamInfo;
 
 use super::Binder;
+use crate::diagnostics::examples;
 use crate::forms::{path_of, text_of};
 use crate::robot_binding::{BoundRobot, unknown_geometry, unknown_link};
 
@@ -37,14 +38,11 @@ impl Binder<'_> {
             return None;
         }
         let names = self.robot.arms.iter().map(|a| a.name.as_str());
-        let d = Diagnostic::error(
-            "HQ0201",
-            value.span,
-            format!("robot `{}` declares no arm `{name}`", self.robot.name.value),
-        );
+        let d =
+            Diagnostic::unknown_name(value.span, format!("robot `{}` declares no arm `{name}`", self.robot.name.value));
         self.diagnostics.push(match suggest(name, names.clone()) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
-            None if self.robot.arms.is_empty() => d.help("declare it in the robot: `arms { left { tip left_tool } }`"),
+            Some(near) => d.meant(near),
+            None if self.robot.arms.is_empty() => d.help(Help::with("declare it in the robot: {}", [examples::arms()])),
             None => d.help(format!("it declares {}", list(names, 6))),
         });
         None
@@ -104,8 +102,12 @@ pub(super) fn geometries(
                 let shapes = &robot.model.link_ref(link).collision;
                 if shapes.is_empty() {
                     diagnostics.push(
-                        Diagnostic::error("HQ0201", item.span, format!("link `{name}` has no collision shape"))
-                            .help(format!("declare a point on it in the robot: `points {{ {name}_point {name} }}`")),
+                        Diagnostic::unknown_name(item.span, format!("link `{name}` has no collision shape")).help(
+                            Help::with(
+                                "declare a point on it in the robot: {}",
+                                [Snippet::block("points", [Snippet::entry(format!("{name}_point"), name.as_str())])],
+                            ),
+                        ),
                     );
                     good = false;
                 }

@@ -86,9 +86,9 @@ impl TaskScope<'_> {
         {
             let names = || human.points.iter().map(|p| p.0.as_str());
             let text = format!("`{}` has no point `{}`", written(&name), point.value);
-            let d = Diagnostic::error("HQ0201", point.span, text);
+            let d = Diagnostic::unknown_name(point.span, text);
             return refuse(match suggest(&point.value, names()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None => d.help(format!("its points are {}", list(names(), 12))),
             });
         }

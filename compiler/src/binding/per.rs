@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
 use stdlib_tasks::params::{ParamInfo, Quantity};
@@ -71,9 +71,15 @@ impl Binder<'_> {
             let all = (0..model.nv()).filter(|&d| placed(d)).count();
             let (count, name) = (items.len(), info.name);
             let help = if count == all {
-                format!("write `{name} {{ all [..] }}` for all {all} joints, in the order of the URDF")
+                Help::with(
+                    &format!("write {{}} for all {all} joints, in the order of the URDF"),
+                    [Snippet::block(name, [Snippet::entry("all", "[..]")])],
+                )
             } else {
-                format!("write `{name} {{ JOINT value .. }}`, with a joint, a group or a pattern before its value")
+                Help::with(
+                    "write {}, with a joint, a group or a pattern before its value",
+                    [Snippet::block(name, [Snippet::entry("JOINT", "value"), Snippet::dots()])],
+                )
             };
             let d = Diagnostic::error("HQ0310", value.span, format!("`{name}` does not say whose values these are"));
             self.diagnostics.push(d.here(format!("{count} values and no joint")).help(help));

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use dsl::Diagnostic;
 use dsl::tree::{Block, Value, ValueKind};
+use dsl::{Diagnostic, Help};
 use names::{list, suggest};
 use stdlib_tasks::bound::{Bound, BoundParams};
 use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
@@ -11,6 +11,7 @@ use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::RowKind;
 
 use super::{Binder, Owner};
+use crate::diagnostics::examples;
 use crate::expr::{Axes, Frame};
 use crate::forms::{block_of, target, text_of, unknown_key, written};
 
@@ -28,10 +29,10 @@ impl Binder<'_> {
         let found = self.tasks.iter().position(|t| t.0 == program);
         let Some((index, (_, definition))) = found.and_then(|i| Some((i, self.tasks.get(i)?))) else {
             let names: Vec<&str> = self.tasks.iter().map(|t| t.0.as_str()).filter(|n| !n.contains('.')).collect();
-            let d = Diagnostic::error("HQ0201", value.span, format!("there is no task `{name}`"));
+            let d = Diagnostic::unknown_name(value.span, format!("there is no task `{name}`"));
             self.diagnostics.push(match suggest(name, names.iter().copied()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
-                None => d.help("declare it: `task NAME = TYPE { .. }`"),
+                Some(near) => d.meant(near),
+                None => d.help(Help::with("declare it: {}", [examples::task()])),
             });
             return None;
         };
@@ -68,12 +69,12 @@ impl Binder<'_> {
             // Its binding failed, and that was reported.
             return None;
         }
-        let d = Diagnostic::error("HQ0201", value.span, format!("there is no safety field `{}`", written(said)));
+        let d = Diagnostic::unknown_name(value.span, format!("there is no safety field `{}`", written(said)));
         let known = || self.fields.iter().map(String::as_str).filter(|n| !n.contains('.'));
         self.diagnostics.push(match suggest(said, known()) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
+            Some(near) => d.meant(near),
             None if known().next().is_some() => d.help(format!("declared are {}", list(known(), 8))),
-            None => d.help("declare it: `safety_field NAME { of HUMAN }`"),
+            None => d.help(Help::with("declare it: {}", [examples::safety_field("NAME", "HUMAN")])),
         });
         None
     }

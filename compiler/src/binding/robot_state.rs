@@ -1,7 +1,7 @@
 //! The robot's current state, bound to links, joints and parts: the leaves of expressions of the state.
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Span, Spanned};
 use nalgebra::Vector3;
 use names::{list, suggest};
 use robot::{Data, LinkId, Model};
@@ -13,6 +13,7 @@ use stdlib_tasks::task::TaskKind;
 
 use super::parts;
 use super::scope::TaskScope;
+use crate::diagnostics::examples;
 use crate::diagnostics::refused::{Refused, refuse};
 use crate::expr::constants::joint_dimension;
 use crate::expr::{self, Axes, Frame, Graph, Kind, Meaning, Now, Typed, field_symbol};
@@ -59,7 +60,7 @@ impl TaskScope<'_> {
                 "position" => Ok(self.of_link(graph, Leaf::Point { link, offset: [0.0; 3].into() }, link, span)),
                 "orientation" => Ok(self.of_link(graph, Leaf::Orientation(link), link, span)),
                 other => Err(Some(Box::new(
-                    Diagnostic::error("HQ0201", field.span, format!("a frame has no `{other}`"))
+                    Diagnostic::unknown_name(field.span, format!("a frame has no `{other}`"))
                         .help("it has `position`, `orientation` and `pose`"),
                 ))),
             }),
@@ -292,7 +293,9 @@ impl TaskScope<'_> {
     fn safety_field(&mut self, field: &Value, span: Span) -> Result<Typed, Refused> {
         let ValueKind::Name(name) = &field.kind else {
             let d = Diagnostic::error("HQ0304", field.span, "the name of a safety field is needed here");
-            return Err(Some(Box::new(d.help("write `field(NAME)`, and declare `safety_field NAME { of HUMAN }`"))));
+            return Err(Some(Box::new(
+                d.help(Help::with("write `field(NAME)`, and declare {}", [examples::safety_field("NAME", "HUMAN")])),
+            )));
         };
         let said = written(name);
         match self.params.meaning(name) {
@@ -303,15 +306,17 @@ impl TaskScope<'_> {
             },
             Meaning::Human(_) => {
                 let d = Diagnostic::error("HQ0304", field.span, format!("`{said}` is a person, and no safety field"));
-                Err(Some(Box::new(d.help(format!("declare one: `safety_field NAME {{ of {said} }}`, and name that")))))
+                Err(Some(Box::new(
+                    d.help(Help::with("declare one: {}, and name that", [examples::safety_field("NAME", said)])),
+                )))
             }
             _ => {
-                let d = Diagnostic::error("HQ0201", field.span, format!("there is no safety field `{said}`"));
+                let d = Diagnostic::unknown_name(field.span, format!("there is no safety field `{said}`"));
                 let known = || self.params.fields.iter().map(String::as_str).filter(|n| !n.contains('.'));
                 Err(Some(Box::new(match suggest(said, known()) {
-                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    Some(near) => d.meant(near),
                     None if known().next().is_some() => d.help(format!("declared are {}", list(known(), 8))),
-                    None => d.help(format!("declare it: `safety_field {said} {{ of HUMAN }}`")),
+                    None => d.help(Help::with("declare it: {}", [examples::safety_field(said, "HUMAN")])),
                 })))
             }
         }

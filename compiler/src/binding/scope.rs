@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dsl::tree::Value;
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use stdlib_tasks::dimension::Dimension;
 
 use super::motion::Numbers;
@@ -94,31 +94,41 @@ impl Scope for TaskScope<'_> {
         self.state
     }
 
-    fn instead(&self, name: &str) -> Option<String> {
+    fn instead(&self, name: &str) -> Option<Help> {
         let model = &self.robot.model;
         if let Some(owner) = self.owner.filter(|o| o.kind.name == "keep" && ["min", "max"].contains(&o.param))
             && ["_", "none", "inf", "infinity", "free", "any", "nan"].contains(&name.to_lowercase().as_str())
         {
-            return Some(format!(
-                "no number of `{}` can be left open: keep those that have a limit by themselves, `keep((VALUE).x) {{ {} .. }}`",
-                owner.param, owner.param
-            ));
+            let side = Snippet::entry(owner.param, "..");
+            let parts = Snippet::each(
+                format!("keep((VALUE).x) {{ {} }}", side.native()),
+                format!("\"keep((VALUE).x)\": {{ {} }}", side.yaml()),
+            );
+            let of = owner.param;
+            let text =
+                format!("no number of `{of}` can be left open: keep those that have a limit by themselves, {{}}");
+            return Some(Help::with(&text, [parts]));
         }
         if self.owner.is_some_and(|o| o.param == "sampled_margin") && name == "auto" {
             return Some(
                 "how far a written value can bend is not worked out: write a size, or leave it out; `self_collision` and \
                  `virtual_wall` know `auto`"
-                    .to_string(),
+                    .into(),
             );
         }
         if model.dof(name).is_some_and(|d| model.dofs[d].q_index.is_some()) {
-            return Some(format!("for the position of the joint write `joint({name})`"));
+            return Some(format!("for the position of the joint write `joint({name})`").into());
         }
         if model.link(name).is_some() || self.robot.arms.iter().any(|a| a.name == name) {
-            return Some(format!("for where it is write `frame({name}).position`, for how it stands `.orientation`"));
+            return Some(
+                format!("for where it is write `frame({name}).position`, for how it stands `.orientation`").into(),
+            );
         }
         let part = self.robot.groups.contains_key(name) || self.robot.geometries.iter().any(|g| g.name == name);
-        part.then(|| format!("it is a part of the robot, and no value: write `distance({name}, OTHER)` for how far it is from another"))
+        part.then(|| {
+            format!("it is a part of the robot, and no value: write `distance({name}, OTHER)` for how far it is from another")
+                .into()
+        })
     }
 
     fn initial(

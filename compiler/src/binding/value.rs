@@ -1,7 +1,7 @@
 //! Parameters that are numbers, vectors or orientations, or several of these.
 
-use dsl::Diagnostic;
 use dsl::tree::{Value, ValueKind};
+use dsl::{Diagnostic, Help};
 use names::list;
 use runtime::program::{ValueRange, overshoots};
 use stdlib_tasks::bound::{Bound, Slot};
@@ -111,7 +111,7 @@ impl Binder<'_> {
             return None;
         }
         if let Some(mut d) = fits(self.graph, typed, wanted.1, what) {
-            d.help = unit_of_divisor(value, wanted.1).or(d.help);
+            d.help = unit_of_divisor(value, wanted.1).map(Help::from).or(d.help);
             let error = d.severity == dsl::Severity::Error;
             self.diagnostics.push(d);
             if error {

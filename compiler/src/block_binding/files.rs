@@ -4,8 +4,6 @@ use std::path::Path;
 
 use dsl::Sources;
 
-use crate::paths::instead_of;
-
 /// Maximum size of a file, in bytes.
 const MAX_BYTES: u64 = 4 << 20;
 
@@ -21,8 +19,8 @@ pub(crate) struct TextFiles<'a> {
 pub(super) struct Unreadable {
     /// Reason.
     pub why: String,
-    /// A way out.
-    pub help: String,
+    /// A way out; `None`: another path.
+    pub help: Option<&'static str>,
 }
 
 impl TextFiles<'_> {
@@ -32,11 +30,11 @@ impl TextFiles<'_> {
         let bytes = files::read(&on_disk, MAX_BYTES).map_err(|e| match e.kind() {
             std::io::ErrorKind::FileTooLarge => Unreadable {
                 why: format!("it has more than {} MB", MAX_BYTES >> 20),
-                help: "split the mission into several".to_string(),
+                help: Some("split the mission into several"),
             },
-            _ => Unreadable { why: files::reason(&e).to_string(), help: instead_of(&on_disk) },
+            _ => Unreadable { why: files::reason(&e).to_string(), help: None },
         })?;
         String::from_utf8(bytes)
-            .map_err(|_| Unreadable { why: "it is no UTF-8 text".to_string(), help: "save it as JSON".to_string() })
+            .map_err(|_| Unreadable { why: "it is no UTF-8 text".to_string(), help: Some("save it as JSON") })
     }
 }

@@ -7,7 +7,7 @@ mod scope;
 mod values;
 
 use dsl::tree::Block;
-use dsl::{Diagnostic, Severity, Span};
+use dsl::{Diagnostic, Help, Severity, Span};
 
 use blocks::{BlockSchema, Bound, BoundBlock, Key, Located};
 use stdlib_tasks::params::Presence;
@@ -76,7 +76,7 @@ impl BlockBinder<'_> {
     }
 
     fn missing(&mut self, key: &Key, schema: &BlockSchema, named: Span) {
-        let d = Diagnostic::error("HQ0206", named, format!("{} needs `{}`", schema.name, key.name));
-        self.diagnostics.push(d.help(format!("write for instance `{}`", key.written())));
+        let d = Diagnostic::missing_keys([key.name], named, format!("{} needs `{}`", schema.name, key.name));
+        self.diagnostics.push(d.help(Help::write_for_instance(key.written())));
     }
 }

@@ -1,7 +1,7 @@
 //! Values of keys, by their types.
 
 use dsl::tree::{Entry, Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
 
 use blocks::{Bound, BoundEntry, Key, Located, Members, Named, ValueType};
@@ -13,6 +13,7 @@ use crate::expr::constants::with_units;
 use crate::expr::dimension_check::one_unit;
 use crate::expr::function;
 use crate::forms::{block_of, path_of, text_of};
+use crate::paths::instead_of;
 use crate::units;
 
 /// Returns true if a mistake was reported inside a bound value.
@@ -116,7 +117,10 @@ impl BlockBinder<'_> {
         let text = format!("`{name}` is one number, and this list has {}", items.len());
         let d = Diagnostic::error("HQ0310", value.span, text);
         self.diagnostics.push(match x.filter(|x| q.contains(*x)) {
-            Some(x) => d.help(format!("write {which}, `{name} {}`", units::shown(x, q.dimension))),
+            Some(x) => d.help(Help::with(
+                &format!("write {which}, {{}}"),
+                [Snippet::entry(name, units::shown(x, q.dimension))],
+            )),
             None => d.help("write one number without brackets"),
         });
     }
@@ -137,7 +141,7 @@ impl BlockBinder<'_> {
         if items.len() != 2 {
             let text = format!("two numbers are needed here, and these are {}", items.len());
             let d = Diagnostic::error("HQ0310", value.span, text);
-            self.diagnostics.push(d.help(format!("write for instance `{}`", asked.key.written())));
+            self.diagnostics.push(d.help(Help::write_for_instance(asked.key.written())));
             return None;
         }
         let before = self.diagnostics.len();
@@ -157,7 +161,7 @@ impl BlockBinder<'_> {
     fn wrong_form<T>(&mut self, value: &Value, text: String, asked: Asked) -> Option<T> {
         if !matches!(value.kind, ValueKind::Missing) {
             let d = Diagnostic::error("HQ0304", value.span, text);
-            self.diagnostics.push(d.help(format!("write for instance `{}`", asked.key.written())));
+            self.diagnostics.push(d.help(Help::write_for_instance(asked.key.written())));
         }
         None
     }
@@ -166,7 +170,7 @@ impl BlockBinder<'_> {
         let ValueKind::Call(called, args) = &value.kind else { return Some([self.number(value, name, q)?, 0.0]) };
         if called.value != "normal" && function(&called.value).is_none() {
             let text = format!("there is no distribution `{}`", called.value);
-            let d = Diagnostic::error("HQ0201", called.span, text);
+            let d = Diagnostic::unknown_name(called.span, text);
             self.diagnostics.push(d.help("a duration is a time, or `normal(mean, deviation)`"));
             return None;
         }
@@ -191,7 +195,10 @@ impl BlockBinder<'_> {
             && self.scope.has_place(name)
         {
             let d = Diagnostic::error("HQ0304", value.span, format!("`{name}` is a place, and a place has a position"));
-            self.diagnostics.push(d.help("write the position itself, for instance `at [0.4, 0, 0.1] m`"));
+            self.diagnostics.push(d.help(Help::with(
+                "write the position itself, for instance {}",
+                [Snippet::entry("at", "[0.4, 0, 0.1] m")],
+            )));
             return None;
         }
         self.constants.vector(value, dimension, self.diagnostics)
@@ -208,13 +215,14 @@ impl BlockBinder<'_> {
         if self.constants.params.knows(name) {
             return self.constants.vector(value, LENGTH, self.diagnostics);
         }
-        let d = Diagnostic::error("HQ0201", value.span, format!("there is no place `{name}`"));
+        let d = Diagnostic::unknown_name(value.span, format!("there is no place `{name}`"));
         let names = || self.scope.places.keys().map(String::as_str);
         self.diagnostics.push(match suggest(name, names()) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
-            None if self.scope.places.is_empty() => {
-                d.help(format!("declare it, `place {name} {{ at [0.4, 0, 0.1] m }}`, or write a position"))
-            }
+            Some(near) => d.meant(near),
+            None if self.scope.places.is_empty() => d.help(Help::with(
+                "declare it, {}, or write a position",
+                [Snippet::declared("place", name, [Snippet::entry("at", "[0.4, 0, 0.1] m")])],
+            )),
             None => d.help(format!("declared are {}; or write a position", list(names(), 12))),
         });
         None
@@ -238,7 +246,11 @@ impl BlockBinder<'_> {
             }
             Err(e) => {
                 let d = Diagnostic::error("HQ0912", value.span, format!("cannot read `{path}`: {}", e.why));
-                self.diagnostics.push(d.note("paths are relative to the file that names them").help(e.help));
+                let d = d.note("paths are relative to the file that names them");
+                self.diagnostics.push(match e.help {
+                    Some(help) => d.help(help),
+                    None => instead_of(d, path, &self.files.folder.join(path)),
+                });
                 None
             }
         }
@@ -269,8 +281,8 @@ impl BlockBinder<'_> {
         let text = format!("`{name}` is one of {}", list(words.iter().copied(), 8));
         let d = Diagnostic::error("HQ0304", value.span, text);
         self.diagnostics.push(match found.and_then(|word| suggest(word, words.iter().copied())) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
-            None => d.help(format!("write for instance `{name} {}`", words.first().copied().unwrap_or_default())),
+            Some(near) => d.meant(near),
+            None => d.help(Help::write_for_instance(Snippet::entry(name, words.first().copied().unwrap_or_default()))),
         });
         None
     }
@@ -321,7 +333,7 @@ impl BlockBinder<'_> {
         let d = Diagnostic::error("HQ0304", value.span, text);
         let names = self.scope.names(of);
         self.diagnostics.push(match first.or(names.first().copied()) {
-            Some(word) => d.help(format!("write for instance `{name} {word}`")),
+            Some(word) => d.help(Help::write_for_instance(Snippet::entry(name, word))),
             None => d.help("leave it out"),
         });
         None
@@ -333,9 +345,9 @@ impl BlockBinder<'_> {
         let found = names.iter().position(|known| *known == name);
         if found.is_none() {
             let noun = of.noun;
-            let d = Diagnostic::error("HQ0201", at, format!("there is no {noun} `{name}` of this mission"));
+            let d = Diagnostic::unknown_name(at, format!("there is no {noun} `{name}` of this mission"));
             self.diagnostics.push(match suggest(name, names.iter().copied()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None if names.is_empty() => d.help(format!("this spec declares no {noun}")),
                 None => d.help(format!("declared are {}", list(names.iter().copied(), 12))),
             });

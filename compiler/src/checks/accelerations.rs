@@ -8,11 +8,12 @@
 
 use std::collections::BTreeSet;
 
-use dsl::{Diagnostic, Sources, Span};
+use dsl::{Diagnostic, Help, Snippet, Sources, Span};
 use names::list;
 use runtime::program::{MemberProgram, Op, Program, StackProgram, Tape, TaskProgram, Times};
 use runtime::{Evaluator, Member, Rest, build_tasks};
 use stdlib_tasks::bound::Bound;
+use stdlib_tasks::kinds::joint_acceleration_limits::KIND as LIMITS;
 use stdlib_tasks::task::RowKind;
 
 use super::configurations;
@@ -231,7 +232,7 @@ fn warning(program: &Program, places: &SourceMap, found: &Unbounded) -> Diagnost
         .help(help(program, stack, bounds))
 }
 
-fn help(program: &Program, stack: &StackProgram, bounds: &AccelerationBounds) -> String {
+fn help(program: &Program, stack: &StackProgram, bounds: &AccelerationBounds) -> Help {
     let dofs = &program.robot.model.dofs;
     let limited = |d: usize| dofs[d].velocity.is_finite() && dofs[d].velocity > 0.0;
     if let Some(&first) = bounds.unbounded.iter().find(|&&d| !limited(d)) {
@@ -240,23 +241,27 @@ fn help(program: &Program, stack: &StackProgram, bounds: &AccelerationBounds) ->
             "`{}` has no speed limit to take one from: add `joint_acceleration_limits` with `max {{ {} 10 {unit} }}`, or give the \
              joint a speed limit under `limits` of the robot",
             dofs[first].name, dofs[first].name
-        );
+        )
+        .into();
     }
     if bounds.ineffective.is_some() {
-        return "move it to a level above the tasks that move the robot".to_string();
+        return "move it to a level above the tasks that move the robot".into();
     }
     if keeps_distances(stack, program) {
-        return "write `level gentle { joint_acceleration_limits }` below the hard levels: from rest to its speed limit a joint \
-                then takes 0.1 s or more"
-            .to_string();
+        return Help::with(
+            "write {} below the hard levels: from rest to its speed limit a joint then takes 0.1 s or more",
+            [Snippet::level("gentle", false, LIMITS.name)],
+        );
     }
     match level_of_limits(stack, program) {
         Some(k) => format!(
             "add `joint_acceleration_limits` to level `{}`: from rest to its speed limit a joint then takes 0.1 s or more",
             stack.levels[k].name
+        )
+        .into(),
+        None => Help::with(
+            "begin the stack with {}: from rest to its speed limit a joint then takes 0.1 s or more",
+            [Snippet::level("limits", true, LIMITS.name)],
         ),
-        None => "begin the stack with `level limits hard { joint_acceleration_limits }`: from rest to its speed limit a joint then \
-                 takes 0.1 s or more"
-            .to_string(),
     }
 }

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{Member, MemberTask, Stack, TaskDefinition};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use runtime::Evaluator;
 use runtime::Rest;
 use runtime::program::{Program, Times};
@@ -58,7 +58,7 @@ fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &m
             Diagnostic::warning("HQ0621", second.span, "this task says the same as another one of the stack")
                 .label(first.span, "the other one")
                 .note("on its own level it only counts twice; on a lower one it has nothing left to do")
-                .help("keep one of them; `weight 2` makes a task count twice"),
+                .help(Help::with("keep one of them; {} makes a task count twice", [Snippet::entry("weight", "2")])),
         );
     };
     for member in stack.levels.iter().flat_map(|l| &l.members) {

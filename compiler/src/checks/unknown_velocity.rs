@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use dsl::Diagnostic;
+use dsl::{Diagnostic, Help, Snippet};
 use runtime::program::{Program, TaskProgram, Velocity};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::PersonVelocityUse;
@@ -30,10 +30,13 @@ pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
         let text = format!("`{}` takes `{}` to stand{more}", t.name, human.name);
         let at = places.tasks.get(task).map(|b| b.spans.get(param).copied().unwrap_or(b.span)).unwrap_or_default();
         let note = format!("with `velocity none` the points of `{}` have no speed: {}", human.name, how.consequence);
-        diagnostics.push(Diagnostic::warning("HQ0524", at, text).note(note).help(format!(
-            "write `velocity estimated` into `human {}`, or `velocity measured` where the host sends it{}",
-            human.name,
-            how.alternative.map_or_else(String::new, |instead| format!("; or {instead}"))
+        diagnostics.push(Diagnostic::warning("HQ0524", at, text).note(note).help(Help::with(
+            &format!(
+                "write {{}} into the human `{}`, or {{}} where the host sends it{}",
+                human.name,
+                how.alternative.map_or_else(String::new, |instead| format!("; or {instead}"))
+            ),
+            ["estimated", "measured"].map(|how| Snippet::entry("velocity", how)),
         )));
     }
 }

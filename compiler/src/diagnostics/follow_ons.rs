@@ -7,20 +7,19 @@
 use std::collections::BTreeSet;
 
 use dsl::tree::Spec;
-use dsl::{Diagnostic, Severity, Sources, Span};
+use dsl::{Diagnostic, Severity, Sources, Span, Topic};
 
 /// Removes the diagnostics that follow from the first `form` ones, which are the parser's syntax errors. A missing or
 /// outdated header has no consequences. Unused names are not reported if a key is unknown, because the block of that
 /// key was not read.
 pub(crate) fn remove(diagnostics: &mut Vec<Diagnostic>, form: usize, spec: &Spec, sources: &Sources) {
-    let slip = |d: &Diagnostic| matches!(d.code, "HQ0132" | "HQ0145" | "HQ0205");
-    if diagnostics.iter().any(slip) {
-        diagnostics.retain(|d| d.code != "HQ0203");
+    if diagnostics.iter().any(|d| d.topic == Topic::UnknownKey) {
+        diagnostics.retain(|d| d.topic != Topic::Unused);
     }
     let errors: Vec<Span> = diagnostics
         .iter()
         .take(form)
-        .filter(|d| d.severity == Severity::Error && !matches!(d.code, "HQ0101" | "HQ0102"))
+        .filter(|d| d.severity == Severity::Error && d.topic != Topic::Header)
         .map(|d| d.primary.span)
         .collect();
     if errors.is_empty() {
@@ -40,14 +39,16 @@ pub(crate) fn remove(diagnostics: &mut Vec<Diagnostic>, form: usize, spec: &Spec
         let at = d.primary.span;
         // A value with an unreadable part.
         let broken = !at.is_empty() && errors.iter().any(|e| inside(at, *e));
-        let own = spec.items.iter().find(|i| inside(i.span, at));
-        let damaged = own.is_some_and(|i| errors.iter().any(|e| inside(i.span, *e)));
-        match d.code {
-            "HQ0203" => true,
-            "HQ0201" | "HQ0206" if called(at) => true,
-            "HQ0201" => broken || unread.contains(sources.snippet(at)),
-            "HQ0206" => broken || (lost && at.is_empty()) || quoted(&d.message).any(|key| unread.contains(key)),
-            "HQ0601" | "HQ0603" | "HQ0901" => lost || damaged,
+        match &d.topic {
+            Topic::Unused => true,
+            Topic::UnknownName | Topic::MissingKeys(_) if called(at) => true,
+            Topic::UnknownName => broken || unread.contains(sources.snippet(at)),
+            Topic::MissingKeys(keys) => broken || keys.iter().any(|key| unread.contains(key.as_str())),
+            Topic::MissingRobot => lost,
+            Topic::MissingStack | Topic::MissingDeclaration => {
+                let own = spec.items.iter().find(|i| inside(i.span, at));
+                lost || own.is_some_and(|i| errors.iter().any(|e| inside(i.span, *e)))
+            }
             _ => broken,
         }
     };
@@ -61,9 +62,4 @@ pub(crate) fn remove(diagnostics: &mut Vec<Diagnostic>, form: usize, spec: &Spec
 /// Splits a text into words.
 fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|w| !w.is_empty())
-}
-
-/// Parts of a message between backticks.
-fn quoted(message: &str) -> impl Iterator<Item = &str> {
-    message.split('`').skip(1).step_by(2)
 }

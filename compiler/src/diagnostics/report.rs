@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dsl::{Diagnostic, Label, Severity, Sources, Span};
+use dsl::{Applicability, Diagnostic, Label, Severity, Sources, Span};
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, Report as Miette};
 use serde_json::{Value as Json, json};
 
@@ -177,7 +177,8 @@ impl Report {
             let place = Label { span: l.span, text: String::new() };
             out.push_str(&self.snippet(&handler, None, miette::Severity::Advice, &colourless(&l.text), &place, &[]));
         }
-        let notes = d.notes.iter().map(|n| ("note", n)).chain(d.help.iter().map(|h| ("help", h)));
+        let help = d.help.as_deref().map(|help| ("help", help));
+        let notes = d.notes.iter().map(|note| ("note", note.as_str())).chain(help);
         for (word, text) in notes {
             let first = format!("  {}: ", head.style(word));
             let lines = wrapped(&colourless(&clipped(text)), width.saturating_sub(word.len() + 4));
@@ -261,7 +262,12 @@ impl Report {
                 "label": d.primary.text,
                 "labels": d.labels.iter().map(|l| json!({"place": place(l.span), "text": l.text})).collect::<Vec<_>>(),
                 "notes": d.notes,
-                "help": d.help,
+                "help": d.help.as_deref(),
+                "fixes": d.fixes.iter().map(|fix| json!({
+                    "title": fix.title,
+                    "certain": fix.applicability == Applicability::Certain,
+                    "edits": fix.edits().iter().map(|e| json!({"place": place(e.span), "new": e.new})).collect::<Vec<_>>(),
+                })).collect::<Vec<_>>(),
             })
         };
         json!({

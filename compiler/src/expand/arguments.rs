@@ -1,13 +1,14 @@
 //! Parameters of tasks and stacks, and the arguments given for them.
 
 use dsl::tree::{Entry, Member, MemberTask, Parameter, TaskDefinition, Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Span, Spanned};
 use names::{list, suggest};
 use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, Dimension, LENGTH, MASS, NONE, RATE, TIME, VELOCITY};
 
 use super::fill::{Bindings, Bound, Frame};
 use super::module::missing;
 use super::{Expander, Given};
+use crate::diagnostics::examples;
 use crate::expr::Kind;
 use crate::expr::constants::is_word;
 use crate::forms::{path_of, text_of};
@@ -133,7 +134,7 @@ impl Expander<'_> {
                 let names = taker.parameters.iter().map(|p| p.name.value.as_str());
                 let d = wrong(span, format!("`{name}` takes no `{}`", entry.key.value));
                 self.fail(match suggest(&entry.key.value, names) {
-                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    Some(near) => d.meant(near),
                     None => d.help(form.clone()),
                 });
                 continue;
@@ -207,11 +208,11 @@ impl Expander<'_> {
             let arms = self.arms().unwrap_or_default();
             let near = text_of(&value).and_then(|v| suggest(v, arms.iter().map(String::as_str)));
             self.fail(match (&ty.form, near) {
-                (Form::Arm, Some(near)) => d.help(format!("did you mean `{near}`?")),
+                (Form::Arm, Some(near)) => d.meant(near),
                 (Form::Arm, None) if !arms.is_empty() => {
                     d.help(format!("the robot declares {}", list(arms.iter().map(String::as_str), 8)))
                 }
-                (Form::Arm, None) => d.help("declare the arm in the robot: `arms { left { tip left_tool } }`"),
+                (Form::Arm, None) => d.help(Help::with("declare the arm in the robot: {}", [examples::arms()])),
                 _ => d.help(format!("give {}", ty.is)),
             });
             return None;

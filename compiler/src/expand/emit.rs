@@ -342,9 +342,9 @@ impl Expander<'_> {
         let word = class.word();
         let mut names = self.names(m, class, false);
         names.extend(self.names(m, class, true));
-        let d = Diagnostic::error("HQ0201", name.span, format!("there is no {word} `{}`", name.value));
+        let d = Diagnostic::unknown_name(name.span, format!("there is no {word} `{}`", name.value));
         self.push(match suggest(&name.value, names.iter().map(String::as_str)) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
+            Some(near) => d.meant(near),
             None if names.is_empty() => d.help(format!("declare the {word}, or import it")),
             None => d.help(format!("declared are {}", list(names.iter().map(String::as_str), 8))),
         });
@@ -371,7 +371,7 @@ impl Expander<'_> {
             }
             let imported = self.out.imported.get(&(*class, visible.clone())).copied();
             let at = imported.unwrap_or(name.span);
-            let d = Diagnostic::warning("HQ0203", at, format!("{} `{visible}` is never used", class.word()));
+            let d = Diagnostic::unused(at, format!("{} `{visible}` is never used", class.word()));
             self.push(d.help(if imported.is_some() { "do not import it" } else { "use it, or remove it" }));
         }
     }

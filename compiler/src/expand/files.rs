@@ -87,9 +87,9 @@ impl Expander<'_> {
             return refuse(self, Diagnostic::error("HQ0211", at, text).help("import a spec"));
         };
         let cannot = |e: &std::io::Error| {
-            Diagnostic::error("HQ0211", at, format!("cannot read `{}`: {}", path.value, files::reason(e)))
-                .note("paths are relative to the file that names them")
-                .help(instead_of(&on_disk))
+            let d = Diagnostic::error("HQ0211", at, format!("cannot read `{}`: {}", path.value, files::reason(e)))
+                .note("paths are relative to the file that names them");
+            instead_of(d, &path.value, &on_disk)
         };
         let canonical = match on_disk.canonicalize() {
             Ok(canonical) => canonical,

@@ -116,7 +116,7 @@ impl Expander<'_> {
                     let d = Diagnostic::error("HQ0219", span, format!("nothing is called `{name}` in `${{{hole}}}`"));
                     let near = suggest(name, frame.bound.keys().map(String::as_str)).map(str::to_string);
                     self.fail(match near {
-                        Some(near) => d.help(format!("did you mean `${{{}}}`?", hole.replace(name, &near))),
+                        Some(near) => d.meant(format!("${{{}}}", hole.replace(name, &near))),
                         None => d.help("name what a `for` around it runs over, or a parameter of the declaration"),
                     });
                     out.push_str("missing");

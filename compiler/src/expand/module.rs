@@ -194,7 +194,7 @@ impl Expander<'_> {
             let text = format!("`{}` declares no `{}`", import.path.value, name.value);
             let d = Diagnostic::error("HQ0213", name.span, text);
             let d = match suggest(&name.value, names.iter().copied()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None if names.is_empty() => d.help("it declares nothing that could be imported"),
                 None => d.help(format!("it has {}", list(names.iter().copied(), 12))),
             };
@@ -218,10 +218,10 @@ impl Expander<'_> {
                 self.fail(d.help("write the name out"));
             }
             if !TYPES.iter().any(|t| t.name == p.ty.value) {
-                let d = Diagnostic::error("HQ0201", p.ty.span, format!("there is no type `{}`", p.ty.value));
+                let d = Diagnostic::unknown_name(p.ty.span, format!("there is no type `{}`", p.ty.value));
                 let names = || TYPES.iter().map(|t| t.name);
                 self.fail(match suggest(&p.ty.value, names()) {
-                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    Some(near) => d.meant(near),
                     None => d.help(format!("types are {}", list(names(), 30))),
                 });
             }

@@ -124,7 +124,7 @@ impl Expander<'_> {
             let d = Diagnostic::error("HQ0217", name.span, text).label(base.span, "declared here");
             let names = levels.iter().map(|l| l.name.value.as_str());
             self.fail(match suggest(&name.value, names.clone()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None => d.help(format!("its levels are {}", list(names, 12))),
             });
         }

@@ -261,7 +261,7 @@ fn unknown_kind(kind: &Spanned<String>, own: &[String]) -> Diagnostic {
     let d = Diagnostic::error("HQ0204", kind.span, format!("there is no task type `{}`", kind.value));
     let library = stdlib_tasks::KINDS.iter().map(|k| k.name);
     match suggest(&kind.value, library.chain(own.iter().map(String::as_str))) {
-        Some(near) => d.help(format!("did you mean `{near}`?")),
+        Some(near) => d.meant(near),
         None => d.help("`hierarq tasks` lists all types"),
     }
 }

@@ -54,13 +54,12 @@ impl Lowering<'_> {
                 .chain(PRESENT.iter().copied())
                 .chain(MEASURES.iter().copied());
             let names = names.chain(TRAJECTORIES.iter().map(|t| t.name));
-            let mut d =
-                Diagnostic::error("HQ0201", function.span, format!("there is no function `{}`", function.value));
-            d = d.help(match (elsewhere(&function.value), suggest(&function.value, names)) {
-                (Some(form), _) => format!("it is written `{form}`"),
-                (None, Some(near)) => format!("did you mean `{near}`?"),
-                (None, None) => families(),
-            });
+            let mut d = Diagnostic::unknown_name(function.span, format!("there is no function `{}`", function.value));
+            d = match (elsewhere(&function.value), suggest(&function.value, names)) {
+                (Some(form), _) => d.help(format!("it is written `{form}`")),
+                (None, Some(near)) => d.meant(near),
+                (None, None) => d.help(families()),
+            };
             return self.fail(d);
         };
         let typed: Vec<Result<Typed, Failed>> = args.iter().map(|a| self.value(a)).collect();

@@ -1,7 +1,7 @@
 //! Values that are needed at compile time: declared `param`s, and constants in blocks of robots and runs.
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Span, Spanned};
 use robot::Model;
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
 
@@ -126,7 +126,7 @@ impl Constants<'_> {
             return None;
         }
         if let Some(mut d) = self.fits(&typed, wanted, "") {
-            d.help = unit_of_divisor(value, wanted).or(d.help);
+            d.help = unit_of_divisor(value, wanted).map(Help::from).or(d.help);
             let error = d.severity == dsl::Severity::Error;
             diagnostics.push(d);
             if error {

@@ -1,7 +1,7 @@
 //! Checks the dimension of a value, and builds the help for a mismatch.
 
 use dsl::tree::{BinaryOp, Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Fix, Span, Spanned, Topic};
 use stdlib_tasks::dimension::{Dimension, NONE, RATE, TIME};
 
 use crate::expr::{Graph, Kind, Typed, bracketed};
@@ -31,12 +31,12 @@ pub fn wrong_dimension(typed: &Typed, wanted: Dimension, what: &str) -> Diagnost
     } else {
         format!("{what} is {needed}, and this is {is}")
     };
-    let d = Diagnostic::error("HQ0301", typed.span, message).here(is);
+    let d = Diagnostic::error("HQ0301", typed.span, message).about(Topic::Dimension).here(is);
     let unit = units::written(wanted);
     if wanted == NONE {
         d.help("leave the unit out, or divide by a value of the same unit")
     } else if typed.dimension == NONE {
-        d.help(format!("give it a unit, such as `{unit}`"))
+        d.help(format!("give it a unit, such as `{unit}`")).fix(Fix::unit(typed.span, unit.as_ref()))
     } else if wanted == RATE && typed.dimension == TIME {
         d.help("a time T is the rate 1/T: write `100 Hz` for 10 ms")
     } else {
@@ -57,7 +57,7 @@ pub fn unit_of_divisor(value: &Value, wanted: Dimension) -> Option<String> {
 /// Merges the errors of all items of a list into one, if the unit behind the list is wrong.
 pub fn one_unit(diagnostics: &mut Vec<Diagnostic>, before: usize, value: &Value, items: usize) {
     let new = diagnostics.get_mut(before..).unwrap_or_default();
-    let all = items == new.len() && new.iter().all(|d| d.code == "HQ0301" && d.message == new[0].message);
+    let all = items == new.len() && new.iter().all(|d| d.topic == Topic::Dimension && d.message == new[0].message);
     if let (ValueKind::Unit(..), true, Some(first)) = (&value.kind, all, new.first_mut()) {
         first.primary.span = value.span;
         diagnostics.truncate(before + 1);
@@ -73,17 +73,23 @@ pub fn bare_angle(graph: &Graph, typed: &Typed, wanted: Dimension) -> Diagnostic
     if turns > 1.0 {
         Diagnostic::warning("HQ0305", typed.span, format!("without a unit this is read as {largest} {unit}"))
             .here(format!("{turns:.1} turns{}", unit.trim_start_matches("rad")))
+            .about(Topic::BareAngle)
             .note("angles without a unit are radians, and this one looks like degrees")
             .help(format!("write `{degrees}` behind it, or `{unit}` if it is meant"))
+            .fix(Fix::unit(typed.span, &degrees))
+            .fix(Fix::unit(typed.span, &unit))
     } else {
         Diagnostic::warning("HQ0305", typed.span, format!("without a unit this is read as `{unit}`"))
+            .about(Topic::BareAngle)
             .help(format!("write `{unit}` behind it, or `{degrees}` if degrees are meant"))
+            .fix(Fix::unit(typed.span, &unit))
+            .fix(Fix::unit(typed.span, &degrees))
     }
 }
 
 /// Merges the warnings of bare angles since `from` into one, because several in one list or call are one slip.
 pub fn merge_bare(diagnostics: &mut Vec<Diagnostic>, from: usize, span: Span) {
-    let mut bare: Vec<Diagnostic> = diagnostics.extract_if(from.., |d| d.code == "HQ0305").collect();
+    let mut bare: Vec<Diagnostic> = diagnostics.extract_if(from.., |d| d.topic == Topic::BareAngle).collect();
     let most = bare.iter().position(|d| !d.notes.is_empty()).unwrap_or(0);
     if bare.len() > 1 {
         let mut one = bare.swap_remove(most);
@@ -92,7 +98,8 @@ pub fn merge_bare(diagnostics: &mut Vec<Diagnostic>, from: usize, span: Span) {
         if let Some((start, rest)) = one.message.split_once("read as ").filter(|_| !one.notes.is_empty()) {
             one.message = format!("{start}read as radians, one of them as {rest}");
         }
-        one.help = one.help.map(|h| h.replace("behind it", "behind them"));
+        one.help = one.help.map(|h| h.replace("behind it", "behind them").into());
+        one.fixes.clear();
         diagnostics.push(one);
     } else {
         diagnostics.append(&mut bare);

@@ -12,7 +12,7 @@ pub(crate) fn unit_error(error: &UnitError, span: Span) -> Diagnostic {
         UnitError::Unknown(symbol) => {
             let d = Diagnostic::error("HQ0303", span, format!("there is no unit `{symbol}`"));
             match suggest(symbol, units::symbols()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None => d.help("`hierarq explain HQ0303` lists the units"),
             }
         }

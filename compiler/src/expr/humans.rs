@@ -1,7 +1,7 @@
 //! People in expressions: their tracked points, with velocity and uncertainty.
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use names::{list, suggest};
 use stdlib_tasks::dimension::LENGTH;
 
@@ -70,9 +70,9 @@ impl Lowering<'_> {
             return Ok(target(name));
         }
         let names = human.points.iter().map(|p| p.0.as_str());
-        let d = Diagnostic::error("HQ0201", point.span, format!("`{}` has no point `{}`", written(name), point.value));
+        let d = Diagnostic::unknown_name(point.span, format!("`{}` has no point `{}`", written(name), point.value));
         self.fail(match suggest(&point.value, names.clone()) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
+            Some(near) => d.meant(near),
             None => d.help(format!("its points are {}", list(names, 12))),
         })
     }
@@ -116,15 +116,25 @@ impl Lowering<'_> {
             if self.is_failed(who) {
                 return Err(Failed);
             }
-            let d = Diagnostic::error("HQ0201", who.span, "this is neither a person nor a point of one");
-            return self.fail(d.help("declare it: `human operator { points [chest]  lost hold }`"));
+            let d = Diagnostic::unknown_name(who.span, "this is neither a person nor a point of one");
+            return self.fail(d.help(Help::with(
+                "declare it: {}",
+                [Snippet::declared(
+                    "human",
+                    "operator",
+                    [Snippet::entry("points", "[chest]"), Snippet::each("lost hold", "lost: hold")],
+                )],
+            )));
         };
         let numbers = numbers?;
         let outer = if let ValueKind::Field(outer, _) = &who.kind { outer } else { who };
         if let Some((name, _)) = self.human(outer).filter(|(_, human)| !human.held) {
             let text = format!("`{}` is never uncertain: it is absent when its readings stop", written(&name));
             let d = Diagnostic::error("HQ0304", who.span, text);
-            return self.fail(d.help(format!("write `lost hold` into `human {}`, or leave this out", written(&name))));
+            return self.fail(d.help(Help::with(
+                &format!("write {{}} into the human `{}`, or leave this out", written(&name)),
+                [Snippet::each("lost hold", "lost: hold")],
+            )));
         }
         let nodes: Vec<usize> = numbers.into_iter().map(|at| self.graph.moving_signal(at, at + 1)).collect();
         let most = nodes.into_iter().reduce(|a, b| self.graph.push(runtime::program::Op::Max(a, b)));

@@ -1,7 +1,7 @@
 //! Names in expressions: built-in names, names of the scope, and helps for unknown names.
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use names::suggest;
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE, TIME};
@@ -75,21 +75,28 @@ impl Lowering<'_> {
         let moving: &[&str] = if self.scope.moves() { &["t", "time", "com"] } else { &[] };
         known.extend(moving.iter().chain(&["pi"]).map(|name| (*name).to_string()));
         let mut d =
-            Diagnostic::error("HQ0201", span, format!("there is no value called `{}`", crate::forms::written(name)));
+            Diagnostic::unknown_name(span, format!("there is no value called `{}`", crate::forms::written(name)));
         if let Some(help) = self.scope.instead(name) {
             d = d.help(help);
         } else if let Some(near) = suggest(name, known.iter().map(String::as_str)) {
-            d = d.help(format!("did you mean `{near}`?"));
+            d = d.meant(near);
         } else if function(name).is_some() {
             d = d.help(format!("`{name}` is a function: write `{name}(..)`"));
         } else if units::symbols().any(|u| u == name) {
-            d = d
-                .note("a unit stands behind a number or a bracket")
-                .help(format!("for the unit write `1 {name}` or `1 /{name}`; for a value declare `param {name} = ..`"));
+            d = d.note("a unit stands behind a number or a bracket").help(Help::with(
+                &format!("for the unit write `1 {name}` or `1 /{name}`; for a value declare {{}}"),
+                [Snippet::defined("param", name, "..")],
+            ));
         } else if self.scope.moves() {
-            d = d.help("declare it with `param NAME = VALUE`, or use `t`, `time`, `pi`");
+            d = d.help(Help::with(
+                "declare it with {}, or use `t`, `time`, `pi`",
+                [Snippet::defined("param", "NAME", "VALUE")],
+            ));
         } else {
-            d = d.help("write the value itself, or declare it with `param NAME = VALUE`");
+            d = d.help(Help::with(
+                "write the value itself, or declare it with {}",
+                [Snippet::defined("param", "NAME", "VALUE")],
+            ));
         }
         self.fail(d)
     }
@@ -103,6 +110,6 @@ impl Lowering<'_> {
         let names = self.scope.names();
         let near = suggest(target(name), names.iter().map(String::as_str))?;
         let text = format!("there is no person, signal or value `{}`", written(name));
-        Some(Diagnostic::error("HQ0201", inner.span, text).help(format!("did you mean `{near}`?")))
+        Some(Diagnostic::unknown_name(inner.span, text).meant(near))
     }
 }

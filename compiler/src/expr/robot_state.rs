@@ -112,7 +112,7 @@ impl Lowering<'_> {
             return self.fail(misspelt);
         }
         self.fail(
-            Diagnostic::error("HQ0201", span, "the value of a task stands only inside `initial(..)`")
+            Diagnostic::unknown_name(span, "the value of a task stands only inside `initial(..)`")
                 .note("of what the robot does now there is `frame(F).position`, `.orientation`, `.pose`, `point(F, ..)`, `joint(J)`, `distance(a, b)`, `com`, `field(F)`")
                 .help("write `initial(..)` around it for its value at the moment the stack becomes active"),
         )

@@ -1,7 +1,7 @@
 //! Scope of an expression: the meaning of names, and the permitted operations.
 
 use dsl::tree::Value;
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Span, Spanned};
 
 use super::robot_state::Now;
 use super::trajectories::needs_from;
@@ -56,7 +56,7 @@ pub trait Scope {
         true
     }
     /// Help for a name that is that of a part of the robot, or for another reason not a value.
-    fn instead(&self, _name: &str) -> Option<String> {
+    fn instead(&self, _name: &str) -> Option<Help> {
         None
     }
     /// Lowers `initial(ARGUMENT)`. Returns `None` if nothing can be captured, with diagnostics.

@@ -1,12 +1,13 @@
 //! Signals in expressions: their presence, and the parts of a wrench.
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Span, Spanned};
 use runtime::program::Op;
 use stdlib_tasks::dimension::NONE;
 
 use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
+use crate::diagnostics::examples;
 
 /// Parts of a wrench.
 const PARTS: [&str; 2] = ["force", "moment"];
@@ -37,8 +38,8 @@ impl Lowering<'_> {
             }
             let text = format!("there is no signal `{}`", crate::forms::written(name));
             return self.fail(
-                Diagnostic::error("HQ0201", args[0].span, text)
-                    .help("declare it: `signal NAME : point?  timeout 0.5 s`"),
+                Diagnostic::unknown_name(args[0].span, text)
+                    .help(Help::with("declare it: {}", [examples::signal("point?")])),
             );
         };
         let nodes = vec![self.graph.push(Op::Signal(at))];
@@ -57,7 +58,7 @@ impl Lowering<'_> {
             return None;
         }
         if !PARTS.contains(&field.value.as_str()) {
-            let d = Diagnostic::error("HQ0201", field.span, format!("a wrench has no `{}`", field.value));
+            let d = Diagnostic::unknown_name(field.span, format!("a wrench has no `{}`", field.value));
             return Some(self.fail(d.help("it has `force` and `moment`")));
         }
         let part = format!("{}.#{}", crate::forms::target(name), field.value);

@@ -144,9 +144,11 @@ impl Lowering<'_> {
             let Some(at) = of.named.iter().position(|n| n.name == name.value) else {
                 let names = || of.named.iter().map(|n| n.name);
                 let text = format!("`{}` takes nothing called `{}`", of.name, name.value);
-                let help = suggest(&name.value, names())
-                    .map_or_else(|| format!("it takes {}", list(names(), 9)), |near| format!("did you mean `{near}`?"));
-                self.diagnostics.push(Diagnostic::error("HQ0214", name.span, text).help(help));
+                let d = Diagnostic::error("HQ0214", name.span, text);
+                self.diagnostics.push(match suggest(&name.value, names()) {
+                    Some(near) => d.meant(near),
+                    None => d.help(format!("it takes {}", list(names(), 9))),
+                });
                 continue;
             };
             if call.given[at].is_some() {

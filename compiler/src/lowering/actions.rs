@@ -142,9 +142,9 @@ pub(super) fn verb(a: &Action) -> Result<&'static Verb, Refused> {
     let names = || VERBS.iter().map(|v| v.name);
     let Some(verb) = VERBS.iter().find(|v| v.name == a.verb.value) else {
         let text = format!("there is no action `{}`", a.verb.value);
-        let d = Diagnostic::error("HQ0201", a.verb.span, text);
+        let d = Diagnostic::unknown_name(a.verb.span, text);
         return Err(Some(Box::new(match suggest(&a.verb.value, names()) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
+            Some(near) => d.meant(near),
             None => d.help(format!(
                 "actions are {}; `call({}, ..)` asks the host for anything else",
                 list(names(), 12),
@@ -166,7 +166,7 @@ pub(super) fn verb(a: &Action) -> Result<&'static Verb, Refused> {
         let text = format!("`{}` is followed by {}", verb.name, words.join(" or "));
         let d = Diagnostic::error("HQ0304", a.args[0].span, text);
         return Err(Some(Box::new(match word.and_then(|w| suggest(w, verb.words.iter().copied())) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
+            Some(near) => d.meant(near),
             None => d.help(format!("write `{}`", verb.form)),
         })));
     }

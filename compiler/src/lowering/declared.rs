@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{ItemKind, Machine, MemberTask, Param, Robot, Run, Stack, Task, Value};
-use dsl::{Diagnostic, Span, Spanned, Syntax};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned, Syntax};
 use names::{list, suggest};
 
 use super::Lowerer;
@@ -79,12 +79,13 @@ impl Lowerer<'_> {
             } else {
                 // Params of other files that are not imported by name have names that users cannot write.
                 let names = declared.params.iter().map(|p| p.name.value.as_str()).filter(|n| !n.contains('.'));
-                let d = Diagnostic::error("HQ0201", param.name.span, format!("the spec has no param `{name}`"));
+                let d = Diagnostic::unknown_name(param.name.span, format!("the spec has no param `{name}`"));
                 let d = match suggest(name, names.clone()) {
-                    Some(near) => d.help(format!("did you mean `{near}`?")),
-                    None if names.clone().next().is_none() => {
-                        d.help("it has no params at all: declare one, `param NAME = VALUE`")
-                    }
+                    Some(near) => d.meant(near),
+                    None if names.clone().next().is_none() => d.help(Help::with(
+                        "it has no params at all: declare one, {}",
+                        [Snippet::defined("param", "NAME", "VALUE")],
+                    )),
                     None => d.help(format!("it has {}", list(names, 12))),
                 };
                 self.push(d);
@@ -125,7 +126,7 @@ impl Lowerer<'_> {
                 && !self.params.used.contains(&name.value)
                 && !mentioned.contains(&name.value);
             if let Some((at, imported)) = place(Class::Value, name).filter(|_| complete && known) {
-                let d = Diagnostic::warning("HQ0203", at, format!("{word} `{}` is never used", name.value));
+                let d = Diagnostic::unused(at, format!("{word} `{}` is never used", name.value));
                 self.push(d.help(advice(imported, "use it, or remove it")));
             }
         }
@@ -143,7 +144,7 @@ impl Lowerer<'_> {
             if let Some((at, imported)) =
                 place(Class::Task, name).filter(|_| !used && !declared.stacks.is_empty() && declared.whole)
             {
-                let d = Diagnostic::warning("HQ0203", at, format!("task `{}` stands in no stack", name.value));
+                let d = Diagnostic::unused(at, format!("task `{}` stands in no stack", name.value));
                 self.push(d.help(advice(imported, "add it to a level, or remove it")));
             }
         }

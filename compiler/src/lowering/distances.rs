@@ -1,7 +1,7 @@
 //! Function of the distance in a safety field: a word, or a non-decreasing expression in `d`.
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, LENGTH};
 use stdlib_tasks::field::{DistanceFunction, DistanceProgram, ExpressionDistance, MAX_OPERATIONS};
@@ -70,7 +70,10 @@ impl Lowerer<'_> {
             let is = typed.kind.describe();
             let d =
                 Diagnostic::error("HQ0304", value.span, format!("a function of the distance is a number, not {is}"));
-            self.push(d.help("write for instance `distance min(d, 2 m)`, with `d` for the distance"));
+            self.push(d.help(Help::with(
+                "write for instance {}, with `d` for the distance",
+                [Snippet::entry("distance", "min(d, 2 m)")],
+            )));
             return None;
         }
         Some(typed)

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use dsl::tree::Value;
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use names::{list, suggest};
 use runtime::FaultKind;
 use runtime::expect::Unit;
@@ -17,6 +17,7 @@ use super::shapes::Shape;
 use super::states::state;
 use crate::binding::TaskScope;
 use crate::binding::motion;
+use crate::diagnostics::examples;
 use crate::diagnostics::refused::{Refused, refuse};
 use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Start, Symbol, Typed};
 
@@ -44,9 +45,9 @@ pub(super) struct Watch<'s> {
 
 /// Diagnostic for an unknown name, with a suggestion.
 fn unknown<'n>(what: &str, name: &str, at: Span, names: impl Iterator<Item = &'n str> + Clone) -> Diagnostic {
-    let d = Diagnostic::error("HQ0201", at, format!("there is no {what} `{name}`"));
+    let d = Diagnostic::unknown_name(at, format!("there is no {what} `{name}`"));
     match suggest(name, names.clone()) {
-        Some(near) => d.help(format!("did you mean `{near}`?")),
+        Some(near) => d.meant(near),
         None if names.clone().next().is_none() => d.help(format!("this spec has no {what}")),
         None => d.help(format!("there is {}", list(names, 12))),
     }
@@ -84,7 +85,7 @@ impl Watch<'_> {
             return refuse(d.help(format!("write `error({name})`")));
         }
         if !rest.is_empty() {
-            let d = Diagnostic::error("HQ0201", at, format!("the margin of `{name}` has no part `{rest}`"));
+            let d = Diagnostic::unknown_name(at, format!("the margin of `{name}` has no part `{rest}`"));
             return refuse(d.help(format!("write `margin({name})` for the smallest of its rows")));
         }
         Ok((Measure::Margin(task), shape.margin.unwrap_or(NONE)))
@@ -119,9 +120,9 @@ impl Watch<'_> {
         match parts().position(|p| p == rest).or(alone) {
             Some(part) => Ok((Measure::Error { task, part: Some(part) }, shape.parts[part].1)),
             None => {
-                let d = Diagnostic::error("HQ0201", at, format!("the error of `{name}` has no part `{rest}`"));
+                let d = Diagnostic::unknown_name(at, format!("the error of `{name}` has no part `{rest}`"));
                 refuse(match suggest(rest, parts().flat_map(|p| [p, p.rsplit('.').next().unwrap_or(p)])) {
-                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    Some(near) => d.meant(near),
                     None if shape.parts.len() > 1 => d.help(several()),
                     None => d.help(format!("write `error({name})`")),
                 })
@@ -132,8 +133,8 @@ impl Watch<'_> {
     /// Measure of a state, named by its path, or by a suffix that only one state has.
     fn state(&self, path: &str, at: Span) -> Result<Measure, Refused> {
         let Some(machine) = &self.program.machine else {
-            let d = Diagnostic::error("HQ0201", at, "there are no states, because this spec has no machine");
-            return refuse(d.help("declare one: `machine NAME { initial STATE  state STATE { .. } }`"));
+            let d = Diagnostic::unknown_name(at, "there are no states, because this spec has no machine");
+            return refuse(d.help(Help::with("declare one: {}", [examples::machine(Snippet::dots())])));
         };
         state(machine, path, at).map(Measure::In).map_err(Some)
     }

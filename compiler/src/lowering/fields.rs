@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use dsl::Diagnostic;
 use dsl::tree::{SafetyField, Value, ValueKind};
+use dsl::{Diagnostic, Help, Snippet};
 use names::{list, suggest};
 use robot::{Drive, LinkId, Model};
 use stdlib_tasks::dimension::{Dimension, LENGTH};
@@ -106,8 +106,8 @@ impl Lowerer<'_> {
             points.extend(more);
         }
         if points.is_empty() {
-            let d = Diagnostic::error("HQ0206", value.span, "a safety field is of at least one point");
-            self.push(d.help("name a person or points: `of operator`"));
+            let d = Diagnostic::missing_keys(["of"], value.span, "a safety field is of at least one point");
+            self.push(d.help(Help::with("name a person or points: {}", [Snippet::entry("of", "operator")])));
             return None;
         }
         if points.len() > MAX_POINTS {
@@ -146,7 +146,10 @@ impl Lowerer<'_> {
         if typed.kind != Kind::Vector {
             let is = typed.kind.describe();
             let d = Diagnostic::error("HQ0304", value.span, format!("a person or a position is needed here, not {is}"));
-            self.push(d.help("write for instance `of operator`, `of operator.chest` or `of [1, 0, 1] m`"));
+            self.push(d.help(Help::with(
+                "write for instance {}, {} or {}",
+                ["operator", "operator.chest", "[1, 0, 1] m"].map(|of| Snippet::entry("of", of)),
+            )));
             return None;
         }
         let what = "a point of a safety field";
@@ -172,7 +175,7 @@ impl Lowerer<'_> {
             let Some(path) = path_of(item) else {
                 if !matches!(item.kind, ValueKind::Missing) {
                     let d = Diagnostic::error("HQ0304", item.span, "the name of a link, arm, point or group is needed");
-                    self.push(d.help("write for instance `links [left, right]`"));
+                    self.push(d.help(Help::write_for_instance(Snippet::entry("links", "[left, right]"))));
                 }
                 good = false;
                 continue;
@@ -185,7 +188,7 @@ impl Lowerer<'_> {
                         let d = unknown_geometry(&robot.model, &robot.geometries, &robot.groups, &path, item.span);
                         let arms = robot.arms.iter().map(|a| a.name.as_str());
                         self.push(match suggest(&path, arms) {
-                            Some(near) => Diagnostic { help: Some(format!("did you mean `{near}`?")), ..d },
+                            Some(near) => Diagnostic { fixes: Vec::new(), ..d }.meant(near),
                             None => d,
                         });
                     }
@@ -195,7 +198,7 @@ impl Lowerer<'_> {
         let mut seen = BTreeSet::new();
         links.retain(|l| seen.insert(*l));
         if good && links.is_empty() {
-            let d = Diagnostic::error("HQ0206", value.span, "no link of the robot counts in this field");
+            let d = Diagnostic::missing_keys(["links"], value.span, "no link of the robot counts in this field");
             self.push(d.help("name some, or leave `links` out for the whole robot"));
             return None;
         }
@@ -236,8 +239,11 @@ impl Lowerer<'_> {
                 let d = Diagnostic::error("HQ0304", value.span, format!("`points` is one of {names}"));
                 self.push(match suggest(said, WORDS) {
                     Some("soft_minimum") => d.help("write it with its sharpness: `soft_minimum(8 /m)`"),
-                    Some(near) => d.help(format!("did you mean `{near}`?")),
-                    None => d.help("write for instance `points mean`, or `points soft_minimum(8 /m)`"),
+                    Some(near) => d.meant(near),
+                    None => d.help(Help::with(
+                        "write for instance {}, or {}",
+                        ["mean", "soft_minimum(8 /m)"].map(|over| Snippet::entry("points", over)),
+                    )),
                 });
                 None
             }

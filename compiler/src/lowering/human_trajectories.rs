@@ -1,7 +1,7 @@
 //! Motion of people in a scenario: a body that moves along waypoints, independent points, or a recorded file.
 
 use dsl::tree::{Block, Entry};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use runtime::program::{HumanProgram, HumanScript, Program, Track};
 use stdlib_tasks::dimension::LENGTH;
 
@@ -29,7 +29,7 @@ impl Lowerer<'_> {
             if let Some(e) = block.get("lost") {
                 for gap in self.blocks(&e.value, "a time out of sight", &crate::sections::LOST) {
                     let (from, to) = self.span_of_time(gap);
-                    let there = (self.needed(gap, "from", "from 3 s"), self.needed(gap, "to", "to 4 s"));
+                    let there = (self.needed(gap, "from", "3 s"), self.needed(gap, "to", "4 s"));
                     sending.gaps.extend(there.0.and(there.1).and(to).map(|to| (from, to)));
                 }
             }
@@ -50,9 +50,16 @@ impl Lowerer<'_> {
         }
         let Some(way) = first else {
             let text = format!("this does not say where `{}` is", of.name);
-            let help =
-                "write `value [x, y, z] m` or `path [..]` with a `shape`, or `points { .. }`, or `file \"walk.csv\"`";
-            self.push(Diagnostic::error("HQ0206", block.span, text).help(help));
+            let help = Help::with(
+                "write {} or {} with a `shape`, or {}, or {}",
+                [
+                    Snippet::entry("value", "[x, y, z] m"),
+                    Snippet::entry("path", "[..]"),
+                    Snippet::block("points", [Snippet::dots()]),
+                    Snippet::entry("file", "\"walk.csv\""),
+                ],
+            );
+            self.push(Diagnostic::missing_keys(["value", "path", "points", "file"], block.span, text).help(help));
             return None;
         };
         if let Some(shape) = block.get("shape").filter(|_| !matches!(way.key.value.as_str(), "value" | "path")) {
@@ -66,7 +73,12 @@ impl Lowerer<'_> {
             "file" => self.recorded(way, points),
             "points" => {
                 let inner = block_of(&way.value, "`points`", self.diagnostics)?;
-                let entries = self.one_for_each(inner, points, (of, way.key.span), "value [0, 0, 1] m")?;
+                let entries = self.one_for_each(
+                    inner,
+                    points,
+                    (of, way.key.span),
+                    Snippet::braces([Snippet::entry("value", "[0, 0, 1] m")]),
+                )?;
                 let mut tracks = Vec::new();
                 for e in entries {
                     let script = block_of(&e.value, "the way of a point", self.diagnostics)?;
@@ -76,7 +88,10 @@ impl Lowerer<'_> {
                         (first, second) => {
                             let at = first.and(second).map_or(script.span, |path| path.key.span);
                             let d = Diagnostic::error("HQ0804", at, "a point has one `value`, or goes along a `path`");
-                            self.push(d.help("write one of the two, such as `value [0.6, 0, 1.2] m`"));
+                            self.push(d.help(Help::with(
+                                "write one of the two, such as {}",
+                                [Snippet::entry("value", "[0.6, 0, 1.2] m")],
+                            )));
                             return None;
                         }
                     };
@@ -102,12 +117,15 @@ impl Lowerer<'_> {
                 return self.way(way, of, program).map(|track| vec![track]);
             }
             let text = format!("this says where `{}` is, and not where its points are", of.name);
-            let d = Diagnostic::error("HQ0206", way.key.span, text);
-            self.push(d.help(format!("add where they are from there: `shape {{ {} [0, 0, 1.2] m  .. }}`", points[0])));
+            let d = Diagnostic::missing_keys(["shape"], way.key.span, text);
+            self.push(d.help(Help::with(
+                "add where they are from there: {}",
+                [Snippet::block("shape", [Snippet::entry(points[0], "[0, 0, 1.2] m"), Snippet::dots()])],
+            )));
             return None;
         };
         let inner = block_of(&shape.value, "`shape`", self.diagnostics)?;
-        let entries = self.one_for_each(inner, points, (of, shape.key.span), "[0, 0, 1.2] m");
+        let entries = self.one_for_each(inner, points, (of, shape.key.span), Snippet::value("[0, 0, 1.2] m"));
         let track = self.way(way, of, program)?;
         let mut tracks = Vec::new();
         for e in entries? {
@@ -137,7 +155,7 @@ impl Lowerer<'_> {
         block: &'b Block,
         points: &[&str],
         (of, at): (&HumanProgram, Span),
-        example: &str,
+        example: Snippet,
     ) -> Option<Vec<&'b Entry>> {
         let mut good = true;
         for e in &block.entries {
@@ -146,8 +164,8 @@ impl Lowerer<'_> {
         let missing: Vec<&str> = points.iter().filter(|p| block.get(p).is_none()).copied().collect();
         if let Some(first) = missing.first().filter(|_| good) {
             let text = format!("`{}` is missing here: `{}` has this point too", missing.join("`, `"), of.name);
-            let d = Diagnostic::error("HQ0206", at, text);
-            self.push(d.help(format!("write for instance `{first} {example}`")));
+            let d = Diagnostic::missing_keys(missing.iter().copied(), at, text);
+            self.push(d.help(Help::write_for_instance(Snippet::entry_of(first, example))));
             return None;
         }
         good.then(|| points.iter().filter_map(|p| block.get(p)).collect())
@@ -157,7 +175,7 @@ impl Lowerer<'_> {
     fn recorded(&mut self, e: &Entry, points: &[&str]) -> Option<Vec<Track>> {
         let Some(path) = text_of(&e.value) else {
             let d = Diagnostic::error("HQ0304", e.value.span, "the path of a file, in quotes, is needed here");
-            self.push(d.help("write for instance `file \"walk.csv\"`"));
+            self.push(d.help(Help::write_for_instance(Snippet::entry("file", "\"walk.csv\""))));
             return None;
         };
         let path = Spanned::new(path.to_string(), e.value.span);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dsl::tree::{Block, Human, Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use names::{list, suggest};
 use runtime::program::{Conditioning, HumanProgram, Lost, Op, SignalProgram, Tracking, Velocity};
 use stdlib_tasks::dimension::{LENGTH, VELOCITY};
@@ -95,7 +95,7 @@ impl Lowerer<'_> {
             let Some(name) = text_of(item).filter(|n| is_plain(n)) else {
                 if !matches!(item.kind, ValueKind::Missing) {
                     let d = Diagnostic::error("HQ0304", item.span, "a point is a name: letters, digits and `_`");
-                    self.push(d.help("write for instance `points [chest, left_wrist]`"));
+                    self.push(d.help(Help::write_for_instance(Snippet::entry("points", "[chest, left_wrist]"))));
                 }
                 continue;
             };
@@ -114,8 +114,11 @@ impl Lowerer<'_> {
             self.push(d.help("name the points that tasks use"));
             all.truncate(MAX_POINTS);
         } else if all.is_empty() && matches!(&entry.value.kind, ValueKind::List(items) if items.is_empty()) {
-            let d = Diagnostic::error("HQ0206", entry.value.span, format!("`{}` has no points", h.name.value));
-            self.push(d.help("name what is tracked: `points [chest, left_wrist, right_wrist]`"));
+            let d = Diagnostic::missing_keys([], entry.value.span, format!("`{}` has no points", h.name.value));
+            self.push(d.help(Help::with(
+                "name what is tracked: {}",
+                [Snippet::entry("points", "[chest, left_wrist, right_wrist]")],
+            )));
         }
         all
     }
@@ -150,7 +153,9 @@ impl Lowerer<'_> {
 
     fn bad_link(&mut self, at: Span) {
         let d = Diagnostic::error("HQ0304", at, "a link joins two points");
-        self.push(d.help("write for instance `links [[chest, left_wrist], [chest, right_wrist]]`"));
+        self.push(
+            d.help(Help::write_for_instance(Snippet::entry("links", "[[chest, left_wrist], [chest, right_wrist]]"))),
+        );
     }
 
     fn end(&mut self, value: &Value, points: &[Spanned<String>]) -> Option<usize> {
@@ -161,9 +166,9 @@ impl Lowerer<'_> {
         let found = points.iter().position(|p| p.value == name);
         if found.is_none() {
             let names = points.iter().map(|p| p.value.as_str());
-            let d = Diagnostic::error("HQ0201", value.span, format!("there is no point `{name}`"));
+            let d = Diagnostic::unknown_name(value.span, format!("there is no point `{name}`"));
             self.push(match suggest(name, names.clone()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None => d.help(format!("points are {}", list(names, 12))),
             });
         }
@@ -173,7 +178,7 @@ impl Lowerer<'_> {
     /// Reports a setting that applies only to another choice.
     fn out_of_place(&mut self, body: &Block, key: &str, belongs: &str) {
         if let Some(entry) = body.get(key) {
-            let d = Diagnostic::error("HQ0205", entry.key.span, format!("`{key}` belongs to `{belongs}`"));
+            let d = Diagnostic::unknown_key("HQ0205", entry.key.span, format!("`{key}` belongs to `{belongs}`"));
             self.push(d.help(format!("write `{belongs}`, or leave `{key}` out")));
         }
     }

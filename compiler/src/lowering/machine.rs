@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dsl::tree::{Action, Machine, Moment, StateBody, TaskDefinition};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use names::{list, suggest};
 use runtime::program::{ActionProgram, MachineProgram, MeasuredProgram, StateProgram};
 
@@ -166,7 +166,10 @@ impl MachineLowering<'_, '_> {
         match (entry, first) {
             (None, None) if i == 0 => {
                 let d = Diagnostic::error("HQ0701", self.flat[0].at, "this machine has no states");
-                self.lowerer.push(d.help("write `initial NAME  state NAME { stack NAME  .. }`"));
+                self.lowerer.push(d.help(Help::write(Snippet::each(
+                    "initial NAME  state NAME { stack NAME  .. }",
+                    "initial: NAME, states: { NAME: { stack: NAME, .. } }",
+                ))));
                 None
             }
             (None, None) => None,
@@ -177,7 +180,7 @@ impl MachineLowering<'_, '_> {
                     _ => format!("{what} does not say which of them is entered"),
                 };
                 self.lowerer
-                    .push(Diagnostic::error("HQ0701", self.flat[i].at, text).help(format!("write `initial {first}`")));
+                    .push(Diagnostic::error("HQ0701", self.flat[i].at, text).help(Snippet::entry("initial", first)));
                 None
             }
             (Some(e), None) => {
@@ -242,9 +245,9 @@ impl MachineLowering<'_, '_> {
 
 /// Diagnostic for an unknown state.
 pub(super) fn unknown_state(name: &str, at: Span, names: &[&str]) -> Diagnostic {
-    let d = Diagnostic::error("HQ0201", at, format!("there is no state `{name}` here"));
+    let d = Diagnostic::unknown_name(at, format!("there is no state `{name}` here"));
     match suggest(name, names.iter().copied()) {
-        Some(near) => d.help(format!("did you mean `{near}`?")),
+        Some(near) => d.meant(near),
         None => d.help(format!("states are {}", list(names.iter().copied(), 12))),
     }
 }

@@ -36,7 +36,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use dsl::tree::{Stack, TaskDefinition};
-use dsl::{Diagnostic, SourceId, Span};
+use dsl::{Diagnostic, Help, Snippet, SourceId, Span, Topic};
 use runtime::program::{
     FORMAT, Interface, MachineProgram, MissionProgram, Program, RobotProgram, RunProgram, StackProgram, TaskProgram,
 };
@@ -213,7 +213,15 @@ impl<'a> Lowerer<'a> {
         if declared.robots.is_empty() && expanded.whole && (!empty || self.diagnostics.is_empty()) {
             self.push(
                 Diagnostic::error("HQ0206", Span::new(self.source, 0, 0), "this spec declares no robot")
-                    .help("write `robot NAME { urdf \"..\"  rate 100 Hz }`, or import one"),
+                    .about(Topic::MissingRobot)
+                    .help(Help::with(
+                        "write {}, or import one",
+                        [Snippet::declared(
+                            "robot",
+                            "NAME",
+                            [Snippet::entry("urdf", "\"..\""), Snippet::entry("rate", "100 Hz")],
+                        )],
+                    )),
             );
         }
         self.bind_fields(expanded, robot.as_ref());
@@ -274,7 +282,11 @@ impl<'a> Lowerer<'a> {
         if let (true, Some(robot)) = (none, declared.robots.first()) {
             let text = "this spec has no stack, so the robot has nothing to hold to";
             self.push(
-                Diagnostic::error("HQ0601", robot.name.span, text).help("write `stack NAME { level NAME { task } }`"),
+                Diagnostic::error("HQ0601", robot.name.span, text).about(Topic::MissingStack).help(Snippet::declared(
+                    "stack",
+                    "NAME",
+                    [Snippet::level("NAME", false, "task").listed("levels")],
+                )),
             );
         }
         stacks

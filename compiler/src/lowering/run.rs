@@ -1,7 +1,7 @@
 //! Lowers `run` blocks, and selects the stack or machine to run.
 
 use dsl::tree::{Block, Entry, Run};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned, Topic};
 use names::{list, suggest};
 use runtime::program::{RunProgram, Simulator, Subject};
 use solver::Backend;
@@ -9,6 +9,7 @@ use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dim
 
 use super::Lowerer;
 use super::declared::Declared;
+use crate::diagnostics::examples;
 use crate::expr::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
 use crate::robot_binding::BoundRobot;
@@ -59,7 +60,8 @@ pub(super) fn run_settings(
                 if let Some(d) = settings.duration.filter(|d| *d <= 0.0) {
                     let text = format!("a run lasts longer than nothing, and this is {d} s");
                     diagnostics.push(
-                        Diagnostic::error("HQ0308", e.value.span, text).help("write for instance `duration 10 s`"),
+                        Diagnostic::error("HQ0308", e.value.span, text)
+                            .help(Help::write_for_instance(Snippet::entry("duration", "10 s"))),
                     );
                 }
             }
@@ -67,14 +69,19 @@ pub(super) fn run_settings(
                 let budget = constants.scalar(&e.value, TIME, diagnostics);
                 if budget.is_some_and(|b| b <= 0.0) {
                     let d = Diagnostic::error("HQ0308", e.value.span, "the budget of a tick is more than nothing");
-                    diagnostics.push(d.help("write for instance `tick_budget 200 us`, or leave it out for any time"));
+                    diagnostics.push(d.help(Help::with(
+                        "write for instance {}, or leave it out for any time",
+                        [Snippet::entry("tick_budget", "200 us")],
+                    )));
                 }
                 settings.tick_budget = budget.map(|b| Spanned::new(b, e.value.span));
             }
             "title" => match text_of(&e.value) {
                 Some(text) => settings.title = Some(text.to_string()),
-                None => diagnostics
-                    .push(Diagnostic::error("HQ0304", e.value.span, "a title is a text").help("write it in quotes")),
+                None => diagnostics.push(
+                    Diagnostic::error("HQ0304", e.value.span, "a title is a text")
+                        .help(Help::each("write it in quotes", "write it as a text")),
+                ),
             },
             "solver" => match text_of(&e.value).and_then(Backend::from_name) {
                 Some(backend) => settings.solver = backend,
@@ -181,8 +188,13 @@ impl Lowerer<'_> {
                     let text = format!("stack `{}` has parameters, and nothing is given for them", name.value);
                     let d = Diagnostic::error("HQ0214", name.span, text);
                     let d = d.label(declared.patterns[&name.value], "declared here");
-                    let help =
-                        format!("make a stack from it, `stack NAME from {}(..) {{ }}`, and run that one", name.value);
+                    let help = Help::with(
+                        "make a stack from it, {}, and run that one",
+                        [Snippet::each(
+                            format!("stack NAME from {}(..) {{ }}", name.value),
+                            format!("stacks: {{ NAME: {{ from: {}(..) }} }}", name.value),
+                        )],
+                    );
                     self.push(d.help(help));
                     return None;
                 }
@@ -190,9 +202,9 @@ impl Lowerer<'_> {
                 None if stacks.is_empty() && !declared.whole => return None,
                 None => {
                     let names = stacks.iter().map(|s| s.name.value.as_str());
-                    let d = Diagnostic::error("HQ0201", name.span, format!("there is no stack `{}`", name.value));
+                    let d = Diagnostic::unknown_name(name.span, format!("there is no stack `{}`", name.value));
                     let d = match suggest(&name.value, names.clone()) {
-                        Some(near) => d.help(format!("did you mean `{near}`?")),
+                        Some(near) => d.meant(near),
                         None => d.help(format!("declared are {}", list(names, 8))),
                     };
                     self.push(d);
@@ -205,7 +217,14 @@ impl Lowerer<'_> {
                 let at = settings.span.unwrap_or(stacks[1].name.span);
                 self.push(
                     Diagnostic::error("HQ0603", at, "several stacks, and nothing says which one to run")
-                        .help(format!("write `run {{ stack {}  duration 10 s }}`", stacks[0].name.value)),
+                        .about(Topic::MissingDeclaration)
+                        .help(Snippet::block(
+                            "run",
+                            [
+                                Snippet::entry("stack", stacks[0].name.value.as_str()),
+                                Snippet::entry("duration", "10 s"),
+                            ],
+                        )),
                 );
                 return None;
             }
@@ -248,20 +267,23 @@ impl Lowerer<'_> {
     fn machine_of(&mut self, settings: &RunSettings, declared: &Declared) -> Option<()> {
         let Some(name) = &settings.machine else { return Some(()) };
         if let Some(stack) = &settings.stack {
-            let d = Diagnostic::error("HQ0205", stack.span, "a run runs a stack or a machine, and not both");
+            let d = Diagnostic::unknown_key("HQ0205", stack.span, "a run runs a stack or a machine, and not both");
             self.push(d.label(name.span, "the machine").help("keep one of the two"));
             return None;
         }
         match declared.machine {
             Some(m) if m.name.value == name.value => Some(()),
             Some(m) => {
-                let d = Diagnostic::error("HQ0201", name.span, format!("there is no machine `{}`", name.value));
+                let d = Diagnostic::unknown_name(name.span, format!("there is no machine `{}`", name.value));
                 self.push(d.help(format!("declared is `{}`", m.name.value)));
                 None
             }
             None => {
-                let d = Diagnostic::error("HQ0201", name.span, format!("there is no machine `{}`", name.value));
-                self.push(d.help("declare it: `machine NAME { initial STATE  state STATE { stack NAME .. } }`"));
+                let d = Diagnostic::unknown_name(name.span, format!("there is no machine `{}`", name.value));
+                self.push(d.help(Help::with(
+                    "declare it: {}",
+                    [examples::machine(Snippet::parts([Snippet::entry("stack", "NAME"), Snippet::dots()]))],
+                )));
                 None
             }
         }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use blocks::{Block as _, BoundBlock, Located};
 use dsl::tree::{Block, Scenario};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
 use runtime::program::{Program, ScenarioProgram, Subject, WorldProgram};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
@@ -30,7 +30,7 @@ pub(super) fn whole_seed(x: f64, at: Span, diagnostics: &mut Vec<Diagnostic>) ->
         return Some(x as u64);
     }
     let text = format!("a seed is a whole number from 0, and this is {x}");
-    diagnostics.push(Diagnostic::error("HQ0308", at, text).help("write for instance `seed 7`"));
+    diagnostics.push(Diagnostic::error("HQ0308", at, text).help(Help::write_for_instance(Snippet::entry("seed", "7"))));
     None
 }
 
@@ -131,9 +131,9 @@ impl Lowerer<'_> {
         let all = names.clone();
         let found = names.position(|n| n == name);
         if found.is_none() {
-            let d = Diagnostic::error("HQ0201", at, format!("there is no {what} `{name}`"));
+            let d = Diagnostic::unknown_name(at, format!("there is no {what} `{name}`"));
             self.push(match suggest(name, all.clone()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None if all.clone().next().is_none() => d.help(format!("this spec declares no {what}")),
                 None => d.help(format!("declared are {}", list(all, 8))),
             });

@@ -2,7 +2,7 @@
 //! resolved after the robot is bound.
 
 use dsl::tree::{Entry, Signal, Value};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use runtime::program::Conditioning;
 use stdlib_tasks::dimension::{FORCE, MOMENT, RATE};
 
@@ -51,7 +51,7 @@ impl Lowerer<'_> {
         let wrench = |e: &&Entry| match carried {
             Carried::Wrench => Ok((*e).clone()),
             _ => {
-                let d = Diagnostic::error(
+                let d = Diagnostic::unknown_key(
                     "HQ0205",
                     e.key.span,
                     format!("a signal of the type `{ty}` has no `{}`", e.key.value),
@@ -72,8 +72,11 @@ impl Lowerer<'_> {
         all.conditioning.bias = bias.and_then(|e| self.bias(&e.value));
         let cutoff = s.settings.get("low_pass").and_then(|e| {
             if matches!(carried, Carried::Event | Carried::Other) {
-                let d =
-                    Diagnostic::error("HQ0205", e.key.span, format!("a signal of the type `{ty}` cannot be filtered"));
+                let d = Diagnostic::unknown_key(
+                    "HQ0205",
+                    e.key.span,
+                    format!("a signal of the type `{ty}` cannot be filtered"),
+                );
                 let d =
                     d.note("a filter follows numbers and vectors: halfway between two of these there is none of them");
                 self.push(d.help("leave `low_pass` out"));
@@ -102,8 +105,11 @@ impl Lowerer<'_> {
         let block = block_of(value, "`bias`", self.diagnostics)?;
         check_keys(block, &WRENCH, self.diagnostics);
         if block.entries.is_empty() {
-            let d = Diagnostic::error("HQ0206", value.span, "this bias says nothing");
-            self.push(d.help("write `bias { force [0, 0, 1.2] N }`, or leave it out"));
+            let d = Diagnostic::missing_keys(["force"], value.span, "this bias says nothing");
+            self.push(d.help(Help::with(
+                "write {}, or leave it out",
+                [Snippet::block("bias", [Snippet::entry("force", "[0, 0, 1.2] N")])],
+            )));
             return None;
         }
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };

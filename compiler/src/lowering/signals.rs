@@ -54,9 +54,9 @@ impl Lowerer<'_> {
         let Some(carries) = carries(&s.ty.value) else {
             // The parser reported an unreadable type.
             if !s.ty.value.is_empty() {
-                let d = Diagnostic::error("HQ0201", s.ty.span, format!("no signal has the type `{}`", s.ty.value));
+                let d = Diagnostic::unknown_name(s.ty.span, format!("no signal has the type `{}`", s.ty.value));
                 self.push(match suggest(&s.ty.value, signal_types()) {
-                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    Some(near) => d.meant(near),
                     None => d.help(format!("types are {}", list(signal_types(), 30))),
                 });
             }
@@ -116,11 +116,11 @@ impl Lowerer<'_> {
 
     fn event(&mut self, s: &Signal, timeout: Option<Span>) {
         if let Some(at) = timeout {
-            let d = Diagnostic::error("HQ0205", at, "an event has no `timeout`");
+            let d = Diagnostic::unknown_key("HQ0205", at, "an event has no `timeout`");
             self.push(d.note("it is seen at the tick after it came, and gone").help("leave it out"));
         }
         if let Some(at) = s.optional {
-            let d = Diagnostic::error("HQ0205", at, "an event is never absent: it comes or it does not");
+            let d = Diagnostic::unknown_key("HQ0205", at, "an event is never absent: it comes or it does not");
             self.push(d.help("leave the `?` out"));
         }
         self.params.events.insert(s.name.value.clone(), s.name.span);

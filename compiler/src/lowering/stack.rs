@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dsl::tree::{Entry, Let, MemberTask, Stack, TaskDefinition, Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned, Topic};
 use names::{list, suggest};
 use runtime::program::{LevelProgram, MemberProgram, StackProgram};
 use stdlib_tasks::dimension::NONE;
@@ -13,6 +13,7 @@ use super::Lowerer;
 use super::declared::{Declared, twice};
 use super::in_place::in_place;
 use crate::binding::{Binder, BoundTask};
+use crate::diagnostics::examples;
 use crate::expr::constants::Constants;
 use crate::forms::{check_keys, text_of, unknown_key};
 use crate::robot_binding::{BoundRobot, joints};
@@ -95,16 +96,14 @@ impl Stacks<'_, '_> {
         for (i, e) in s.settings.entries.iter().enumerate().filter(|(_, e)| !known(e)) {
             let d = unknown_key(self.lowerer.diagnostics.len(), &s.settings, i, &keys, STACK.name);
             self.lowerer.push(match &e.value.kind {
-                ValueKind::Block(_) if e.key.value != "for" => {
-                    Diagnostic { help: Some(format!("write `level {} {{ .. }}`", e.key.value)), ..d }
-                }
+                ValueKind::Block(_) if e.key.value != "for" => d.help(Snippet::each(
+                    format!("level {} {{ .. }}", e.key.value),
+                    format!("levels: [ {{ name: {}, .. }} ]", e.key.value),
+                )),
                 ValueKind::Block(_) => d,
-                _ if e.key.value == "for" => Diagnostic {
-                    help: Some(
-                        "`for` repeats tasks inside a level, and declarations; write the levels one by one".into(),
-                    ),
-                    ..d
-                },
+                _ if e.key.value == "for" => {
+                    d.help("`for` repeats tasks inside a level, and declarations; write the levels one by one")
+                }
                 _ => d,
             });
         }
@@ -114,7 +113,8 @@ impl Stacks<'_, '_> {
         if s.levels.is_empty() && s.settings.entries.iter().all(known) {
             self.lowerer.push(
                 Diagnostic::error("HQ0601", s.name.span, format!("stack `{}` has no level", s.name.value))
-                    .help("write `level NAME { task }`"),
+                    .about(Topic::MissingDeclaration)
+                    .help(Snippet::level("NAME", false, "task").listed("levels")),
             );
         }
         let mut levels = Vec::new();
@@ -134,11 +134,12 @@ impl Stacks<'_, '_> {
             if let Some(near) = word.and_then(|word| suggest(word, ["auto", "none"]))
                 && let Some(unknown) = self.lowerer.diagnostics.get_mut(told)
             {
-                unknown.help = Some(format!("did you mean `{near}`?"));
+                *unknown = unknown.clone().meant(near);
             }
             if l.members.is_empty() {
                 self.lowerer.push(
                     Diagnostic::error("HQ0601", l.name.span, format!("level `{}` has no task", l.name.value))
+                        .about(Topic::MissingDeclaration)
                         .help("add a task, or remove the level"),
                 );
             }
@@ -203,15 +204,15 @@ impl Stacks<'_, '_> {
         // Tasks of other files have names that users cannot write.
         let names = &self.names[..self.declared.tasks.len()];
         let names: Vec<&str> = names.iter().copied().filter(|n| !n.contains('.')).collect();
-        let d = Diagnostic::error("HQ0201", name.span, format!("there is no task `{}`", name.value));
+        let d = Diagnostic::unknown_name(name.span, format!("there is no task `{}`", name.value));
         let d = if let Some(near) = suggest(&name.value, names.iter().copied()) {
             // The suggested task must not be reported as unused.
             self.lowerer.used_tasks.insert(near.to_string());
-            d.help(format!("did you mean `{near}`?"))
+            d.meant(near)
         } else if let Some(near) = suggest(&name.value, stdlib_tasks::KINDS.iter().map(|k| k.name)) {
-            d.help(format!("did you mean the task type `{near}`?"))
+            d.meant_as("the task type", near)
         } else if names.is_empty() {
-            d.help("declare it: `task NAME = TYPE { .. }`")
+            d.help(Help::with("declare it: {}", [examples::task()]))
         } else {
             d.help(format!("declared are {}", list(names.iter().copied(), 12)))
         };

@@ -16,13 +16,13 @@ pub(super) fn state(machine: &MachineProgram, path: &str, at: Span) -> Result<us
     match (of(&|n| n == path).as_slice(), of(&|n| n.ends_with(&end)).as_slice()) {
         ([state], _) | ([], [state]) => Ok(*state),
         ([], [_, _, ..]) => {
-            let d = Diagnostic::error("HQ0201", at, format!("several states are called `{path}`"));
+            let d = Diagnostic::unknown_name(at, format!("several states are called `{path}`"));
             Err(Box::new(d.help("write the path, `OUTER.INNER`")))
         }
         _ => {
-            let d = Diagnostic::error("HQ0201", at, format!("there is no state `{path}`"));
+            let d = Diagnostic::unknown_name(at, format!("there is no state `{path}`"));
             Err(Box::new(match suggest(path, names()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None if names().next().is_none() => d.help("this spec has no state"),
                 None => d.help(format!("there is {}", list(names(), 12))),
             }))

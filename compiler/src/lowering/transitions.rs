@@ -1,7 +1,7 @@
 //! Transitions: trigger, target, and duration of the blend.
 
 use dsl::tree::{Transition, Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
 use runtime::program::{FaultPattern, TransitionProgram, Trigger};
 use stdlib_tasks::dimension::TIME;
@@ -150,7 +150,7 @@ impl MachineLowering<'_, '_> {
             ValueKind::Call(function, args) if function.value == "reached" => self.reached(args, value.span),
             ValueKind::Call(function, _) => {
                 let text = format!("`{}(..)` is nothing that happens", function.value);
-                let d = Diagnostic::error("HQ0201", function.span, text);
+                let d = Diagnostic::unknown_name(function.span, text);
                 self.lowerer.push(d.help(
                     "write `on EVENT`, `on reached(TASK, ..)` or `on fault(KIND)`; for a condition write `when`",
                 ));
@@ -171,13 +171,17 @@ impl MachineLowering<'_, '_> {
                 let names: Vec<&str> = self.lowerer.interface.events.iter().map(String::as_str).collect();
                 let d = d.note("a state that waits for it alone would wait for ever");
                 let d = match suggest(name, names.iter().copied()) {
-                    Some(near) => d.help(format!("did you mean `{near}`?")),
-                    None if names.is_empty() => d.help(format!(
-                        "declare what the host raises, `signal {name} : event`; or begin an action that has it as outcome"
+                    Some(near) => d.meant(near),
+                    None if names.is_empty() => d.help(Help::with(
+                        "declare what the host raises, {}; or begin an action that has it as outcome",
+                        [Snippet::of_type("signal", name, "event")],
                     )),
-                    None => d.help(format!(
-                        "events are {}; declare one that the host raises with `signal {name} : event`",
-                        list(names.iter().copied(), 12)
+                    None => d.help(Help::with(
+                        &format!(
+                            "events are {}; declare one that the host raises with {{}}",
+                            list(names.iter().copied(), 12)
+                        ),
+                        [Snippet::of_type("signal", name, "event")],
                     )),
                 };
                 self.lowerer.push(d);

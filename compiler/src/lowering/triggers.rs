@@ -1,13 +1,14 @@
 //! Arguments of `fault(..)` and `reached(..)`.
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Span};
 use names::{list, suggest};
 use runtime::FaultKind;
 use runtime::program::FaultPattern;
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
 use stdlib_tasks::task::Measure;
 
+use crate::diagnostics::examples;
 use crate::diagnostics::refused::{Refused, refuse};
 use crate::expr::{Kind, Typed};
 use crate::forms::{path_of, text_of};
@@ -43,11 +44,11 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
             ("stale", Some(name)) => match known.signals.iter().position(|s| *s == name) {
                 Some(signal) => Ok(FaultPattern::Stale(signal)),
                 None => {
-                    let d = Diagnostic::error("HQ0201", args[0].span, format!("there is no signal `{name}`"));
+                    let d = Diagnostic::unknown_name(args[0].span, format!("there is no signal `{name}`"));
                     refuse(
                         match suggest(name, known.signals.iter().chain(known.humans.iter().map(|h| &h.0)).copied()) {
-                            Some(near) => d.help(format!("did you mean `{near}`?")),
-                            None => d.help("declare it: `signal NAME : TYPE  timeout 0.5 s`"),
+                            Some(near) => d.meant(near),
+                            None => d.help(Help::with("declare it: {}", [examples::signal("TYPE")])),
                         },
                     )
                 }
@@ -84,9 +85,9 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
     match FaultKind::ALL.into_iter().find(|k| k.word() == word) {
         Some(kind) => Ok(FaultPattern::Kind(kind)),
         None => {
-            let d = Diagnostic::error("HQ0201", value.span, format!("there is no fault `{word}`"));
+            let d = Diagnostic::unknown_name(value.span, format!("there is no fault `{word}`"));
             refuse(match suggest(word, words().chain(["any"])) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None => d.help(format!("kinds are `any`, {}", list(words(), 12))),
             })
         }
@@ -106,9 +107,9 @@ fn no_hard_level(name: &str, at: Span, all: &[(&str, bool)]) -> Option<Diagnosti
     let mut hard: Vec<&str> = all.iter().filter(|l| l.1).map(|l| l.0).collect();
     hard.sort_unstable();
     hard.dedup();
-    let d = Diagnostic::error("HQ0201", at, format!("no stack has a level `{name}`"));
+    let d = Diagnostic::unknown_name(at, format!("no stack has a level `{name}`"));
     Some(match suggest(name, hard.iter().copied()) {
-        Some(near) => d.help(format!("did you mean `{near}`?")),
+        Some(near) => d.meant(near),
         None if hard.is_empty() => d.help("no stack has a hard level"),
         None => d.help(format!("hard levels are {}", list(hard.iter().copied(), 12))),
     })
@@ -123,9 +124,9 @@ pub(super) fn task_of(value: Option<&Value>, at: Span, tasks: &[&str]) -> Result
     if let Some(task) = tasks.iter().position(|t| *t == name) {
         return Ok(task);
     }
-    let d = Diagnostic::error("HQ0201", value.span, format!("there is no task `{name}`"));
+    let d = Diagnostic::unknown_name(value.span, format!("there is no task `{name}`"));
     Err(Box::new(match suggest(name, tasks.iter().copied()) {
-        Some(near) => d.help(format!("did you mean `{near}`?")),
+        Some(near) => d.meant(near),
         None => d.help(format!("declared are {}", list(tasks.iter().copied(), 12))),
     }))
 }

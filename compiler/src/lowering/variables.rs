@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use dsl::tree::{Action, Value, Variable};
-use dsl::{Diagnostic, Spanned};
+use dsl::{Diagnostic, Spanned, Topic};
 use names::{list, suggest};
 use runtime::program::{Conditioning, Initial, MachineAction, SignalProgram};
 use stdlib_tasks::dimension::Dimension;
@@ -42,9 +42,9 @@ impl Lowerer<'_> {
         let Some(Carries::Quantity(kind, dimension)) = carries(&v.ty.value) else {
             // The parser reported an unreadable type.
             if !v.ty.value.is_empty() {
-                let d = Diagnostic::error("HQ0201", v.ty.span, format!("no variable has the type `{}`", v.ty.value));
+                let d = Diagnostic::unknown_name(v.ty.span, format!("no variable has the type `{}`", v.ty.value));
                 self.push(match suggest(&v.ty.value, variable_types()) {
-                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    Some(near) => d.meant(near),
                     None => d.help(format!("types are {}", list(variable_types(), 30))),
                 });
             }
@@ -68,7 +68,7 @@ impl Lowerer<'_> {
             None => {
                 if v.optional.is_none() {
                     let text = format!("variable `{}` holds nothing at the start", name.value);
-                    let d = Diagnostic::error("HQ0206", name.span, text);
+                    let d = Diagnostic::error("HQ0206", name.span, text).about(Topic::MissingKeys(Vec::new()));
                     self.push(d.help("write ` = VALUE` behind its type, or `?` behind it for one that may be absent"));
                 }
                 None
@@ -129,10 +129,10 @@ impl MachineLowering<'_, '_> {
                 true => (format!("`{shown}` is no variable"), false),
                 false => (format!("there is no variable `{shown}`"), false),
             };
-            let d = Diagnostic::error("HQ0201", value.span, message);
+            let d = Diagnostic::unknown_name(value.span, message);
             let d = if note { d.note("the machine sets its own variables alone") } else { d };
             self.lowerer.push(match suggest(shown, variables.iter().copied()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None => d.help("declare it: `variable NAME : number = 0`"),
             });
         }
@@ -163,7 +163,7 @@ impl MachineLowering<'_, '_> {
                 if !s.optional {
                     let text = format!("variable `{}` is never absent", s.name);
                     let help = format!("declare it with `?` behind its type, `variable {} : {}?`", s.name, s.kind);
-                    self.lowerer.push(Diagnostic::error("HQ0205", first.span, text).help(help));
+                    self.lowerer.push(Diagnostic::unknown_key("HQ0205", first.span, text).help(help));
                     return None;
                 }
                 Some(MachineAction::Clear(variable))
@@ -179,9 +179,9 @@ impl MachineLowering<'_, '_> {
                         None => format!("there is no signal `{shown}`"),
                     };
                     let wrenches = self.lowerer.params.wrenches.iter().map(String::as_str);
-                    let d = Diagnostic::error("HQ0201", first.span, text);
+                    let d = Diagnostic::unknown_name(first.span, text);
                     let d = match suggest(shown, wrenches) {
-                        Some(near) => d.help(format!("did you mean `{near}`?")),
+                        Some(near) => d.meant(near),
                         None => d.help("name a signal of the type `wrench`"),
                     };
                     self.lowerer.push(d);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use dsl::tree::{Block, Entry, Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
 use runtime::program::{
     Force, LostReading, OutcomeProgram, OutcomeScript, Program, PushScript, Sending, SignalProgram, SignalScript,
@@ -34,8 +34,8 @@ impl Lowerer<'_> {
     pub(super) fn needed<'b>(&mut self, block: &'b Block, key: &str, example: &str) -> Option<&'b Entry> {
         let found = block.get(key);
         if found.is_none() {
-            let d = Diagnostic::error("HQ0206", block.span, format!("`{key}` is missing here"));
-            self.push(d.help(format!("write for instance `{example}`")));
+            let d = Diagnostic::missing_keys([key], block.span, format!("`{key}` is missing here"));
+            self.push(d.help(Help::write_for_instance(Snippet::entry(key, example))));
         }
         found
     }
@@ -89,9 +89,9 @@ impl Lowerer<'_> {
                 Some((what, whole)) => format!("there is no {what} `{name}` of {whole}"),
                 None => format!("there is no {what} `{name}`"),
             };
-            let d = Diagnostic::error("HQ0201", at, text);
+            let d = Diagnostic::unknown_name(at, text);
             self.push(match suggest(name, names.iter().copied()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None if names.is_empty() => d.help(format!("this spec declares no {what}")),
                 None => d.help(format!("declared are {}", list(names.iter().copied(), 12))),
             });
@@ -184,7 +184,10 @@ impl Lowerer<'_> {
             (first, second) => {
                 let at = first.zip(second).map_or(block.span, |(_, path)| path.key.span);
                 let d = Diagnostic::error("HQ0804", at, "a signal is sent a `value`, or values along a `path`");
-                self.push(d.help("write one of the two, such as `value [0.6, 0, 1.2] m`"));
+                self.push(d.help(Help::with(
+                    "write one of the two, such as {}",
+                    [Snippet::entry("value", "[0.6, 0, 1.2] m")],
+                )));
                 None
             }
         };
@@ -204,7 +207,9 @@ impl Lowerer<'_> {
         if let Some(e) = block.get("drop").filter(|_| drop > 1.0) {
             let d =
                 Diagnostic::error("HQ0308", e.value.span, format!("a share lies between 0 and 1, and this is {drop}"));
-            self.push(d.help("write for instance `drop 0.05` for one value in twenty"));
+            self.push(
+                d.help(Help::with("write for instance {} for one value in twenty", [Snippet::entry("drop", "0.05")])),
+            );
         }
         Sending {
             from,
@@ -228,8 +233,8 @@ impl Lowerer<'_> {
         }
         let mut all: Vec<(f64, Vec<f64>)> = Vec::new();
         for block in self.blocks(value, "a waypoint", &WAYPOINT) {
-            let at = self.needed(block, "at", "at 3 s").and_then(|e| Some((self.scenario_number(&e.value, TIME)?, e)));
-            let value = self.needed(block, "value", "value [0, 0, 1] m").and_then(|e| self.signal_value(of, &e.value));
+            let at = self.needed(block, "at", "3 s").and_then(|e| Some((self.scenario_number(&e.value, TIME)?, e)));
+            let value = self.needed(block, "value", "[0, 0, 1] m").and_then(|e| self.signal_value(of, &e.value));
             let ((at, e), value) = (at?, value?);
             if all.last().is_some_and(|l| l.0 >= at) {
                 let d =
@@ -280,7 +285,7 @@ impl Lowerer<'_> {
     }
 
     fn outcome(&mut self, block: &Block, words: &[&str], program: &Program) -> Option<OutcomeProgram> {
-        let e = self.needed(block, "outcome", &format!("outcome {}", words[0]))?;
+        let e = self.needed(block, "outcome", words[0])?;
         let word = text_of(&e.value).unwrap_or_default();
         let known = self.one_of("outcome", word, e.value.span, words);
         let after = self.number_of(block, "after", TIME, 0.0);
@@ -327,16 +332,22 @@ impl Lowerer<'_> {
         }
         if of_hand.iter().all(Option::is_none) {
             if force.is_none() && moment.is_none() {
-                let d = Diagnostic::error("HQ0206", block.span, "this push has no force");
-                self.push(d.help("write `force [0, 0, -20] N`, or `link LINK  towards [x, y, z] m`"));
+                let d = Diagnostic::missing_keys(["force", "link"], block.span, "this push has no force");
+                self.push(d.help(Help::with(
+                    "write {}, or {}",
+                    [
+                        Snippet::entry("force", "[0, 0, -20] N"),
+                        Snippet::parts([Snippet::entry("link", "LINK"), Snippet::entry("towards", "[x, y, z] m")]),
+                    ],
+                )));
                 return None;
             }
             let (f, m) = (force.map(|e| self.vector_of(e, FORCE)), moment.map(|e| self.vector_of(e, MOMENT)));
             let (f, m) = (f.unwrap_or(Some([0.0; 3]))?, m.unwrap_or(Some([0.0; 3]))?);
             return Some(Force::Constant([f[0], f[1], f[2], m[0], m[1], m[2]]));
         }
-        let point = self.needed(block, "towards", "towards [0.6, 0, 1.2] m").and_then(|e| self.vector_of(e, LENGTH));
-        let link = self.needed(block, "link", "link right_hand").and_then(|e| {
+        let point = self.needed(block, "towards", "[0.6, 0, 1.2] m").and_then(|e| self.vector_of(e, LENGTH));
+        let link = self.needed(block, "link", "right_hand").and_then(|e| {
             let name = text_of(&e.value).unwrap_or_default();
             let arm = robot.arms.iter().find(|a| a.name == name).map(|a| a.tip);
             let found = robot.model.link(name).or(arm);
@@ -355,8 +366,8 @@ impl Lowerer<'_> {
         let Some(e) = body.get("late") else { return Vec::new() };
         let mut all = Vec::new();
         for block in self.blocks(&e.value, "a late tick", &LATE) {
-            let at = self.needed(block, "at", "at 3 s").and_then(|e| self.scenario_number(&e.value, TIME));
-            let by = self.needed(block, "by", "by 30 ms").and_then(|e| self.scenario_number(&e.value, TIME));
+            let at = self.needed(block, "at", "3 s").and_then(|e| self.scenario_number(&e.value, TIME));
+            let by = self.needed(block, "by", "30 ms").and_then(|e| self.scenario_number(&e.value, TIME));
             all.extend(at.zip(by));
         }
         all
@@ -370,7 +381,7 @@ impl Lowerer<'_> {
             let dofs = joints(std::slice::from_ref(&key), model, &robot.joint_groups, self.diagnostics);
             for block in self.blocks(&e.value, "a lost reading", &LOST) {
                 let (from, to) = self.span_of_time(block);
-                let there = (self.needed(block, "from", "from 3 s"), self.needed(block, "to", "to 3.02 s"));
+                let there = (self.needed(block, "from", "3 s"), self.needed(block, "to", "3.02 s"));
                 let (Some(_), Some(_), Some(to)) = (there.0, there.1, to) else { continue };
                 let measured = dofs.iter().flatten().filter(|d| model.dofs[**d].q_index.is_some());
                 all.extend(measured.map(|&dof| LostReading { dof, from, to }));

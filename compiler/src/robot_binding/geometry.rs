@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{Block, Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use nalgebra::{Isometry3, Point3, Vector3};
 use robot::{LinkId, Shape};
 use stdlib_tasks::bound::{Arm, Geometry};
@@ -43,8 +43,12 @@ impl Binder<'_, '_> {
                     let misspelt = inner.entries.iter().any(|e| ARM.entries().all(|known| known != e.key.value));
                     if inner.get("tip").is_none() && !misspelt {
                         self.diagnostics.push(
-                            Diagnostic::error("HQ0206", e.key.span, format!("arm `{}` has no `tip`", e.key.value))
-                                .help("name the link at its end, `tip left_tool`"),
+                            Diagnostic::missing_keys(
+                                ["tip"],
+                                e.key.span,
+                                format!("arm `{}` has no `tip`", e.key.value),
+                            )
+                            .help(Help::with("name the link at its end, {}", [Snippet::entry("tip", "left_tool")])),
                         );
                     }
                 }
@@ -102,8 +106,13 @@ impl Binder<'_, '_> {
                 Some(x) => self.constants.vector(&x.value, LENGTH, self.diagnostics),
                 None => {
                     self.diagnostics.push(
-                        Diagnostic::error("HQ0206", e.key.span, format!("this segment has no `{key}`"))
-                            .help("write `{ link NAME  from [x, y, z] m  to [x, y, z] m }`"),
+                        Diagnostic::missing_keys([key], e.key.span, format!("this segment has no `{key}`")).help(
+                            Snippet::braces([
+                                Snippet::entry("link", "NAME"),
+                                Snippet::entry("from", "[x, y, z] m"),
+                                Snippet::entry("to", "[x, y, z] m"),
+                            ]),
+                        ),
                     );
                     None
                 }
@@ -136,8 +145,9 @@ impl Binder<'_, '_> {
         match block.get("link") {
             Some(x) => self.link(&x.value).map(|l| l.1),
             None => {
-                self.diagnostics
-                    .push(Diagnostic::error("HQ0206", key, "this has no `link`").help("name the link that carries it"));
+                self.diagnostics.push(
+                    Diagnostic::missing_keys(["link"], key, "this has no `link`").help("name the link that carries it"),
+                );
                 None
             }
         }
@@ -182,10 +192,10 @@ impl Binder<'_, '_> {
                     .is_some_and(|p| last.get(p.as_str()).is_some_and(|&l| l >= i) && !self.failed.contains(&p))
             }) {
                 let d = if path_of(later).as_deref() == Some(name) {
-                    Diagnostic::error("HQ0201", later.span, format!("group `{name}` contains itself"))
+                    Diagnostic::unknown_name(later.span, format!("group `{name}` contains itself"))
                         .help("leave it out, or choose another name for the group")
                 } else {
-                    Diagnostic::error("HQ0201", later.span, "this group is declared further down")
+                    Diagnostic::unknown_name(later.span, "this group is declared further down")
                         .help("declare a group before those that contain it")
                 };
                 self.diagnostics.push(d);

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use dsl::tree::{Block, Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Span, Topic};
 use names::list;
 use robot::{Base, Model};
 use stdlib_tasks::dimension::{ANGLE, LENGTH};
@@ -62,7 +62,7 @@ impl Home {
             if dofs.as_ref().is_some_and(Vec::is_empty) {
                 let text = format!("`{}` belongs to the base, which has no joint position", e.key.value);
                 let help = format!("write {}", list(base_names.iter().copied(), 3));
-                diagnostics.push(Diagnostic::error("HQ0201", e.key.span, text).help(help));
+                diagnostics.push(Diagnostic::unknown_name(e.key.span, text).help(help));
                 home.broken = true;
                 continue;
             }
@@ -139,7 +139,7 @@ impl Binder<'_, '_> {
         // Degrees without a unit are the likely cause, not the limits.
         let of_entry = |d: &mut Diagnostic| {
             let at = d.primary.span;
-            d.code == "HQ0305" && at.source == entry.source && entry.start <= at.start && at.end <= entry.end
+            d.topic == Topic::BareAngle && at.source == entry.source && entry.start <= at.start && at.end <= entry.end
         };
         let bare = !outside.is_empty() && self.diagnostics.extract_if(.., of_entry).count() > 0;
         for (i, (span, text, range)) in outside.iter().enumerate() {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
 use robot::{Drive, Model};
 use stdlib_tasks::bound::{Arm, Geometry};
@@ -57,17 +57,17 @@ pub fn unknown_joint(model: &Model, name: &str, span: Span, offered: &[&str], lo
             Drive::Dof(_) => ("it cannot be named here", "leave it out"),
         };
         let text = format!("joint `{name}` does not move by itself: {why}");
-        return Diagnostic::error("HQ0201", span, text).help(help);
+        return Diagnostic::unknown_name(span, text).help(help);
     }
     if is_pattern(name) {
         return unmatched(model, name, span, offered, locked);
     }
     let mut known: Vec<&str> = model.dofs.iter().map(|d| d.name.as_str()).collect();
     known.extend(offered);
-    let d = Diagnostic::error("HQ0201", span, format!("robot `{}` has no joint `{name}`", model.name));
+    let d = Diagnostic::unknown_name(span, format!("robot `{}` has no joint `{name}`", model.name));
     match suggest(name, known.iter().copied()) {
         _ if model.link(name).is_some() => d.help("this is a link; name the joint that moves it"),
-        Some(near) => d.help(format!("did you mean `{near}`?")),
+        Some(near) => d.meant(near),
         None => d.help(format!("it has {}", list(known, 8))),
     }
 }
@@ -75,15 +75,15 @@ pub fn unknown_joint(model: &Model, name: &str, span: Span, offered: &[&str], lo
 /// Diagnostic for a pattern that matches no movable joint.
 fn unmatched(model: &Model, pattern: &str, span: Span, offered: &[&str], locked: &BTreeSet<String>) -> Diagnostic {
     let text = format!("no joint of robot `{}` that moves by itself fits `{pattern}`", model.name);
-    let d = Diagnostic::error("HQ0201", span, text);
+    let d = Diagnostic::unknown_name(span, text);
     if locked.iter().any(|n| glob(pattern, n)) {
         return d.help("the robot's `lock` holds those that fit; take them out of `lock`, or leave them out here");
     }
     let names: Vec<&str> = model.dofs.iter().map(|d| d.name.as_str()).collect();
     let patterns = common_patterns(&names);
     match suggest(pattern, patterns.iter().map(String::as_str).chain(offered.iter().copied())) {
-        Some(near) if is_pattern(near) => d.help(format!("did you mean `\"{near}\"`?")),
-        Some(near) => d.help(format!("did you mean the group `{near}`?")),
+        Some(near) if is_pattern(near) => d.meant(format!("\"{near}\"")),
+        Some(near) => d.meant_as("the group", near),
         None => d.help(format!("it has {}", list(names.into_iter().chain(offered.iter().copied()), 8))),
     }
 }
@@ -106,10 +106,10 @@ fn common_patterns(names: &[&str]) -> Vec<String> {
 /// Diagnostic for an unknown link.
 pub fn unknown_link(model: &Model, name: &str, span: Span, arms: &[Arm]) -> Diagnostic {
     let known = arms.iter().map(|a| a.name.as_str()).chain(model.links.iter().map(|l| l.name.as_str()));
-    let d = Diagnostic::error("HQ0201", span, format!("robot `{}` has no link `{name}`", model.name));
+    let d = Diagnostic::unknown_name(span, format!("robot `{}` has no link `{name}`", model.name));
     match suggest(name, known.clone()) {
         _ if model.joint(name).is_some() => d.help("this is a joint; frames are named by their links"),
-        Some(near) => d.help(format!("did you mean `{near}`?")),
+        Some(near) => d.meant(near),
         None => d.help(format!("it has {}", list(known, 8))),
     }
 }
@@ -125,11 +125,14 @@ pub fn unknown_geometry(
     let mut known: Vec<&str> = geometries.iter().map(|g| g.name.as_str()).collect();
     known.extend(groups.keys().map(String::as_str));
     let links: Vec<&str> = model.links.iter().map(|l| l.name.as_str()).collect();
-    let d = Diagnostic::error("HQ0201", span, format!("there is no point, segment, group or link `{name}`"));
+    let d = Diagnostic::unknown_name(span, format!("there is no point, segment, group or link `{name}`"));
     match suggest(name, known.iter().chain(&links).copied()) {
-        Some(near) => d.help(format!("did you mean `{near}`?")),
+        Some(near) => d.meant(near),
         None if !known.is_empty() => d.help(format!("declared are {}", list(known, 10))),
-        None => d.help("declare it in the robot: `points { left_elbow arm_left_4_link }`"),
+        None => d.help(Help::with(
+            "declare it in the robot: {}",
+            [Snippet::block("points", [Snippet::entry("left_elbow", "arm_left_4_link")])],
+        )),
     }
 }
 
@@ -163,7 +166,7 @@ pub fn joints(
         if found.is_empty() {
             let names: Vec<&str> = groups.members.keys().map(String::as_str).collect();
             diagnostics.push(if groups.members.contains_key(name) {
-                Diagnostic::error("HQ0201", item.span, format!("no joint of group `{name}` moves"))
+                Diagnostic::unknown_name(item.span, format!("no joint of group `{name}` moves"))
                     .note("the robot's `lock` holds all of them still")
                     .help("take them out of `lock`, or leave the group out here")
             } else {
@@ -176,11 +179,19 @@ pub fn joints(
     good.then_some(dofs)
 }
 
+/// Help for a pattern without quotes.
+pub(super) fn pattern_in_quotes() -> Help {
+    Help::each(
+        "a pattern stands in quotes, as in `\"arm_*_joint\"`",
+        "a pattern stands as a text, as in `\"arm_*_joint\"`",
+    )
+}
+
 /// Diagnostic for a value that is not a name; `arm_*_joint` without quotes is parsed as a product.
 fn no_name(item: &Value) -> Diagnostic {
     let d = Diagnostic::error("HQ0304", item.span, "the name of a joint or group is needed here");
     match &item.kind {
-        ValueKind::Binary(..) => d.help("a pattern stands in quotes, as in `\"arm_*_joint\"`"),
+        ValueKind::Binary(..) => d.help(pattern_in_quotes()),
         _ => d.help("write names and patterns, as in `[joint_1, \"arm_*\"]`"),
     }
 }

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use dsl::tree::{Block, Robot, Value, ValueKind};
-use dsl::{Diagnostic, Sources, Span, Spanned};
+use dsl::{Diagnostic, Fix, Help, Snippet, Sources, Span, Spanned};
 use names::suggest;
 use robot::{Base, LinkId, Model};
 use runtime::program::overshoots;
@@ -84,14 +84,17 @@ pub struct Files<'a> {
 /// Reads and binds a robot. Returns `None` if there is no valid model, with diagnostics.
 pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Option<BoundRobot> {
     check_keys(&robot.body, &ROBOT, files.diagnostics);
-    let missing = |key: &str, example: &str| {
-        Diagnostic::error("HQ0206", robot.name.span, format!("robot `{}` has no `{key}`", robot.name.value))
-            .help(format!("write for instance `{example}`"))
+    let missing = |key: &str, example: Snippet| {
+        Diagnostic::missing_keys([key], robot.name.span, format!("robot `{}` has no `{key}`", robot.name.value))
+            .help(Help::write_for_instance(example))
     };
     let (period, rate_span) = match robot.body.get("rate") {
         Some(e) => (constants.scalar(&e.value, RATE, files.diagnostics).map(|r| 1.0 / r), e.value.span),
         None => {
-            files.diagnostics.push(missing("rate", "rate 100 Hz"));
+            files.diagnostics.push(
+                missing("rate", Snippet::entry("rate", "100 Hz"))
+                    .fix(Fix::entries(robot.name.span, vec![("rate".into(), "100 Hz".into())])),
+            );
             (None, robot.name.span)
         }
     };
@@ -111,9 +114,9 @@ pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Opti
             Some("unicycle") => Base::Unicycle,
             Some("floating") => Base::Floating,
             other => {
-                let mut d = Diagnostic::error("HQ0201", e.value.span, "a base is fixed, planar, unicycle or floating");
+                let mut d = Diagnostic::unknown_name(e.value.span, "a base is fixed, planar, unicycle or floating");
                 d = match other.and_then(|o| suggest(o, BASES.iter().copied())) {
-                    Some(near) => d.help(format!("did you mean `{near}`?")),
+                    Some(near) => d.meant(near),
                     None => d.help("leave `base` out for an arm that is bolted down"),
                 };
                 files.diagnostics.push(d);
@@ -122,13 +125,13 @@ pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Opti
         },
     };
     let Some(urdf) = robot.body.get("urdf") else {
-        files.diagnostics.push(missing("urdf", "urdf \"robots/arm7.urdf\""));
+        files.diagnostics.push(missing("urdf", urdf::urdf_example()));
         return None;
     };
     let Some(path_text) = text_of(&urdf.value).map(str::to_string) else {
         if !matches!(urdf.value.kind, ValueKind::Missing) {
             let d = Diagnostic::error("HQ0304", urdf.value.span, "`urdf` is the path of one file, in quotes");
-            files.diagnostics.push(d.help("write for instance `urdf \"robots/arm7.urdf\"`"));
+            files.diagnostics.push(d.help(Help::write_for_instance(urdf::urdf_example())));
         }
         return None;
     };
@@ -200,9 +203,10 @@ pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Opti
     if let Some((d, at)) = deadline.filter(|d| d.0 <= period) {
         let text = format!("a deadline is longer than a period, and this is {d} s");
         b.diagnostics.push(
-            Diagnostic::error("HQ0308", at, text)
-                .label(rate_span, format!("a period of {period} s"))
-                .help(format!("write for instance `deadline {} ms`, or leave it out for two periods", 2e3 * period)),
+            Diagnostic::error("HQ0308", at, text).label(rate_span, format!("a period of {period} s")).help(Help::with(
+                "write for instance {}, or leave it out for two periods",
+                [Snippet::entry("deadline", format!("{} ms", 2e3 * period))],
+            )),
         );
     }
     let deadline = deadline.map_or(2.0 * period, |d| d.0);
@@ -252,7 +256,10 @@ impl Binder<'_, '_> {
         let Some(name) = text_of(value) else {
             if !matches!(value.kind, ValueKind::Missing) {
                 let d = Diagnostic::error("HQ0304", value.span, "the name of a link is needed here");
-                self.diagnostics.push(d.help("write `NAME LINK`, such as `elbow link_4`"));
+                self.diagnostics.push(d.help(Help::with(
+                    "write {}, such as {}",
+                    [Snippet::entry("NAME", "LINK"), Snippet::entry("elbow", "link_4")],
+                )));
             }
             return None;
         };

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use dsl::tree::{Block, Robot, Value, ValueKind};
-use dsl::{Diagnostic, SourceId, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, SourceId, Span, Spanned};
 use robot::{Base, Model};
 
 use super::home::Home;
@@ -35,8 +35,14 @@ pub(super) fn locks(body: &Block, diagnostics: &mut Vec<Diagnostic>) -> Locks {
                 if name.is_none() && !matches!(v.kind, ValueKind::Missing) {
                     let d = Diagnostic::error("HQ0304", v.span, "the name of a joint is needed here");
                     diagnostics.push(match &v.kind {
-                        ValueKind::Binary(..) => d.help("a pattern stands in quotes, as in `\"arm_*_joint\"`"),
-                        _ => d.help("write `lock [head_pan]`, or `lock { head_pan 0.1 rad }`"),
+                        ValueKind::Binary(..) => d.help(super::lookup::pattern_in_quotes()),
+                        _ => d.help(Help::with(
+                            "write {}, or {}",
+                            [
+                                Snippet::entry("lock", "[head_pan]"),
+                                Snippet::block("lock", [Snippet::entry("head_pan", "0.1 rad")]),
+                            ],
+                        )),
                     });
                 }
                 Some((Spanned::new(name?.to_string(), v.span), None))
@@ -53,11 +59,16 @@ pub(super) struct Urdf {
     options: robot::Options,
 }
 
+/// The entry that names a URDF.
+pub(super) fn urdf_example() -> Snippet {
+    Snippet::each("urdf \"robots/arm7.urdf\"", "urdf: robots/arm7.urdf")
+}
+
 /// Finds the URDF that a robot names, and reads its text.
 pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, files: &mut Files) -> Option<Urdf> {
     if path_text.trim().is_empty() {
         let d = Diagnostic::error("HQ0401", span, "this names no file").here("nothing between the quotes");
-        files.diagnostics.push(d.help("write the path of the robot's URDF, such as `urdf \"robots/arm7.urdf\"`"));
+        files.diagnostics.push(d.help(Help::with("write the path of the robot's URDF, such as {}", [urdf_example()])));
         return None;
     }
     let path = files.folder.join(path_text);
@@ -65,9 +76,8 @@ pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, f
         Ok(b) => b,
         Err(why) => {
             let d = Diagnostic::error("HQ0401", span, format!("cannot read `{path_text}`: {why}"))
-                .note("paths are relative to the file that names them")
-                .help(instead_of(&path));
-            files.diagnostics.push(d);
+                .note("paths are relative to the file that names them");
+            files.diagnostics.push(instead_of(d, path_text, &path));
             return None;
         }
     };
@@ -89,7 +99,7 @@ pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, f
             Some(p) => package_paths.insert(0, files.folder.join(p)),
             None => files.diagnostics.push(
                 Diagnostic::error("HQ0304", e.value.span, "`package_path` is the path of a folder, in quotes")
-                    .help("write for instance `package_path \"..\"`"),
+                    .help(Help::write_for_instance(Snippet::entry("package_path", "\"..\""))),
             ),
         }
     }
@@ -153,8 +163,11 @@ pub(super) fn positions(
         let Some(found) = joints(std::slice::from_ref(&item), whole, groups, diagnostics) else { continue };
         let dofs: Vec<usize> = found.into_iter().filter(|&i| whole.dofs[i].joint.is_some()).collect();
         if dofs.is_empty() {
-            let d = Diagnostic::error("HQ0201", name.span, "the base cannot be locked here");
-            diagnostics.push(d.help("write `base fixed` for a robot that stands, or `lock [base]` in a stack"));
+            let d = Diagnostic::unknown_name(name.span, "the base cannot be locked here");
+            diagnostics.push(d.help(Help::with(
+                "write {} for a robot that stands, or {} in a stack",
+                [Snippet::entry("base", "fixed"), Snippet::entry("lock", "[base]")],
+            )));
         }
         let values = match value {
             Some(value) => constants.per_joint(value, &dofs, whole, diagnostics).unwrap_or_default(),

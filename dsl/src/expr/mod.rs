@@ -55,7 +55,7 @@ pub(crate) fn value(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, b
     let mut value = expr(pair, place, diags, blocks).0;
     if let Some(span) = stray_block(&value, true) {
         diags.push(
-            Diagnostic::error("HQ0113", span, "no block can stand inside an expression")
+            Diagnostic::unreadable("HQ0113", span, "no block can stand inside an expression")
                 .note("blocks stand behind keys, and in lists that are a value of their own"),
         );
         value.kind = ValueKind::Missing;
@@ -127,7 +127,7 @@ fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Block
                 if let Some(args) = args {
                     let inside = args.as_str().trim_matches(['(', ')', ' ']);
                     diags.push(
-                        Diagnostic::error("HQ0113", span, "behind `in` stands the name of a link alone")
+                        Diagnostic::unreadable("HQ0113", span, "behind `in` stands the name of a link alone")
                             .help(format!("write `in {inside}`")),
                     );
                 }

@@ -3,6 +3,7 @@
 use super::Reader;
 use crate::explain::{self, After};
 use crate::expr::{Place, missing};
+use crate::fix::Fix;
 use crate::grammar::{Pair, Rule};
 use crate::tree::{Block, Comments, Entry, Value, ValueKind};
 use crate::words::is_text_key;
@@ -28,8 +29,7 @@ impl Reader<'_> {
             Rule::single => {
                 let said = pair.as_str().trim_matches('\'').to_owned();
                 self.diags.push(
-                    Diagnostic::error("HQ0109", span, "single quotes do not make a text")
-                        .help(format!("write `\"{said}\"`")),
+                    Diagnostic::error("HQ0109", span, "single quotes do not make a text").write(format!("\"{said}\"")),
                 );
                 Value { kind: ValueKind::Text(said), span }
             }
@@ -145,7 +145,8 @@ impl Reader<'_> {
             let said = if said.contains('\n') || said.len() > 40 { ".." } else { said };
             self.diags.push(
                 Diagnostic::error("HQ0108", mark, format!("no `{sign}` stands between a key and its value"))
-                    .help(format!("write `{} {said}`", key.value)),
+                    .help(format!("write `{} {said}`", key.value))
+                    .fix(Fix::delete(mark, sign).certain()),
             );
         }
         let value = self.entry_value(&key, value, junk, &mut comments);

@@ -6,6 +6,7 @@ use pest::Parser;
 
 use super::Reader;
 use super::items::KEYWORDS;
+use crate::fix::Fix;
 use crate::grammar::{Grammar, Pair, Rule};
 use crate::limits::text_end;
 use crate::{Diagnostic, Span};
@@ -49,9 +50,10 @@ impl Reader<'_> {
     pub(super) fn no_brace(&mut self, what: &str, at: Span, block: &Headless) {
         let close = self.span(block.end - 1, block.end);
         self.diags.push(
-            Diagnostic::error("HQ0117", at, format!("the `{{` of this {what} is missing"))
+            Diagnostic::incomplete("HQ0117", at, format!("the `{{` of this {what} is missing"))
                 .label(close, "this brace closes it")
-                .help("write `{` at the end of the line"),
+                .help("write `{` at the end of the line")
+                .fix(Fix::edit("Write the missing `{`", self.span(block.open, block.open), " {").certain()),
         );
     }
 }

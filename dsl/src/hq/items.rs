@@ -3,9 +3,11 @@
 
 use super::Reader;
 use super::parts::Parts;
+use crate::diagnostic::Topic;
 use crate::diagnostic::clip;
 use crate::explain::{self, After};
 use crate::expr::Place;
+use crate::fix::Fix;
 use crate::grammar::{Pair, Rule};
 use crate::tree::{Comments, Human, Item, ItemKind, Robot, Run, SafetyField, Spec};
 use crate::words::nearest;
@@ -32,7 +34,10 @@ pub(crate) const KEYWORDS: &[&str] = &[
 
 /// Returns the diagnostic for a missing header; `line` is the line to write.
 pub(crate) fn no_header(span: Span, line: &str) -> Diagnostic {
+    let top = Span { start: 0, end: 0, ..span };
     Diagnostic::error("HQ0101", span, "the spec does not say its language version")
+        .about(Topic::Header)
+        .fix(Fix::edit(format!("Write `{line}` at the top"), top, format!("{line}\n")).certain())
         .note("the version lets a later Hierarq read this file as it was meant")
         .help(format!("write `{line}` at the top"))
 }
@@ -40,6 +45,7 @@ pub(crate) fn no_header(span: Span, line: &str) -> Diagnostic {
 /// Returns the diagnostic for a language version that this reader does not support.
 pub(crate) fn bad_version(span: Span, written: &str) -> Diagnostic {
     Diagnostic::error("HQ0102", span, format!("language version `{}` is not known", clip(written)))
+        .about(Topic::Header)
         .here("this Hierarq reads version 1")
         .help("write `1`, or read the spec with the Hierarq it was written for")
 }
@@ -51,12 +57,13 @@ impl Reader<'_> {
         if let Some(first) = header {
             let first = *first;
             let twice = spec.version.is_some();
-            let diagnostic = Diagnostic::error("HQ0101", word, "the language version stands once, at the top");
+            let diagnostic =
+                Diagnostic::error("HQ0101", word, "the language version stands once, at the top").about(Topic::Header);
             if twice {
                 self.diags.push(diagnostic.label(first, "already said here").help("delete this line"));
             } else {
                 // The header was reported as missing at the first declaration, or as invalid: one message is enough.
-                if let Some(told) = self.diags.iter().rposition(|d| d.code == "HQ0101") {
+                if let Some(told) = self.diags.iter().rposition(|d| d.topic == Topic::Header) {
                     self.diags.remove(told);
                 }
                 self.diags.push(diagnostic.help("move it before the first declaration"));
@@ -92,7 +99,12 @@ impl Reader<'_> {
             }
         }
         if !said {
-            self.diags.push(Diagnostic::error("HQ0102", word, "`hierarq` lacks its number").help("write `hierarq 1`"));
+            self.diags.push(
+                Diagnostic::error("HQ0102", word, "`hierarq` lacks its number")
+                    .about(Topic::Header)
+                    .help("write `hierarq 1`")
+                    .fix(Fix::insert("Write `1`", word, " 1").certain()),
+            );
         }
         self.pool.behind(whole.range().end, &[], &mut spec.opening_comments.behind);
     }
@@ -250,7 +262,7 @@ impl Reader<'_> {
             });
             return;
         };
-        self.diags.push(diagnostic.help(format!("did you mean `{meant}`?")));
+        self.diags.push(diagnostic.meant(meant));
         let rule = match meant {
             "import" => Rule::import_rest,
             "param" => Rule::param_rest,

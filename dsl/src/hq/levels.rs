@@ -3,6 +3,7 @@
 use super::Reader;
 use crate::explain::{self, After};
 use crate::expr::{Place, missing};
+use crate::fix::Fix;
 use crate::grammar::{Pair, Rule};
 use crate::tree::{
     Beside, Block, Change, Comments, Entry, Level, Member, MemberTask, Removal, RepeatMembers, Stack, TaskDefinition,
@@ -58,7 +59,7 @@ impl Reader<'_> {
         let level = pair.into_inner().next().map(|part| self.place().spanned(&part));
         if level.is_none() {
             let at = self.span(span.range().start, span.range().start + "remove".len());
-            let diagnostic = Diagnostic::error("HQ0116", at, "`remove` names no level");
+            let diagnostic = Diagnostic::incomplete("HQ0116", at, "`remove` names no level");
             self.diags.push(diagnostic.help("write the name of the level behind `remove`"));
         }
         self.pool.behind(span.range().end, &[',', ';'], &mut comments.behind);
@@ -72,7 +73,7 @@ impl Reader<'_> {
         let level = pair.into_inner().find(|part| part.as_rule() == Rule::name).map(|part| self.place().spanned(&part));
         if level.is_none() {
             let word = if before { "before" } else { "after" };
-            let diagnostic = Diagnostic::error("HQ0116", span, format!("`{word}` names no level"));
+            let diagnostic = Diagnostic::incomplete("HQ0116", span, format!("`{word}` names no level"));
             self.diags.push(diagnostic.help(format!("write the name of a level behind `{word}`")));
         }
         Some(Beside { before, level: level? })
@@ -116,13 +117,13 @@ impl Reader<'_> {
         }
         if name.is_none() {
             self.diags.push(
-                Diagnostic::error("HQ0116", keyword, format!("this `{word}` has no name"))
+                Diagnostic::incomplete("HQ0116", keyword, format!("this `{word}` has no name"))
                     .help(format!("write the name behind `{word}`: letters, digits and `_`")),
             );
         }
         if members.is_none() {
             self.diags.push(
-                Diagnostic::error("HQ0117", keyword, format!("this `{word}` has no braces with its tasks"))
+                Diagnostic::incomplete("HQ0117", keyword, format!("this `{word}` has no braces with its tasks"))
                     .help(format!("write `{word} NAME {{ task_a  task_b }}`")),
             );
         }
@@ -159,7 +160,7 @@ impl Reader<'_> {
         if nearest(&key.value, &["hard"]).is_some() && (value.is_none() || lone_name.is_some()) {
             self.diags.push(
                 Diagnostic::error("HQ0118", key.span, format!("`{}` is no setting of a level", key.value))
-                    .help("did you mean `hard`?"),
+                    .meant("hard"),
             );
             hard.get_or_insert(key.span);
             if let Some(next) = lone_name {
@@ -171,7 +172,8 @@ impl Reader<'_> {
             let sign = &self.text[mark.range()];
             self.diags.push(
                 Diagnostic::error("HQ0108", mark, format!("no `{sign}` stands between a key and its value"))
-                    .help(format!("write `{} 0.01`, with the value you mean", key.value)),
+                    .help(format!("write `{} 0.01`, with the value you mean", key.value))
+                    .fix(Fix::delete(mark, sign).certain()),
             );
         }
         let value = self.head_value(&key, value, junk);
@@ -215,7 +217,7 @@ impl Reader<'_> {
     fn no_block(&mut self, value: &mut Value) {
         if has_block(value) {
             self.diags.push(
-                Diagnostic::error("HQ0113", value.span, "no block can stand here")
+                Diagnostic::unreadable("HQ0113", value.span, "no block can stand here")
                     .note("the setting of a level, and a weight, is a single value"),
             );
             value.kind = crate::tree::ValueKind::Missing;
@@ -306,7 +308,8 @@ impl Reader<'_> {
             } else {
                 let at = self.of(&part);
                 let diagnostic = Diagnostic::error("HQ0108", at, "no sign stands between a key and its value");
-                self.diags.push(diagnostic.help("write `weight 2`"));
+                self.diags
+                    .push(diagnostic.help("write `weight 2`").fix(Fix::edit("Delete the sign", at, "").certain()));
             }
         }
         value.unwrap_or_else(|| {

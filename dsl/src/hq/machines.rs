@@ -3,6 +3,7 @@
 use super::Reader;
 use super::headless::Headless;
 use crate::explain::After;
+use crate::fix::Fix;
 use crate::grammar::{Pair, Rule};
 use crate::tree::{Block, Comments, Entry, Machine, Signal, StateBody, Value, Variable};
 use crate::{Diagnostic, Span, Spanned, calls, checks, explain, transitions};
@@ -35,13 +36,15 @@ impl Reader<'_> {
         match (mark, &ty) {
             (Some(mark), _) if &self.text[mark.range()] != ":" => self.diags.push(
                 Diagnostic::error("HQ0104", mark, "`:` stands between the name of a signal and its type, not `=`")
-                    .help(format!("write `signal {} : point`", name.value)),
+                    .help(format!("write `signal {} : point`", name.value))
+                    .fix(Fix::replace(mark, ":").certain()),
             ),
             (None, Some(ty)) => {
                 let at = name.span.range().end;
                 self.diags.push(
                     Diagnostic::error("HQ0104", self.span(at, at), format!("`:` is missing behind `{}`", name.value))
-                        .help(format!("write `signal {} : {}`", name.value, ty.value)),
+                        .help(format!("write `signal {} : {}`", name.value, ty.value))
+                        .fix(Fix::insert("Write `:`", name.span, " :").certain()),
                 );
             }
             _ => {}
@@ -91,12 +94,16 @@ impl Reader<'_> {
         let colon = mark.is_some_and(|m| &self.text[m.range()] == ":");
         if let Some(mark) = mark.filter(|_| !colon) {
             let text = "`:` and a type stand between the name of a variable and its value";
-            self.diags.push(Diagnostic::error("HQ0104", mark, text).help(form));
+            let fix = Fix::replace(mark, ":").certain();
+            self.diags.push(Diagnostic::error("HQ0104", mark, text).help(form).fix(fix));
         } else if let (None, Some(ty)) = (mark, &ty) {
             let at = name.span.range().end;
             let text = format!("`:` is missing behind `{}`", name.value);
             let d = Diagnostic::error("HQ0104", self.span(at, at), text);
-            self.diags.push(d.help(format!("write `variable {} : {}`", name.value, ty.value)));
+            self.diags.push(
+                d.help(format!("write `variable {} : {}`", name.value, ty.value))
+                    .fix(Fix::insert("Write `:`", name.span, " :").certain()),
+            );
         } else if ty.is_none() {
             self.diags.push(transitions::no_variable_type(&name.value, name.span));
         } else if let Some(junk) = junk {
@@ -119,11 +126,13 @@ impl Reader<'_> {
         let mark = mark?;
         if &self.text[mark.range()] == ":" {
             let text = "`=` stands before the value of a variable, not `:`";
-            self.diags.push(Diagnostic::error("HQ0104", mark, text).help("write `= 0`"));
+            let fix = Fix::replace(mark, "=").certain();
+            self.diags.push(Diagnostic::error("HQ0104", mark, text).help("write `= 0`").fix(fix));
         }
         let Some(value) = value else {
             let text = "behind this `=` the value is missing";
-            self.diags.push(Diagnostic::error("HQ0107", mark, text).help("write what the variable holds at the start"));
+            self.diags
+                .push(Diagnostic::incomplete("HQ0107", mark, text).help("write what the variable holds at the start"));
             return None;
         };
         let value = self.expr(value);
@@ -136,7 +145,7 @@ impl Reader<'_> {
         if name.as_ref().is_none_or(|name| name.value.is_empty()) {
             let word = self.text.get(keyword.range()).unwrap_or("").to_owned();
             self.diags.push(
-                Diagnostic::error("HQ0116", keyword, format!("this `{word}` has no name"))
+                Diagnostic::incomplete("HQ0116", keyword, format!("this `{word}` has no name"))
                     .help(format!("write the name behind `{word}`: letters, digits and `_`")),
             );
             return None;
@@ -167,7 +176,8 @@ impl Reader<'_> {
             let sign = &self.text[mark.range()];
             self.diags.push(
                 Diagnostic::error("HQ0108", mark, format!("no `{sign}` stands between a key and its value"))
-                    .help(format!("write `{} 0.5`, with the value you mean", key.value)),
+                    .help(format!("write `{} 0.5`, with the value you mean", key.value))
+                    .fix(Fix::delete(mark, sign).certain()),
             );
         }
         let value = self.head_value(&key, value, None);
@@ -180,7 +190,7 @@ impl Reader<'_> {
         match &block {
             Some(block) => self.no_brace(&format!("`{what}`"), keyword, block),
             None => self.diags.push(
-                Diagnostic::error("HQ0117", keyword, format!("this `{what}` has no block"))
+                Diagnostic::incomplete("HQ0117", keyword, format!("this `{what}` has no block"))
                     .help("write `{ .. }` behind its name"),
             ),
         }
@@ -192,7 +202,11 @@ impl Reader<'_> {
         if let Some(mark) = mark {
             let sign = &self.text[mark.range()];
             let text = format!("no `{sign}` stands behind the name of a {what}");
-            self.diags.push(Diagnostic::error("HQ0104", mark, text).help("delete it; the block follows the name"));
+            self.diags.push(
+                Diagnostic::error("HQ0104", mark, text)
+                    .help("delete it; the block follows the name")
+                    .fix(Fix::delete(mark, sign).certain()),
+            );
         }
         for junk in junk {
             self.explain(*junk, After::Start("a block in braces"), false);

@@ -2,6 +2,7 @@
 
 use super::Reader;
 use crate::explain::After;
+use crate::fix::Fix;
 use crate::grammar::{Pair, Rule};
 use crate::missions::{self, Body};
 use crate::tree::{Comments, Entry, Mission, MissionMember, MissionRepeat, ValueKind};
@@ -64,12 +65,14 @@ impl Reader<'_> {
             Some(mark) if &self.text[mark.range()] == ":" => {}
             Some(mark) => {
                 let text = "`:` stands between the name of a mission and its kind, not `=`";
-                self.diags.push(Diagnostic::error("HQ0104", mark, text).help(help));
+                let fix = Fix::replace(mark, ":").certain();
+                self.diags.push(Diagnostic::error("HQ0104", mark, text).help(help).fix(fix));
             }
             None => {
                 let at = name.span.range().end;
                 let text = format!("`:` is missing behind `{}`", name.value);
-                self.diags.push(Diagnostic::error("HQ0104", self.span(at, at), text).help(help));
+                let fix = Fix::insert("Write `:`", name.span, " :").certain();
+                self.diags.push(Diagnostic::error("HQ0104", self.span(at, at), text).help(help).fix(fix));
             }
         }
     }
@@ -183,7 +186,9 @@ impl Reader<'_> {
                 let sign = &self.text[mark.range()];
                 let text = format!("no `{sign}` stands behind the name of a {}", role.value);
                 let diagnostic = Diagnostic::error("HQ0104", mark, text);
-                self.diags.push(diagnostic.help("delete it; the block follows the name"));
+                self.diags.push(
+                    diagnostic.help("delete it; the block follows the name").fix(Fix::delete(mark, sign).certain()),
+                );
             }
             return None;
         }
@@ -191,7 +196,8 @@ impl Reader<'_> {
             (Some(action), Some(mark)) if &self.text[mark.range()] == ":" => {
                 let text = "`=` stands behind the name of a task, not `:`";
                 let help = format!("write `task {} = {}`", name.value, action.value);
-                self.diags.push(Diagnostic::error("HQ0104", mark, text).help(help));
+                let fix = Fix::sign(name.span, mark, "=").certain();
+                self.diags.push(Diagnostic::error("HQ0104", mark, text).help(help).fix(fix));
             }
             (None, _) => self.diags.push(missions::no_action(&name.value, name.span)),
             _ => {}
@@ -243,8 +249,8 @@ impl Reader<'_> {
                 _ => match missions::misspelt(&entry) {
                     Some((role, inner)) => {
                         let text = format!("`{key}` begins no member of a mission");
-                        let diagnostic = Diagnostic::error("HQ0145", entry.key.span, text);
-                        self.diags.push(diagnostic.help(format!("did you mean `{role}`?")));
+                        let diagnostic = Diagnostic::unknown_key("HQ0145", entry.key.span, text);
+                        self.diags.push(diagnostic.meant(role));
                         let mut own = Body::empty(inner.value.span);
                         if let ValueKind::Block(block) = &inner.value.kind {
                             own.settings = block.clone();
@@ -280,7 +286,8 @@ impl Reader<'_> {
                 let at = name.span.range().end;
                 let text = format!("`=` is missing behind `{}`", name.value);
                 let help = format!("write `task {} = {}`", name.value, entry.key.value);
-                self.diags.push(Diagnostic::error("HQ0104", self.span(at, at), text).help(help));
+                let fix = Fix::insert("Write `=`", name.span, " =").certain();
+                self.diags.push(Diagnostic::error("HQ0104", self.span(at, at), text).help(help).fix(fix));
                 span = span.to(entry.value.span);
                 if let ValueKind::Block(block) = entry.value.kind {
                     body.settings = block;

@@ -1,8 +1,10 @@
 //! The parts of a declaration after its keyword (name, sign, value and block), and the diagnostics for missing ones.
 
 use super::Reader;
+use crate::diagnostic::Topic;
 use crate::explain::{self, After};
 use crate::expr::{Place, missing};
+use crate::fix::Fix;
 use crate::grammar::{Pair, Rule};
 use crate::tree::{Block, Comments, Param, Stack, Task, TaskDefinition, Value};
 use crate::{Diagnostic, Span, Spanned, checks};
@@ -25,29 +27,30 @@ impl Reader<'_> {
         if parts.name.is_none() {
             let word = self.text.get(keyword.range()).unwrap_or("").to_owned();
             self.diags.push(
-                Diagnostic::error("HQ0116", keyword, format!("this `{word}` has no name"))
+                Diagnostic::incomplete("HQ0116", keyword, format!("this `{word}` has no name"))
                     .help(format!("write the name behind `{word}`: letters, digits and `_`")),
             );
         }
         parts.name.clone()
     }
 
-    pub(super) fn explain(&mut self, junk: Span, after: After<'_>, unit_only: bool) -> &'static str {
+    /// Reports text that cannot be read. Returns true if it is a word in place of a unit.
+    pub(super) fn explain(&mut self, junk: Span, after: After<'_>, unit_only: bool) -> bool {
         let range = junk.range();
         let place = Place::Exact(self.source, 0);
         self.unread.push(junk);
         let diagnostic = explain::junk(self.text, range.start, range.end, place, after, unit_only);
-        let code = diagnostic.code;
+        let topic = diagnostic.topic.clone();
         // A second error for the brace that closes a block on this line: its declaration lost a bracket before it,
         // which is reported already.
         let lost = |d: &Diagnostic| {
             let from = d.primary.span.range().start;
-            d.code == "HQ0105" && self.text.get(from..range.start).is_some_and(|t| !t.contains('\n'))
+            d.topic == Topic::OpenBracket && self.text.get(from..range.start).is_some_and(|t| !t.contains('\n'))
         };
-        if code != "HQ0106" || !self.diags.last().is_some_and(lost) {
+        if topic != Topic::LooseBracket || !self.diags.last().is_some_and(lost) {
             self.diags.push(diagnostic);
         }
-        code
+        topic == Topic::UnknownUnit
     }
 
     /// Reports a missing or wrong `=` after a name.
@@ -57,14 +60,16 @@ impl Reader<'_> {
             Some(mark) if &self.text[mark.range()] == "=" => {}
             Some(mark) => self.diags.push(
                 Diagnostic::error("HQ0104", mark, format!("`=` stands behind the name of a {what}, not `:`"))
-                    .help(format!("write `{what} {} = ..`", name.value)),
+                    .help(format!("write `{what} {} = ..`", name.value))
+                    .fix(Fix::sign(name.span, mark, "=").certain()),
             ),
             None if parts.body.is_some() || parts.junk.is_some() => {
                 let at = name.span.range().end;
                 self.diags.push(
                     Diagnostic::error("HQ0104", self.span(at, at), format!("`=` is missing behind `{}`", name.value))
                         .label(name.span, format!("the name of the {what}"))
-                        .help(format!("write `{what} {} = ..`", name.value)),
+                        .help(format!("write `{what} {} = ..`", name.value))
+                        .fix(Fix::insert("Write `=`", name.span, " =").certain()),
                 );
             }
             None => {}
@@ -76,7 +81,8 @@ impl Reader<'_> {
             let sign = &self.text[mark.range()];
             let diagnostic =
                 Diagnostic::error("HQ0104", mark, format!("no `{sign}` stands behind the name of a {what}"));
-            self.diags.push(diagnostic.help("delete it; the block follows the name"));
+            self.diags
+                .push(diagnostic.help("delete it; the block follows the name").fix(Fix::delete(mark, sign).certain()));
         }
     }
 
@@ -109,7 +115,7 @@ impl Reader<'_> {
                 let mut value = self.expr(body);
                 self.pool.before(value.span.range().end, &mut comments.before);
                 if let Some(junk) = junk
-                    && self.explain(junk, After::Value(&value), true) == "HQ0112"
+                    && self.explain(junk, After::Value(&value), true)
                 {
                     value = missing(value.span);
                 }
@@ -122,7 +128,7 @@ impl Reader<'_> {
             (None, None) => {
                 if name.is_some() {
                     self.diags.push(
-                        Diagnostic::error("HQ0107", at, format!("`{shown}` has no value"))
+                        Diagnostic::incomplete("HQ0107", at, format!("`{shown}` has no value"))
                             .help(format!("write `{what} {shown} = 0.5 m`, with the value you mean")),
                     );
                 }
@@ -149,8 +155,12 @@ impl Reader<'_> {
             (None, None) => {
                 if let Some(name) = &name {
                     self.diags.push(
-                        Diagnostic::error("HQ0107", name.span, format!("the task `{}` is not defined", name.value))
-                            .help(format!("write `task {} = KIND {{ .. }}`", name.value)),
+                        Diagnostic::incomplete(
+                            "HQ0107",
+                            name.span,
+                            format!("the task `{}` is not defined", name.value),
+                        )
+                        .help(format!("write `task {} = KIND {{ .. }}`", name.value)),
                     );
                 }
             }
@@ -183,7 +193,7 @@ impl Reader<'_> {
             (None, Some(junk)) => {
                 if what == "run" && self.text[junk.range()].starts_with(|c: char| c.is_ascii_alphabetic()) {
                     self.diags.push(
-                        Diagnostic::error("HQ0113", junk, "a run has no name")
+                        Diagnostic::unreadable("HQ0113", junk, "a run has no name")
                             .help("write `run { stack NAME  duration 10 s }`"),
                     );
                 } else {
@@ -191,7 +201,7 @@ impl Reader<'_> {
                 }
             }
             (None, None) => self.diags.push(
-                Diagnostic::error("HQ0117", keyword, format!("this `{what}` has no block"))
+                Diagnostic::incomplete("HQ0117", keyword, format!("this `{what}` has no block"))
                     .help(format!("write `{{ .. }}` behind {}", if what == "run" { "`run`" } else { "its name" })),
             ),
         }
@@ -214,7 +224,7 @@ impl Reader<'_> {
                 self.explain(junk, After::Start("a block in braces"), false);
             }
             (None, None) => self.diags.push(
-                Diagnostic::error("HQ0117", keyword, "this `stack` has no block")
+                Diagnostic::incomplete("HQ0117", keyword, "this `stack` has no block")
                     .help("write `{ level NAME { .. } }` behind its name"),
             ),
         }

@@ -48,7 +48,7 @@ impl<'t> Reader<'t> {
         let Some(name) = name else {
             let word = Span::new(whole.source, whole.range().start, whole.range().start + "from".len());
             self.diags.push(
-                Diagnostic::error("HQ0116", word, format!("`from` names no {what}"))
+                Diagnostic::incomplete("HQ0116", word, format!("`from` names no {what}"))
                     .help(format!("write the name of the {what} behind `from`")),
             );
             return None;
@@ -158,7 +158,7 @@ impl<'t> Reader<'t> {
             self.diags.push(explain::junk(self.text, range.start, range.end, place, after, false));
         } else if head.body.is_none() {
             self.diags.push(
-                Diagnostic::error("HQ0117", keyword, "this `for` has no block")
+                Diagnostic::incomplete("HQ0117", keyword, "this `for` has no block")
                     .help("write `{ .. }` behind its values"),
             );
         }
@@ -182,7 +182,7 @@ impl<'t> Reader<'t> {
             if open {
                 self.unclosed(span.range().start, span.range().end);
                 if let Some(last) = self.diags.last_mut() {
-                    last.help = Some("write the missing `}`; what stands inside a `for` is indented".to_owned());
+                    last.help = Some("write the missing `}`; what stands inside a `for` is indented".into());
                 }
             } else {
                 self.pool.before(span.range().end - 1, &mut closing_comments.before);

@@ -86,7 +86,7 @@ impl Reader<'_> {
         self.head(mark, junk.as_slice(), "state");
         if name.is_none() {
             self.diags.push(
-                Diagnostic::error("HQ0116", keyword, "this state has no name")
+                Diagnostic::incomplete("HQ0116", keyword, "this state has no name")
                     .help("write the name behind `state`: letters, digits and `_`"),
             );
         }
@@ -100,7 +100,7 @@ impl Reader<'_> {
                 if block.as_rule() == Rule::headless_body {
                     let end = self.of(&block).range().end;
                     self.diags.push(
-                        Diagnostic::error("HQ0117", keyword, "the `{` of this state is missing")
+                        Diagnostic::incomplete("HQ0117", keyword, "the `{` of this state is missing")
                             .label(self.span(end - 1, end), "this brace closes it")
                             .help("write `{` at the end of the line"),
                     );
@@ -110,7 +110,7 @@ impl Reader<'_> {
                 self.states -= 1;
             }
             None if final_.is_none() && junk.is_none() => self.diags.push(
-                Diagnostic::error("HQ0117", keyword, "this state has no block")
+                Diagnostic::incomplete("HQ0117", keyword, "this state has no block")
                     .help("write `{ stack NAME  on found -> STATE }` behind its name; a last one is written `final state NAME`"),
             ),
             None => {}
@@ -144,7 +144,7 @@ impl Reader<'_> {
                 self.explain(junk, After::Start("a stack, such as `reach_to(left)`,"), false);
             }
             (None, None) => self.diags.push(
-                Diagnostic::error("HQ0116", keyword, "`stack` names no stack")
+                Diagnostic::incomplete("HQ0116", keyword, "`stack` names no stack")
                     .help("write the name of a stack behind it; its levels stand in a declaration of its own"),
             ),
             _ => {}

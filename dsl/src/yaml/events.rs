@@ -5,6 +5,7 @@
 
 use super::{quotes, syntax};
 use crate::comments::Comment;
+use crate::fix::Fix;
 use crate::limits::{MAX_DEPTH, MAX_TOKENS, too_deep, too_many_words};
 use crate::{Diagnostic, SourceId, Span};
 use granit_parser::{Event, Parser, ScalarStyle};
@@ -253,7 +254,9 @@ impl<'t> Build<'t> {
             let own = before[word..].starts_with('!').then(|| Span::new(self.source, word, before.len()));
             let span = own.unwrap_or(span);
             self.diags.push(
-                Diagnostic::error("HQ0136", span, "YAML tags have no meaning in a spec").help("delete the `!tag`"),
+                Diagnostic::error("HQ0136", span, "YAML tags have no meaning in a spec")
+                    .help("delete the `!tag`")
+                    .fix(Fix::edit("Delete the tag", span, "")),
             );
         }
     }

@@ -3,6 +3,7 @@
 
 use super::Reader;
 use super::events::{Kind, Node, NodeId};
+use crate::diagnostic::Topic;
 use crate::diagnostic::clip;
 use crate::hq::{bad_version, no_header};
 use crate::tree::{
@@ -95,7 +96,7 @@ impl Reader<'_> {
                         nearest(other, SECTIONS)
                     };
                     let diagnostic =
-                        Diagnostic::error("HQ0132", key.span, format!("`{}` is no part of a spec", clip(other)));
+                        Diagnostic::unknown_key("HQ0132", key.span, format!("`{}` is no part of a spec", clip(other)));
                     let Some(meant) = meant else {
                         self.diags
                             .push(diagnostic.note(
@@ -103,7 +104,7 @@ impl Reader<'_> {
                             ));
                         continue;
                     };
-                    self.diags.push(diagnostic.help(format!("did you mean `{meant}`?")));
+                    self.diags.push(diagnostic.meant(meant));
                     meant.to_owned()
                 }
             };
@@ -145,9 +146,11 @@ impl Reader<'_> {
         match &written {
             Some(text) if text == "1" => {}
             Some(text) if !text.is_empty() => self.diags.push(bad_version(span, text)),
-            _ => self
-                .diags
-                .push(Diagnostic::error("HQ0102", key.span, "`hierarq` lacks its number").help("write `hierarq: 1`")),
+            _ => self.diags.push(
+                Diagnostic::error("HQ0102", key.span, "`hierarq` lacks its number")
+                    .about(Topic::Header)
+                    .help("write `hierarq: 1`"),
+            ),
         }
         spec.version = written.and_then(|t| t.parse().ok()).map(|n| Spanned::new(n, span));
         self.pool.behind(span.range().end, &[], &mut spec.opening_comments.behind);
@@ -160,7 +163,7 @@ impl Reader<'_> {
         }
         if self.is_null(id) {
             self.diags.push(
-                Diagnostic::error("HQ0117", key.span, format!("`{}` says nothing", clip(&key.value)))
+                Diagnostic::incomplete("HQ0117", key.span, format!("`{}` says nothing", clip(&key.value)))
                     .help("write its parts below it, indented, as `key: value`"),
             );
         } else {
@@ -223,7 +226,7 @@ impl Reader<'_> {
     /// Reports that the lines from `first` on have the same indentation as the key that they belong to.
     pub(super) fn too_far_left(&mut self, owner: &Spanned<String>, first: Span) {
         self.diags.push(
-            Diagnostic::error("HQ0117", owner.span, format!("`{}` has nothing below it", clip(&owner.value)))
+            Diagnostic::incomplete("HQ0117", owner.span, format!("`{}` has nothing below it", clip(&owner.value)))
                 .label(first, "this line stands beside it, and belongs below")
                 .help("indent the lines that belong to it by two more spaces"),
         );
@@ -288,8 +291,12 @@ impl Reader<'_> {
         let help = "write `KIND`, `KIND(..)` or `KIND: { .. }`";
         if self.is_null(id) {
             self.diags.push(
-                Diagnostic::error("HQ0107", owner.span, format!("the task `{}` is not defined", clip(&owner.value)))
-                    .help(help),
+                Diagnostic::incomplete(
+                    "HQ0107",
+                    owner.span,
+                    format!("the task `{}` is not defined", clip(&owner.value)),
+                )
+                .help(help),
             );
             return None;
         }

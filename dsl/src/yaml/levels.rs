@@ -49,8 +49,12 @@ impl Reader<'_> {
         checks::reserved(&mut stack.settings, checks::STACK_WORDS, "stack", &mut self.diags);
         if !has_levels && !meant_levels && !from && stack.changes.is_empty() {
             self.diags.push(
-                Diagnostic::error("HQ0117", name.span, format!("the stack `{}` has no `levels`", clip(&name.value)))
-                    .help("write `levels:` and, below it, `- name: ..`"),
+                Diagnostic::incomplete(
+                    "HQ0117",
+                    name.span,
+                    format!("the stack `{}` has no `levels`", clip(&name.value)),
+                )
+                .help("write `levels:` and, below it, `- name: ..`"),
             );
         }
         checks::changes(&mut stack, name.span, from, &mut self.diags);
@@ -75,7 +79,7 @@ impl Reader<'_> {
             _ => {
                 let help = "levels are ordered: write `- name: ..` for each, the most important first";
                 if self.is_null(id) {
-                    self.diags.push(Diagnostic::error("HQ0117", key.span, "`levels` is empty").help(help));
+                    self.diags.push(Diagnostic::incomplete("HQ0117", key.span, "`levels` is empty").help(help));
                 } else {
                     self.wrong_shape(id, "a sequence of levels", help);
                 }
@@ -109,7 +113,7 @@ impl Reader<'_> {
             let meant = nearest(&key.value, &absent).filter(|_| key.value != "hard");
             if let Some(meant) = meant {
                 let text = format!("`{}` is no part of a level", clip(&key.value));
-                self.diags.push(Diagnostic::error("HQ0132", key.span, text).help(format!("did you mean `{meant}`?")));
+                self.diags.push(Diagnostic::unknown_key("HQ0132", key.span, text).meant(meant));
             }
             match meant.unwrap_or(key.value.as_str()) {
                 key_word if key_word == word => {
@@ -154,10 +158,10 @@ impl Reader<'_> {
         checks::reserved(&mut settings, checks::LEVEL_WORDS, "level", &mut self.diags);
         let at = self.first_character(id);
         if name.is_none() && self.diags.len() == told && !self.broken_in(span) {
-            self.diags.push(Diagnostic::error("HQ0116", at, "this level has no name").help(help));
+            self.diags.push(Diagnostic::incomplete("HQ0116", at, "this level has no name").help(help));
         }
         if members.is_none() {
-            self.diags.push(Diagnostic::error("HQ0117", at, "this level has no `tasks`").help(help));
+            self.diags.push(Diagnostic::incomplete("HQ0117", at, "this level has no `tasks`").help(help));
         }
         let level = Level { name: name?, hard, settings, members: members.unwrap_or_default(), span, comments };
         Some((level, beside))
@@ -214,8 +218,12 @@ impl Reader<'_> {
                     }
                     "weight" => weight = Some(self.weight(value, &key)),
                     other => self.diags.push(
-                        Diagnostic::error("HQ0132", key.span, format!("`{}` is no part of a member", clip(other)))
-                            .help("a member has `task` and `weight`; parameters stand below the kind of the task"),
+                        Diagnostic::unknown_key(
+                            "HQ0132",
+                            key.span,
+                            format!("`{}` is no part of a member", clip(other)),
+                        )
+                        .help("a member has `task` and `weight`; parameters stand below the kind of the task"),
                     ),
                 }
             }
@@ -244,7 +252,7 @@ impl Reader<'_> {
         }
         if self.is_null(id) {
             self.diags.push(
-                Diagnostic::error("HQ0116", self.span(id), "a task is missing here")
+                Diagnostic::incomplete("HQ0116", self.span(id), "a task is missing here")
                     .help("write the name of a task, `KIND(..)` or `KIND: { .. }`"),
             );
             return None;

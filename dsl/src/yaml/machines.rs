@@ -35,7 +35,7 @@ impl Reader<'_> {
             let help = "write `stack: NAME`, `transitions:` and the like below the name";
             if self.is_null(id) {
                 let text = format!("the {what} `{}` says nothing", clip(&owner.value));
-                self.diags.push(Diagnostic::error("HQ0117", owner.span, text).help(help));
+                self.diags.push(Diagnostic::incomplete("HQ0117", owner.span, text).help(help));
             } else {
                 self.wrong_shape(id, &format!("a mapping with the parts of the {what}"), help);
             }
@@ -56,7 +56,7 @@ impl Reader<'_> {
                 "stack" => {
                     body.stack_comments = self.key_comments(key.span);
                     if self.is_null(value) {
-                        let diagnostic = Diagnostic::error("HQ0116", key.span, "`stack` names no stack");
+                        let diagnostic = Diagnostic::incomplete("HQ0116", key.span, "`stack` names no stack");
                         self.diags.push(diagnostic.help("write the name of a stack behind `stack:`"));
                     } else if self.scalar(value).is_none() {
                         let help = "write `stack: NAME`, or `stack: NAME(left)`; the levels stand below `stacks:`";
@@ -91,8 +91,8 @@ impl Reader<'_> {
             let meant = nearest(&entry.key.value, STATE_KEYS).filter(|_| has_block(&entry.value));
             if let Some(meant) = meant {
                 let text = format!("`{}` is no part of a state", clip(&entry.key.value));
-                let diagnostic = Diagnostic::error("HQ0132", entry.key.span, text);
-                self.diags.push(diagnostic.help(format!("did you mean `{meant}`?")));
+                let diagnostic = Diagnostic::unknown_key("HQ0132", entry.key.span, text);
+                self.diags.push(diagnostic.meant(meant));
                 self.unread.push(entry.value.span);
             }
             meant.is_none()
@@ -172,7 +172,7 @@ impl Reader<'_> {
         let span = self.span(id);
         let (text, place) = self.spelled(id);
         if let Some(diagnostic) = self.unfit(&text, place) {
-            self.report(diagnostic);
+            self.diags.push(diagnostic);
             return None;
         }
         let parsed = Grammar::parse(Rule::scalar_action, &text).ok().and_then(|mut p| p.next())?;

@@ -25,7 +25,7 @@ impl Reader<'_> {
                 format!("write `{}: {{ schedule: {{ .. }} }}`, with the kind above its parts", clip(&name.value));
             if self.is_null(id) {
                 let text = format!("the mission `{}` says nothing", clip(&name.value));
-                self.diags.push(Diagnostic::error("HQ0117", name.span, text).help(help));
+                self.diags.push(Diagnostic::incomplete("HQ0117", name.span, text).help(help));
             } else {
                 self.wrong_shape(id, "a mapping with the kind of the mission", &help);
             }
@@ -97,7 +97,7 @@ impl Reader<'_> {
             let help = "write its parts below it, indented, as `key: value`; or `{}` where there are none";
             if self.is_null(id) {
                 let text = format!("`{}` says nothing", clip(&owner.value));
-                self.diags.push(Diagnostic::error("HQ0117", owner.span, text).help(help));
+                self.diags.push(Diagnostic::incomplete("HQ0117", owner.span, text).help(help));
             } else {
                 self.wrong_shape(id, &format!("a mapping with the parts of the {what}"), help);
             }
@@ -140,7 +140,7 @@ impl Reader<'_> {
         let near = || nearest(&key.value, MEMBER_KEYS).and_then(missions::role_below).filter(|_| !below.is_empty());
         let role = same.or_else(|| near().filter(|_| members))?;
         let text = format!("`{}` holds no members of a mission", clip(&key.value));
-        self.diags.push(Diagnostic::error("HQ0132", key.span, text).help(format!("did you mean `{role}s`?")));
+        self.diags.push(Diagnostic::unknown_key("HQ0132", key.span, text).meant(format!("{role}s")));
         Some(role)
     }
 

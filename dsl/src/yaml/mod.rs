@@ -15,13 +15,14 @@ mod syntax;
 mod transitions;
 
 use crate::comments::Pool;
+use crate::diagnostic::Topic;
 use crate::diagnostic::clip;
 use crate::explain;
 use crate::expr::missing;
 use crate::limits::{MAX_DEPTH, MAX_NODES, check_size, too_deep};
 use crate::tree::{Block, Comments, Entry, Spec, Value, ValueKind};
 use crate::words::{is_name, is_quoted_key, is_text_key};
-use crate::{Diagnostic, SourceId, Span, Spanned, checks};
+use crate::{Diagnostic, Help, SourceId, Span, Spanned, checks};
 use events::{Document, Kind, Node, NodeId, Style};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -43,7 +44,11 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
     spec.unread.extend(left_out.iter().map(|gone| Span::new(source, gone.start, gone.end)));
     let gaps: Vec<Gap> = left_out.iter().filter_map(|gone| Gap::before(text, gone.start)).collect();
     reader.diags.retain(|d| !gaps.iter().any(|gap| gap.explains(d, text)));
-    (spec, checks::finish(reader.diags))
+    let mut diags = checks::finish(reader.diags);
+    for d in &mut diags {
+        d.help = d.help.take().map(Help::in_yaml);
+    }
+    (spec, diags)
 }
 
 /// The last line with content above a range of lines that could not be read.
@@ -68,7 +73,7 @@ impl Gap {
     /// Returns true if a diagnostic reports an element as missing only because the lines after it could not be read.
     fn explains(&self, diagnostic: &Diagnostic, text: &str) -> bool {
         let at = diagnostic.primary.span.range();
-        if !matches!(diagnostic.code, "HQ0101" | "HQ0107" | "HQ0116" | "HQ0117")
+        if !matches!(diagnostic.topic, Topic::Header | Topic::Incomplete)
             || !(self.line.start..self.end).contains(&at.start)
         {
             return false;
@@ -251,7 +256,7 @@ impl Reader<'_> {
                 let help = format!("quote the name of a joint: `\"{text}\"`");
                 let name = self.key(id);
                 if let Some(d) = self.diags.last_mut().filter(|_| name.is_none()) {
-                    d.help = Some(help);
+                    d.help = Some(help.into());
                 }
                 name
             }

@@ -8,6 +8,7 @@ use pest::Parser;
 use super::events::{Kind, Node, NodeId, Style};
 use super::syntax::line_of;
 use crate::diagnostic::clip;
+use crate::fix::Fix;
 use crate::grammar::{Grammar, Rule};
 use crate::limits::MAX_DEPTH;
 use crate::{Diagnostic, SourceId, Span};
@@ -23,8 +24,11 @@ fn quoted(value: &str) -> String {
 /// Returns the diagnostic for a value without the quotes that it needs.
 fn diagnostic(source: SourceId, place: Range<usize>, value: &str, why: &str) -> Diagnostic {
     let text = format!("`{}` needs quotes", clip(value));
-    let help = format!("put quotes around it: `{}`", quoted(value));
-    Diagnostic::error("HQ0137", Span::new(source, place.start, place.end), text).note(why).help(help)
+    let (span, quoted) = (Span::new(source, place.start, place.end), quoted(value));
+    Diagnostic::error("HQ0137", span, text)
+        .note(why)
+        .help(format!("put quotes around it: `{quoted}`"))
+        .fix(Fix::edit("Put it in quotes", span, quoted).certain())
 }
 
 /// Returns the diagnostic for a mapping in place of a text: an unquoted `The middle: of the table` is a mapping too.
@@ -35,7 +39,8 @@ pub(super) fn no_text(key: &str, text: &str, span: Span) -> Diagnostic {
         return diagnostic.help("write the text in quotes");
     }
     let why = "without quotes YAML takes what stands before `: ` for a key";
-    diagnostic.note(why).help(format!("put quotes around it: `{}`", quoted(raw)))
+    let raw = quoted(raw);
+    diagnostic.note(why).help(format!("put quotes around it: `{raw}`")).fix(Fix::edit("Put it in quotes", span, raw))
 }
 
 /// Returns true if a text is a complete value or task.

@@ -86,7 +86,7 @@ impl Reader<'_> {
         self.pool.before(span.range().end, &mut comments.before);
         self.pool.behind(span.range().end, &[','], &mut comments.behind);
         if body.is_none() {
-            let diagnostic = Diagnostic::error("HQ0117", self.span(key), "this `for` has no `tasks`");
+            let diagnostic = Diagnostic::incomplete("HQ0117", self.span(key), "this `for` has no `tasks`");
             self.diags.push(diagnostic.help("write `for: { name: side, in: [left, right], tasks: [..] }`"));
         }
         let (variable, values) = head?;
@@ -124,7 +124,7 @@ impl Reader<'_> {
                 let diagnostic = Diagnostic::error("HQ0125", key.span, text);
                 let known = [&["name", "in"], words].concat();
                 self.diags.push(match nearest(&key.value, &known) {
-                    Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+                    Some(near) => diagnostic.meant(near),
                     None => diagnostic
                         .note(format!("inside `for` stand `name`, `in` and what is repeated: `{}`", words.join("`, `")))
                         .help("write it outside the `for`"),
@@ -147,7 +147,7 @@ impl Reader<'_> {
         }
         let (text, place) = self.spelled(id);
         if let Some(diagnostic) = self.unfit(&text, place) {
-            self.report(diagnostic);
+            self.diags.push(diagnostic);
             return None;
         }
         let parsed = Grammar::parse(Rule::scalar_values, &text).ok().and_then(|mut p| p.next())?;
@@ -161,7 +161,7 @@ impl Reader<'_> {
         }
         if !text[rest..].trim().is_empty() {
             let diagnostic = explain::junk(&text, rest, text.len(), place, After::Start("a list or a range"), false);
-            self.report(diagnostic);
+            self.diags.push(diagnostic);
         }
         values
     }

@@ -41,7 +41,7 @@ impl Reader<'_> {
         }
         let (text, place) = self.spelled(id);
         if let Some(diagnostic) = self.unfit(&text, place) {
-            self.report(diagnostic);
+            self.diags.push(diagnostic);
             return None;
         }
         let parsed = Grammar::parse(Rule::scalar_head, &text).ok().and_then(|mut p| p.next())?;
@@ -71,7 +71,7 @@ impl Reader<'_> {
         crate::expr::value(pair, place, &mut self.diags, &mut |block, diags| {
             let span = place.of(&block);
             diags.push(
-                Diagnostic::error("HQ0113", span, "no block of the native syntax can stand in YAML")
+                Diagnostic::unreadable("HQ0113", span, "no block of the native syntax can stand in YAML")
                     .help("write a YAML mapping"),
             );
             missing(span)
@@ -124,7 +124,7 @@ impl Reader<'_> {
             ValueKind::Name(name) => Some(Spanned::new(name, entry.value.span)),
             ValueKind::Missing => None,
             _ => {
-                let diagnostic = Diagnostic::error("HQ0116", entry.value.span, "`from` names no robot");
+                let diagnostic = Diagnostic::incomplete("HQ0116", entry.value.span, "`from` names no robot");
                 self.diags.push(diagnostic.help("write the name of the robot behind `from:`"));
                 None
             }
@@ -135,7 +135,7 @@ impl Reader<'_> {
     pub(super) fn call(&mut self, id: NodeId, key: Span) -> Option<Call> {
         if self.scalar(id).is_none() || self.is_null(id) {
             let span = if self.is_null(id) { key } else { self.span(id) };
-            let diagnostic = Diagnostic::error("HQ0116", span, "`from` names no stack");
+            let diagnostic = Diagnostic::incomplete("HQ0116", span, "`from` names no stack");
             self.diags.push(diagnostic.help("write the name of the stack behind `from:`"));
             return None;
         }
@@ -193,7 +193,7 @@ impl Reader<'_> {
                 level = self.name(value, "the level");
             } else {
                 let text = format!("`{}` has no meaning beside `remove`", clip(&key.value));
-                self.diags.push(Diagnostic::error("HQ0132", key.span, text).help("write `- remove: NAME`"));
+                self.diags.push(Diagnostic::unknown_key("HQ0132", key.span, text).help("write `- remove: NAME`"));
             }
         }
         self.pool.before(span.range().end, &mut comments.before);

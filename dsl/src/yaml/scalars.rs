@@ -3,6 +3,7 @@
 use super::Reader;
 use super::events::{NodeId, Style};
 use crate::calls;
+use crate::diagnostic::Topic;
 use crate::explain::{self, After};
 use crate::expr::{Place, missing};
 use crate::grammar::{Grammar, Pair, Rule};
@@ -49,7 +50,7 @@ impl Reader<'_> {
                 }
                 b')' | b']' | b'}' => depth = depth.saturating_sub(1),
                 b'/' if bytes.get(at + 1) == Some(&b'/') => {
-                    let diagnostic = Diagnostic::error("HQ0113", place.span(at, at + 2), "`//` has no place here");
+                    let diagnostic = Diagnostic::unreadable("HQ0113", place.span(at, at + 2), "`//` has no place here");
                     return Some(
                         diagnostic.help("comments in YAML begin with ` #`; a text needs quotes of its own: `'\"..\"'`"),
                     );
@@ -61,18 +62,6 @@ impl Reader<'_> {
         None
     }
 
-    /// Adapts the help of a diagnostic about an expression to YAML, and adds the diagnostic.
-    pub(super) fn report(&mut self, mut diagnostic: Diagnostic) -> &'static str {
-        if diagnostic.code == "HQ0108" {
-            diagnostic.help = Some("one key and one value stand on a line; quote a text as `'\"..\"'`".to_owned());
-        } else if diagnostic.code == "HQ0110" {
-            diagnostic.help = Some("a comment stands outside the quotes".to_owned());
-        }
-        let code = diagnostic.code;
-        self.diags.push(diagnostic);
-        code
-    }
-
     /// Parses a scalar as an expression.
     pub(super) fn expression(&mut self, id: NodeId, key: Option<&Spanned<String>>) -> Value {
         let span = self.span(id);
@@ -81,7 +70,7 @@ impl Reader<'_> {
             return Value { kind: ValueKind::Text(text), span };
         }
         if let Some(diagnostic) = self.unfit(&text, place) {
-            self.report(diagnostic);
+            self.diags.push(diagnostic);
             return missing(span);
         }
         let parsed = Grammar::parse(Rule::scalar_expr, &text).ok().and_then(|mut p| p.next());
@@ -110,9 +99,10 @@ impl Reader<'_> {
         }
         let after = value.as_ref().map_or(After::Key(name), After::Value);
         let diagnostic = explain::junk(&text, start, text.len(), place, after, true);
-        let code = self.report(diagnostic);
+        let unit = diagnostic.topic == Topic::UnknownUnit;
+        self.diags.push(diagnostic);
         match value {
-            Some(value) if code != "HQ0112" => value,
+            Some(value) if !unit => value,
             _ => missing(span),
         }
     }
@@ -122,7 +112,7 @@ impl Reader<'_> {
         let span = self.span(id);
         let (text, place) = self.spelled(id);
         if let Some(diagnostic) = self.unfit(&text, place) {
-            self.report(diagnostic);
+            self.diags.push(diagnostic);
             return None;
         }
         let parsed = Grammar::parse(Rule::scalar_task, &text).ok().and_then(|mut p| p.next())?;
@@ -139,12 +129,12 @@ impl Reader<'_> {
         if !text[rest..].trim().is_empty() || kind.is_none() {
             let start = if kind.is_some() && !called { 0 } else { rest };
             let diagnostic = if text.trim().is_empty() {
-                Diagnostic::error("HQ0116", span, "a task is missing here")
+                Diagnostic::incomplete("HQ0116", span, "a task is missing here")
                     .help("write the name of a task or `KIND(..)`")
             } else {
                 explain::junk(&text, start, text.len(), place, After::Start("a task, such as `hold(left)`,"), false)
             };
-            self.report(diagnostic);
+            self.diags.push(diagnostic);
         }
         let kind = kind?;
         let span = span.to(body.span);

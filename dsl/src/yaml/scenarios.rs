@@ -26,7 +26,7 @@ impl Reader<'_> {
             let span = self.span(key);
             let name = self.scalar(key).map(|s| Spanned::new(s.0.to_owned(), span)).filter(|name| !name.is_empty());
             let Some(name) = name else {
-                let diagnostic = Diagnostic::error("HQ0116", span, "this scenario has no name");
+                let diagnostic = Diagnostic::incomplete("HQ0116", span, "this scenario has no name");
                 self.diags.push(diagnostic.help("write a word, or a text, before the `:`"));
                 continue;
             };
@@ -50,7 +50,7 @@ impl Reader<'_> {
             let help = "write `machine: NAME`, `duration: 10 s` and `expect: [..]` below the name";
             if self.is_null(id) {
                 let text = format!("the scenario `{}` says nothing", clip(&name.value));
-                self.diags.push(Diagnostic::error("HQ0117", name.span, text).help(help));
+                self.diags.push(Diagnostic::incomplete("HQ0117", name.span, text).help(help));
             } else {
                 self.wrong_shape(id, "a mapping with the parts of the scenario", help);
             }
@@ -126,7 +126,7 @@ impl Reader<'_> {
         let (text, place) = self.spelled(id);
         let missing = Formula { kind: FormulaKind::Missing, span };
         if let Some(diagnostic) = self.unfit(&text, place) {
-            self.report(diagnostic);
+            self.diags.push(diagnostic);
             return missing;
         }
         let Some(parsed) = Grammar::parse(Rule::scalar_formula, &text).ok().and_then(|mut p| p.next()) else {
@@ -147,7 +147,7 @@ impl Reader<'_> {
             let (after, unit_only) = formulas::after(formula.as_ref());
             let diagnostic = explain::junk(&text, rest, text.len(), place, after, unit_only);
             if !told {
-                self.report(diagnostic);
+                self.diags.push(diagnostic);
             }
         } else if formula.is_none() {
             let diagnostic = Diagnostic::error("HQ0143", span, "no formula stands here");

@@ -57,7 +57,7 @@ impl Reader<'_> {
                         let text = format!("`{}` is no part of a variable", clip(other));
                         let d = Diagnostic::error("HQ0121", key.span, text);
                         self.diags.push(match nearest(other, &["type", "value"]) {
-                            Some(near) => d.help(format!("did you mean `{near}`?")),
+                            Some(near) => d.meant(near),
                             None => d.help("write `{ type: number, value: 0 }`"),
                         });
                     }

@@ -1,5 +1,6 @@
 //! Diagnostics for YAML syntax errors in the terms of this project, and recovery by blanking lines.
 
+use crate::diagnostic::Topic;
 use crate::{Diagnostic, SourceId, Span};
 use std::ops::Range;
 
@@ -41,7 +42,7 @@ pub(super) fn explain(source: SourceId, text: &str, current: &str, at: usize, me
             .here("opened here")
             .note(said)
             .help(format!("write the missing `{closer}`, or put quotes around the value"));
-        return (Diagnostic { code: "HQ0105", ..diagnostic }, open);
+        return (Diagnostic { code: "HQ0105", ..diagnostic }.about(Topic::OpenBracket), open);
     }
     let place = visible(current, at);
     let mut line = line_of(current, place.start);

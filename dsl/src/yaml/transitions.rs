@@ -114,7 +114,7 @@ impl Reader<'_> {
         let (text, place) = self.spelled(id);
         let diagnostic = explain::junk(&text, 0, text.len(), place, After::Start("the name of a state"), false);
         let diagnostic = Diagnostic { code: "HQ0135", ..diagnostic };
-        self.report(diagnostic);
+        self.diags.push(diagnostic);
         None
     }
 }

@@ -1,12 +1,11 @@
 //! Code actions: fixes for the mistakes at the cursor. Each fix is tested on the text before it is offered.
 
 use compiler::{Input, Report};
-use dsl::{Diagnostic, Severity};
+use dsl::{Diagnostic, Fix, Severity};
 use lsp_types::{CodeAction, CodeActionContext, CodeActionKind, CodeActionOrCommand, Range, TextEdit, WorkspaceEdit};
 
 use super::diagnostics;
 use super::document::Document;
-use super::fixes::{self, Fix};
 
 /// Maximum number of fixes tested per request.
 const MOST: usize = 16;
@@ -18,8 +17,6 @@ pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext)
         return Some(Vec::new());
     }
     let report = compiled(document, document.text.as_str())?;
-    let spec = document.spec()?;
-    let syntax = document.syntax()?;
     let (from, to) = (document.text.byte(range.start), document.text.byte(range.end));
     let mut actions = Vec::new();
     let here = report.diagnostics.iter().filter(|d| {
@@ -29,17 +26,17 @@ pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext)
     let mut tried = 0;
     for d in here {
         let mut preferred = true;
-        for fix in fixes::of(d, document.text.as_str(), spec, syntax) {
+        for fix in d.fixes.iter().filter(|fix| fix.edits().iter().all(|edit| edit.span.source.0 == 0)) {
             tried += 1;
-            if tried > MOST || !mends(document, &report, d, &fix) {
+            if tried > MOST || !mends(document, &report, d, fix) {
                 continue;
             }
-            let edit = TextEdit::new(document.text.range(fix.range), fix.new);
+            let edits = fix.edits().iter().map(|e| TextEdit::new(document.text.range(e.span.range()), e.new.clone()));
             actions.push(CodeActionOrCommand::CodeAction(CodeAction {
-                title: fix.title,
+                title: fix.title.clone(),
                 kind: Some(CodeActionKind::QUICKFIX),
                 diagnostics: Some(vec![diagnostics::one(document, &report, d)]),
-                edit: Some(WorkspaceEdit::new([(document.uri.clone(), vec![edit])].into_iter().collect())),
+                edit: Some(WorkspaceEdit::new([(document.uri.clone(), edits.collect())].into_iter().collect())),
                 is_preferred: Some(preferred),
                 ..CodeAction::default()
             }));
@@ -59,13 +56,12 @@ fn compiled(document: &Document, text: &str) -> Option<Report> {
 
 /// True if a fix removes its mistake and adds no syntax error.
 fn mends(document: &Document, before: &Report, d: &Diagnostic, fix: &Fix) -> bool {
-    let old = document.text.as_str();
-    let text = [&old[..fix.range.start], &fix.new, &old[fix.range.end..]].concat();
+    let (text, _) = dsl::fix::apply(document.text.as_str(), [fix]);
     let Some(after) = compiled(document, &text) else { return false };
     let same =
         |report: &Report| report.diagnostics.iter().filter(|o| o.code == d.code && o.message == d.message).count();
     let of_form = |report: &Report| {
-        let is_form = |o: &&Diagnostic| o.severity == Severity::Error && o.code.starts_with("HQ01");
+        let is_form = |o: &&Diagnostic| o.severity == Severity::Error && dsl::codes::explain(o.code).is_some();
         report.diagnostics.iter().filter(is_form).count()
     };
     same(&after) < same(before) && of_form(&after) <= of_form(before)

@@ -2,7 +2,7 @@
 
 use compiler::{Input, Report};
 use dsl::tree::{Item, ItemKind};
-use dsl::{Diagnostic, Label, Severity, SourceId, Span};
+use dsl::{Diagnostic, Label, Severity, SourceId, Span, Topic};
 use lsp_types::{
     Diagnostic as Shown, DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString, Range, Uri,
 };
@@ -106,8 +106,7 @@ fn shown(document: &Document, report: &Report, others: &[Option<(Uri, Text)>], d
 
 /// True if a stack or robot is missing in a file with declarations, but no stack and no run: others may import it.
 fn lacks_only_what_others_have(document: &Document, d: &Diagnostic) -> bool {
-    let lacks = matches!(d.code, "HQ0601" if d.message.starts_with("this spec has no stack"))
-        || matches!(d.code, "HQ0206" if d.message == "this spec declares no robot");
+    let lacks = matches!(d.topic, Topic::MissingRobot | Topic::MissingStack);
     lacks && document.spec().is_some_and(|spec| !spec.items.is_empty() && !spec.items.iter().any(runs))
 }
 

@@ -8,7 +8,6 @@ mod actions;
 mod completion;
 mod diagnostics;
 mod document;
-mod fixes;
 mod hover;
 mod inlay;
 mod library;

@@ -1,6 +1,6 @@
 //! Labels of a declared mission, checked so that pages and terminals can show them.
 
-use blocks::{Bound, Origin};
+use blocks::{Bound, Origin, Snippet};
 
 use super::{DeclaredMember, DeclaredMission, Remark, Remarks};
 use crate::labels::{Labels, Unfit, check};
@@ -70,7 +70,7 @@ fn unfit(text: &str, why: Unfit, at: Origin) -> Remark {
     let remark = Remark::error("HQ0915", at, format!("this label cannot be shown: {why}"));
     match why {
         Unfit::Empty => remark.help("write a text, or leave `label` out: then the name is shown"),
-        Unfit::Edge => remark.help(format!("write `label \"{}\"`", text.trim())),
+        Unfit::Edge => remark.help(Snippet::entry("label", format!("\"{}\"", text.trim()))),
         Unfit::Command(_) => {
             remark.help("write letters, digits and signs that are seen; the direction of a script needs no mark")
         }

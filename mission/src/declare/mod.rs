@@ -12,7 +12,7 @@ use blocks::{BoundBlock, Located, Origin};
 
 pub use labels::{labels, mistaken};
 pub use places::Places;
-pub use remark::{Advice, Remark, RemarkLabel, Remarks};
+pub use remark::{About, Advice, Remark, RemarkLabel, Remarks};
 
 /// A mission that a spec declares.
 #[derive(Clone, Debug)]

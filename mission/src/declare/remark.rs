@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use blocks::Origin;
+use blocks::{Help, Origin};
 use names::{list, suggest};
 
 /// An error or a warning about a declared mission.
@@ -16,6 +16,8 @@ pub struct Remark {
     pub at: Origin,
     /// Bytes of the file that is named there, if it is about the content of the file.
     pub within: Option<Range<usize>>,
+    /// Its subject.
+    pub about: About,
     /// The mistake, in a sentence.
     pub text: String,
     /// Other places.
@@ -24,6 +26,17 @@ pub struct Remark {
     pub notes: Vec<String>,
     /// A way out.
     pub help: Option<Advice>,
+}
+
+/// Topic of a remark, which decides whether it follows from a syntax error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum About {
+    /// A name that nothing declares.
+    UnknownName,
+    /// Members that the mission lacks.
+    Nothing,
+    /// Anything else.
+    Other,
 }
 
 /// Another place that a remark shows.
@@ -39,7 +52,7 @@ pub struct RemarkLabel {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Advice {
     /// In words.
-    Text(String),
+    Text(Help),
     /// This name was meant at the place of the remark.
     Meant(String),
 }
@@ -48,7 +61,17 @@ impl Remark {
     /// Creates an error.
     pub fn error(code: &'static str, at: Origin, text: impl Into<String>) -> Remark {
         let text = text.into();
-        Remark { code, is_error: true, at, within: None, text, labels: Vec::new(), notes: Vec::new(), help: None }
+        Remark {
+            code,
+            is_error: true,
+            at,
+            within: None,
+            about: About::Other,
+            text,
+            labels: Vec::new(),
+            notes: Vec::new(),
+            help: None,
+        }
     }
 
     /// Creates a warning.
@@ -62,7 +85,7 @@ impl Remark {
             Some((what, whole)) => format!("there is no {what} `{name}` of {whole}"),
             None => format!("there is no {what} `{name}`"),
         };
-        let remark = Remark::error("HQ0201", at, text);
+        let remark = Remark { about: About::UnknownName, ..Remark::error("HQ0201", at, text) };
         match suggest(name, known.iter().copied()) {
             Some(near) => remark.meant(near),
             None if known.is_empty() => remark.help(format!("this spec declares no {what}")),
@@ -87,8 +110,13 @@ impl Remark {
         self
     }
 
+    /// Creates the error for a mission that lacks members.
+    pub fn lacking(code: &'static str, at: Origin, text: impl Into<String>) -> Remark {
+        Remark { about: About::Nothing, ..Remark::error(code, at, text) }
+    }
+
     /// Sets the way out, in words.
-    pub fn help(mut self, text: impl Into<String>) -> Remark {
+    pub fn help(mut self, text: impl Into<Help>) -> Remark {
         self.help = Some(Advice::Text(text.into()));
         self
     }
@@ -100,7 +128,7 @@ impl Remark {
     }
 
     /// Sets the way out: the name that is near, or else words.
-    pub fn meant_or(self, near: Option<&str>, otherwise: impl Into<String>) -> Remark {
+    pub fn meant_or(self, near: Option<&str>, otherwise: impl Into<Help>) -> Remark {
         match near {
             Some(near) => self.meant(near),
             None => self.help(otherwise),

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use dsl::{Diagnostic, SourceId, Span, Syntax};
+use dsl::{Diagnostic, SourceId, Span, Syntax, Topic};
 use runtime::Program;
 use runtime::program::{MAX_RUNNING, Subject};
 
@@ -56,9 +56,9 @@ impl Lowerer<'_> {
             return None;
         };
         let cannot = |e: &std::io::Error| {
-            refused(format!("cannot read `{path}`: {}", files::reason(e)))
-                .note("paths are relative to the file that names them")
-                .help(instead_of(&on_disk))
+            let d = refused(format!("cannot read `{path}`: {}", files::reason(e)))
+                .note("paths are relative to the file that names them");
+            instead_of(d, path, &on_disk)
         };
         let canonical = match on_disk.canonicalize() {
             Ok(canonical) => canonical,
@@ -139,7 +139,7 @@ impl Lowerer<'_> {
             let at = d.primary.span;
             let there =
                 foreign.contains(&at.source) && sources.get(at.source).is_some_and(|s| Path::new(&s.name) == place);
-            !(d.code == "HQ0203" && there && sources.snippet(at) == signal)
+            !(d.topic == Topic::Unused && there && sources.snippet(at) == signal)
         });
     }
 
@@ -164,6 +164,8 @@ impl Lowerer<'_> {
             for label in &mut d.labels {
                 label.span = place(label.span);
             }
+            // They would change another spec than the one that is checked.
+            d.fixes.clear();
             self.push(d.label(at, "a worker runs this spec"));
         }
     }

@@ -97,7 +97,7 @@ impl Lowerer<'_> {
         }
         for inner in &member.members {
             let text = format!("{} holds nothing of its own", schema.name);
-            let d = Diagnostic::error("HQ0205", inner.role.span, text);
+            let d = Diagnostic::unknown_key("HQ0205", inner.role.span, text);
             self.push(d.help("write it beside the others, or leave it out"));
         }
         Vec::new()
@@ -108,7 +108,7 @@ impl Lowerer<'_> {
         let word = member.role.value.as_str();
         let found = schema.roles().find(|role| role.name == word);
         if found.is_none() {
-            let d = Diagnostic::error("HQ0205", member.role.span, format!("{} has no `{word}`", schema.name));
+            let d = Diagnostic::unknown_key("HQ0205", member.role.span, format!("{} has no `{word}`", schema.name));
             self.push(d.help(format!("members of it are {}", list(schema.roles().map(|role| role.name), 8))));
         }
         found.map(|role| Known { member, role })

@@ -2,7 +2,7 @@
 
 use blocks::{Bound, BoundBlock, Located};
 use dsl::tree::{Block, Entry};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use mission::kind::{Detail, Event, EventInfo, Replies};
 use mission::kinds::KINDS;
 use names::{list, suggest};
@@ -95,7 +95,13 @@ impl Lowerer<'_> {
         }
         if !info.with.is_empty() && event.with.is_empty() {
             let d = Diagnostic::error("HQ0922", e.key.span, format!("this {name} says nothing"));
-            self.push(d.help("say what of it was how: `wait too_long`, `approach very_fast`, `distance close`"));
+            self.push(
+                d.help(Help::with(
+                    "say what of it was how: {}, {}, {}",
+                    [("wait", "too_long"), ("approach", "very_fast"), ("distance", "close")]
+                        .map(|(k, v)| Snippet::entry(k, v)),
+                )),
+            );
             return None;
         }
         if let Err(not) = of.mission.check_event(&event) {
@@ -128,8 +134,8 @@ impl Lowerer<'_> {
             return false;
         }
         if !bound.is_wrong(key) {
-            let d = Diagnostic::error("HQ0206", e.key.span, format!("`{}` needs `{key}`", e.key.value));
-            self.push(d.help(format!("write for instance `{example}` behind it")));
+            let d = Diagnostic::missing_keys([key], e.key.span, format!("`{}` needs `{key}`", e.key.value));
+            self.push(d.help(Help::with("write for instance {} behind it", [Snippet::entry(key, example)])));
         }
         true
     }
@@ -150,7 +156,10 @@ impl Lowerer<'_> {
         if let Some(other) = events.next() {
             let d =
                 Diagnostic::error("HQ0922", other.key.span, "two things happen here, and each has a time of its own");
-            self.push(d.label(e.key.span, "the first").help("write it as an entry of its own, `{ at ..  .. }`"));
+            self.push(d.label(e.key.span, "the first").help(Help::with(
+                "write it as an entry of its own, {}",
+                [Snippet::braces([Snippet::entry("at", ".."), Snippet::dots()])],
+            )));
             return None;
         }
         Some(e)
@@ -171,9 +180,9 @@ impl Lowerer<'_> {
     fn nobody_called(&mut self, name: &str, at: Span, of: Executed) {
         let members = of.members();
         let names = || members.iter().copied();
-        let d = Diagnostic::error("HQ0201", at, format!("nobody in the mission is called `{name}`"));
+        let d = Diagnostic::unknown_name(at, format!("nobody in the mission is called `{name}`"));
         self.push(match suggest(name, names()) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
+            Some(near) => d.meant(near),
             None => d.help(format!("there are {}", list(names(), 12))),
         });
     }

@@ -59,9 +59,9 @@ impl Lowerer<'_> {
             return;
         }
         let kinds = || kinds::KINDS.iter().map(|kind| kind.name);
-        let d = Diagnostic::error("HQ0201", m.kind.span, format!("there is no kind of mission `{kind}`"));
+        let d = Diagnostic::unknown_name(m.kind.span, format!("there is no kind of mission `{kind}`"));
         self.push(match suggest(kind, kinds()) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
+            Some(near) => d.meant(near),
             None => d.help(format!("kinds are {}", list(kinds(), 8))),
         });
     }

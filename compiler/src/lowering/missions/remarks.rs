@@ -1,7 +1,7 @@
 //! Remarks of a kind of mission as diagnostics at the texts that they are about.
 
-use dsl::{Diagnostic, Span};
-use mission::declare::{Advice, Remark, Remarks};
+use dsl::{Diagnostic, Span, Topic};
+use mission::declare::{About, Advice, Remark, Remarks};
 
 use super::super::Lowerer;
 
@@ -26,8 +26,13 @@ impl Lowerer<'_> {
         };
         let d = remark.labels.into_iter().fold(d, |d, label| d.label(self.origins.span(label.at), label.text));
         let d = remark.notes.into_iter().fold(d, |d, note| d.note(note));
+        let d = match remark.about {
+            About::UnknownName => d.about(Topic::UnknownName),
+            About::Nothing => d.about(Topic::MissingDeclaration),
+            About::Other => d,
+        };
         match remark.help {
-            Some(Advice::Meant(name)) => d.help(format!("did you mean `{name}`?")),
+            Some(Advice::Meant(name)) => d.meant(name),
             Some(Advice::Text(text)) => d.help(text),
             None => d,
         }

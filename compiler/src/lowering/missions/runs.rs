@@ -1,7 +1,7 @@
 //! Working robots that run controllers: what a worker says with `runs`.
 
 use blocks::{Block, BoundBlock};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use mission::declare::DeclaredMission;
 use mission::declare::common::RunsBlock;
 use mission::kind;
@@ -93,10 +93,12 @@ impl Lowerer<'_> {
         let signals = || program.interface.signals.iter().filter(|s| !s.is_variable());
         let flags: Vec<&str> = signals().filter(|s| s.kind == "flag").map(|s| s.name.as_str()).collect();
         let Some(signal) = program.interface.signals.iter().position(|s| s.name == name) else {
-            let d = Diagnostic::error("HQ0201", at, format!("`{spec}` has no signal `{name}`"));
+            let d = Diagnostic::unknown_name(at, format!("`{spec}` has no signal `{name}`"));
             self.push(match suggest(name, flags.iter().copied()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
-                None if flags.is_empty() => d.help(format!("declare it there: `signal {name} : flag`")),
+                Some(near) => d.meant(near),
+                None if flags.is_empty() => {
+                    d.help(Help::with("declare it there: {}", [Snippet::of_type("signal", name, "flag")]))
+                }
                 None => d.help(format!("flags there are {}", list(flags, 12))),
             });
             return None;
@@ -107,7 +109,10 @@ impl Lowerer<'_> {
             let d = Diagnostic::error("HQ0932", at, format!("`{name}` of `{spec}` is {what}"))
                 .note("it is told whether an operation goes on: true or false, by the mission");
             self.push(match flags.is_empty() {
-                true => d.help(format!("declare a signal for it there: `signal work : flag  # in {spec}`")),
+                true => d.help(Help::with(
+                    &format!("declare a signal for it in `{spec}`: {{}}"),
+                    [Snippet::of_type("signal", "work", "flag")],
+                )),
                 false => d.help(format!("flags there are {}", list(flags, 12))),
             });
             return None;
@@ -162,9 +167,9 @@ impl Lowerer<'_> {
         let at = self.origins.span(scenario.at);
         let names = || program.scenarios.iter().map(|s| s.name.as_str());
         let Some(found) = program.scenarios.iter().find(|s| s.name == name) else {
-            let d = Diagnostic::error("HQ0201", at, format!("`{spec}` has no scenario `{name}` of its robot"));
+            let d = Diagnostic::unknown_name(at, format!("`{spec}` has no scenario `{name}` of its robot"));
             self.push(match suggest(name, names()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None if names().next().is_none() => d.help("leave it out: then nothing happens around the robot"),
                 None => d.help(format!("there is {}", list(names(), 12))),
             });
@@ -187,7 +192,10 @@ impl Lowerer<'_> {
             let text = format!("the controllers of working robots would have more than {MAX_TICKS} ticks together");
             let d = Diagnostic::error("HQ0933", at, text);
             let longest = (MAX_TICKS / per_second).floor();
-            self.push(d.help(format!("shorten the run to {longest} s, or write `operations planned`: then none runs")));
+            self.push(d.help(Help::with(
+                &format!("shorten the run to {longest} s, or write {{}}: then none runs"),
+                [Snippet::entry("operations", "planned")],
+            )));
         }
         fits
     }

@@ -3,7 +3,7 @@
 
 use blocks::{Block as _, BoundBlock, Located};
 use dsl::tree::{Block, Scenario};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use mission::execution::Replan;
 use mission::kind::Run;
 use names::{list, suggest};
@@ -49,7 +49,7 @@ pub(in crate::lowering) fn check_scenario_keys(body: &Block, of_mission: bool, d
         } else {
             Diagnostic::error("HQ0921", e.key.span, format!("a scenario of a robot's controller has no `{key}`"))
                 .note("it is of a mission: a controller knows no other robots, and serves nobody")
-                .help("say which mission runs, `mission NAME`, or leave it out")
+                .help(Help::with("say which mission runs, {}, or leave it out", [Snippet::entry("mission", "NAME")]))
         };
         diagnostics.push(d);
     }
@@ -88,10 +88,10 @@ impl Lowerer<'_> {
     pub(in crate::lowering) fn nothing_runs(&mut self, expanded: &Expanded) {
         for (s, _) in expanded.scenarios.iter().filter(|(s, _)| !runs_mission(s)) {
             let text = format!("nothing says what the scenario `{}` runs", s.name.value);
-            let d = Diagnostic::error("HQ0206", s.name.span, text)
+            let d = Diagnostic::missing_keys(["mission"], s.name.span, text)
                 .note("this spec declares missions and no robot, whose controller could run");
             let first = expanded.missions.first().map_or("NAME", |m| &m.name.value);
-            self.push(d.help(format!("say which mission it executes: `mission {first}`")));
+            self.push(d.help(Help::with("say which mission it executes: {}", [Snippet::entry("mission", first)])));
         }
     }
 
@@ -107,12 +107,13 @@ impl Lowerer<'_> {
         };
         let names = || expanded.missions.iter().map(|m| m.name.value.as_str());
         if !names().any(|n| n == name) {
-            let d = Diagnostic::error("HQ0201", e.value.span, format!("there is no mission `{name}`"));
+            let d = Diagnostic::unknown_name(e.value.span, format!("there is no mission `{name}`"));
             self.push(match suggest(name, names()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
-                None if names().next().is_none() => {
-                    d.help("this spec declares none: write `mission NAME : schedule { .. }`")
-                }
+                Some(near) => d.meant(near),
+                None if names().next().is_none() => d.help(Help::with(
+                    "this spec declares none: write {}",
+                    [Snippet::each("mission NAME : KIND { .. }", "missions: { NAME: { KIND: { .. } } }")],
+                )),
                 None => d.help(format!("declared are {}", list(names(), 8))),
             });
             return None;
@@ -144,7 +145,10 @@ impl Lowerer<'_> {
             && let Err(why) = of.mission.check_run(&run)
         {
             let d = Diagnostic::error("HQ0924", at("travel"), why);
-            self.push(d.help("leave `distances` out of the mission, or write `travel planned`"));
+            self.push(d.help(Help::with(
+                "leave `distances` out of the mission, or write {}",
+                [Snippet::entry("travel", "planned")],
+            )));
         }
         let duration = duration?;
         let step = step_within(duration, longest);
@@ -199,9 +203,12 @@ impl Lowerer<'_> {
         let Some(Located { at, value: duration }) = block.duration else {
             if !bound.is_wrong("duration") {
                 let at = self.origins.span(bound.at);
-                let d = Diagnostic::error("HQ0206", at, "a scenario of a mission needs `duration`");
+                let d = Diagnostic::missing_keys(["duration"], at, "a scenario of a mission needs `duration`");
                 let d = d.note("a mission may wait for somebody who never comes back");
-                self.push(d.help("write how long it runs, for instance `duration 4000 s`: longer than the plan"));
+                self.push(d.help(Help::with(
+                    "write how long it runs, for instance {}: longer than the plan",
+                    [Snippet::entry("duration", "4000 s")],
+                )));
             }
             return None;
         };

@@ -1,7 +1,7 @@
 //! The scope of an expectation of a mission: what is measured of it, of its agents and of its robots.
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use mission::kind::{Form, Measure};
 use names::{list, suggest};
 use runtime::program::{MachineProgram, MissionMeasure, Op};
@@ -44,9 +44,9 @@ impl Watch<'_> {
     }
 
     fn unknown(&self, what: &str, name: &str, at: Span) -> Diagnostic {
-        let d = Diagnostic::error("HQ0201", at, format!("there is no {what} `{name}` in mission `{}`", self.of.name));
+        let d = Diagnostic::unknown_name(at, format!("there is no {what} `{name}` in mission `{}`", self.of.name));
         match suggest(name, self.members().iter().copied()) {
-            Some(near) => d.help(format!("did you mean `{near}`?")),
+            Some(near) => d.meant(near),
             None => d.help(format!("there is {}", list(self.members().iter().copied(), 12))),
         }
     }
@@ -83,9 +83,10 @@ impl Watch<'_> {
         let who = members.get(agent).copied().unwrap_or_default();
         let d = Diagnostic::error("HQ0312", at, format!("`{who}` runs no controller in this scenario"));
         diagnostics.push(match machine {
-            Some(_) => d
-                .note("operations take as long as planned here")
-                .help("leave `operations planned` out, or expect something of the mission"),
+            Some(_) => d.note("operations take as long as planned here").help(Help::with(
+                "leave {} out, or expect something of the mission",
+                [Snippet::entry("operations", "planned")],
+            )),
             None => d.help("a worker with `runs` does; others only work, `w1.working`"),
         });
         None
@@ -185,11 +186,11 @@ impl Scope for Watch<'_> {
         names
     }
 
-    fn instead(&self, name: &str) -> Option<String> {
+    fn instead(&self, name: &str) -> Option<Help> {
         let who = self.who(name)?;
         let has = |name: &&str| self.of.kind().measure(who.role(), name).is_some();
         let example = ["makespan", "waited", "position"].into_iter().find(has).unwrap_or("lost");
-        Some(format!("name what of it is meant, for instance `{name}.{example}`"))
+        Some(format!("name what of it is meant, for instance `{name}.{example}`").into())
     }
 
     fn presence(&mut self, _: &str) -> Option<usize> {
@@ -215,9 +216,9 @@ impl Scope for Watch<'_> {
         let Some(q) = kind.measure(who.role(), &field.value) else {
             let text = format!("nothing called `{}` is measured of {}", field.value, who.describe(kind));
             let names = || self.of.measures(who).map(|measure| measure.name);
-            let d = Diagnostic::error("HQ0201", field.span, text);
+            let d = Diagnostic::unknown_name(field.span, text);
             diagnostics.push(match suggest(&field.value, names()) {
-                Some(near) => d.help(format!("did you mean `{near}`?")),
+                Some(near) => d.meant(near),
                 None => d.help(format!("there is {}", list(names(), 12))),
             });
             return Some(None);

@@ -89,7 +89,7 @@ const SKILLS: Key = Key::required(
     ValueType::Each(&A_TIME),
     "Skills of the agent, each with the time that it takes in addition to the motion: `skills { pick_and_place 2 s }`.",
 )
-.example("{ pick_and_place 2 s }");
+.example("pick_and_place 2 s");
 const REACH: Key = Key::optional("reach", A_LENGTH, "Largest distance from its base; default: unlimited.");
 const PAYLOAD: Key =
     Key::optional("payload", A_MASS, "Mass of the heaviest object that it handles; default: unlimited.");

@@ -37,7 +37,7 @@ pub static KIND: Kind = Kind {
     build: |declared, remarks| Box::new(build(declared, remarks)),
     measures: || MEASURES.iter().map(|(measure, _)| measure).collect(),
     events: &[
-        EventInfo { name: "late", with: &[Further { key: "by", required: Some("by 5 s") }], not_of: &[] },
+        EventInfo { name: "late", with: &[Further { key: "by", required: Some("5 s") }], not_of: &[] },
         EventInfo { name: "failed", with: &[], not_of: &[] },
         EventInfo { name: "lost", with: &[], not_of: &[] },
         EventInfo { name: "back", with: &[], not_of: &[] },

@@ -1,6 +1,6 @@
 //! Errors for a mission of layers that cannot be planned, at the texts that they are about.
 
-use blocks::{Bound, Origin};
+use blocks::{Bound, Help, Origin, Snippet};
 use names::suggest;
 
 use super::check::{Declaration, Item, Key, Mistake};
@@ -62,12 +62,26 @@ fn refusal(m: &DeclaredMission, problem: &Problem, mistake: &Mistake, places: &P
     let name = &m.name;
     let place_of_task = |task: &usize| places.of(Item::Task(*task), Key::Features.names());
     let d = match &mistake.reason {
-        Reason::NoAgent => Remark::error("HQ0901", at, format!("nobody acts in mission `{name}`: it has no agent"))
-            .help("declare one: `robot NAME { place [0, 0, 0] m  speed [0.1, 0.4] m/s  skills { SKILL 2 s } }`"),
-        Reason::NoTask => Remark::error("HQ0901", at, format!("there is nothing to do in mission `{name}`")).help(
-            "declare tasks: `layer NAME { task NAME = SKILL { .. } }`, or name a file of them with `layers_from`",
-        ),
-        Reason::EmptyLayer => Remark::error("HQ0901", at, "this layer has no task").help(fix),
+        Reason::NoAgent => Remark::lacking("HQ0901", at, format!("nobody acts in mission `{name}`: it has no agent"))
+            .help(Help::with(
+                "declare one: {}",
+                [Snippet::declared(
+                    "robot",
+                    "NAME",
+                    [
+                        Snippet::entry("place", "[0, 0, 0] m"),
+                        Snippet::entry("speed", "[0.1, 0.4] m/s"),
+                        Snippet::block("skills", [Snippet::entry("SKILL", "2 s")]),
+                    ],
+                )],
+            )),
+        Reason::NoTask => {
+            Remark::lacking("HQ0901", at, format!("there is nothing to do in mission `{name}`")).help(Help::with(
+                "declare tasks: {}, or name a file of them with `layers_from`",
+                [Snippet::declared("layer", "NAME", [Snippet::typed("task", "NAME", "SKILL", [Snippet::dots()])])],
+            ))
+        }
+        Reason::EmptyLayer => Remark::lacking("HQ0901", at, "this layer has no task").help(fix),
         Reason::NoTime => Remark::error("HQ0902", at, "no task takes any time")
             .note("what a plan costs is measured against the time of its tasks")
             .help("give skills their times, or tasks ways to go"),

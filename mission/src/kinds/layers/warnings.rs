@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use blocks::Bound;
+use blocks::{Bound, Help, Snippet};
 use names::suggest;
 
 use super::check::{Item, Key};
@@ -19,7 +19,10 @@ pub(super) fn add(problem: &Problem, places: &Places<Item>, remarks: &mut Remark
     if costs.iter().all(|cost| *cost == 0.0) {
         let at = places.of(Item::Mission, Key::Weights.names());
         let text = "nothing costs anything, so that every plan is as good as any other";
-        remarks.push(Remark::warning("HQ0908", at, text).help("write a weight above zero, such as `makespan 1`"));
+        remarks.push(
+            Remark::warning("HQ0908", at, text)
+                .help(Help::with("write a weight above zero, such as {}", [Snippet::entry("makespan", "1")])),
+        );
     }
     let of_objects = problem.objects.iter().flat_map(|object| &object.features);
     let known: BTreeSet<&str> =

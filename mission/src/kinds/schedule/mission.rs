@@ -40,12 +40,12 @@ pub static KIND: Kind = Kind {
     events: &[
         of_agents("begun", &[]),
         of_agents("done", &[]),
-        EventInfo { name: "late", with: &[Further { key: "by", required: Some("by 60 s") }], not_of: &[] },
+        EventInfo { name: "late", with: &[Further { key: "by", required: Some("60 s") }], not_of: &[] },
         of_agents("served", &[]),
         EventInfo { name: "failed", with: &[], not_of: &[] },
         EventInfo {
             name: "moved",
-            with: &[Further { key: "to", required: Some("to [2, 0] m") }],
+            with: &[Further { key: "to", required: Some("[2, 0] m") }],
             not_of: &[NotOf { role: "robot", who: SERVES, why: "where a robot is comes from its plan" }],
         },
         EventInfo {

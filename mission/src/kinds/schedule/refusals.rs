@@ -1,6 +1,6 @@
 //! Errors for a schedule that cannot be planned, at the texts that they are about.
 
-use blocks::{Bound, Origin};
+use blocks::{Bound, Help, Origin, Snippet};
 use quantities::number;
 
 use super::check::{Declaration, Item, Key, MAX_OPERATIONS, MAX_ROBOTS, Mistake, Reason};
@@ -55,12 +55,32 @@ fn refusal(m: &DeclaredMission, problem: &Problem, mistake: &Mistake, places: &P
     let key = mistake.at.key.map_or("mission", Key::name);
     let error = |code: &'static str, text: String| Remark::error(code, at, text);
     match &mistake.reason {
-        Reason::NoRobot => error("HQ0901", format!("nobody serves in mission `{name}`: it has no robot"))
-            .help("declare one: `robot NAME { depot [x, y] m  speed [0.05, 0.2] m/s  serve 20 s }`"),
-        Reason::NoOperation => {
-            error("HQ0901", format!("there is nobody to serve in mission `{name}`: no agent has an operation"))
-                .help("declare one: `human NAME { place [x, y] m  duration 200 s }`")
-        }
+        Reason::NoRobot => Remark::lacking("HQ0901", at, format!("nobody serves in mission `{name}`: it has no robot"))
+            .help(Help::with(
+                "declare one: {}",
+                [Snippet::declared(
+                    "robot",
+                    "NAME",
+                    [
+                        Snippet::entry("depot", "[x, y] m"),
+                        Snippet::entry("speed", "[0.05, 0.2] m/s"),
+                        Snippet::entry("serve", "20 s"),
+                    ],
+                )],
+            )),
+        Reason::NoOperation => Remark::lacking(
+            "HQ0901",
+            at,
+            format!("there is nobody to serve in mission `{name}`: no agent has an operation"),
+        )
+        .help(Help::with(
+            "declare one: {}",
+            [Snippet::declared(
+                "human",
+                "NAME",
+                [Snippet::entry("place", "[x, y] m"), Snippet::entry("duration", "200 s")],
+            )],
+        )),
         Reason::NoWay => error("HQ0902", "no robot has any way to go".to_string())
             .note("every agent is served at every depot, and waits are measured against the longest way")
             .help("move a depot or an agent: there is nothing to plan where all are at one place"),
@@ -72,7 +92,7 @@ fn refusal(m: &DeclaredMission, problem: &Problem, mistake: &Mistake, places: &P
         Reason::Reversed { low, high } => {
             let (low, high) = (number(*low), number(*high));
             error("HQ0903", format!("this range begins at {low} m/s and ends below, at {high} m/s"))
-                .help(format!("write the least speed first: `[{high}, {low}] m/s`"))
+                .help(Help::with("write the least speed first: {}", [Snippet::value(format!("[{high}, {low}] m/s"))]))
         }
         Reason::OutsideCruise { low, high } => {
             let text = match low == high {

@@ -1,6 +1,6 @@
 //! Warnings about a schedule that can be planned and is hardly meant.
 
-use blocks::Origin;
+use blocks::{Help, Origin, Snippet};
 use quantities::number;
 
 use super::check::{Item, Key};
@@ -33,7 +33,7 @@ pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Places<Item>,
     if is_free(problem) {
         let at = places.written(Item::Mission, &[Key::Weights.name()]).unwrap_or(m.at);
         let d = Remark::warning("HQ0908", at, "nothing costs anything, so that every plan is as good as any other");
-        remarks.push(d.help("write a weight above zero, such as `makespan 1`"));
+        remarks.push(d.help(Help::with("write a weight above zero, such as {}", [Snippet::entry("makespan", "1")])));
     }
     clamped(problem, places, remarks);
     behind(problem, places, remarks);
@@ -91,7 +91,7 @@ fn cut(near: &Speed, cruise: &Speed, remarks: &mut Remarks) {
         format!("the robot comes at {low} to {high} m/s, and not at all speeds of this range"),
     )
     .note("near an agent a robot keeps to its own range of speeds too")
-    .help(format!("write `[{low}, {high}] m/s`, or widen the speeds of the robot"));
+    .help(Help::with("write {}, or widen the speeds of the robot", [Snippet::value(format!("[{low}, {high}] m/s"))]));
     remarks.push(match cruise.at {
         Some(at) => remark.label(at, "how fast the robot may go"),
         None => remark,
