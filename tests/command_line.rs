@@ -35,6 +35,70 @@ fn check_json_has_codes_and_places() {
 }
 
 #[test]
+fn check_fix_mends_what_is_certain() {
+    let dir = folder("check_fix");
+    let urdf = crate::common::example("robots/arm7.urdf");
+    let good = format!(
+        "hierarq 1\n\nrobot arm {{\n  urdf \"{}\"\n  rate 100 Hz\n  tracking_gain 0.5 /s\n}}\n\n\
+         task go = hold(tool) // stay\n\nstack s {{ level limits hard {{ joint_acceleration_limits }}  level l {{ go }} }}\n",
+        urdf.display()
+    );
+    // Each is a slip with one reading; all of them stand in the text at once.
+    let slips = [
+        ("hierarq 1\n\n", ""),
+        ("robot arm {", "robot arm"),
+        ("rate 100", "rate: 100"),
+        ("gain 0.5", "gain .5"),
+        ("go =", "go :"),
+        ("// stay", "# stay"),
+    ];
+    let bad = slips.iter().fold(good.clone(), |text, (right, wrong)| text.replace(right, wrong));
+    for (name, before) in [("spec.hq", bad.clone()), ("marked.hq", format!("\u{feff}{bad}"))] {
+        let spec = dir.join(name);
+        std::fs::write(&spec, &before).expect("writable");
+        let out = hierarq(&["check", "--fix", spec.to_str().expect("UTF-8")]);
+        assert_eq!(out.status.code(), Some(0), "{}{}", text(&out.stdout), text(&out.stderr));
+        let (mended, mark) = (std::fs::read_to_string(&spec).expect("readable"), before.starts_with('\u{feff}'));
+        assert_eq!(mended, format!("{}{}", if mark { "\u{feff}" } else { "" }, good.replacen("1\n\n", "1\n", 1)));
+        let said = text(&out.stdout);
+        assert_eq!(said.lines().count(), slips.len() + 1, "{said}");
+        assert!(said.ends_with(": good\n") && said.contains(":3: Delete `:`\n"), "{said}");
+    }
+
+    // A misspelt name may mean something else, so that the file stays as it is.
+    let doubtful = good.replace("hold(tool)", "hold(tol)");
+    let spec = dir.join("doubtful.hq");
+    std::fs::write(&spec, &doubtful).expect("writable");
+    let out = hierarq(&["check", "--fix", "--json", spec.to_str().expect("UTF-8")]);
+    assert_eq!(out.status.code(), Some(1));
+    assert_eq!(std::fs::read_to_string(&spec).expect("readable"), doubtful);
+    let data: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
+    assert_eq!(data["applied"], serde_json::json!([]));
+    let fix = &data["diagnostics"][0]["fixes"][0];
+    assert_eq!((&fix["title"], &fix["certain"]), (&"Write `tool`".into(), &false.into()));
+    assert_eq!(fix["edits"][0]["new"], "tool");
+    let place = &fix["edits"][0]["place"];
+    let range = ["start", "end"].map(|k| place[k].as_u64().expect("a byte") as usize);
+    assert_eq!(&doubtful[range[0]..range[1]], "tol");
+}
+
+#[test]
+fn check_fix_mends_yaml() {
+    let dir = folder("check_fix_yaml");
+    let spec = dir.join("spec.yaml");
+    let example = std::fs::read_to_string(crate::common::example("hello.yaml")).expect("readable");
+    let urdf = crate::common::example("robots/arm7.urdf");
+    let good = example.replace("robots/arm7.urdf", urdf.to_str().expect("UTF-8"));
+    let quoted = "\"initial(position) + [0, 0.2, 0.1] m * sin(pi*t/(4 s))\"";
+    assert_eq!(good.matches(quoted).count(), 1);
+    std::fs::write(&spec, good.replace(quoted, quoted.trim_matches('"'))).expect("writable");
+    let out = hierarq(&["check", "--fix", spec.to_str().expect("UTF-8")]);
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+    assert!(text(&out.stdout).contains(": Put it in quotes\n"), "{}", text(&out.stdout));
+    assert_eq!(std::fs::read_to_string(&spec).expect("readable"), good);
+}
+
+#[test]
 fn run_writes_its_three_files_and_prints_the_summary() {
     let dir = folder("run");
     let out = dir.join("out");

@@ -12,7 +12,7 @@ mod sweep;
 
 use compiler::resolve::Meaning;
 use fault::Fault;
-use judge::{Outcome, Verdict};
+use judge::{Mending, Outcome, Verdict};
 
 /// Reads a file of this repository.
 fn text_of(path: &str) -> String {
@@ -32,7 +32,9 @@ fn row(name: &str, outcomes: &[&Outcome]) -> String {
     let found = count(&|o| !matches!(o.verdict, Verdict::Silent | Verdict::Panicked));
     let exact = count(&|o| o.verdict == Verdict::Exact);
     let alone = count(&|o| o.diagnostics == 1);
-    format!("| {name} | {} | {found} | {exact} | {alone} |\n", outcomes.len())
+    let restored = count(&|o| o.restored);
+    let mended = count(&|o| o.mended == Mending::Restored);
+    format!("| {name} | {} | {found} | {exact} | {alone} | {restored} | {mended} |\n", outcomes.len())
 }
 
 /// Returns the text between the two marks in the book: figures by class, and the faults with an inexact place.
@@ -43,7 +45,9 @@ fn figures(outcomes: &[Outcome]) -> String {
             classes.push(&o.class);
         }
     }
-    let mut out = String::from("| class | faults | found | exact place | one message |\n|---|---:|---:|---:|---:|\n");
+    let mut out = String::from(
+        "| class | faults | found | exact place | one message | a fix restores | `--fix` restores |\n|---|---:|---:|---:|---:|---:|---:|\n",
+    );
     for class in classes {
         out.push_str(&row(class, &outcomes.iter().filter(|o| o.class == class).collect::<Vec<_>>()));
     }
@@ -100,6 +104,10 @@ fn every_seeded_fault_is_found_where_it_is() {
     assert_eq!(of(Verdict::Silent).count(), 0, "a fault is accepted in silence");
     assert_eq!(of(Verdict::OtherCode).count(), 0, "a fault is taken for another one");
     let exact = of(Verdict::Exact).count();
+    let mending =
+        |what: Mending| outcomes.iter().filter(move |o| o.mended == what).map(|o| &o.story).collect::<Vec<_>>();
+    assert!(mending(Mending::Another).is_empty(), "a certain fix gives another spec: {:#?}", mending(Mending::Another));
+    assert!(mending(Mending::Worse).is_empty(), "a certain fix makes it worse: {:#?}", mending(Mending::Worse));
     assert!(exact * 100 >= outcomes.len() * 97, "only {exact} of {} are pointed at exactly", outcomes.len());
     published(&figures);
 }

@@ -1,9 +1,10 @@
 //! `hierarq check SPEC ..`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use hierarq::project;
+use compiler::Compiled;
+use hierarq::{mend, project};
 use serde_json::json;
 
 use super::{Outcome, SpecOptions, output};
@@ -18,6 +19,9 @@ pub struct Arguments {
     /// Print the diagnostics as JSON.
     #[arg(long)]
     json: bool,
+    /// Apply the fixes whose diagnostics leave no other reading, and write the files; the rest is reported.
+    #[arg(long)]
+    fix: bool,
     /// Treat warnings as errors.
     #[arg(long)]
     strict: bool,
@@ -27,7 +31,10 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let mut failed = false;
     let mut files = Vec::new();
     for path in &a.specs {
-        let compiled = project::compile(path, &a.options.settings());
+        let (compiled, applied) = match a.fix {
+            true => mended(path, &a.options.settings())?,
+            false => (project::compile(path, &a.options.settings()), Vec::new()),
+        };
         let report = &compiled.report;
         let bad = report.errors() > 0 || (a.strict && report.warnings() > 0);
         failed |= bad;
@@ -35,11 +42,17 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
             let mut data = report.to_json();
             data["file"] = json!(path.display().to_string());
             data["ok"] = json!(!bad);
+            if a.fix {
+                data["applied"] = applied.iter().map(|(line, title)| json!({ "line": line, "title": title })).collect();
+            }
             files.push(data);
             continue;
         }
-        output::show(report);
         let name = path.display();
+        for (line, title) in &applied {
+            output::print(&format!("{name}:{line}: {title}\n"));
+        }
+        output::show(report);
         output::print(&match (output::count(report), bad) {
             (Some(count), _) => format!("{name}: {count}\n"),
             (None, _) => format!("{name}: good\n"),
@@ -50,4 +63,20 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
         output::data(&format!("{data:#}\n"));
     }
     Ok(Outcome::of(!failed))
+}
+
+/// Fixes that were applied, with their lines.
+type Applied = Vec<(usize, String)>;
+
+/// Applies the certain fixes of a file, and compiles what is then in it.
+fn mended(path: &Path, settings: &project::Settings) -> Result<(Compiled, Applied), String> {
+    let mended = match mend::mend(path, settings) {
+        Ok(mended) => mended,
+        Err(report) => return Ok((Compiled::refused(*report), Vec::new())),
+    };
+    if !mended.applied.is_empty() {
+        files::replace(path, &mended.before, &mended.text)
+            .map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+    }
+    Ok((mended.compiled, mended.applied))
 }

@@ -5,7 +5,8 @@ use std::path::Path;
 use std::rc::Rc;
 
 use compiler::resolve::{Resolution, read_urdf, resolve};
-use dsl::{Diagnostic, Severity, Syntax};
+use dsl::{Diagnostic, Severity, SourceId, Syntax};
+use hierarq::mend::mend_text;
 
 use super::fault::Fault;
 
@@ -40,16 +41,40 @@ pub struct Outcome {
     pub shown: String,
     /// Number of diagnostics, including warnings.
     pub diagnostics: usize,
+    /// True if a fix of a diagnostic gives the example without the mistake.
+    pub restored: bool,
+    /// Result of the certain fixes.
+    pub mended: Mending,
     /// Description of the fault and the diagnostics, for developers.
     pub story: String,
 }
 
-/// Returns the diagnostics of a text, compiled in the folder of the examples under the given name.
-pub fn diagnostics(file: &str, text: &str) -> Vec<Diagnostic> {
+/// Result of the certain fixes of a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mending {
+    /// The example without the mistake.
+    Restored,
+    /// A spec without errors that is another one.
+    Another,
+    /// Errors are left, and no more than before.
+    Partly,
+    /// More errors than before.
+    Worse,
+    /// There is no certain fix, or none that helps.
+    Nothing,
+}
+
+/// Compiles a text in the folder of the examples under the given name.
+fn compiled(file: &str, text: &str) -> compiler::Compiled {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
     let syntax = Syntax::of_path(Path::new(file)).expect("an example is a spec");
     let input = compiler::Input { name: file, text, syntax, folder: &folder, set: &[], package_paths: &[] };
-    let compiled = compiler::compile(&input);
+    compiler::compile(&input)
+}
+
+/// Returns the diagnostics of a text, compiled in the folder of the examples under the given name.
+pub fn diagnostics(file: &str, text: &str) -> Vec<Diagnostic> {
+    let compiled = compiled(file, text);
     assert_eq!(compiled.is_good(), compiled.report.errors() == 0, "refused without a reason, or the reverse");
     compiled.report.diagnostics
 }
@@ -73,6 +98,24 @@ pub fn all(faults: &[Fault]) -> Vec<Outcome> {
     })
 }
 
+/// The tree of a text, which is what its author says.
+fn tree(file: &str, text: &str) -> dsl::tree::Spec {
+    dsl::parse(SourceId(0), text, Syntax::of_path(Path::new(file)).expect("an example is a spec")).0
+}
+
+/// Applies the certain fixes, and compares the result with the example.
+fn mended(fault: &Fault, found: &[Diagnostic], good: &dsl::tree::Spec) -> Mending {
+    let mended = mend_text(fault.text.clone(), |text| compiled(&fault.file, text));
+    let errors = found.iter().filter(|d| d.severity == Severity::Error).count();
+    match mended.compiled.report.errors() {
+        _ if mended.applied.is_empty() => Mending::Nothing,
+        _ if tree(&fault.file, &mended.text) == *good => Mending::Restored,
+        0 => Mending::Another,
+        left if left <= errors => Mending::Partly,
+        _ => Mending::Worse,
+    }
+}
+
 fn one(fault: &Fault) -> Outcome {
     let found = catch_unwind(AssertUnwindSafe(|| diagnostics(&fault.file, &fault.text)));
     let (verdict, found) = match found {
@@ -94,6 +137,10 @@ fn one(fault: &Fault) -> Outcome {
         line(fault.place.start),
         said.collect::<String>()
     );
+    let good = tree(&fault.file, &super::text_of(&format!("tests/corpus/specs/{}", fault.file)));
+    let mut fixes = found.iter().flat_map(|d| &d.fixes);
+    let restored = fixes.any(|fix| tree(&fault.file, &dsl::fix::apply(&fault.text, [fix]).0) == good);
+    let mended = mended(fault, &found, &good);
     let first = found.iter().find(|d| fault.codes.iter().any(|c| c == d.code));
     let shown = first.and_then(|d| fault.text.get(d.primary.span.range())).unwrap_or("").to_string();
     Outcome {
@@ -104,6 +151,8 @@ fn one(fault: &Fault) -> Outcome {
         faulty: wanted.to_string(),
         shown,
         diagnostics: found.len(),
+        restored,
+        mended,
         story,
     }
 }
