@@ -142,9 +142,15 @@ impl Help {
         let first = words.next().unwrap_or_default();
         text.push_str(first);
         yaml.push_str(first);
-        for (piece, words) in pieces.into_iter().zip(words) {
-            text.push_str(&format!("`{}`{words}", piece.native));
-            yaml.push_str(&format!("`{}`{words}", piece.yaml));
+        let mut pieces = pieces.into_iter();
+        for words in words {
+            // Without a piece it is a part of the sentence, for instance of the name of a file.
+            let (native, inner) = pieces.next().map_or_else(
+                || ("{}".to_string(), "{}".to_string()),
+                |piece| (format!("`{}`", piece.native), format!("`{}`", piece.yaml)),
+            );
+            text.push_str(&format!("{native}{words}"));
+            yaml.push_str(&format!("{inner}{words}"));
         }
         Help::each(text, yaml)
     }
@@ -249,5 +255,6 @@ mod tests {
         assert_eq!(&*help.clone().in_native(), "write `a 1`, or `b`");
         assert_eq!(&*help.in_yaml(), "write `a: 1`, or `b`");
         assert_eq!(&*Help::from("as it is").in_yaml(), "as it is");
+        assert_eq!(&*Help::with("write {} in `a{}b.hq`", [Snippet::entry("a", "1")]), "write `a 1` in `a{}b.hq`");
     }
 }

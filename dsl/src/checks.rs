@@ -43,7 +43,8 @@ pub(crate) fn unquoted_texts(key: &str, raw: &str, span: Span) -> Diagnostic {
     Diagnostic::error("HQ0119", span, format!("`{}` takes texts", clip(key)))
         .here("not in quotes")
         .help(format!("write `{} [{items}]`", clip(key)))
-        .fix(Fix::edit("Put them in quotes", span, format!("[{items}]")).certain())
+        // A text may contain a comma.
+        .fix(Fix::edit("Put them in quotes", span, format!("[{items}]")))
 }
 
 /// Converts a value, or the items of a list, to texts; `lead` precedes the text in the proposed correction.

@@ -71,7 +71,7 @@ pub(crate) fn unquoted_pattern(text: &str, at: usize, after: After<'_>) -> Optio
 
 /// Returns the diagnostic for a pattern without quotes.
 pub(crate) fn needs_quotes(word: &str, span: crate::Span) -> Diagnostic {
-    Diagnostic::unreadable("HQ0113", span, "a pattern of names stands in quotes").write(format!("\"{word}\"")).certain()
+    Diagnostic::unreadable("HQ0113", span, "a pattern of names stands in quotes").write(format!("\"{word}\""))
 }
 
 /// Returns the diagnostic for the character at byte `at` of the piece `start..end`.
