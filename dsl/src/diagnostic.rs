@@ -172,6 +172,8 @@ impl Diagnostic {
 
     /// Adds a correction as edits.
     pub fn fix(mut self, fix: Fix) -> Self {
+        // Of the many diagnostics that a text can have, most have one fix or none.
+        self.fixes.reserve_exact(1);
         self.fixes.push(fix);
         self
     }

@@ -1,6 +1,8 @@
 //! Fixes: corrections of a text as edits. A stage that finds a mistake knows the tree and says which change would mend
 //! it; the bytes of the change depend on the text and its syntax, and are computed once, for the report.
 
+use std::borrow::Cow;
+
 use blocks::Snippet;
 
 use crate::Syntax;
@@ -27,8 +29,8 @@ pub enum Applicability {
 /// A correction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fix {
-    /// Title for a menu: "Write `d_min`".
-    pub title: String,
+    /// Title, unless it follows from the change.
+    title: Option<Cow<'static, str>>,
     /// Confidence in the fix.
     pub applicability: Applicability,
     /// The change.
@@ -38,8 +40,8 @@ pub struct Fix {
 /// The change of a fix.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
-    /// Replaces pieces of the text. Computed from the other changes, or given by the reader of a text.
-    Edits(Vec<Edit>),
+    /// Replaces a piece of the text. Computed from the other changes, or given by the reader of a text.
+    Edit(Edit),
     /// Replaces a name; quotes around it stay.
     Name {
         /// The name in the text.
@@ -63,6 +65,8 @@ pub enum Change {
     },
     /// Removes a declaration; with its lines, if they contain nothing else.
     Remove {
+        /// Its name.
+        name: String,
         /// The whole declaration.
         span: Span,
     },
@@ -71,17 +75,16 @@ pub enum Change {
 impl Fix {
     /// Replaces the text of a span.
     pub fn replace(span: Span, new: impl Into<String>) -> Fix {
-        let new = new.into();
-        Fix::edit(format!("Write `{new}`"), span, new)
+        Fix::of(Change::Edit(Edit { span, new: new.into() }))
     }
 
     /// Replaces the text of a span, with a title.
-    pub fn edit(title: impl Into<String>, span: Span, new: impl Into<String>) -> Fix {
-        Fix::of(title, Change::Edits(vec![Edit { span, new: new.into() }]))
+    pub fn edit(title: impl Into<Cow<'static, str>>, span: Span, new: impl Into<String>) -> Fix {
+        Fix { title: Some(title.into()), ..Fix::replace(span, new) }
     }
 
     /// Inserts a text after a span.
-    pub fn insert(title: impl Into<String>, after: Span, new: impl Into<String>) -> Fix {
+    pub fn insert(title: impl Into<Cow<'static, str>>, after: Span, new: impl Into<String>) -> Fix {
         Fix::edit(title, Span { start: after.end, ..after }, new)
     }
 
@@ -103,28 +106,41 @@ impl Fix {
 
     /// Replaces a name.
     pub fn name(span: Span, new: impl Into<String>) -> Fix {
-        let new = new.into();
-        Fix::of(format!("Write `{new}`"), Change::Name { span, new })
+        Fix::of(Change::Name { span, new: new.into() })
     }
 
     /// Writes a piece of a spec in place of a text.
     pub fn snippet(span: Span, new: Snippet) -> Fix {
-        Fix::of(format!("Write `{}`", new.native()), Change::Snippet { span, new })
+        Fix::of(Change::Snippet { span, new })
     }
 
     /// Adds entries to the block after a name.
     pub fn entries(after: Span, entries: Vec<(String, String)>) -> Fix {
-        let shown: Vec<String> = entries.iter().map(|(k, v)| format!("`{k} {v}`")).collect();
-        Fix::of(format!("Add {}", shown.join(", ")), Change::Entries { after, entries })
+        Fix::of(Change::Entries { after, entries })
     }
 
     /// Removes a declaration.
     pub fn remove(name: &str, span: Span) -> Fix {
-        Fix::of(format!("Remove `{name}`"), Change::Remove { span })
+        Fix::of(Change::Remove { name: name.to_string(), span })
     }
 
-    fn of(title: impl Into<String>, change: Change) -> Fix {
-        Fix { title: title.into(), applicability: Applicability::Possible, change }
+    // Most titles follow from the change: a text can have a hundred thousand mistakes, of which few are shown.
+    fn of(change: Change) -> Fix {
+        Fix { title: None, applicability: Applicability::Possible, change }
+    }
+
+    /// Title for a menu: "Write `d_min`".
+    pub fn title(&self) -> Cow<'_, str> {
+        match (&self.title, &self.change) {
+            (Some(title), _) => Cow::Borrowed(title),
+            (None, Change::Edit(Edit { new, .. }) | Change::Name { new, .. }) => format!("Write `{new}`").into(),
+            (None, Change::Snippet { new, .. }) => format!("Write `{}`", new.native()).into(),
+            (None, Change::Entries { entries, .. }) => {
+                let shown: Vec<String> = entries.iter().map(|(k, v)| format!("`{k} {v}`")).collect();
+                format!("Add {}", shown.join(", ")).into()
+            }
+            (None, Change::Remove { name, .. }) => format!("Remove `{name}`").into(),
+        }
     }
 
     /// The same fix, which the author certainly means.
@@ -132,51 +148,46 @@ impl Fix {
         Fix { applicability: Applicability::Certain, ..self }
     }
 
-    /// The edits, if they are computed.
+    /// The edits: one if it is computed, and none before.
     pub fn edits(&self) -> &[Edit] {
         match &self.change {
-            Change::Edits(edits) => edits,
+            Change::Edit(edit) => std::slice::from_ref(edit),
             _ => &[],
         }
     }
 
-    /// Computes the edits in the original texts. `None` if there is no place for them, or if the text of a name is
+    /// Computes the edit in the original text. `None` if there is no place for them, or if the text of a name is
     /// written otherwise: `joint_1` may come from `joint_${i}`.
     #[must_use]
-    pub fn settled(self, sources: &Sources, syntax: Syntax) -> Option<Fix> {
+    pub fn settled(mut self, sources: &Sources, syntax: Syntax) -> Option<Fix> {
         let text = |span: Span| sources.get(span.source).map(|s| s.text.as_str());
-        let edits = match self.change {
-            Change::Edits(edits) => edits,
+        if matches!(self.change, Change::Entries { .. } | Change::Remove { .. }) {
+            // The edit alone does not tell what is added or removed.
+            self.title = Some(self.title().into_owned().into());
+        }
+        let mut edit = match self.change {
+            Change::Edit(edit) => edit,
             Change::Name { span, new } => {
                 let shown = sources.snippet(span);
                 if shown.contains("${") {
                     return None;
                 }
                 let quoted = shown.len() > 1 && shown.starts_with('"') && shown.ends_with('"');
-                let new = if quoted && !new.starts_with('"') { format!("\"{new}\"") } else { new };
-                vec![Edit { span, new }]
+                Edit { span, new: if quoted && !new.starts_with('"') { format!("\"{new}\"") } else { new } }
             }
             Change::Snippet { span, new } => {
-                let new = if syntax == Syntax::Yaml { new.yaml() } else { new.native() };
-                vec![Edit { span, new: new.to_string() }]
+                Edit { span, new: if syntax == Syntax::Yaml { new.yaml() } else { new.native() }.to_string() }
             }
-            Change::Entries { after, entries } => vec![added(text(after)?, after, syntax, &entries)?],
-            Change::Remove { span } => vec![Edit { span: whole_lines(text(span)?, span)?, new: String::new() }],
+            Change::Entries { after, entries } => added(text(after)?, after, syntax, &entries)?,
+            Change::Remove { span, .. } => Edit { span: whole_lines(text(span)?, span)?, new: String::new() },
         };
-        let known = |e: &Edit| text(e.span).is_some_and(|text| text.get(e.span.range()).is_some());
-        if edits.is_empty() || !edits.iter().all(known) {
-            return None;
+        text(edit.span)?.get(edit.span.range())?;
+        // Nothing stands before a byte order mark.
+        if edit.span.end == 0 && text(edit.span)?.starts_with('\u{feff}') {
+            (edit.span.start, edit.span.end) = (3, 3);
         }
-        let settled = |e: Edit| {
-            let mut span = sources.real(e.span);
-            // Nothing stands before a byte order mark.
-            if span.end == 0 && text(span).is_some_and(|text| text.starts_with('\u{feff}')) {
-                (span.start, span.end) = (3, 3);
-            }
-            Edit { span, ..e }
-        };
-        let edits = edits.into_iter().map(settled).collect();
-        Some(Fix { change: Change::Edits(edits), ..self })
+        edit.span = sources.real(edit.span);
+        Some(Fix { change: Change::Edit(edit), ..self })
     }
 }
 

@@ -1,25 +1,35 @@
 //! Names in messages: the nearest candidate for a misspelt name, and lists of names. One metric for the whole program,
 //! so that a misspelt word gets the same suggestion at every lookup.
 
+use std::borrow::Cow;
+
 /// Maximum number of candidates of similar length that are compared.
 const MOST: usize = 200;
 
 /// Returns the candidate nearest to `word`, if it is near enough to be a typo. Among equally near ones it is the one
 /// whose letters differ least: `joint_9` gives `joint_7` if there are seven joints.
 pub fn suggest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let lower = word.to_lowercase();
+    let lower = lowercase(word);
     let length = word.chars().count();
     candidates
         .into_iter()
         .filter(|c| c.chars().count().abs_diff(length) <= 1 + length / 4)
         .take(MOST)
-        .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), letters_apart(&lower, c), c))
+        .map(|c| (strsim::damerau_levenshtein(&lower, &lowercase(c)), letters_apart(&lower, c), c))
         .filter(|(distance, _, c)| {
             let length = c.chars().count().min(word.chars().count());
             *distance <= 1 + length / 4 && *distance < length
         })
         .min()
         .map(|(_, _, c)| c)
+}
+
+/// Converts to lower case; most names are written so, and need no copy.
+fn lowercase(word: &str) -> Cow<'_, str> {
+    match word.chars().any(char::is_uppercase) {
+        true => word.to_lowercase().into(),
+        false => word.into(),
+    }
 }
 
 fn letters_apart(a: &str, b: &str) -> u32 {

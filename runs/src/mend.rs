@@ -55,7 +55,7 @@ pub fn mend_text(before: String, compile: impl Fn(&str) -> Compiled) -> Mended {
         let better = at_once.chain(alone).filter(|some| !some.is_empty()).find_map(|some| {
             let (new, done) = dsl::fix::apply(&text, some);
             let after = compile(&new);
-            let titles: Vec<_> = done.iter().map(|fix| (line(&text, fix), fix.title.clone())).collect();
+            let titles: Vec<_> = done.iter().map(|fix| (line(&text, fix), fix.title().into_owned())).collect();
             (mistakes(&after.report) < mistakes(&compiled.report)).then_some((new, titles, after))
         });
         let Some((new, titles, after)) = better else { break };

@@ -264,7 +264,7 @@ impl Report {
                 "notes": d.notes,
                 "help": d.help.as_deref(),
                 "fixes": d.fixes.iter().map(|fix| json!({
-                    "title": fix.title,
+                    "title": fix.title(),
                     "certain": fix.applicability == Applicability::Certain,
                     "edits": fix.edits().iter().map(|e| json!({"place": place(e.span), "new": e.new})).collect::<Vec<_>>(),
                 })).collect::<Vec<_>>(),

@@ -33,7 +33,7 @@ pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext)
             }
             let edits = fix.edits().iter().map(|e| TextEdit::new(document.text.range(e.span.range()), e.new.clone()));
             actions.push(CodeActionOrCommand::CodeAction(CodeAction {
-                title: fix.title.clone(),
+                title: fix.title().into_owned(),
                 kind: Some(CodeActionKind::QUICKFIX),
                 diagnostics: Some(vec![diagnostics::one(document, &report, d)]),
                 edit: Some(WorkspaceEdit::new([(document.uri.clone(), edits.collect())].into_iter().collect())),
