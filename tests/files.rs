@@ -2,9 +2,9 @@
 
 use crate::common::cli;
 
-mod one_place;
 mod read;
 mod results;
+mod single_crate;
 mod sweeps;
 mod written;
 

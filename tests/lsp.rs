@@ -13,7 +13,7 @@ mod mission_scenarios;
 mod missions;
 mod planners;
 mod reuse;
-mod told;
+mod signals;
 mod words;
 mod workers;
 mod workspace;

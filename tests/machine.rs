@@ -15,5 +15,5 @@ mod motion;
 mod semantics;
 mod sensors;
 mod slow_ticks;
-mod told;
+mod task_outputs;
 mod variables;

@@ -5,8 +5,8 @@ use dsl::{Diagnostic, Help, Span, Spanned};
 use names::{list, suggest};
 use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, Dimension, LENGTH, MASS, NONE, RATE, TIME, VELOCITY};
 
-use super::fill::{Bindings, Bound, Frame};
 use super::module::missing;
+use super::substitute::{Bindings, Bound, Frame};
 use super::{Expander, Given};
 use crate::diagnostics::examples;
 use crate::expr::Kind;

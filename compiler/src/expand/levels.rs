@@ -3,8 +3,8 @@
 use dsl::tree::{Level, Member, MemberTask, TaskDefinition};
 use dsl::{Diagnostic, Span, Spanned};
 
-use super::fill::{Bound, Frame};
 use super::module::parameters;
+use super::substitute::{Bound, Frame};
 use super::{Class, Expander};
 use crate::forms::text_of;
 

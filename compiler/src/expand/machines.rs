@@ -6,7 +6,7 @@ use dsl::tree::{
 };
 use dsl::{Span, Spanned};
 
-use super::fill::Frame;
+use super::substitute::Frame;
 use super::{Class, Expander};
 use crate::forms::text_of;
 

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use dsl::Span;
 use dsl::tree::{Entry, ItemKind, Mission, MissionMember, MissionRepeat, Value, ValueKind};
 
-use super::fill::Frame;
 use super::module::twice;
+use super::substitute::Frame;
 use super::{Class, Expander};
 
 impl Expander<'_> {

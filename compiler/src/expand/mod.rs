@@ -10,9 +10,8 @@
 //! point at the text and at the uses that led there.
 
 mod arguments;
-mod emit;
 mod files;
-mod fill;
+mod instantiate;
 mod levels;
 mod machines;
 mod missions;
@@ -20,6 +19,7 @@ mod module;
 mod repeat;
 mod scenarios;
 mod stacks;
+mod substitute;
 mod tasks;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -32,7 +32,7 @@ use dsl::tree::{
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Syntax};
 
 use crate::input::{Input, Texts};
-use fill::Frame;
+use substitute::Frame;
 
 pub use arguments::parameter_types;
 pub(crate) use arguments::{TYPES, quantity, type_of};

@@ -3,8 +3,8 @@
 use dsl::Diagnostic;
 use dsl::tree::{Item, ItemKind, Let, Number, Param, Parameter, RepeatItems, Stack, Task, Value, ValueKind, Values};
 
-use super::fill::Frame;
 use super::module::missing;
+use super::substitute::Frame;
 use super::{Expander, MAX_NODES};
 
 impl Expander<'_> {

@@ -4,7 +4,7 @@
 use dsl::tree::{Expect, Formula, FormulaKind, ItemKind, Scenario, Window};
 
 use super::Expander;
-use super::fill::Frame;
+use super::substitute::Frame;
 
 impl Expander<'_> {
     /// Adds the scenarios of the spec to the program.

@@ -5,7 +5,7 @@ use dsl::{Diagnostic, Span, Spanned};
 use names::{list, suggest};
 
 use super::arguments::{Arguments, Taker};
-use super::fill::Frame;
+use super::substitute::Frame;
 use super::{Class, Expander};
 
 impl Expander<'_> {
@@ -198,7 +198,7 @@ impl Expander<'_> {
     /// A member that is a name; the variable of a repetition is replaced by the current name.
     fn member_word(&mut self, name: &Spanned<String>, frame: &mut Frame) -> Spanned<String> {
         match frame.bound.get(&name.value) {
-            Some(super::fill::Bound::Value(value) | super::fill::Bound::Joints(value)) => {
+            Some(super::substitute::Bound::Value(value) | super::substitute::Bound::Joints(value)) => {
                 let word = crate::forms::text_of(value).map(str::to_string);
                 let span: Span = self.at(name.span, frame);
                 Spanned::new(word.unwrap_or_else(|| name.value.clone()), span)

@@ -7,7 +7,7 @@ use dsl::{Diagnostic, SourceId, Span, Spanned};
 use names::suggest;
 
 use super::arguments::{Arguments, Taker};
-use super::fill::{Bindings, Bound, Frame};
+use super::substitute::{Bindings, Bound, Frame};
 use super::{Class, Expander, MAX_DEPTH};
 use crate::forms::text_of;
 use crate::units::as_written;

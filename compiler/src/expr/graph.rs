@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use runtime::program::{Op, TrajectoryProgram};
 
-use super::facts::{Fact, Known};
+use super::vector_bounds::{Fact, Known};
 
 /// The graph. Nodes are indices of operations; operands precede their users.
 #[derive(Clone, Debug, Default)]

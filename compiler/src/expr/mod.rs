@@ -8,7 +8,6 @@ pub(crate) mod constants;
 pub(crate) mod dimension_check;
 pub(crate) mod environment;
 pub(crate) mod errors;
-mod facts;
 pub mod frames;
 mod functions;
 mod graph;
@@ -24,8 +23,8 @@ mod scope;
 mod signals;
 mod task_outputs;
 mod trajectories;
+mod vector_bounds;
 
-pub use facts::{Fact, Known};
 pub use frames::{Axes, Frame};
 pub use functions::{FUNCTIONS, Family, Function, function, functions_markdown};
 pub use graph::Graph;
@@ -40,6 +39,7 @@ pub(crate) use scope::not_measured;
 pub use scope::{MEASURES, MOTION, Meaning, Scope, Symbol};
 pub(crate) use task_outputs::output_symbol;
 pub use trajectories::{Named, Start, TRAJECTORIES, Trajectory, needs_from};
+pub use vector_bounds::{Fact, Known};
 
 use dsl::Span;
 use stdlib_tasks::dimension::Dimension;

@@ -3,7 +3,7 @@
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE};
 
-use super::facts::Fact;
+use super::vector_bounds::Fact;
 use super::{Graph, Kind, Typed, poses};
 use dsl::Span;
 

@@ -7,7 +7,7 @@ use dsl::{Diagnostic, Help, Snippet, Span, Spanned, Syntax};
 use names::{list, suggest};
 
 use super::Lowerer;
-use super::in_place::names;
+use super::inline_tasks::names;
 use crate::expand::{Class, Expanded, Named};
 
 /// Declarations of a spec by kind.

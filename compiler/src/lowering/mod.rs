@@ -1,6 +1,7 @@
 //! From a tree to a program: declarations collected, names bound, stacks laid out.
 
 mod actions;
+mod argument_types;
 mod blocks;
 mod declared;
 mod distances;
@@ -8,10 +9,9 @@ mod expectation_scope;
 mod expectations;
 mod fields;
 mod formulas;
-mod given;
 mod human_trajectories;
 mod humans;
-mod in_place;
+mod inline_tasks;
 mod machine;
 mod measures;
 mod missions;
@@ -53,7 +53,7 @@ use crate::robot_binding::{self, BoundRobot, Files};
 use crate::source_map::{MachinePlaces, SourceMap};
 pub use actions::{VERBS, Verb};
 use declared::Declared;
-use in_place::definitions;
+use inline_tasks::definitions;
 use machine::Surroundings;
 pub(crate) use missions::scenario::runs_mission;
 use params::NamedValues;

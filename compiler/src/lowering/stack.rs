@@ -11,7 +11,7 @@ use stdlib_tasks::params::ParamType;
 
 use super::Lowerer;
 use super::declared::{Declared, twice};
-use super::in_place::in_place;
+use super::inline_tasks::in_place;
 use crate::binding::{Binder, BoundTask};
 use crate::diagnostics::examples;
 use crate::expr::constants::Constants;

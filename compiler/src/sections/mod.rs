@@ -6,9 +6,9 @@
 //! kinds.
 
 mod field;
-mod happening;
 mod human;
 mod machine;
+mod mission_events;
 mod robot;
 mod scenario;
 mod spec;
@@ -20,11 +20,11 @@ use dsl::Syntax;
 
 pub use blocks::{BlockSchema, Key, Members, Named, Place, ValueType};
 pub use field::{SAFETY_FIELD, SafetyFieldBlock};
-pub use happening::{APPROACHES, DISTANCES, HAPPENING, REPLY, WAITS};
 pub use human::{HUMAN, HUMAN_POINT, HUMAN_SCRIPT, HumanBlock};
 pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION, VARIABLE, WRENCH};
 pub use mission::declare::common::RUNS;
 pub use mission::kinds::MISSION;
+pub use mission_events::{APPROACHES, DISTANCES, HAPPENING, REPLY, WAITS};
 pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
 pub use scenario::{
     LATE, LOST, OF_ALL_SCENARIOS, OF_MISSIONS, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR, SIGNAL_SCRIPT,

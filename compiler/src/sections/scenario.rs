@@ -4,8 +4,8 @@ use blocks::{Located, Unbound, Word, block};
 use stdlib_tasks::dimension::{ANGLE, Dimension, FORCE, LENGTH, MOMENT, NONE, TIME};
 use stdlib_tasks::params::Quantity;
 
-use super::happening::{HAPPENING, REPLY};
 use super::human::HUMAN_SCRIPT;
+use super::mission_events::{HAPPENING, REPLY};
 use super::spec::{ACTUATOR_ACCELERATION, ACTUATOR_SPEED};
 use super::{BlockSchema, Key, Named, Place, ValueType};
 

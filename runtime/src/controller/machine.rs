@@ -16,7 +16,7 @@ use stdlib_tasks::task::State as TaskState;
 
 use super::guards::{Guard, Guards};
 use super::machine_actions::{Present, ReadyAction};
-use super::stage::Stage;
+use super::stack_controller::Stage;
 use crate::evaluator::Moment;
 use crate::fault::Fault;
 use crate::program::{FaultPattern, MachineProgram, Program, Times, TransitionProgram, Trigger};

@@ -14,7 +14,7 @@ mod guards;
 mod machine;
 mod machine_actions;
 mod measured;
-mod stage;
+mod stack_controller;
 mod tick;
 
 use std::time::{Duration, Instant};
@@ -29,8 +29,8 @@ use crate::signals::Signals;
 use machine::Machine;
 pub use machine::Request;
 use measured::MeasuredMotion;
-pub use stage::Stage;
-use stage::{common_levels, standing};
+pub use stack_controller::Stage;
+use stack_controller::{common_levels, standing};
 
 /// Largest distance between a joint and its reference, in rad or m. A larger one is the fault `Tracking`.
 pub const TRACKING_LIMIT: f64 = 0.5;

@@ -8,9 +8,9 @@ mod build;
 mod capture;
 mod curvature;
 mod member;
-mod moment;
 mod ready;
 mod task_outputs;
+mod tick_inputs;
 mod update;
 
 use robot::{Data, Model};
@@ -20,8 +20,8 @@ use stdlib_tasks::task::Task;
 pub use build::{Built, build_tasks};
 use capture::Captured;
 pub use member::Member;
-pub use moment::{Moment, Rest};
 use task_outputs::TaskOutputs;
+pub use tick_inputs::{Moment, Rest};
 
 use crate::locked_joint_motion::LockedJointMotion;
 use crate::planning::Planning;

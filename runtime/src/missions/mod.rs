@@ -5,7 +5,7 @@
 //! panics: what cannot be planned, or cannot happen when it should, is said in the summary.
 
 pub mod csv;
-mod judge;
+mod monitors;
 mod summary;
 mod workers;
 
@@ -15,7 +15,7 @@ use mission::labels::Labels;
 use mission::map::Map;
 
 use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram, ProgramError};
-use judge::MissionJudge;
+use monitors::MissionJudge;
 
 pub use summary::{End, Happened, MissionSummary, Untaken};
 pub use workers::{BrokeDown, WorkerRecord, Workers};

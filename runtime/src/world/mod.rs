@@ -5,8 +5,8 @@
 
 mod channel;
 mod human;
-mod judge;
 mod measures;
+mod monitors;
 mod outcomes;
 mod push;
 mod script;
@@ -18,8 +18,8 @@ use crate::controller::{Controller, Request};
 use crate::program::{LostReading, Program, ScenarioProgram};
 
 use human::Person;
-pub use judge::Judge;
 pub use measures::{is_bound_to_its_stack, stack_of};
+pub use monitors::Judge;
 use outcomes::Outcomes;
 use push::Push;
 use script::Sender;

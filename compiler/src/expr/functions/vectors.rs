@@ -4,8 +4,8 @@ use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE};
 
 use super::super::arguments::{CallError, vector};
-use super::super::facts::Fact;
 use super::super::ops::{cross, dot};
+use super::super::vector_bounds::Fact;
 use super::super::{Axes, Kind, Typed};
 use super::{Family, Function};
 

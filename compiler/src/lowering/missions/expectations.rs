@@ -9,8 +9,8 @@ use super::super::Lowerer;
 use super::super::formulas::{Source, Ticks};
 use super::super::predicates::{Graphs, measure, number, predicate};
 use super::executed::Executed;
+use super::expectation_scope::Watch;
 use super::runs::Machines;
-use super::watch::Watch;
 use crate::expr::Graph;
 
 /// What the expectations of a scenario speak of.

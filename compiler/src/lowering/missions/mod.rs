@@ -2,13 +2,13 @@
 
 pub(super) mod controllers;
 mod declared;
+mod events;
 mod executed;
+mod expectation_scope;
 mod expectations;
-mod happenings;
 mod remarks;
 mod runs;
 pub(super) mod scenario;
-mod watch;
 
 use dsl::tree::Mission;
 use dsl::{Diagnostic, Span};

@@ -7,9 +7,9 @@ use crate::kinds::layers::plan::Plan;
 use crate::kinds::layers::problem::Problem;
 use crate::labels::Labels;
 
-use super::given;
 use super::nearest::{listed, suggest};
 use super::order::layers;
+use super::scheduled_plan;
 use super::task::{ReadTask, Reader, join};
 use super::text::{Node, read};
 use super::{Fault, FaultKind, Mode, Position};
@@ -47,7 +47,7 @@ pub fn import(text: &str, problem: &Problem, mode: Mode) -> Result<Imported, Vec
         };
         let mistakes = problem.check();
         if mistakes.is_empty() {
-            match (mode == Mode::Scheduled).then(|| given::plan(&problem, &tree.tasks)).transpose() {
+            match (mode == Mode::Scheduled).then(|| scheduled_plan::plan(&problem, &tree.tasks)).transpose() {
                 Ok(plan) => return Ok(Imported { problem, plan }),
                 Err(faults) => reader.faults.extend(faults),
             }

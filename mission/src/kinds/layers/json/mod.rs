@@ -15,10 +15,10 @@
 //! [`import`] reports up to a hundred mistakes, each with its position and a fix.
 
 mod export;
-mod given;
 mod import;
 mod nearest;
 mod order;
+mod scheduled_plan;
 mod task;
 mod text;
 

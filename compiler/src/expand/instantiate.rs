@@ -9,8 +9,8 @@ use dsl::tree::{
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 use names::{list, suggest};
 
-use super::fill::Frame;
 use super::module::{Target, declared, parameters};
+use super::substitute::Frame;
 use super::{Class, Expander, MAX_DEPTH, Named};
 use crate::forms::text_of;
 use crate::paths::tidy;
