@@ -6,7 +6,7 @@ use std::path::Path;
 use divan::Bencher;
 use hierarq::project::{Settings, compile};
 use runtime::program::Times;
-use runtime::{Controller, Evaluator, Observation, Program, Recorder, Rest, Simulation, Tick};
+use runtime::{Controller, Evaluator, Observation, Program, Recorder, RestInputs, Simulation, Tick};
 
 fn main() {
     divan::main();
@@ -30,7 +30,7 @@ fn kinematics_and_rows(bencher: Bencher, name: &str) {
     let program = example(name);
     let (mut evaluator, mut problem) =
         Evaluator::new(&program, program.first_stack().expect("it runs a stack")).expect("it can be executed");
-    let rest = Rest::new(&program);
+    let rest = RestInputs::new(&program);
     let q = program.robot.home.clone();
     evaluator.enter(&q, rest.at(Times::default()));
     bencher.bench_local(|| evaluator.update(&q, rest.at(Times { t: 1.0, time: 1.0 }), &mut problem));

@@ -5,7 +5,7 @@ use mission::kinds::layers;
 use mission::kinds::schedule::chart::chart;
 use mission::kinds::schedule::map::map as of;
 use mission::kinds::schedule::plan::{Activity, Actor, Phase, Plan, Target};
-use mission::kinds::schedule::problem::{Agent, AgentKind, Duration, Problem, Robot};
+use mission::kinds::schedule::problem::{AgentKind, Duration, Problem, Robot, WorkingAgent};
 use mission::numbers::{Energy, Range};
 use mission::plan::{Statistics, Status};
 use proptest::prelude::*;
@@ -81,9 +81,9 @@ fn team(robots: &[&str], agents: &[&str]) -> Problem {
         factor: 1.0,
         energy: Energy::of_factor(1.0),
     };
-    let agent = |name: &str, kind, place| Agent {
+    let agent = |name: &str, kind, place| WorkingAgent {
         severity: 0.5,
-        ..Agent::new(name, kind, place, 2, Duration { mean: 204.0, sigma: 20.0 })
+        ..WorkingAgent::new(name, kind, place, 2, Duration { mean: 204.0, sigma: 20.0 })
     };
     let depots = [[-10.4, 7.0], [-14.4, 7.0]];
     let places =

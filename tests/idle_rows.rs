@@ -4,7 +4,7 @@ use crate::common;
 
 use robot::random::SplitMix64;
 use runtime::program::Times;
-use runtime::{Controller, Evaluator, Observation, Program, Rest};
+use runtime::{Controller, Evaluator, Observation, Program, RestInputs};
 use solver::Structure;
 
 /// The safety tasks with distances that leave space for an elbow.
@@ -17,7 +17,7 @@ fn spec() -> Program {
 
 fn proven() -> Program {
     let mut program = spec();
-    compiler::leave_out(&mut program);
+    compiler::mark_idle_rows(&mut program);
     program
 }
 
@@ -37,7 +37,7 @@ fn no_configuration_and_no_speed_touches_an_idle_row() {
     assert_eq!(idle.len(), 8, "elbows against column, chest, head and deck");
     let (mut all, mut problem) =
         Evaluator::new(&whole, whole.first_stack().expect("it runs a stack")).expect("it can be executed");
-    let rest = Rest::new(&whole);
+    let rest = RestInputs::new(&whole);
     let model = &whole.robot.model;
     let speeds: Vec<f64> =
         (model.dofs.iter()).map(|d| if d.name.starts_with("arm") { 0.5 } else { d.velocity }).collect();
@@ -102,7 +102,7 @@ fn a_joint_outside_its_limits_brings_all_rows_back() {
     let program = proven();
     let (mut evaluator, mut problem) =
         Evaluator::new(&program, program.first_stack().expect("it runs a stack")).expect("it can be executed");
-    let rest = Rest::new(&program);
+    let rest = RestInputs::new(&program);
     let absent = |problem: &solver::Problem| {
         problem.levels.iter().flat_map(|l| l.structure()).filter(|s| **s == Structure::Absent).count()
     };
@@ -137,7 +137,7 @@ fn what_moves_stays_in() {
     };
     let count = |wall: &str| {
         let mut program = common::program_of(&text(wall));
-        compiler::leave_out(&mut program);
+        compiler::mark_idle_rows(&mut program);
         let (evaluator, _) =
             Evaluator::new(&program, program.first_stack().expect("it runs a stack")).expect("it can be executed");
         idle(&evaluator).len()

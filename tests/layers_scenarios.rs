@@ -160,7 +160,7 @@ fn a_mission_without_its_person_is_a_verdict_with_its_reason() {
 fn what_cannot_happen_fails_the_scenario() {
     let early = summary("happens [{ at 2 s  back anna }, { at 140 s  done anna }]  expect eventually done");
     assert!(!early.ok && early.expectations.iter().all(|e| e.verdict == Verdict::Holds));
-    let why: Vec<&str> = early.untaken.iter().map(|u| u.why.as_str()).collect();
+    let why: Vec<&str> = early.rejected_events.iter().map(|u| u.why.as_str()).collect();
     assert_eq!(why, ["anna is not lost", "anna is not at work"]);
 }
 
@@ -224,8 +224,8 @@ proptest! {
             prop_assert!(activity.begun || !done);
             prop_assert!(!activity.begun || activity.start <= summary.duration_s);
         }
-        let told = played::events(&summary.happened, &["left", "right", "anna"]);
-        prop_assert_eq!(told + summary.untaken.len(), events.len());
+        let told = played::events(&summary.log, &["left", "right", "anna"]);
+        prop_assert_eq!(told + summary.rejected_events.len(), events.len());
         prop_assert!(summary.expectations.iter().all(|e| e.verdict == Verdict::Holds));
         let is_whole = !matches!(summary.end, End::Refused { .. } | End::Interrupted);
         prop_assert!(is_whole);

@@ -109,8 +109,8 @@ fn what_is_judged_is_what_is_logged() {
 fn people_answer_once_for_each_service() {
     let said = |body: &str| {
         let summary = summary(body);
-        assert!(summary.untaken.is_empty(), "{:?}", summary.untaken);
-        summary.happened.iter().filter(|h| h.what.starts_with("h1 says")).map(|h| h.what.clone()).collect::<Vec<_>>()
+        assert!(summary.rejected_events.is_empty(), "{:?}", summary.rejected_events);
+        summary.log.iter().filter(|h| h.what.starts_with("h1 says")).map(|h| h.what.clone()).collect::<Vec<_>>()
     };
     assert_eq!(said("feedback { h1 { wait too_long } }").len(), 2);
     assert_eq!(
@@ -119,7 +119,7 @@ fn people_answer_once_for_each_service() {
     );
     assert_eq!(said("feedback { h1 [{}, { approach very_fast }] }"), ["h1 says: the robot came very fast"]);
     let after = |text: &str| {
-        let h = summary("feedback { h1 [{ wait ok }, {}] }").happened;
+        let h = summary("feedback { h1 [{ wait ok }, {}] }").log;
         h.into_iter().find(|h| h.what.contains(text)).map(|h| h.at_s)
     };
     assert_eq!(after("has served operation 1 of h1"), after("h1 says: all was right"));
@@ -166,13 +166,13 @@ fn a_mission_without_robots_is_a_verdict_with_its_reason() {
 fn what_cannot_happen_fails_the_scenario() {
     let early = summary("happens [{ at 5 s  feedback h1  wait long }, { at 6 s  failed m1 }]  expect eventually done");
     assert!(!early.ok && early.expectations.iter().all(|e| e.verdict == Verdict::Holds));
-    assert_eq!(early.untaken.len(), 2);
-    assert!(early.untaken[0].why.contains("has not been served"), "{:?}", early.untaken);
-    assert_eq!(early.untaken[1].why, "m1 serves nobody");
+    assert_eq!(early.rejected_events.len(), 2);
+    assert!(early.rejected_events[0].why.contains("has not been served"), "{:?}", early.rejected_events);
+    assert_eq!(early.rejected_events[1].why, "m1 serves nobody");
     let early = summary("happens [{ at 6 s  late m1  by 9 s }]  expect eventually done");
     assert!(!early.ok);
     assert_eq!(
-        (early.untaken[0].event.as_str(), early.untaken[0].why.as_str()),
+        (early.rejected_events[0].event.as_str(), early.rejected_events[0].why.as_str()),
         ("the service that m1 gives takes 9 s longer", "m1 serves nobody")
     );
 }
@@ -182,8 +182,8 @@ fn what_cannot_happen_fails_the_scenario() {
 fn a_service_takes_longer() {
     let first = |body: &str| {
         let summary = summary(&format!("operations planned  {body}"));
-        assert!(summary.untaken.is_empty(), "{:?}", summary.untaken);
-        let at = |text: &str| summary.happened.iter().find(|h| h.what.contains(text)).expect("it happens").clone();
+        assert!(summary.rejected_events.is_empty(), "{:?}", summary.rejected_events);
+        let at = |text: &str| summary.log.iter().find(|h| h.what.contains(text)).expect("it happens").clone();
         (at(" serves "), at(" has served operation 1 of "))
     };
     let (begins, ends) = first("expect eventually done");
@@ -248,8 +248,8 @@ proptest! {
     fn random_days_end_with_a_verdict(events in prop::collection::vec(event(), 1..6), seed in 0..100_u64) {
         let body = format!("seed {seed}  step 10 s  happens [{}]  expect always day.makespan >= 0 s", events.join(", "));
         let summary = summary(&body);
-        let told = played::events(&summary.happened, &["h1", "h2", "w1", "m1", "m2"]);
-        prop_assert_eq!(told + summary.untaken.len(), events.len());
+        let told = played::events(&summary.log, &["h1", "h2", "w1", "m1", "m2"]);
+        prop_assert_eq!(told + summary.rejected_events.len(), events.len());
         prop_assert!(summary.expectations.iter().all(|e| e.verdict == Verdict::Holds));
         let is_whole = !matches!(summary.end, End::Refused { .. } | End::Interrupted);
         prop_assert!(is_whole);

@@ -51,7 +51,7 @@ fn scenario(workers: &str, body: &str) -> (MissionProgram, MissionScenarioProgra
 }
 
 fn run((mission, scenario): &(MissionProgram, MissionScenarioProgram)) -> MissionRun {
-    runtime::missions::run(mission, scenario, &mut runtime::missions::Nothing, &mut |_| true).expect("a run")
+    runtime::missions::run(mission, scenario, &mut runtime::missions::NullRecorder, &mut |_| true).expect("a run")
 }
 
 fn summary(workers: &str, body: &str) -> MissionSummary {
@@ -61,10 +61,10 @@ fn summary(workers: &str, body: &str) -> MissionSummary {
 /// Returns the begin and end of each operation of a worker (s); an aborted one has no end.
 fn operations(summary: &MissionSummary, worker: &str) -> Vec<(f64, Option<f64>)> {
     let of = |text: &str| {
-        let words = |h: &&runtime::missions::Happened| {
+        let words = |h: &&runtime::missions::LogEntry| {
             h.what.starts_with("operation ") && h.what.ends_with(&format!("of {worker} {text}"))
         };
-        summary.happened.iter().filter(words).map(|h| h.at_s).collect::<Vec<_>>()
+        summary.log.iter().filter(words).map(|h| h.at_s).collect::<Vec<_>>()
     };
     let (begins, ends) = (of("begins"), of("ends"));
     let next = |i: usize| begins.get(i + 1).copied().unwrap_or(f64::INFINITY);
@@ -235,7 +235,7 @@ fn a_controller_that_faults_loses_its_worker_and_says_why() {
     assert!(broke.why.contains("`reach`"), "{}", broke.why);
     // One tick until the signal is evaluated, half a second until the velocity is required.
     assert!((0.5..0.6).contains(&broke.at_s), "{}", broke.at_s);
-    let at = |text: &str| bare.happened.iter().find(|h| h.what.contains(text)).map(|h| h.at_s);
+    let at = |text: &str| bare.log.iter().find(|h| h.what.contains(text)).map(|h| h.at_s);
     // No transition handles the fault at the next tick.
     let (fault, lost) = (at("controller of w1 has a fault").expect("told"), at("w1 is lost").expect("told"));
     assert!(lost == broke.at_s && (lost - fault - 0.02).abs() < 1e-9, "{fault} {lost}");
@@ -265,7 +265,7 @@ fn a_fault_that_the_machine_answers_loses_nobody() {
     );
     let summary = own("answered", &answered, OWN, "duration 60 s  expect never w1.lost");
     assert!(summary.ok, "{:?}", summary.trouble());
-    assert!(summary.happened.iter().any(|h| h.what.starts_with("the controller of w1 has a fault")));
+    assert!(summary.log.iter().any(|h| h.what.starts_with("the controller of w1 has a fault")));
     // A worker whose machine handles the fault by stopping for good is lost.
     let ended = INFEASIBLE.replace("initial idle ", "initial idle  on fault(any) -> out  final state out ");
     let summary = own("ended", &ended, OWN, "duration 60 s");

@@ -40,7 +40,7 @@ task deep = virtual_wall(link_4) { through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] 
 stack s { level limits hard { joint_position_limits  joint_velocity_limits  deep } }
 run { duration 1 s }\n",
     );
-    compiler::leave_out(&mut program);
+    compiler::mark_idle_rows(&mut program);
     let idle =
         |p: &Program| p.stacks.iter().flat_map(|s| &s.levels).flat_map(|l| &l.members).any(|m| !m.idle.is_empty());
     assert!(idle(&program));

@@ -70,7 +70,7 @@ impl Recorder for All<'_> {
             field: of("field"),
             rate: planner.map_or(f64::NAN, |p| p.0.plan().field_rate),
             clock: planner.map_or(f64::NAN, |p| p.0.clock()),
-            stack: t.stage,
+            stack: t.stack,
             q: t.q.to_vec(),
             v: t.v.to_vec(),
             command: t.command.to_vec(),

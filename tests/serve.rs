@@ -14,7 +14,7 @@ mod walk;
 
 use hierarq::serve::{Options, Server};
 use mission::kinds::schedule::Schedule;
-use mission::kinds::schedule::problem::{Agent, AgentKind, Duration, Problem, Robot};
+use mission::kinds::schedule::problem::{AgentKind, Duration, Problem, Robot, WorkingAgent};
 use mission::numbers::{Energy, Range};
 
 use client::Client;
@@ -32,9 +32,12 @@ fn robot(name: &str, depot: [f64; 2]) -> Robot {
     }
 }
 
-fn agent(name: &str, kind: AgentKind, place: [f64; 2]) -> Agent {
+fn agent(name: &str, kind: AgentKind, place: [f64; 2]) -> WorkingAgent {
     let operations = if kind == AgentKind::Human { 2 } else { 1 };
-    Agent { severity: 0.5, ..Agent::new(name, kind, place, operations, Duration { mean: 40.0, sigma: 0.0 }) }
+    WorkingAgent {
+        severity: 0.5,
+        ..WorkingAgent::new(name, kind, place, operations, Duration { mean: 40.0, sigma: 0.0 })
+    }
 }
 
 /// Members: the robots m1 and m2, the people anna and ben, a working robot.

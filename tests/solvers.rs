@@ -6,7 +6,7 @@ use crate::common;
 use robot::random::SplitMix64;
 use runtime::program::Times;
 use runtime::record::verify::Verifier;
-use runtime::{Evaluator, Program, Recorder, Rest, Simulation, Tick};
+use runtime::{Evaluator, Program, Recorder, RestInputs, Simulation, Tick};
 use solver::{Active, ActiveSet, HierarchicalSolver, Solution, Status, certificate};
 
 /// Passes on one of `one_in` ticks.
@@ -111,7 +111,7 @@ fn few_rows_take_few_changes() {
 fn walk(program: &Program, ticks: usize, seed: u64) {
     let (mut evaluator, mut problem) =
         Evaluator::new(program, program.first_stack().expect("it runs a stack")).expect("it can be executed");
-    let rest = Rest::new(program);
+    let rest = RestInputs::new(program);
     let model = &program.robot.model;
     let mut solver = ActiveSet::new(&problem);
     let mut solution = Solution::new(&problem);

@@ -12,7 +12,7 @@ use mission::plan_data;
 use mission::planned::{PlanOptions, Refusal};
 use runtime::expect::Verdict;
 use runtime::missions::End;
-use runtime::program::{Happens, MissionProgram, MissionScenarioProgram};
+use runtime::program::{MissionProgram, MissionScenarioProgram, TimedEvent};
 
 use crate::common::played::{self, logged as run, numbers, table};
 use hierarq::{gantt, report};
@@ -97,12 +97,12 @@ fn it_is_executed_judged_logged_and_reported() {
     assert_eq!(good.summary.end, End::Done { at_s: 10.0 });
     let (header, rows) = table(bytes);
     assert_eq!(numbers(&header, &rows, "anna.y")[5], 2.0);
-    scenario.happens = vec![Happens { at: 4.0, what: late(5.0) }];
+    scenario.happens = vec![TimedEvent { at: 4.0, what: late(5.0) }];
     let (bad, _) = run(&mission, &scenario);
     assert_eq!(bad.summary.end, End::Done { at_s: 15.0 });
     let verdicts: Vec<Verdict> = bad.summary.expectations.iter().map(|e| e.verdict).collect();
     assert_eq!(verdicts, [Verdict::Holds, Verdict::Fails]);
-    assert!(bad.summary.happened.iter().any(|happened| happened.what == "anna is late by 5 s"));
+    assert!(bad.summary.log.iter().any(|happened| happened.what == "anna is late by 5 s"));
     let page = report::mission("walk.hq", &bad);
     assert!(page.contains("anna arrives") && page.contains("Places and ways"));
     assert!(runtime::text::mission(&mission).starts_with("mission day : walk\n"));

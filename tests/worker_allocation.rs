@@ -52,8 +52,8 @@ scenario s {{ mission day  duration {seconds} s  step 10 s  expect always in(w1.
 fn run(seconds: u32) -> (usize, u64) {
     let (mission, scenario) = mission(seconds);
     let before = allocations::so_far();
-    let run =
-        runtime::missions::run(&mission, &scenario, &mut runtime::missions::Nothing, &mut |_| true).expect("a run");
+    let run = runtime::missions::run(&mission, &scenario, &mut runtime::missions::NullRecorder, &mut |_| true)
+        .expect("a run");
     let allocations = allocations::so_far() - before;
     assert!(run.summary.ok, "{:?}", run.summary.expectations);
     (allocations, run.summary.workers[0].ticks)

@@ -8,7 +8,7 @@ use crate::input::{Compiled, Input};
 
 /// Moves errors that occur only with the values of `--set` to the value that causes them, if it is unique. The text of
 /// the former place becomes a label. Returns true if an error was moved.
-pub(crate) fn blame(
+pub(crate) fn attribute_errors(
     compile: fn(&Input) -> Compiled,
     input: &Input,
     diagnostics: &mut [Diagnostic],

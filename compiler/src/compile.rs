@@ -71,7 +71,7 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
     settle(&mut diagnostics, input.syntax, &expanded, &lowered.foreign, &report.sources);
     report.diagnostics = diagnostics;
     report.finish();
-    if cli_overrides::blame(compile, input, &mut report.diagnostics, &report.sources) {
+    if cli_overrides::attribute_errors(compile, input, &mut report.diagnostics, &report.sources) {
         report.finish();
     }
     if report.errors() > 0 {

@@ -32,7 +32,7 @@ mod source_map;
 pub mod units;
 
 pub use ::names;
-pub use analysis::idle_rows::leave_out;
+pub use analysis::idle_rows::mark_idle_rows;
 pub use compile::{compile, compile_among, params};
 pub use diagnostics::report::{Report, Style};
 pub use diagnostics::{codes, report};

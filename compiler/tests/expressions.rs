@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use dsl::tree::{ItemKind, Value};
 use dsl::{Diagnostic, Span, Spanned, Syntax};
-use hierarq_compiler::expr::{Axes, FUNCTIONS, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Typed};
+use hierarq_compiler::expr::{Axes, FUNCTIONS, Frame, Graph, Kind, Lowering, Meaning, RobotStateTerm, Scope, Typed};
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use runtime::program::{Output, Tape, Times};
@@ -37,7 +37,7 @@ impl Scope for Initial {
         None
     }
 
-    fn now(&mut self, _: &mut Graph, _: &Now, _: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {
+    fn now(&mut self, _: &mut Graph, _: &RobotStateTerm, _: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {
         None
     }
 }

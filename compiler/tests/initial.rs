@@ -6,7 +6,7 @@ use common::state::{ARM7, Bench, CANOPIES, program, rng, words};
 use common::{annotated, compile_text, examples};
 use dsl::Syntax;
 use hierarq_compiler::Compiled;
-use runtime::evaluator::{Evaluator, Rest};
+use runtime::evaluator::{Evaluator, RestInputs};
 use runtime::program::{CaptureSource, Op, Program, Times};
 use runtime::{Controller, Fault, Observation};
 use stdlib_tasks::bound::Bound;
@@ -48,7 +48,7 @@ fn it_is_the_value_at_that_moment() {
         let program = program(robot, &tasks);
         let bench = Bench { program: &program, inputs: vec![0.0; program.values.tape.inputs] };
         let (mut evaluator, mut problem) = Evaluator::new(&program, 0).expect("it can be executed");
-        let rest = Rest::new(&program);
+        let rest = RestInputs::new(&program);
         let mut rng = rng(21);
         for _ in 0..10 {
             let start = bench.model().random_configuration(&mut rng);
@@ -147,7 +147,7 @@ fn a_value_that_needs_its_capture_is_written_and_read() {
     let back: Program = serde_json::from_str(&text).expect("a program");
     assert_eq!(back, good);
     let (mut evaluator, mut problem) = Evaluator::new(&back, 0).expect("it can be executed");
-    let rest = Rest::new(&back);
+    let rest = RestInputs::new(&back);
     let home = &back.robot.home;
     evaluator.enter(home, rest.at(Times::default()));
     evaluator.update(home, rest.at(Times::default()), &mut problem).expect("rows");

@@ -10,7 +10,7 @@ use robot::Data;
 use runtime::expect::{Outcome, Verdict, offline};
 use runtime::program::{Program, ScenarioProgram};
 use runtime::record::All;
-use runtime::{Judge, Recorder, Simulation, Tick};
+use runtime::{ExpectationMonitors, Recorder, Simulation, Tick};
 
 const SPEC: &str = "hierarq 1
 robot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { all [0, 0.4, 0, 1.6, 0, 1.14, 0] rad } }
@@ -70,10 +70,10 @@ impl Recorder for Seen {
 fn run(program: &Program, scenario: &ScenarioProgram) -> (Seen, Vec<Outcome>) {
     let program = scenario.program(program);
     let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
-    let mut judge = Judge::new(&program, scenario, simulation.ticks()).expect("it can be judged");
+    let mut monitors = ExpectationMonitors::new(&program, scenario, simulation.ticks()).expect("it can be judged");
     let mut seen = Seen { q: Vec::new(), load: Vec::new() };
-    simulation.run(&mut All(vec![&mut seen, &mut judge]), &mut || 0.0, &mut |_| true).expect("memory does not fail");
-    (seen, judge.finish())
+    simulation.run(&mut All(vec![&mut seen, &mut monitors]), &mut || 0.0, &mut |_| true).expect("memory does not fail");
+    (seen, monitors.finish())
 }
 
 #[test]

@@ -120,7 +120,7 @@ pub fn page(kind: &TaskKind) -> String {
         let _ = writeln!(out, "\nFor initial(..): {}", names.join(", "));
     }
     if !kind.outputs.is_empty() {
-        out.push_str("\nTells, behind the task's name; conditions, expectations and logs read it\n");
+        out.push_str("\nOutputs while a stack with it runs, as `NAME.OUTPUT` in conditions, expectations and logs\n");
         for output in kind.outputs {
             let _ =
                 writeln!(out, "  .{}: number in {}\n      {}", output.name, unit(output.dimension), output.description);
@@ -148,13 +148,13 @@ pub fn json(kind: &TaskKind) -> Json {
         .collect();
     json!({
         "name": kind.name,
-        "nature": row_kind(kind),
+        "row_kind": row_kind(kind),
         "summary": kind.summary,
         "docs": kind.docs,
         "example": kind.example,
         "positional": kind.positional,
         "params": params,
-        "tells": kind.outputs.iter().map(|t| json!({ "name": t.name, "unit": unit(t.dimension), "is": t.description })).collect::<Vec<_>>(),
+        "outputs": kind.outputs.iter().map(|t| json!({ "name": t.name, "unit": unit(t.dimension), "description": t.description })).collect::<Vec<_>>(),
     })
 }
 
@@ -163,14 +163,14 @@ pub fn markdown() -> String {
     let mut out = String::from(
         "# Task catalogue\n\nGenerated from the task library; do not edit. `hierarq tasks TYPE` prints the same.\n\n\
          A *limit* keeps a value out of a region and has margins, safe where not negative. A *target* pulls a value to where \
-         it should be and has errors.\n\n| type | | keeps or does |\n|---|---|---|\n",
+         it should be and has errors.\n\n| type | | summary |\n|---|---|---|\n",
     );
     for kind in KINDS {
         let _ = writeln!(out, "| [`{0}`](#{0}) | {1} | {2} |", kind.name, row_kind(kind), kind.summary);
     }
     for kind in KINDS {
         let _ = write!(out, "\n## {}\n\n{}\n\n", kind.name, kind.docs);
-        out.push_str("| parameter | holds | | is |\n|---|---|---|---|\n");
+        out.push_str("| parameter | type | | description |\n|---|---|---|---|\n");
         let mut list = Vec::new();
         rows(kind.params, "", &mut list);
         for (name, p) in list {
@@ -194,8 +194,10 @@ pub fn markdown() -> String {
             let _ = writeln!(out, "\nFor `initial(..)`: {}.", names.join(", "));
         }
         if !kind.outputs.is_empty() {
-            out.push_str("\nWhile a stack with it runs, a task `NAME` of this type tells what conditions, expectations and logs may read:\n\n");
-            out.push_str("| value | unit | is |\n|---|---|---|\n");
+            out.push_str(
+                "\nOutputs of a task `NAME` while a stack with it runs, for conditions, expectations and logs:\n\n",
+            );
+            out.push_str("| output | unit | description |\n|---|---|---|\n");
             for output in kind.outputs {
                 let _ =
                     writeln!(out, "| `NAME.{}` | {} | {} |", output.name, unit(output.dimension), output.description);
@@ -210,8 +212,8 @@ pub fn markdown() -> String {
 pub fn codes_markdown() -> String {
     let mut out = format!(
         "# Diagnostic codes\n\nGenerated; do not edit. `hierarq explain CODE` prints the same.\n\nEvery example is compiled \
-         by a test: what stands under *wrong* gives this code and no other, what stands under *right* nothing at all. \
-         An example is completed by what it does not show: the line `hierarq 1`, a stack of all its tasks, and this \
+         by a test: the example under *wrong* causes this code and no other, the example under *right* no diagnostic. \
+         Missing parts are added to an example: the line `hierarq 1`, a stack of all its tasks, and this \
          robot, whose path is relative to `examples/`. An example in XML is the robot's URDF.\n\n```hq\n{}```\n",
         compiler::codes::EXAMPLE_ROBOT
     );

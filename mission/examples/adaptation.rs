@@ -14,7 +14,7 @@ use std::time::Duration;
 use hierarq_mission::engine::Budget;
 use hierarq_mission::execution::{Durations, Replan};
 use hierarq_mission::kinds::schedule::choose::{Formulation, Options};
-use hierarq_mission::kinds::schedule::execution::{Event, Happening, Outcome, Refusal, ScheduleExecution, Settings};
+use hierarq_mission::kinds::schedule::execution::{Event, LogEntry, Outcome, Refusal, ScheduleExecution, Settings};
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Problem};
 
 /// Default number of runs.
@@ -48,7 +48,7 @@ fn run(problem: Problem, seed: u64, replan: Replan, reallocate_above: f64) -> Re
     random.unit();
     while let Some(next) = execution.next() {
         let served = execution.advance(next).iter().filter_map(|record| match record.what {
-            Happening::Served { agent, .. } => Some(agent),
+            LogEntry::Served { agent, .. } => Some(agent),
             _ => None,
         });
         for agent in served.collect::<Vec<_>>() {

@@ -17,7 +17,7 @@ use hierarq_mission::execution::Durations;
 use hierarq_mission::kinds::schedule::assistance::from_plan;
 use hierarq_mission::kinds::schedule::choose::Options;
 use hierarq_mission::kinds::schedule::cost::wait;
-use hierarq_mission::kinds::schedule::execution::{Event, Happening, ScheduleExecution, Settings};
+use hierarq_mission::kinds::schedule::execution::{Event, LogEntry, ScheduleExecution, Settings};
 use hierarq_mission::kinds::schedule::problem::Problem;
 use hierarq_mission::numbers::Range;
 
@@ -77,7 +77,7 @@ fn main() {
     }
     while let Some(next) = execution.next() {
         let served = execution.advance(next).iter().filter_map(|record| match record.what {
-            Happening::Served { agent, operation: 0, .. } => Some(agent),
+            LogEntry::Served { agent, operation: 0, .. } => Some(agent),
             _ => None,
         });
         for agent in served.collect::<Vec<_>>() {

@@ -35,13 +35,13 @@ pub(crate) trait Reports: Replans + 'static {
     fn handle(of: &mut Simulation<Self>, event: &Event) -> Result<(), String>;
 
     /// The words for an entry of the log.
-    fn describe_happening(problem: &Self::Problem, what: &Self::Happening) -> String;
+    fn describe_happening(problem: &Self::Problem, what: &Self::LogEntry) -> String;
 
     /// True for an entry of the log that came from outside, or changed an assignment.
-    fn is_notable(what: &Self::Happening) -> bool;
+    fn is_notable(what: &Self::LogEntry) -> bool;
 
     /// The member that was served, for an entry of the log that says so.
-    fn served(_problem: &Self::Problem, _what: &Self::Happening) -> Option<usize> {
+    fn served(_problem: &Self::Problem, _what: &Self::LogEntry) -> Option<usize> {
         None
     }
 

@@ -4,7 +4,7 @@ use crate::common;
 
 use common::execution::{count, keeps, settings};
 use hierarq_mission::kinds::schedule::execution::{
-    Event, Happening, Obstacle, Potentials, ScheduleExecution, Settings, Stage, Travel,
+    Event, LogEntry, Obstacle, Potentials, ScheduleExecution, Settings, Stage, Travel,
 };
 use hierarq_mission::kinds::schedule::plan::Actor;
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Problem};
@@ -135,7 +135,7 @@ fn late_arrivals_reach_the_plan() {
         }
         let (_, execution) = watched(&problem, &Potentials::default(), 20_000.0);
         assert!(execution.done());
-        late += count(execution.records(), |what| matches!(what, Happening::RobotLate { .. }));
+        late += count(execution.records(), |what| matches!(what, LogEntry::RobotLate { .. }));
         assert!(validate(execution.problem(), execution.plan()).is_empty());
         keeps(execution.plan(), execution.records()).unwrap();
     }
@@ -229,9 +229,9 @@ fn who_is_held_up_stands_and_says_so() {
         closest = closest.min(apart(&execution));
     }
     assert!((0.8 - 1e-9..1.0).contains(&closest), "{closest}");
-    let held = Happening::HeldUp { robot: 1 - lost, agent: Some(0), by: lost };
+    let held = LogEntry::HeldUp { robot: 1 - lost, agent: Some(0), by: lost };
     assert_eq!(count(execution.records(), |what| *what == held), 1);
-    assert_eq!(count(execution.records(), |what| matches!(what, Happening::Served { .. })), 0);
+    assert_eq!(count(execution.records(), |what| matches!(what, LogEntry::Served { .. })), 0);
     assert!(execution.records().len() < 100, "{}", execution.records().len());
     execution.handle_event(Event::Back { who: Actor::Robot(lost) }).unwrap();
     while !execution.done() && execution.time() < 5000.0 {

@@ -6,7 +6,7 @@ use common::execution::{count, happened, near, part, run, settings};
 use hierarq_mission::execution::NoFeasiblePlan;
 use hierarq_mission::execution::{Durations, Replan};
 use hierarq_mission::kinds::schedule::execution::{
-    Doing, Event, EventError, Happening, Obstacle, Potentials, Refusal, ScheduleExecution, Settings, Stage, Travel,
+    Doing, Event, EventError, LogEntry, Obstacle, Potentials, Refusal, ScheduleExecution, Settings, Stage, Travel,
 };
 use hierarq_mission::kinds::schedule::plan::{Activity, Actor, Phase};
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Begun, Problem};
@@ -39,7 +39,7 @@ fn a_robot_that_waits_approaches_when_the_operation_ends() {
     near(next.serves - next.approaches, coming.serves - coming.approaches, 1e-9);
     assert_eq!(
         execution.advance(now).last().unwrap().what,
-        Happening::Approaches { robot: next.robot, agent, operation: 0 }
+        LogEntry::Approaches { robot: next.robot, agent, operation: 0 }
     );
     let mut late = execution.clone();
     run(&mut execution);
@@ -122,7 +122,7 @@ fn robots_that_are_lost_are_done_without() {
     execution.advance(100.0);
     let lost = (0..2).find(|m| execution.robot(*m).unwrap().stage == Stage::Going).unwrap();
     execution.handle_event(Event::Lost { who: Actor::Robot(lost) }).unwrap();
-    assert_eq!(count(execution.records(), |what| matches!(what, Happening::BrokenOff { .. })), 1);
+    assert_eq!(count(execution.records(), |what| matches!(what, LogEntry::BrokenOff { .. })), 1);
     assert!(execution.handle_event(Event::Lost { who: Actor::Robot(lost) }).is_err());
     let new = execution.plan().activities.iter().filter(|a| !a.begun && a.phase == Phase::Going);
     assert!(new.clone().count() > 0 && new.into_iter().all(|a| a.actor == Actor::Robot(1 - lost)));
@@ -245,7 +245,7 @@ fn wrong_settings_are_refused() {
         change(&mut problem, &mut settings);
         ScheduleExecution::new(problem, settings).unwrap_err()
     };
-    assert_eq!(refused(&|_, s| s.told = vec![7]), Refusal::Told(7));
+    assert_eq!(refused(&|_, s| s.reporting = vec![7]), Refusal::Reporting(7));
     assert!(matches!(refused(&|_, s| s.reallocate_above = f64::NAN), Refusal::Setting { .. }));
     let bases = |change: &dyn Fn(&mut Potentials)| {
         let mut potentials = Potentials::default();
@@ -333,7 +333,7 @@ fn feedback_changes_the_plan_only_where_it_may() {
         execution.handle_event(said).unwrap();
         assert_eq!(execution.problem().agents[agent] != before.agents[agent], changes, "{replan:?}");
         assert_eq!(execution.problem().wait_weight(agent, 1) > before.wait_weight(agent, 1), changes);
-        assert_eq!(count(execution.records(), |what| *what == Happening::Told { event: said }), 1);
+        assert_eq!(count(execution.records(), |what| *what == LogEntry::Handled { event: said }), 1);
         run(&mut execution);
         let outcome = execution.statistics();
         assert_eq!(outcome.agents[agent].speed_index > 1.0, changes, "{replan:?} {outcome:?}");

@@ -10,7 +10,7 @@ use hierarq_mission::execution::NoFeasiblePlan;
 use hierarq_mission::execution::{Durations, Replan};
 use hierarq_mission::kinds::schedule::duration_quantile::quantile;
 use hierarq_mission::kinds::schedule::execution::{
-    Doing, Event, Happening, Potentials, Record, ScheduleExecution, Settings, Stage, Travel,
+    Doing, Event, LogEntry, Potentials, Record, ScheduleExecution, Settings, Stage, Travel,
 };
 use hierarq_mission::kinds::schedule::plan::{Actor, Phase};
 use hierarq_mission::kinds::schedule::problem::{AgentKind, Distances, Problem};
@@ -84,8 +84,8 @@ fn mission() -> impl Strategy<Value = (Problem, Settings)> {
             } else {
                 common::random(seed, agents, robots, operations)
             };
-            let told = if told { vec![0] } else { Vec::new() };
-            (problem, Settings { travel, durations, replan, told, ..settings() })
+            let reporting = if told { vec![0] } else { Vec::new() };
+            (problem, Settings { travel, durations, replan, reporting, ..settings() })
         },
     )
 }
@@ -125,7 +125,7 @@ proptest! {
         prop_assert!(execution.done() || execution.stranded().is_some());
         let mut served = BTreeMap::new();
         for record in execution.records() {
-            if let Happening::Served { agent, operation, .. } = record.what {
+            if let LogEntry::Served { agent, operation, .. } = record.what {
                 *served.entry((agent, operation)).or_insert(0) += 1;
             }
         }
@@ -174,7 +174,7 @@ fn run_told(execution: &mut ScheduleExecution, travel: &Travel, waited: &mut [f6
     while let Some(next) = execution.next() {
         possible(execution, travel, waited);
         let late = execution.advance(next).iter().rev().find_map(|record| match record.what {
-            Happening::OperationLate { agent, .. } => Some(agent),
+            LogEntry::OperationLate { agent, .. } => Some(agent),
             _ => None,
         });
         steps += 1;
@@ -241,7 +241,7 @@ fn operations_end_in_time_as_often_as_wanted() {
                     .unwrap();
             run(&mut execution);
             assert!(execution.done());
-            let late = |record: &&Record| matches!(record.what, Happening::OperationLate { .. });
+            let late = |record: &&Record| matches!(record.what, LogEntry::OperationLate { .. });
             let times = happened(execution.records());
             for ((agent, _), times) in &times {
                 let duration = problem.agents[*agent].duration;
@@ -305,7 +305,7 @@ fn plans_follow_what_people_ask_for() {
                     .advance(next)
                     .iter()
                     .filter_map(|record| match record.what {
-                        Happening::Served { agent, .. } => Some(agent),
+                        LogEntry::Served { agent, .. } => Some(agent),
                         _ => None,
                     })
                     .collect();

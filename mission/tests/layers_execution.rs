@@ -20,22 +20,22 @@ fn possible(problem: Problem) -> Option<Problem> {
 
 /// An event that may be reported at any time, or passing time (s).
 #[derive(Clone, Copy, Debug)]
-enum Told {
+enum Action {
     Event(Event),
     Wait(f64),
 }
 
-fn told() -> impl Strategy<Value = Told> {
+fn action() -> impl Strategy<Value = Action> {
     let agent = 0_usize..4;
     prop_oneof![
-        6 => (0.0_f64..12.0).prop_map(Told::Wait),
-        1 => agent.clone().prop_map(|agent| Told::Event(Event::Begun { agent })),
-        2 => agent.clone().prop_map(|agent| Told::Event(Event::Done { agent })),
-        2 => (agent.clone(), -10.0_f64..30.0).prop_map(|(agent, by)| Told::Event(Event::Late { agent, by })),
-        2 => agent.clone().prop_map(|agent| Told::Event(Event::Failed { agent })),
-        1 => agent.clone().prop_map(|agent| Told::Event(Event::Lost { agent })),
-        1 => agent.prop_map(|agent| Told::Event(Event::Back { agent })),
-        1 => Just(Told::Event(Event::Replan)),
+        6 => (0.0_f64..12.0).prop_map(Action::Wait),
+        1 => agent.clone().prop_map(|agent| Action::Event(Event::Begun { agent })),
+        2 => agent.clone().prop_map(|agent| Action::Event(Event::Done { agent })),
+        2 => (agent.clone(), -10.0_f64..30.0).prop_map(|(agent, by)| Action::Event(Event::Late { agent, by })),
+        2 => agent.clone().prop_map(|agent| Action::Event(Event::Failed { agent })),
+        1 => agent.clone().prop_map(|agent| Action::Event(Event::Lost { agent })),
+        1 => agent.prop_map(|agent| Action::Event(Event::Back { agent })),
+        1 => Just(Action::Event(Event::Replan)),
     ]
 }
 
@@ -50,23 +50,23 @@ proptest! {
     /// all tasks are done if it can.
     #[test]
     fn whatever_happens_the_rules_are_kept(
-        seed in 0_u64..100_000, spread in 0.0_f64..0.8, replan in replan(), events in prop::collection::vec(told(), 1..24),
+        seed in 0_u64..100_000, spread in 0.0_f64..0.8, replan in replan(), events in prop::collection::vec(action(), 1..24),
         told in prop::option::of(0_usize..4),
     ) {
         let Some(mut problem) = possible(layered::random(seed, 8, 12, 3, 1)) else { return Ok(()) };
         problem.agents.iter_mut().for_each(|who| who.spread = spread);
         let durations = Durations::Sampled { seed };
         let told: Vec<usize> = told.into_iter().collect();
-        let settings = Settings { durations, replan, told: told.clone(), ..settings() };
+        let settings = Settings { durations, replan, reporting: told.clone(), ..settings() };
         let mut execution = LayersExecution::new(problem.clone(), settings).unwrap();
         for event in events {
             match event {
-                Told::Wait(time) => {
+                Action::Wait(time) => {
                     let to = execution.time() + time;
                     prop_assert!(execution.advance(to).iter().all(|record| record.time <= to));
                     prop_assert_eq!(execution.time(), to);
                 }
-                Told::Event(event) => {
+                Action::Event(event) => {
                     let before = execution.records().len();
                     let taken = execution.handle_event(event).is_ok();
                     prop_assert_eq!(taken, execution.records().len() > before);
@@ -317,7 +317,7 @@ fn without_a_plan_others_go_on() {
 #[test]
 fn people_begin_and_end_when_they_say_so() {
     let problem = layered::sorting(1);
-    let told = Settings { told: vec![2], ..settings() };
+    let told = Settings { reporting: vec![2], ..settings() };
     let mut execution = LayersExecution::new(problem.clone(), told).unwrap();
     assert!(matches!(execution.handle_event(Event::Done { agent: 2 }), Err(EventError::NotWorking { .. })));
     execution.advance(50.0);
@@ -346,7 +346,7 @@ fn people_begin_and_end_when_they_say_so() {
 fn wrong_settings_and_events_are_refused() {
     let problem = layered::letter_h(1);
     let refused = |problem: Problem, settings: Settings| LayersExecution::new(problem, settings).unwrap_err();
-    assert_eq!(refused(problem.clone(), Settings { told: vec![7], ..settings() }), Refusal::Told(7));
+    assert_eq!(refused(problem.clone(), Settings { reporting: vec![7], ..settings() }), Refusal::Reporting(7));
     let nan = Settings { reallocate_above: f64::NAN, ..settings() };
     assert!(matches!(refused(problem.clone(), nan), Refusal::Threshold(_)));
     let none = Problem { agents: vec![], ..problem.clone() };
@@ -385,10 +385,10 @@ fn wrong_settings_and_events_are_refused() {
 #[test]
 fn around_a_task_that_stays_late_plans_are_made_anew_less_and_less_often() {
     use hierarq_mission::execution::PlanChange;
-    use hierarq_mission::kinds::layers::execution::Happening;
+    use hierarq_mission::kinds::layers::execution::LogEntry;
     let problem = possible(layered::random(3, 8, 12, 3, 1)).expect("a problem");
     // Nobody reports that the task of agent 0 is done.
-    let settings = Settings { told: vec![0], reallocate_above: 0.0, ..settings() };
+    let settings = Settings { reporting: vec![0], reallocate_above: 0.0, ..settings() };
     let mut execution = LayersExecution::new(problem, settings).unwrap();
     for _ in 0..600 {
         execution.advance(execution.time() + 1.0);
@@ -397,9 +397,9 @@ fn around_a_task_that_stays_late_plans_are_made_anew_less_and_less_often() {
     let (mut late, mut anew) = (0_usize, Vec::new());
     for record in execution.records() {
         match record.what {
-            Happening::TaskLate { agent: 0, .. } => late += 1,
-            Happening::Begun { agent: 0, .. } => late = 0,
-            Happening::Plan(PlanChange::Reallocated { .. } | PlanChange::Refused { .. }) if late > 0 => anew.push(late),
+            LogEntry::TaskLate { agent: 0, .. } => late += 1,
+            LogEntry::Begun { agent: 0, .. } => late = 0,
+            LogEntry::Plan(PlanChange::Reallocated { .. } | PlanChange::Refused { .. }) if late > 0 => anew.push(late),
             _ => {}
         }
     }

@@ -109,10 +109,10 @@ pub fn load(path: &Path, settings: &Settings) -> Compiled {
     if path.extension().and_then(|e| e.to_str()) != Some("json") {
         let mut compiled = compile(path, settings);
         if let Some(program) = &mut compiled.program {
-            compiler::leave_out(program);
+            compiler::mark_idle_rows(program);
         }
         for mission in &mut compiled.missions {
-            mission.running.controllers.iter_mut().for_each(|c| compiler::leave_out(&mut c.program));
+            mission.running.controllers.iter_mut().for_each(|c| compiler::mark_idle_rows(&mut c.program));
         }
         return compiled;
     }

@@ -8,13 +8,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use compiler::Report;
 use dsl::tree::{Item, ItemKind};
 use dsl::{SourceId, Syntax};
-use runtime::missions::{End, MissionSummary, Untaken, WorkerRecord};
+use runtime::missions::{End, MissionSummary, RejectedEvent, WorkerRecord};
 use runtime::program::{MissionProgram, MissionScenarioProgram, ScenarioProgram};
 use runtime::record::All;
 use runtime::record::expectations::{ExpectationRecord, is_good, records};
 use runtime::record::joint_motion::JointMotion;
 use runtime::record::summary::{FaultRecord, Summary, SummaryRecorder};
-use runtime::{Judge, Program, Simulation};
+use runtime::{ExpectationMonitors, Program, Simulation};
 use serde::Serialize;
 
 use crate::project::{self, Settings};
@@ -59,7 +59,7 @@ pub struct MissionTrial {
     pub end: End,
     /// Events that were rejected at their time.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub untaken: Vec<Untaken>,
+    pub rejected_events: Vec<RejectedEvent>,
     /// Results specific to the kind of mission; `None` without a plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outcome: Option<serde_json::Value>,
@@ -157,12 +157,12 @@ pub fn judged(
     let program = scenario.program(program);
     let mut simulation = Simulation::in_world(&program, scenario).map_err(|e| e.to_string())?;
     let ticks = simulation.ticks();
-    let mut judge = Judge::new(&program, scenario, ticks).map_err(|e| e.to_string())?;
+    let mut monitors = ExpectationMonitors::new(&program, scenario, ticks).map_err(|e| e.to_string())?;
     let mut statistics = SummaryRecorder::new(simulation.controller(), ticks);
-    let mut all = All(vec![&mut judge, &mut statistics]);
+    let mut all = All(vec![&mut monitors, &mut statistics]);
     simulation.run(&mut all, &mut || 0.0, go_on).map_err(|e| e.to_string())?;
     let summary = statistics.summary(&program, simulation.controller(), Vec::new());
-    let expectations = records(scenario, &judge.finish(), program.robot.period);
+    let expectations = records(scenario, &monitors.finish(), program.robot.period);
     let ok = is_good(scenario, &expectations, &summary);
     Ok(Judged { summary, expectations, ok })
 }
@@ -192,10 +192,10 @@ pub fn run(spec: &str, program: &Program, scenario: &ScenarioProgram) -> Result<
 /// # Errors
 /// It cannot be evaluated, which never happens for a compiled one.
 pub fn run_mission(spec: &str, mission: &MissionProgram, scenario: &MissionScenarioProgram) -> Result<Trial, String> {
-    let run = runtime::missions::run(mission, scenario, &mut runtime::missions::Nothing, &mut |_| true);
+    let run = runtime::missions::run(mission, scenario, &mut runtime::missions::NullRecorder, &mut |_| true);
     let summary = run.map_err(|e| e.to_string())?.summary;
     let trouble = summary.trouble();
-    let MissionSummary { mission, duration_s, ok, end, untaken, workers, outcome, expectations, .. } = summary;
+    let MissionSummary { mission, duration_s, ok, end, rejected_events, workers, outcome, expectations, .. } = summary;
     Ok(Trial {
         spec: spec.to_string(),
         scenario: scenario.name.clone(),
@@ -205,7 +205,7 @@ pub fn run_mission(spec: &str, mission: &MissionProgram, scenario: &MissionScena
         passed: Vec::new(),
         faults: Vec::new(),
         rough: BTreeMap::new(),
-        mission: Some(MissionTrial { name: mission, end, untaken, outcome, workers, trouble }),
+        mission: Some(MissionTrial { name: mission, end, rejected_events, outcome, workers, trouble }),
         expectations,
     })
 }

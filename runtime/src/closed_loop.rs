@@ -45,7 +45,7 @@ impl ClosedLoop {
             return 0.0;
         }
         if let Some(world) = &mut self.world {
-            world.tell(&mut self.controller, self.robot.q(), time);
+            world.send(&mut self.controller, self.robot.q(), time);
         }
         tell(&mut self.controller);
         let measured = self.robot.measure();

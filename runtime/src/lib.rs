@@ -32,7 +32,7 @@ mod velocity;
 pub mod world;
 
 pub use controller::{Command, Controller, Observation, Request};
-pub use evaluator::{Built, Evaluator, LIMIT_TOLERANCE, Member, Moment, Rest, build_tasks};
+pub use evaluator::{Built, Evaluator, LIMIT_TOLERANCE, Member, RestInputs, TickInputs, build_tasks};
 pub use fault::{Fault, FaultKind};
 pub use period::{HighGain, PeriodError};
 pub use planning::deviates;
@@ -41,4 +41,4 @@ pub use signals::Signals;
 pub use simulate::{RunError, Simulation};
 pub use simulated_robot::SimulatedRobot;
 pub use tick::{Recorder, Tick};
-pub use world::{Judge, World};
+pub use world::{ExpectationMonitors, World};

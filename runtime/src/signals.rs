@@ -100,7 +100,7 @@ impl Signals {
                 estimate,
                 value,
                 time,
-                (&mut self.received[signal], &mut self.lost[signal], &mut self.last),
+                Readings { received: &mut self.received[signal], lost: &mut self.lost[signal], last: &mut self.last },
             );
         }
         let last = &mut self.last[s.at + 1..s.at + 1 + s.len];
@@ -239,14 +239,19 @@ impl Signals {
     }
 }
 
+/// Times and values of the readings of a tracked point.
+struct Readings<'a> {
+    /// Time of the last reading, in s; minus infinity if there is none.
+    received: &'a mut f64,
+    /// Time from which its readings count as missing, in s; infinity if none ever came.
+    lost: &'a mut f64,
+    /// Table of the last values.
+    last: &'a mut [f64],
+}
+
 /// Takes a reading of a tracked point.
-fn point(
-    s: &SignalProgram,
-    estimate: &mut Estimate,
-    value: &[f64],
-    time: f64,
-    (received, lost, last): (&mut f64, &mut f64, &mut [f64]),
-) -> bool {
+fn point(s: &SignalProgram, estimate: &mut Estimate, value: &[f64], time: f64, readings: Readings) -> bool {
+    let Readings { received, lost, last } = readings;
     if value.iter().all(|x| x.is_finite()) {
         // After a gap longer than the timeout, the reading has no predecessor.
         if time - *received > s.timeout.unwrap_or(f64::INFINITY) {

@@ -4,7 +4,7 @@ use solver::Problem;
 
 use crate::closed_loop::ClosedLoop;
 use crate::controller::Controller;
-use crate::evaluator::{Evaluator, Moment};
+use crate::evaluator::{Evaluator, TickInputs};
 use crate::program::{Program, ProgramError, ScenarioProgram, Times};
 use crate::tick::{Recorder, Tick};
 
@@ -21,8 +21,8 @@ pub enum RunError {
 
 /// Stacks at the robot's true configuration, which the controller does not know.
 struct Truth {
-    /// Evaluator and problem of each stage.
-    stages: Vec<(Evaluator, Problem)>,
+    /// Evaluator and problem of each stack.
+    stacks: Vec<(Evaluator, Problem)>,
     /// Last visit to a stack that was seen.
     visit: Option<u64>,
     /// Command of the previous tick.
@@ -42,30 +42,24 @@ pub struct Simulation {
 }
 
 impl Truth {
-    fn tick(
-        &mut self,
-        controller: &Controller,
-        (q, time): (&[f64], f64),
-        signals: &[f64],
-        velocity: &[f64],
-    ) -> &Evaluator {
-        let (evaluator, problem) = &mut self.stages[controller.stage()];
-        let times = Times { t: time - controller.stage_entered(), time };
+    fn tick(&mut self, controller: &Controller, q: &[f64], time: f64, signals: &[f64], velocity: &[f64]) -> &Evaluator {
+        let (evaluator, problem) = &mut self.stacks[controller.active_stack()];
+        let times = Times { t: time - controller.stack_entered(), time };
         let anew = self.visit != Some(controller.visit());
         if anew {
             self.stack_velocity.copy_from_slice(&self.last);
         }
-        let moment = Moment { times, signals, velocity: &self.last, stack_velocity: &self.stack_velocity };
+        let inputs = TickInputs { times, signals, velocity: &self.last, stack_velocity: &self.stack_velocity };
         evaluator.follow(controller.evaluator());
         if anew {
             self.visit = Some(controller.visit());
-            evaluator.enter(q, moment);
+            evaluator.enter(q, inputs);
             if controller.is_blending() {
                 evaluator.hand_over();
             }
         }
         // A fault of the monitors alone is not one of the controller: their last valid numbers are kept.
-        let _ = evaluator.update(q, moment, problem);
+        let _ = evaluator.update(q, inputs, problem);
         evaluator.observe(q, velocity);
         self.last.copy_from_slice(velocity);
         self.stack_velocity.copy_from_slice(controller.stack_velocity());
@@ -97,7 +91,7 @@ impl Simulation {
             None
         } else {
             Some(Truth {
-                stages: closed.controller.stages().iter().map(|s| s.again(program)).collect::<Result<_, _>>()?,
+                stacks: closed.controller.stacks().iter().map(|s| s.again(program)).collect::<Result<_, _>>()?,
                 visit: None,
                 last: vec![0.0; program.robot.model.nv()],
                 stack_velocity: vec![0.0; program.robot.model.nv()],
@@ -140,7 +134,7 @@ impl Simulation {
                 world.truth(time, &mut self.signals);
             }
             let evaluator = match &mut self.truth {
-                Some(truth) => truth.tick(controller, (robot.q(), time), &self.signals, velocity),
+                Some(truth) => truth.tick(controller, robot.q(), time, &self.signals, velocity),
                 None => controller.evaluator(),
             };
             let tick = Tick {
@@ -148,7 +142,7 @@ impl Simulation {
                 time,
                 q: robot.q(),
                 v: controller.velocity(),
-                stage: controller.stage(),
+                stack: controller.active_stack(),
                 state: controller.state(),
                 state_index: controller.state_index(),
                 controller,

@@ -22,8 +22,8 @@ pub struct Tick<'a> {
     pub v: &'a [f64],
     /// Velocity that was commanded.
     pub command: &'a [f64],
-    /// Index of the running stack in [`Controller::stages`].
-    pub stage: usize,
+    /// Index of the running stack in [`Controller::stacks`].
+    pub stack: usize,
     /// Path of the machine's state; empty if there is no machine.
     pub state: &'a str,
     /// Index of that state.

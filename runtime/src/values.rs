@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::fault::Fault;
-use crate::program::{Interface, Lost, Op, SignalProgram, Tape, Times, ValueRange, Values};
+use crate::program::{Interface, Lost, Op, SignalProgram, Tape, TapeReads, TapeWrites, Times, ValueRange, Values};
 use crate::trajectory::Follower;
 
 /// The part of the table of values that some tasks or conditions read.
@@ -128,7 +128,8 @@ impl ValueTable {
     pub fn evaluate(&mut self, times: Times, signals: &[f64]) {
         let ValueTable { tape, inputs, registers, current, rates, moves, .. } = self;
         let Moves { followers, numbers, first, .. } = moves;
-        tape.evaluate_with(times, (inputs, signals), registers, (current, rates), |k, r| {
+        let (read, write) = (TapeReads { inputs, signals }, TapeWrites { values: current, rates });
+        tape.evaluate_with(times, read, registers, write, |k, r| {
             if let Some(t) = first[k] {
                 let program = &tape.trajectories[t];
                 followers[t].at(times.time, program, |o| r[o], &mut numbers[program.numbers()]);

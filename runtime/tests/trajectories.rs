@@ -1,7 +1,9 @@
 //! Trajectories against their definition: integrals and derivatives of what they say, limits, arrival, and a brute-force
 //! search for something faster.
 
-use hierarq_runtime::trajectory::{Limits, Motion, Path, Profile, Route, State, Turn, Turning, s_curve, trapezoid};
+use hierarq_runtime::trajectory::{
+    Limits, Motion, Path, Profile, Route, RouteOptions, State, Turn, Turning, s_curve, trapezoid,
+};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
@@ -271,8 +273,9 @@ proptest! {
         from in vector(1.0), points in prop::collection::vec(vector(1.0), 1..6), corner in 0.0..0.2, a in 0.2..3.0, speed in 0.05..1.0,
     ) {
         let l = Limits { speed, acceleration: a, jerk: None };
+        let options = RouteOptions { limits: l, corner, halt: 0.0 };
         let mut route = Route::new(points.len());
-        prop_assert!(route.plan(&State::rest(from), &points, 0, (&l, corner, 0.0)));
+        prop_assert!(route.plan(&State::rest(from), &points, 0, &options));
         bounded(route.duration(), |t| route.at(t), &l, 0.0)?;
         prop_assert_eq!(route.at(route.duration()), State::rest(points[points.len() - 1]));
         let near = |p: &Vector3<f64>| instants(route.duration()).map(|t| (route.at(t).position - p).norm()).fold(f64::INFINITY, f64::min);
@@ -283,7 +286,7 @@ proptest! {
         // So does one that is slow at the beginning.
         let slow = State { velocity: Vector3::new(0.02, 0.03, -0.02) * speed, ..State::rest(from) };
         let mut drifting = Route::new(points.len());
-        prop_assert!(drifting.plan(&slow, &points, 0, (&l, corner, 0.0)));
+        prop_assert!(drifting.plan(&slow, &points, 0, &options));
         bounded(drifting.duration(), |t| drifting.at(t), &l, 0.0)?;
         prop_assert!((drifting.at(0.0).position - from).norm() <= 1e-12);
         prop_assert!((drifting.at(0.0).velocity - slow.velocity).norm() <= 1e-12);
@@ -292,7 +295,7 @@ proptest! {
         let (now, next) = (route.at(t), route.toward(t).expect("a point"));
         let mut again = Route::new(points.len());
         let moving = State { acceleration: Vector3::zeros(), ..now };
-        prop_assert!(again.plan(&moving, &points[next..], next, (&l, corner, 0.0)));
+        prop_assert!(again.plan(&moving, &points[next..], next, &options));
         bounded(again.duration(), |t| again.at(t), &l, 0.0)?;
         prop_assert!((again.at(0.0).velocity - now.velocity).norm() <= 1e-8);
     }
@@ -314,7 +317,7 @@ proptest! {
             prop_assert!(now.position.iter().chain(&now.velocity).all(|x| !x.is_nan()), "{:?}", now);
         }
         let mut route = Route::new(2);
-        route.plan(&from, &[goal, from.position], 0, (&limits, l, 0.0));
+        route.plan(&from, &[goal, from.position], 0, &RouteOptions { limits, corner: l, halt: 0.0 });
         route.at(0.1);
         trapezoid(motion(a, b, c), d, j, k).at(1.0);
         s_curve(motion(a, b, c), d, j, k, l).at(1.0);

@@ -92,30 +92,30 @@ impl ClarabelCascade {
             hold_own(&mut state.feasible, unit, l, &[]);
             return true;
         }
-        let stage = ReducedLevel::new(unit, &state.feasible, &problem.reference);
+        let reduced = ReducedLevel::new(unit, &state.feasible, &problem.reference);
         let mut proven = None;
         if self.searching {
             let warm = &self.guesses[l];
             if warm.violated.iter().any(|s| *s != 0) || !warm.blocking.is_empty() {
-                proven = stage.search(warm);
+                proven = reduced.search(warm);
             }
-            proven = proven.or_else(|| stage.search(&ActiveSetGuess::default()));
-            proven = proven.or_else(|| self.descend_and_search(&stage));
+            proven = proven.or_else(|| reduced.search(&ActiveSetGuess::default()));
+            proven = proven.or_else(|| self.descend_and_search(&reduced));
         }
         if proven.is_none() {
-            let Some(conic) = conic::solve(&stage, false) else {
+            let Some(conic) = conic::solve(&reduced, false) else {
                 return false;
             };
             self.statistics.conic_programs += conic.solves;
             if self.proving {
-                proven = stage.search(&conic.guess);
+                proven = reduced.search(&conic.guess);
             }
             if self.proving && !self.searching {
-                proven = proven.or_else(|| self.descend_and_search(&stage));
+                proven = proven.or_else(|| self.descend_and_search(&reduced));
             }
             if proven.is_none() && conic.converged {
                 self.statistics.unpolished += 1;
-                proven = Some(take_as_is(&stage, conic.y, conic.guess));
+                proven = Some(take_as_is(&reduced, conic.y, conic.guess));
             }
         }
         let Some(proven) = proven else { return false };
@@ -126,9 +126,9 @@ impl ClarabelCascade {
         true
     }
 
-    fn descend_and_search(&mut self, stage: &ReducedLevel) -> Option<Proven> {
+    fn descend_and_search(&mut self, reduced: &ReducedLevel) -> Option<Proven> {
         self.statistics.descents += 1;
-        stage.search(&descend(stage)?)
+        reduced.search(&descend(reduced)?)
     }
 
     /// Moves to the point of the remaining set that is nearest to the reference, if the last level did not find it.
@@ -138,11 +138,11 @@ impl ClarabelCascade {
         }
         let none = crate::Level::new(problem.n, crate::LevelShape { rows: 0, hard: false, damping: 0.0 });
         let unit = UnitLevel::new(&none, 0.0);
-        let stage = ReducedLevel::new(&unit, &state.feasible, &problem.reference);
-        let proven = if self.proving { stage.search(&ActiveSetGuess::default()) } else { None };
+        let reduced = ReducedLevel::new(&unit, &state.feasible, &problem.reference);
+        let proven = if self.proving { reduced.search(&ActiveSetGuess::default()) } else { None };
         let y = match proven {
             Some(proven) => proven.y,
-            None => match conic::solve(&stage, true) {
+            None => match conic::solve(&reduced, true) {
                 Some(conic) if conic.converged => {
                     self.statistics.conic_programs += conic.solves;
                     conic.y
@@ -213,7 +213,7 @@ impl HierarchicalSolver for ClarabelCascade {
     }
 }
 
-/// Returns the set of the level's minimisers as the next space, without the held rows that are constant on it.
+/// Returns the set of the level's minimisers as the next space, without the higher rows that are constant on it.
 fn narrowed(space: &FeasibleSet, proven: &Proven) -> FeasibleSet {
     let mut x0 = space.x0.clone();
     axpy(1.0, &space.z.apply(&proven.y), &mut x0);
@@ -230,7 +230,7 @@ fn narrowed(space: &FeasibleSet, proven: &Proven) -> FeasibleSet {
     next
 }
 
-/// Adds the inequality rows of a level that are met, and not constant on the space, to the held rows.
+/// Adds the inequality rows of a level that are met, and not constant on the space, to the higher rows.
 fn hold_own(space: &mut FeasibleSet, unit: &UnitLevel, l: usize, violated: &[i8]) {
     let mut image = vec![0.0; space.z.cols];
     for i in 0..unit.kind.len() {
@@ -244,11 +244,11 @@ fn hold_own(space: &mut FeasibleSet, unit: &UnitLevel, l: usize, violated: &[i8]
 }
 
 /// Returns Clarabel's point with the directions along which all of its active rows are constant.
-fn take_as_is(stage: &ReducedLevel, y: Vec<f64>, guess: ActiveSetGuess) -> Proven {
-    let (mut rows, _, mut size) = stage.cost_rows(&guess.violated);
+fn take_as_is(reduced: &ReducedLevel, y: Vec<f64>, guess: ActiveSetGuess) -> Proven {
+    let (mut rows, _, mut size) = reduced.cost_rows(&guess.violated);
     for (name, _) in &guess.blocking {
-        if let Ok(j) = stage.space.names.binary_search(name) {
-            rows.push(stage.held.g.row(j));
+        if let Ok(j) = reduced.space.names.binary_search(name) {
+            rows.push(reduced.higher.g.row(j));
             size.push(1.0);
         }
     }

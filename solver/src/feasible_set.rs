@@ -12,11 +12,11 @@ pub(crate) type RowId = (usize, usize);
 /// `{ x = x0 + Z y }` with `lower <= A x <= upper`.
 #[derive(Clone, Debug)]
 pub(crate) struct FeasibleSet {
-    /// A point of the set that meets all held rows; usually the nearest such point to the reference.
+    /// A point of the set that meets all higher rows; usually the nearest such point to the reference.
     pub(crate) x0: Vec<f64>,
     /// n x k, orthonormal columns.
     pub(crate) z: Matrix,
-    /// Held rows, each of norm one (h x n).
+    /// Higher rows, each of norm one (h x n).
     pub(crate) rows: Matrix,
     pub(crate) lower: Vec<f64>,
     pub(crate) upper: Vec<f64>,
@@ -41,7 +41,7 @@ impl FeasibleSet {
         self.z.cols
     }
 
-    /// Adds a held row. If rounding left a bound violated at `x0`, the bound is moved to `x0`, so that the set never
+    /// Adds a higher row. If rounding left a bound violated at `x0`, the bound is moved to `x0`, so that the set never
     /// becomes empty.
     pub(crate) fn hold(&mut self, name: RowId, row: &[f64], lower: f64, upper: f64) {
         let value = dot(row, &self.x0);

@@ -1,7 +1,7 @@
 //! One level of the cascade in the coordinates `y` of the remaining space, and the search for its active set: guess,
 //! solve by orthogonal factorisation, prove, repair.
 //!
-//! With the violated rows V of the level (each on a known side), its equalities E, and the held rows W that block it,
+//! With the violated rows V of the level (each on a known side), its equalities E, and the higher rows W that block it,
 //! the level is `min |M_EV y - t|` subject to `C_W y = d`: two factorisations compute all minimisers. The guess is
 //! right, and the result exact, if
 //!
@@ -9,6 +9,8 @@
 //!   and Tucker of the level's convex cost;
 //! * some minimiser meets all other rows. [`crate::distance::nearest`] finds the one nearest to the reference, or
 //!   returns rows that contradict each other, which repair the guess.
+//!
+//! Higher rows are the inequality rows of the levels above, which the level must meet.
 
 use crate::dense::{DEPENDENT, Frame, Matrix, axpy, dot, norm};
 use crate::distance::{Nearest, Rows, nearest};
@@ -19,12 +21,12 @@ use crate::nnls::nnls;
 /// Maximum number of guesses in a search; more rows than this have never been seen to change in one tick.
 const ROUNDS: usize = 80;
 
-/// A guess of the active set: the rows that the level violates, and the held rows that block it.
+/// A guess of the active set: the rows that the level violates, and the higher rows that block it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ActiveSetGuess {
     /// Per row of the level: -1 below, +1 above, 0 within.
     pub(crate) violated: Vec<i8>,
-    /// Blocking held rows, with the bound (-1 lower, +1 upper) that they are at.
+    /// Blocking higher rows, with the bound (-1 lower, +1 upper) that they are at.
     pub(crate) blocking: Vec<(RowId, i8)>,
 }
 
@@ -34,8 +36,8 @@ pub(crate) struct ReducedLevel<'a> {
     pub(crate) space: &'a FeasibleSet,
     /// Rows of the level times Z (m x k), and their intervals relative to x0.
     pub(crate) own: Rows,
-    /// Held rows times Z (h x k), and their intervals relative to x0.
-    pub(crate) held: Rows,
+    /// Higher rows times Z (h x k), and their intervals relative to x0.
+    pub(crate) higher: Rows,
     /// The reference, relative to x0.
     pub(crate) start: Vec<f64>,
 }
@@ -60,9 +62,9 @@ pub(crate) struct Flat {
 impl<'a> ReducedLevel<'a> {
     pub(crate) fn new(level: &'a UnitLevel, space: &'a FeasibleSet, reference: &[f64]) -> Self {
         let own = project(&level.rows, &level.lower, &level.upper, space);
-        let held = project(&space.rows, &space.lower, &space.upper, space);
+        let higher = project(&space.rows, &space.lower, &space.upper, space);
         let away: Vec<f64> = reference.iter().zip(&space.x0).map(|(r, x)| r - x).collect();
-        ReducedLevel { level, space, own, held, start: space.z.apply_transposed(&away) }
+        ReducedLevel { level, space, own, higher, start: space.z.apply_transposed(&away) }
     }
 
     /// Searches for the active set from `guess`. Returns `None` if no guess could be proven.
@@ -70,15 +72,15 @@ impl<'a> ReducedLevel<'a> {
         let m = self.level.kind.len();
         let mut own: Vec<i8> = guess.violated.clone();
         own.resize(m, 0);
-        let mut held = vec![0_i8; self.space.names.len()];
+        let mut active = vec![0_i8; self.space.names.len()];
         for (name, side) in &guess.blocking {
             if let Ok(j) = self.space.names.binary_search(name) {
-                held[j] = *side;
+                active[j] = *side;
             }
         }
         // A guess from another tick may refer to bounds that this one does not have.
-        for (j, side) in held.iter_mut().enumerate() {
-            let bound = if *side > 0 { self.held.upper[j] } else { self.held.lower[j] };
+        for (j, side) in active.iter_mut().enumerate() {
+            let bound = if *side > 0 { self.higher.upper[j] } else { self.higher.lower[j] };
             if !bound.is_finite() {
                 *side = 0;
             }
@@ -90,17 +92,17 @@ impl<'a> ReducedLevel<'a> {
         }
         // Number of times that a contradiction added each row. A row that was added twice is no longer released as
         // undecided.
-        let mut returns = vec![0_u32; m + held.len()];
+        let mut returns = vec![0_u32; m + active.len()];
         // Guesses tried so far. At the first repetition another rule for the leaving row is used; the second one ends
         // the search.
         let mut seen: Vec<(Vec<i8>, Vec<i8>)> = Vec::new();
         let mut careful = false;
         for _ in 0..ROUNDS {
-            let flat = self.minimisers(&own, &held)?;
-            if self.release(&flat, &mut own, &mut held, &returns, careful) {
+            let flat = self.minimisers(&own, &active)?;
+            if self.release(&flat, &mut own, &mut active, &returns, careful) {
                 continue;
             }
-            let here = (own.clone(), held.clone());
+            let here = (own.clone(), active.clone());
             if seen.contains(&here) {
                 if careful {
                     return None;
@@ -109,13 +111,13 @@ impl<'a> ReducedLevel<'a> {
                 seen.clear();
             }
             seen.push(here);
-            let (rows, origin) = self.others(&flat, &own, &held);
+            let (rows, origin) = self.others(&flat, &own, &active);
             let toward: Vec<f64> = self.start.iter().zip(&flat.y).map(|(s, y)| s - y).collect();
             match nearest(&rows, &flat.null.apply_transposed(&toward)) {
                 Nearest::Point(u) => {
                     let mut y = flat.y.clone();
                     axpy(1.0, &flat.null.apply(&u), &mut y);
-                    return Some(self.settle(Flat { y, ..flat }, own, held));
+                    return Some(self.settle(Flat { y, ..flat }, own, active));
                 }
                 Nearest::Contradiction(set) => {
                     for (n, (row, side)) in set.into_iter().enumerate() {
@@ -124,7 +126,7 @@ impl<'a> ReducedLevel<'a> {
                         if o < m {
                             own[o] = side;
                         } else if n == 0 || flat.null.cols > 0 {
-                            held[o - m] = side;
+                            active[o - m] = side;
                         }
                     }
                 }
@@ -138,7 +140,7 @@ impl<'a> ReducedLevel<'a> {
 
     /// Frees the rows of V and W that the proof does not need (no slack, no multiplier): for the levels below they are
     /// inequalities, not equalities.
-    fn settle(&self, flat: Flat, mut own: Vec<i8>, mut held: Vec<i8>) -> Proven {
+    fn settle(&self, flat: Flat, mut own: Vec<i8>, mut active: Vec<i8>) -> Proven {
         let mut idle = false;
         for (i, side) in own.iter_mut().enumerate().filter(|(_, s)| **s != 0) {
             let residual = dot(self.own.g.row(i), &flat.y) - self.target(i, *side);
@@ -147,10 +149,10 @@ impl<'a> ReducedLevel<'a> {
                 idle = true;
             }
         }
-        if held.iter().any(|s| *s != 0) {
-            let (multipliers, noise) = self.multipliers(&flat, &own, &held);
+        if active.iter().any(|s| *s != 0) {
+            let (multipliers, noise) = self.multipliers(&flat, &own, &active);
             for (j, _) in multipliers.into_iter().filter(|(_, m)| *m <= noise) {
-                held[j] = 0;
+                active[j] = 0;
                 idle = true;
             }
         }
@@ -158,14 +160,14 @@ impl<'a> ReducedLevel<'a> {
         let mut is_nearest = true;
         if idle {
             let (mut rows, _, mut size) = self.cost_rows(&own);
-            for j in (0..held.len()).filter(|j| held[*j] != 0) {
-                rows.push(self.held.g.row(j));
+            for j in (0..active.len()).filter(|j| active[*j] != 0) {
+                rows.push(self.higher.g.row(j));
                 size.push(1.0);
             }
             let zeros = vec![0.0; rows.rows];
             null = least_squares(rows, zeros, size).null;
             let wide = Flat { y, null };
-            let (rows, _) = self.others(&wide, &own, &held);
+            let (rows, _) = self.others(&wide, &own, &active);
             let toward: Vec<f64> = self.start.iter().zip(&wide.y).map(|(s, y)| s - y).collect();
             let found = nearest(&rows, &wide.null.apply_transposed(&toward));
             (y, null) = (wide.y, wide.null);
@@ -175,12 +177,12 @@ impl<'a> ReducedLevel<'a> {
                 is_nearest = false;
             }
         }
-        let guess = self.guess(own, &held);
+        let guess = self.guess(own, &active);
         Proven { y, null, guess, is_nearest }
     }
 
-    pub(crate) fn guess(&self, own: Vec<i8>, held: &[i8]) -> ActiveSetGuess {
-        let names = self.space.names.iter().zip(held);
+    pub(crate) fn guess(&self, own: Vec<i8>, active: &[i8]) -> ActiveSetGuess {
+        let names = self.space.names.iter().zip(active);
         ActiveSetGuess { violated: own, blocking: names.filter(|(_, s)| **s != 0).map(|(n, s)| (*n, *s)).collect() }
     }
 
@@ -191,14 +193,14 @@ impl<'a> ReducedLevel<'a> {
 
     /// Computes all minimisers with the rows of V and E in the cost and those of W as equalities. Returns `None` if the
     /// equalities of W contradict each other.
-    pub(crate) fn minimisers(&self, own: &[i8], held: &[i8]) -> Option<Flat> {
+    pub(crate) fn minimisers(&self, own: &[i8], active: &[i8]) -> Option<Flat> {
         let k = self.space.dimension();
         let mut y = vec![0.0; k];
         let mut null = Matrix::identity(k);
         let (mut c, mut d) = (Matrix::zeros(0, k), Vec::new());
-        for (j, side) in held.iter().enumerate().filter(|(_, s)| **s != 0) {
-            c.push(self.held.g.row(j));
-            d.push(if *side > 0 { self.held.upper[j] } else { self.held.lower[j] });
+        for (j, side) in active.iter().enumerate().filter(|(_, s)| **s != 0) {
+            c.push(self.higher.g.row(j));
+            d.push(if *side > 0 { self.higher.upper[j] } else { self.higher.lower[j] });
         }
         if c.rows > 0 {
             let ones = vec![1.0; c.rows];
@@ -244,7 +246,7 @@ impl<'a> ReducedLevel<'a> {
     }
 
     /// Removes rows that are in V or W wrongly, or that have no effect there. Returns true if the guess has changed.
-    fn release(&self, flat: &Flat, own: &mut [i8], held: &mut [i8], returns: &[u32], careful: bool) -> bool {
+    fn release(&self, flat: &Flat, own: &mut [i8], active: &mut [i8], returns: &[u32], careful: bool) -> bool {
         let m = own.len();
         let mut changed = false;
         for i in (0..m).filter(|i| own[*i] != 0).collect::<Vec<_>>() {
@@ -256,15 +258,15 @@ impl<'a> ReducedLevel<'a> {
                 changed = true;
             }
         }
-        if changed || held.iter().all(|s| *s == 0) {
+        if changed || active.iter().all(|s| *s == 0) {
             return changed;
         }
-        let (multipliers, noise) = self.multipliers(flat, own, held);
+        let (multipliers, noise) = self.multipliers(flat, own, active);
         let mut worst = -noise;
         let mut leaving = None;
         for &(j, multiplier) in &multipliers {
             if multiplier.abs() <= noise && returns[m + j] < 2 {
-                held[j] = 0;
+                active[j] = 0;
                 changed = true;
             } else if multiplier < worst && !(careful && leaving.is_some()) {
                 worst = multiplier;
@@ -272,14 +274,14 @@ impl<'a> ReducedLevel<'a> {
             }
         }
         if let Some(j) = leaving {
-            held[j] = 0;
+            active[j] = 0;
             changed = true;
         }
         changed
     }
 
     /// Returns the multipliers of W, and the size below which a multiplier is rounding.
-    pub(crate) fn multipliers(&self, flat: &Flat, own: &[i8], held: &[i8]) -> (Vec<(usize, f64)>, f64) {
+    pub(crate) fn multipliers(&self, flat: &Flat, own: &[i8], active: &[i8]) -> (Vec<(usize, f64)>, f64) {
         let k = self.space.dimension();
         let (rows, target, size) = self.cost_rows(own);
         let mut descent = vec![0.0; k];
@@ -290,8 +292,8 @@ impl<'a> ReducedLevel<'a> {
             axpy(-residual, rows.row(i), &mut descent);
             noise += size[i] * (1e-11 * residual.abs() + 1e-14 * (size[i] * (1.0 + far) + target[i].abs()));
         }
-        let members: Vec<usize> = (0..held.len()).filter(|j| held[*j] != 0).collect();
-        let normal = |j: usize| -> Vec<f64> { self.held.g.row(j).iter().map(|g| f64::from(held[j]) * g).collect() };
+        let members: Vec<usize> = (0..active.len()).filter(|j| active[*j] != 0).collect();
+        let normal = |j: usize| -> Vec<f64> { self.higher.g.row(j).iter().map(|g| f64::from(active[j]) * g).collect() };
         let mut frame = Frame::new(k);
         let found = if members.iter().all(|j| frame.push(&normal(*j))) {
             let (coordinates, _) = frame.split(&descent);
@@ -317,16 +319,16 @@ impl<'a> ReducedLevel<'a> {
     }
 
     /// Returns the rows that are neither in V nor in W, restricted to the minimisers, and the origin of each: `i < m`
-    /// is a row of the level, `m + j` a held one.
-    fn others(&self, flat: &Flat, own: &[i8], held: &[i8]) -> (Rows, Vec<usize>) {
+    /// is a row of the level, `m + j` a higher one.
+    fn others(&self, flat: &Flat, own: &[i8], active: &[i8]) -> (Rows, Vec<usize>) {
         let m = own.len();
         let mut rows =
             Rows { g: Matrix::zeros(0, flat.null.cols), lower: Vec::new(), upper: Vec::new(), tolerance: Vec::new() };
         let mut origin = Vec::new();
         let mut image = vec![0.0; flat.null.cols];
         let free = (0..m).filter(|i| self.level.kind[*i] == Kind::Inequality && own[*i] == 0);
-        let kept = (0..held.len()).filter(|j| held[*j] == 0);
-        for (from, i, o) in free.map(|i| (&self.own, i, i)).chain(kept.map(|j| (&self.held, j, m + j))) {
+        let kept = (0..active.len()).filter(|j| active[*j] == 0);
+        for (from, i, o) in free.map(|i| (&self.own, i, i)).chain(kept.map(|j| (&self.higher, j, m + j))) {
             flat.null.apply_transposed_into(from.g.row(i), &mut image);
             if norm(&image) <= DEPENDENT {
                 image.fill(0.0);
@@ -358,7 +360,7 @@ mod tests {
     use super::*;
     use crate::{LevelShape, Problem};
 
-    /// A held row in the guess that blocks nothing (its multiplier is zero) must stay an inequality for the levels
+    /// A higher row in the guess that blocks nothing (its multiplier is zero) must stay an inequality for the levels
     /// below, and must not keep the point away from the reference.
     #[test]
     fn rows_that_stop_nothing_are_freed() {
@@ -369,10 +371,10 @@ mod tests {
         let mut space = FeasibleSet::whole(&problem);
         space.hold((0, 0), &[1.0, 0.0], -1.0, 1.0);
         let unit = UnitLevel::new(&problem.levels[1], 0.0);
-        let stage = ReducedLevel::new(&unit, &space, &problem.reference);
-        let flat = stage.minimisers(&[0], &[1]).expect("the row can be held");
+        let reduced = ReducedLevel::new(&unit, &space, &problem.reference);
+        let flat = reduced.minimisers(&[0], &[1]).expect("the row can be held");
         assert!((flat.y[0] - 1.0).abs() < 1e-14 && flat.null.cols == 0);
-        let proven = stage.settle(flat, vec![0], vec![1]);
+        let proven = reduced.settle(flat, vec![0], vec![1]);
         assert_eq!(proven.null.cols, 1);
         assert!(proven.is_nearest && proven.guess.blocking.is_empty());
         assert!(proven.y[0].abs() < 1e-14 && (proven.y[1] - 0.5).abs() < 1e-14);

@@ -11,7 +11,7 @@ use clap::Args;
 use hierarq::project;
 use runtime::program::Times as At;
 use runtime::record::summary::Percentiles;
-use runtime::{Controller, Evaluator, Moment, Observation, Program, SimulatedRobot};
+use runtime::{Controller, Evaluator, Observation, Program, SimulatedRobot, TickInputs};
 use serde_json::{Value, json};
 use solver::{Active, Backend, Problem, Solution, Status};
 
@@ -124,7 +124,7 @@ impl Loop {
             let signals = self.controller.signal_table().to_vec();
             velocity.copy_from_slice(self.controller.velocity());
             stack_velocity.copy_from_slice(self.controller.stack_velocity());
-            let at = Moment { times, signals: &signals, velocity: &velocity, stack_velocity: &stack_velocity };
+            let at = TickInputs { times, signals: &signals, velocity: &velocity, stack_velocity: &stack_velocity };
             q.copy_from_slice(self.robot.measure());
             // The rows of a tick are computed at the reference, which the first tick takes from the robot.
             if index == 0 {

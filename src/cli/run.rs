@@ -19,7 +19,7 @@ use runtime::record::roster::Roster;
 use runtime::record::series::SeriesRecorder;
 use runtime::record::summary::{Summary, SummaryRecorder};
 use runtime::record::verify::{UNPROVEN, Verifier};
-use runtime::{Judge, Program, Simulation};
+use runtime::{ExpectationMonitors, Program, Simulation};
 use solver::Backend;
 
 use super::{Outcome, SpecOptions, interruption, output, run_mission, table};
@@ -46,7 +46,7 @@ pub struct Arguments {
     /// Write the problem that the solver is asked at each tick to this file, as `hierarq solve` reads it.
     #[arg(long, value_name = "FILE")]
     pub(super) problems: Option<PathBuf>,
-    /// Run this scenario of the spec, and judge its expectations.
+    /// Run this scenario of the spec, and evaluate its expectations.
     #[arg(long, value_name = "NAME")]
     scenario: Option<String>,
     /// Run for this long instead of what the spec says: `2s`, `500ms`; a bare number counts seconds.
@@ -110,8 +110,8 @@ fn execute(
     }
     .map_err(|e| e.to_string())?;
     let ticks = simulation.ticks();
-    let mut judge = match scenario {
-        Some(scenario) => Some(Judge::new(program, scenario, ticks).map_err(|e| e.to_string())?),
+    let mut monitors = match scenario {
+        Some(scenario) => Some(ExpectationMonitors::new(program, scenario, ticks).map_err(|e| e.to_string())?),
         None => None,
     };
     let path = |name: &str| folder.join(name);
@@ -151,8 +151,8 @@ fn execute(
     if let Some(verifier) = &mut verifier {
         all.0.push(verifier);
     }
-    if let Some(judge) = &mut judge {
-        all.0.push(judge);
+    if let Some(monitors) = &mut monitors {
+        all.0.push(monitors);
     }
     // Last recorder: if it fails to write, all others have recorded this tick.
     if let Some(problems) = &mut problems {
@@ -177,8 +177,8 @@ fn execute(
     summary.verification = verifier.map(|v| v.result().clone());
     summary.interrupted = interrupted.load(Ordering::Relaxed);
     let mut good = summary.ok && !summary.interrupted;
-    if let Some((judge, scenario)) = judge.zip(scenario) {
-        summary.expectations = records(scenario, &judge.finish(), program.robot.period);
+    if let Some((monitors, scenario)) = monitors.zip(scenario) {
+        summary.expectations = records(scenario, &monitors.finish(), program.robot.period);
         good = is_good(scenario, &summary.expectations, &summary);
     }
     let text = serde_json::to_string_pretty(&summary).map_err(|e| e.to_string())? + "\n";

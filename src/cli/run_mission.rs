@@ -100,9 +100,9 @@ fn shown(run: &MissionRun, folder: &Path) -> String {
     }
     out.push('\n');
     let chart = out.len();
-    let notable: Vec<_> = summary.happened.iter().filter(|h| h.notable).collect();
-    for happened in notable.iter().take(SHOWN) {
-        let _ = writeln!(out, "{:>9.1} s  {}", happened.at_s, happened.what);
+    let notable: Vec<_> = summary.log.iter().filter(|h| h.notable).collect();
+    for entry in notable.iter().take(SHOWN) {
+        let _ = writeln!(out, "{:>9.1} s  {}", entry.at_s, entry.what);
     }
     if notable.len() > SHOWN {
         let _ = writeln!(out, "and {} more, in summary.json", notable.len() - SHOWN);

@@ -13,7 +13,7 @@ use runtime::expect::Outcome;
 use runtime::program::ScenarioProgram;
 use runtime::record::All;
 use runtime::record::summary::{Summary, SummaryRecorder};
-use runtime::{Evaluator, Fault, Judge, Program, Recorder, Simulation, Tick};
+use runtime::{Evaluator, ExpectationMonitors, Fault, Program, Recorder, Simulation, Tick};
 
 /// Stems of the examples; each exists in both syntaxes.
 pub const EXAMPLES: &[&str] = &[
@@ -75,11 +75,11 @@ pub fn judged(program: &Program, scenario: &ScenarioProgram, with: &mut dyn Reco
     let program = scenario.program(program);
     let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
     let ticks = simulation.ticks();
-    let mut judge = Judge::new(&program, scenario, ticks).expect("it can be judged");
+    let mut monitors = ExpectationMonitors::new(&program, scenario, ticks).expect("it can be judged");
     let mut summary = SummaryRecorder::new(simulation.controller(), ticks);
-    let mut all = All(vec![&mut judge, &mut summary, with]);
+    let mut all = All(vec![&mut monitors, &mut summary, with]);
     simulation.run(&mut all, &mut || 0.0, &mut |_| true).expect("no recorder fails");
-    (summary.summary(&program, simulation.controller(), Vec::new()), judge.finish())
+    (summary.summary(&program, simulation.controller(), Vec::new()), monitors.finish())
 }
 
 /// Checks that every expectation of the first scenario holds.

@@ -6,7 +6,7 @@ use compiler::{Compiled, Input};
 use dsl::Syntax;
 use hierarq::trial::{self, Found};
 use runtime::missions::csv::MissionCsv;
-use runtime::missions::{Happened, MissionRun};
+use runtime::missions::{LogEntry, MissionRun};
 use runtime::program::{MissionProgram, MissionScenarioProgram};
 
 /// Compiles a spec with missions only.
@@ -53,7 +53,7 @@ pub fn numbers(header: &[String], rows: &[Vec<String>], name: &str) -> Vec<f64> 
 }
 
 /// Returns the number of records that are events of a scenario: `NAME is late by 5 s`, `NAME is lost`, ...
-pub fn events(happened: &[Happened], names: &[&str]) -> usize {
+pub fn events(happened: &[LogEntry], names: &[&str]) -> usize {
     let is_event = |what: &str| {
         let ends = |of: &str| names.iter().any(|name| what == format!("the {of} of {name} fails"));
         let says = |(name, rest): (&str, &str)| {

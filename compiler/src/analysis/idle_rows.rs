@@ -21,7 +21,7 @@ const CELLS: usize = 1000;
 const SAMPLES: usize = 100;
 
 /// Finds the rows of all stacks that can never become active, and notes them in the program.
-pub fn leave_out(program: &mut Program) {
+pub fn mark_idle_rows(program: &mut Program) {
     for s in 0..program.stacks.len() {
         let p = &*program;
         let built = build_tasks(p, &p.stacks[s]);

@@ -1,6 +1,6 @@
 //! Ranges of expressions, for all joint positions within their limits and all times.
 //!
-//! The analysis uses one interval per number. Facts about whole vectors narrow them: each vector of three numbers has a
+//! The analysis uses one interval per number. Bounds of whole vectors narrow them: each vector of three numbers has a
 //! ball that contains it, and vectors and quaternions have an interval of lengths. An expression that cannot be bounded
 //! is unbounded, so a value outside a range is proven to be unreachable.
 
@@ -16,7 +16,7 @@ use stdlib_tasks::field::{DistanceProgram, FieldProgram, Over};
 use stdlib_tasks::gradient_bound;
 
 use crate::binding::Table;
-use crate::expr::{Fact, Graph, Interval};
+use crate::expr::{Graph, Interval, VectorBound};
 
 /// A ball that contains a vector, with centre and radius.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +28,7 @@ pub(crate) struct Ball {
 }
 
 /// Context of the analysis, shared by all ranges.
-pub(crate) struct Ground<'a> {
+pub(crate) struct RangeContext<'a> {
     /// The graph.
     pub graph: &'a Graph,
     /// Leaves of the robot's state, and captured values.
@@ -48,7 +48,7 @@ const EFFORT: usize = 300_000;
 
 /// Ranges of some nodes and of all nodes that they depend on.
 pub(crate) struct Ranges<'a> {
-    ground: &'a Ground<'a>,
+    context: &'a RangeContext<'a>,
     known: BTreeMap<usize, Interval>,
     balls: BTreeMap<Vec<usize>, Ball>,
     lengths: BTreeMap<Vec<usize>, Interval>,
@@ -56,9 +56,9 @@ pub(crate) struct Ranges<'a> {
 
 impl<'a> Ranges<'a> {
     /// Computes the ranges of `roots`. `pins` holds ranges that are known from elsewhere.
-    pub fn new(ground: &'a Ground<'a>, roots: &[usize], pins: &BTreeMap<usize, Interval>) -> Self {
-        let mut ranges = Ranges { ground, known: BTreeMap::new(), balls: BTreeMap::new(), lengths: BTreeMap::new() };
-        for node in ground.needed(roots) {
+    pub fn new(context: &'a RangeContext<'a>, roots: &[usize], pins: &BTreeMap<usize, Interval>) -> Self {
+        let mut ranges = Ranges { context, known: BTreeMap::new(), balls: BTreeMap::new(), lengths: BTreeMap::new() };
+        for node in context.needed(roots) {
             let range = pins.get(&node).copied().unwrap_or_else(|| ranges.range(node));
             ranges.known.insert(node, range);
         }
@@ -67,20 +67,20 @@ impl<'a> Ranges<'a> {
 
     /// Returns the range of a node.
     pub fn at(&self, node: usize) -> Interval {
-        let constant = || self.ground.graph.constant(node).map(Interval::point);
+        let constant = || self.context.graph.constant(node).map(Interval::point);
         self.known.get(&node).copied().or_else(constant).unwrap_or(Interval::ALL)
     }
 
     fn range(&mut self, node: usize) -> Interval {
-        let ground = self.ground;
-        let op = ground.graph.ops()[node];
+        let context = self.context;
+        let op = context.graph.ops()[node];
         let own = Interval::of(op, |a| self.at(a), |leaf| self.outside(leaf));
-        // A fact about a whole vector narrows a number as soon as the ranges of all its operands are known.
-        ground.graph.facts(node).iter().fold(own, |own, known| {
-            let ready = known.fact.operands().all(|n| n < node);
+        // A bound of a whole vector narrows a number as soon as the ranges of all its operands are known.
+        context.graph.bounds_of(node).iter().fold(own, |own, known| {
+            let ready = known.bound.operands().all(|n| n < node);
             let Some(k) = known.nodes.iter().position(|n| *n == node).filter(|_| ready) else { return own };
-            let own = own.meet(Interval::within(self.known_length(&known.fact).high));
-            match self.known_ball(&known.fact) {
+            let own = own.meet(Interval::within(self.known_length(&known.bound).high));
+            match self.known_ball(&known.bound) {
                 Some(b) if b.radius.is_finite() && known.nodes.len() == 3 => {
                     own.meet(Interval::new(b.centre[k] - b.radius, b.centre[k] + b.radius))
                 }
@@ -93,8 +93,8 @@ impl<'a> Ranges<'a> {
     fn outside(&self, leaf: Op) -> Interval {
         match leaf {
             Op::T | Op::Time => Interval::new(0.0, f64::INFINITY),
-            Op::Input(k) => self.ground.table.captured(k).map_or(Interval::ALL, |node| self.at(node)),
-            Op::State(k) => self.ground.state(k),
+            Op::Input(k) => self.context.table.captured(k).map_or(Interval::ALL, |node| self.at(node)),
+            Op::State(k) => self.context.state(k),
             _ => Interval::ALL,
         }
     }
@@ -108,11 +108,11 @@ impl<'a> Ranges<'a> {
         let middle = |i: usize| parts.get(i).map_or(0.0, |p| 0.5 * (p.low + p.high));
         let half = parts.iter().map(|p| (0.5 * (p.high - p.low)).powi(2)).sum::<f64>().sqrt();
         let boxed = Ball { centre: Vector3::from_fn(|i, _| middle(i)), radius: half };
-        // Placeholder against endless recursion: a vector plus zero is itself, so facts can lead back to these nodes.
+        // Placeholder against endless recursion: a vector plus zero is itself, so bounds can lead back to these nodes.
         self.balls.insert(nodes.to_vec(), Ball { centre: Vector3::zeros(), radius: f64::INFINITY });
-        let own = self.ground.leaf_of(nodes).map(|(at, _)| self.ground.place(at));
-        let facts = nodes.first().map_or(&[][..], |&n| self.ground.graph.facts(n));
-        let known: Vec<Fact> = facts.iter().filter(|k| k.nodes == nodes).map(|k| k.fact.clone()).collect();
+        let own = self.context.leaf_of(nodes).map(|(at, _)| self.context.place(at));
+        let bounds = nodes.first().map_or(&[][..], |&n| self.context.graph.bounds_of(n));
+        let known: Vec<VectorBound> = bounds.iter().filter(|k| k.nodes == nodes).map(|k| k.bound.clone()).collect();
         let mut ball = boxed;
         let mut narrow = |other: Ball| {
             if other.radius < ball.radius || !ball.radius.is_finite() {
@@ -120,9 +120,9 @@ impl<'a> Ranges<'a> {
             }
         };
         own.into_iter().for_each(&mut narrow);
-        for fact in &known {
-            self.known_ball(fact).into_iter().for_each(&mut narrow);
-            narrow(Ball { centre: Vector3::zeros(), radius: self.known_length(fact).high });
+        for bound in &known {
+            self.known_ball(bound).into_iter().for_each(&mut narrow);
+            narrow(Ball { centre: Vector3::zeros(), radius: self.known_length(bound).high });
         }
         let ball = if ball.centre.iter().all(|x| x.is_finite()) && ball.radius.is_finite() {
             ball
@@ -133,16 +133,16 @@ impl<'a> Ranges<'a> {
         ball
     }
 
-    /// Ball that follows from a fact.
-    fn known_ball(&mut self, fact: &Fact) -> Option<Ball> {
-        match fact {
-            Fact::Sum(a, b, sign) => {
+    /// Ball that follows from a bound.
+    fn known_ball(&mut self, bound: &VectorBound) -> Option<Ball> {
+        match bound {
+            VectorBound::Sum(a, b, sign) => {
                 let (a, b) = (self.ball(a), self.ball(b));
                 let centre = a.centre + b.centre * *sign;
                 Some(Ball { centre, radius: a.radius + b.radius * sign.abs() })
             }
-            Fact::Scaled(a, by) => {
-                let factor = self.ground.graph.constant(*by)?;
+            VectorBound::Scaled(a, by) => {
+                let factor = self.context.graph.constant(*by)?;
                 let a = self.ball(a);
                 Some(Ball { centre: a.centre * factor, radius: a.radius * factor.abs() })
             }
@@ -158,42 +158,43 @@ impl<'a> Ranges<'a> {
         let root = |f: fn(Interval) -> f64, s: &Self| nodes.iter().map(|&n| f(s.at(n)).powi(2)).sum::<f64>().sqrt();
         let mut length = Interval::new(root(Interval::smallest, self), root(Interval::size, self));
         self.lengths.insert(nodes.to_vec(), Interval::new(0.0, f64::INFINITY));
-        if let Some((_, Leaf::Orientation(_))) = self.ground.leaf_of(nodes) {
+        if let Some((_, Leaf::Orientation(_))) = self.context.leaf_of(nodes) {
             length = Interval::point(1.0);
         }
         if nodes.len() == 3 {
             let Ball { centre, radius } = self.ball(nodes);
             length = length.meet(Interval::new((centre.norm() - radius).max(0.0), centre.norm() + radius));
         }
-        let facts = nodes.first().map_or(&[][..], |&n| self.ground.graph.facts(n));
-        for known in facts.iter().filter(|k| k.nodes == nodes) {
-            length = length.meet(self.known_length(&known.fact));
+        let bounds = nodes.first().map_or(&[][..], |&n| self.context.graph.bounds_of(n));
+        for known in bounds.iter().filter(|k| k.nodes == nodes) {
+            length = length.meet(self.known_length(&known.bound));
         }
         self.lengths.insert(nodes.to_vec(), length);
         length
     }
 
-    /// Range of the length that follows from a fact.
-    fn known_length(&mut self, fact: &Fact) -> Interval {
-        match fact {
-            Fact::Sum(a, b, sign) if *sign == -1.0 => match (self.ground.point_of(a), self.ground.point_of(b)) {
+    /// Range of the length that follows from a bound.
+    fn known_length(&mut self, bound: &VectorBound) -> Interval {
+        match bound {
+            VectorBound::Sum(a, b, sign) if *sign == -1.0 => match (self.context.point_of(a), self.context.point_of(b))
+            {
                 // The difference of two points of the robot does not depend on the base or on joints that carry both.
                 (Some((to, point)), Some((from, origin))) => {
-                    let (centre, radius) = gradient_bound::reach(self.ground.model, Some(from), to, &point);
+                    let (centre, radius) = gradient_bound::reach(self.context.model, Some(from), to, &point);
                     let far = (centre - origin).norm();
                     Interval::new((far - radius).max(0.0), far + radius)
                 }
                 _ => Interval::new(0.0, f64::INFINITY),
             },
-            Fact::Sum(..) => Interval::new(0.0, f64::INFINITY),
-            Fact::Scaled(a, by) => {
+            VectorBound::Sum(..) => Interval::new(0.0, f64::INFINITY),
+            VectorBound::Scaled(a, by) => {
                 let by = self.at(*by);
                 self.length(a).by(Interval::new(by.smallest(), by.size()))
             }
-            Fact::Turned(a) => self.length(a),
-            Fact::Product(a, b) => self.length(a).by(self.length(b)),
-            Fact::AtMost(a, b) => Interval::new(0.0, self.length(a).by(self.length(b)).high),
-            Fact::Direction => Interval::new(0.0, 1.0),
+            VectorBound::Turned(a) => self.length(a),
+            VectorBound::Product(a, b) => self.length(a).by(self.length(b)),
+            VectorBound::AtMost(a, b) => Interval::new(0.0, self.length(a).by(self.length(b)).high),
+            VectorBound::Direction => Interval::new(0.0, 1.0),
         }
     }
 }
@@ -212,20 +213,20 @@ fn of_field(field: &FieldProgram) -> Interval {
 /// Upper bound of the distance between a person and a robot (m).
 const FARTHEST: f64 = 1e6;
 
-impl<'a> Ground<'a> {
+impl<'a> RangeContext<'a> {
     /// Computes the ranges of all leaves from the parts of a program under construction.
     pub fn new(graph: &'a Graph, table: &'a Table, model: &'a Model) -> Self {
         let root = *Data::new(model).pose(model.root());
-        let mut ground = Ground { graph, table, model, root, leaves: BTreeMap::new(), left: Cell::new(EFFORT) };
+        let mut context = RangeContext { graph, table, model, root, leaves: BTreeMap::new(), left: Cell::new(EFFORT) };
         let one = |(at, leaf): &(usize, Leaf)| {
             let range = match leaf {
-                Leaf::Distance(pair) => ground.distance(&pair.0, &pair.1),
+                Leaf::Distance(pair) => context.distance(&pair.0, &pair.1),
                 _ => Interval::ALL,
             };
-            (*at, (ground.at_rest(leaf), range))
+            (*at, (context.at_rest(leaf), range))
         };
-        ground.leaves = table.leaves.iter().map(one).collect();
-        ground
+        context.leaves = table.leaves.iter().map(one).collect();
+        context
     }
 
     /// Returns the nodes that `roots` depend on, including captured ones, in order; empty if the limit of visited nodes

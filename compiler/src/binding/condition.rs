@@ -66,7 +66,7 @@ impl Binder<'_> {
     /// Binds the value that an action assigns to a variable of the machine; `None` if it is invalid, with diagnostics.
     pub(crate) fn assigned(&mut self, value: &Value, wanted: (Kind, Dimension), what: &str) -> Option<Expression> {
         let typed = self.present(value)?;
-        self.suited(&typed, value, wanted, what)?;
+        self.check_type(&typed, value, wanted, what)?;
         if wanted.0 != Kind::Scalar && wanted.0 != Kind::Truth {
             self.expressed(&typed, &Frame::World, true, what)?;
         }

@@ -53,9 +53,9 @@ impl Binder<'_> {
             self.operands.insert(info.name, typed.clone());
         }
         if !state {
-            return self.placed(owner, value, &typed, (wanted, quantity), &what).map(Bound::Value);
+            return self.allocate_slot(owner, value, &typed, (wanted, quantity), &what).map(Bound::Value);
         }
-        self.suited(&typed, value, wanted, &what)?;
+        self.check_type(&typed, value, wanted, &what)?;
         Some(Bound::Expression(self.of_state(&typed, value)))
     }
 

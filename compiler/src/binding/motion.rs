@@ -135,7 +135,7 @@ impl MeasuredState<'_> {
         let known = self.measured.iter().find(|m| m.measure == measure && m.since == since);
         let signal = known.map(|m| m.signal).unwrap_or_else(|| {
             let name = if since.is_some() { format!("{text} in {}", self.name) } else { text.to_string() };
-            let signal = self.interface.tell(name, type_of(dimension).unwrap_or("number"));
+            let signal = self.interface.declare_output(name, type_of(dimension).unwrap_or("number"));
             self.measured.push(MeasuredProgram { signal, measure, since });
             signal
         });

@@ -11,7 +11,7 @@ use stdlib_tasks::task::RowKind;
 
 use super::{Binder, Owner};
 use crate::expr::Kind;
-use crate::expr::constants::{fits, joint_dimension, joint_items, merge_bare, with_units};
+use crate::expr::constants::{check_dimension, joint_dimension, joint_items, merge_bare, with_units};
 use crate::expr::dimension_check::wrong_dimension;
 use crate::forms::{block_of, names_of_key};
 use crate::robot_binding::joints;
@@ -65,10 +65,10 @@ impl Binder<'_> {
             return good.then_some(Bound::PerJoint(out));
         }
         // A base has velocities, but no joint position.
-        let placed = |d: usize| per != NONE || model.dofs[d].q_index.is_some();
+        let has_position = |d: usize| per != NONE || model.dofs[d].q_index.is_some();
         let own = |d: usize| owner.joints.is_none_or(|joints| joints.contains(&d));
         if let Some(items) = with_units(value) {
-            let all = (0..model.nv()).filter(|&d| placed(d)).count();
+            let all = (0..model.nv()).filter(|&d| has_position(d)).count();
             let (count, name) = (items.len(), info.name);
             let help = if count == all {
                 Help::with(
@@ -87,7 +87,7 @@ impl Binder<'_> {
         }
         let typed = self.typed(owner, value, true, false)?;
         let revolute = ANGLE.times(per).unwrap_or(per);
-        let mut units: Vec<Dimension> = (0..model.nv()).filter(|&d| placed(d) && own(d)).map(dimension).collect();
+        let mut units: Vec<Dimension> = (0..model.nv()).filter(|&d| has_position(d) && own(d)).map(dimension).collect();
         units.dedup();
         let wanted = match units.as_slice() {
             // A bare number takes the unit of the joints, if they have one.
@@ -96,7 +96,7 @@ impl Binder<'_> {
             _ => LENGTH.times(per).unwrap_or(per),
         };
         if typed.kind != Kind::Scalar
-            || fits(self.graph, &typed, wanted, "").is_some_and(|d| d.severity == dsl::Severity::Error)
+            || check_dimension(self.graph, &typed, wanted, "").is_some_and(|d| d.severity == dsl::Severity::Error)
         {
             let joints = if units.contains(&revolute) { Some(revolute) } else { units.first().copied() };
             if let Some(unit) = joints.filter(|_| typed.kind == Kind::Scalar) {
@@ -105,13 +105,14 @@ impl Binder<'_> {
             }
             return self.wrong(value, info, "`{ joint value .. }`, or one number in the joints' unit");
         }
-        let meant: Vec<usize> = (0..model.nv()).filter(|&d| placed(d) && own(d) && dimension(d) == wanted).collect();
+        let meant: Vec<usize> =
+            (0..model.nv()).filter(|&d| has_position(d) && own(d) && dimension(d) == wanted).collect();
         if meant.is_empty() {
             let is = wanted.describe();
             let whose = if owner.joints.is_some() { "`joints`" } else { "this robot" };
             let text = format!("no joint of {whose} moves with {is}");
             let units: Vec<String> = (0..model.nv())
-                .filter(|&d| placed(d) && own(d))
+                .filter(|&d| has_position(d) && own(d))
                 .map(|d| format!("`{}`", units::written(dimension(d))))
                 .fold(Vec::new(), |mut all, u| {
                     if !all.contains(&u) {

@@ -16,7 +16,7 @@ use super::scope::TaskScope;
 use crate::diagnostics::examples;
 use crate::diagnostics::refused::{Refused, refuse};
 use crate::expr::constants::joint_dimension;
-use crate::expr::{self, Axes, Frame, Graph, Kind, Meaning, Now, Typed, field_symbol};
+use crate::expr::{self, Axes, Frame, Graph, Kind, Meaning, RobotStateTerm, Typed, field_symbol};
 use crate::forms::{target, text_of, written};
 use crate::robot_binding::{unknown_joint, unknown_link};
 
@@ -51,12 +51,12 @@ impl TaskScope<'_> {
     pub(super) fn present(
         &mut self,
         graph: &mut Graph,
-        what: &Now,
+        what: &RobotStateTerm,
         span: Span,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Typed> {
         let found = match what {
-            Now::Frame(frame, field) => self.link(frame).and_then(|link| match field.value.as_str() {
+            RobotStateTerm::Frame(frame, field) => self.link(frame).and_then(|link| match field.value.as_str() {
                 "position" => Ok(self.of_link(graph, Leaf::Point { link, offset: [0.0; 3].into() }, link, span)),
                 "orientation" => Ok(self.of_link(graph, Leaf::Orientation(link), link, span)),
                 other => Err(Some(Box::new(
@@ -64,15 +64,15 @@ impl TaskScope<'_> {
                         .help("it has `position`, `orientation` and `pose`"),
                 ))),
             }),
-            Now::Point(frame, offset) => self
+            RobotStateTerm::Point(frame, offset) => self
                 .link(frame)
                 .map(|link| self.of_link(graph, Leaf::Point { link, offset: (*offset).into() }, link, span)),
-            Now::Joint(joint) => self.dof(joint).map_err(Some).map(|dof| {
+            RobotStateTerm::Joint(joint) => self.dof(joint).map_err(Some).map(|dof| {
                 let node = self.leaf(graph, Leaf::Joint(dof));
                 let dimension = joint_dimension(&self.robot.model, dof);
                 Some(Typed { kind: Kind::Scalar, dimension, nodes: node, bare: false, axes: Axes::default(), span })
             }),
-            Now::Distance(a, b) => {
+            RobotStateTerm::Distance(a, b) => {
                 if let Some(pose) = [*a, *b].into_iter().find(|v| self.is_pose(v)) {
                     diagnostics.push(of_poses(pose.span));
                     return None;
@@ -81,25 +81,25 @@ impl TaskScope<'_> {
                 if let Some((part, bodies)) = found {
                     let parts = parts::geometries(self.robot, part, diagnostics)?;
                     let nearest = self.away(graph, &parts, &bodies, span);
-                    return self.suited(graph, nearest.map_err(Some).map(Some), span, diagnostics);
+                    return self.check_permitted(graph, nearest.map_err(Some).map(Some), span, diagnostics);
                 }
                 let (a, b) =
                     (parts::geometries(self.robot, a, diagnostics), parts::geometries(self.robot, b, diagnostics));
                 let (a, b) = (a?, b?);
                 self.distance(graph, &a, &b, span).map_err(Some).map(Some)
             }
-            Now::Above(part, plane) => {
+            RobotStateTerm::Above(part, plane) => {
                 let parts = parts::geometries(self.robot, part, diagnostics)?;
                 self.above(graph, &parts, plane, span).map_err(Some).map(Some)
             }
-            Now::Field(field) => self.safety_field(field, span).map(Some),
-            Now::Com => self.center_of_mass(graph, span).map_err(Some).map(Some),
+            RobotStateTerm::Field(field) => self.safety_field(field, span).map(Some),
+            RobotStateTerm::Com => self.center_of_mass(graph, span).map_err(Some).map(Some),
         };
-        self.suited(graph, found, span, diagnostics)
+        self.check_permitted(graph, found, span, diagnostics)
     }
 
     /// Returns the lowered leaf if the robot's current state is permitted here.
-    fn suited(
+    fn check_permitted(
         &mut self,
         graph: &Graph,
         found: Result<Option<Typed>, Refused>,

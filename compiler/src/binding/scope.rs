@@ -9,7 +9,7 @@ use stdlib_tasks::dimension::Dimension;
 use super::motion::Numbers;
 use super::{Owner, Table};
 use crate::expr::constants::Params;
-use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Typed};
+use crate::expr::{Axes, Frame, Graph, Kind, Meaning, RobotStateTerm, Scope, Start, Typed};
 use crate::robot_binding::BoundRobot;
 
 /// Scope of a task's parameters: declared parameters, and the values that `initial(..)` can capture.
@@ -155,7 +155,13 @@ impl Scope for TaskScope<'_> {
         self.axes_named(name, diagnostics)
     }
 
-    fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+    fn now(
+        &mut self,
+        graph: &mut Graph,
+        what: &RobotStateTerm,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed> {
         self.present(graph, what, span, diagnostics)
     }
 

@@ -11,7 +11,7 @@ use stdlib_tasks::params::{ParamInfo, Quantity};
 use super::gain;
 use super::scope::TaskScope;
 use super::{Binder, DEFAULTS, Number, Owner, robot_state};
-use crate::expr::constants::{fits, one_unit, unit_of_divisor, with_units};
+use crate::expr::constants::{check_dimension, one_unit, unit_of_divisor, with_units};
 use crate::expr::{Frame, Kind, Lowering, Typed, frames};
 use crate::forms::unknown_key;
 use crate::units;
@@ -76,7 +76,7 @@ impl Binder<'_> {
             self.diagnostics.extend(refused);
             return None;
         }
-        self.placed(owner, value, &typed, (wanted, quantity), what)
+        self.allocate_slot(owner, value, &typed, (wanted, quantity), what)
     }
 
     /// Rejects a value that is not expressed in `axes`. `state` permits dependence on the robot's current state.
@@ -93,7 +93,7 @@ impl Binder<'_> {
     }
 
     /// Rejects a typed value of a different kind or dimension.
-    pub(super) fn suited(&mut self, typed: &Typed, value: &Value, wanted: (Kind, Dimension), what: &str) -> Option<()> {
+    pub(super) fn check_type(&mut self, typed: &Typed, value: &Value, wanted: (Kind, Dimension), what: &str) -> Option<()> {
         if typed.kind != wanted.0 {
             let (is, needed) = (typed.kind.describe(), wanted.0.describe());
             let d = Diagnostic::error("HQ0304", value.span, format!("{what} is {needed}, and this is {is}")).here(is);
@@ -110,7 +110,7 @@ impl Binder<'_> {
             }));
             return None;
         }
-        if let Some(mut d) = fits(self.graph, typed, wanted.1, what) {
+        if let Some(mut d) = check_dimension(self.graph, typed, wanted.1, what) {
             d.help = unit_of_divisor(value, wanted.1).map(Help::from).or(d.help);
             let error = d.severity == dsl::Severity::Error;
             self.diagnostics.push(d);
@@ -122,7 +122,7 @@ impl Binder<'_> {
     }
 
     /// Stores a typed value that depends on time alone in the table, and checks its kind, dimension and range.
-    pub(super) fn placed(
+    pub(super) fn allocate_slot(
         &mut self,
         owner: Owner,
         value: &Value,
@@ -132,7 +132,7 @@ impl Binder<'_> {
     ) -> Option<Slot> {
         let constant = quantity.is_some_and(|q| q.constant);
         let gain = wanted.1 == RATE && quantity.is_some();
-        self.suited(typed, value, wanted, what)?;
+        self.check_type(typed, value, wanted, what)?;
         let slot = self.table.place(&typed.nodes);
         let written = self.sources.get(value.span.source).is_some_and(|s| s.name != DEFAULTS);
         self.numbers.push(Number { slot, dimension: wanted.1, span: value.span, written });
@@ -206,7 +206,7 @@ impl Binder<'_> {
             return None;
         }
         self.expressed(&typed, &Frame::World, false, what)?;
-        self.placed(owner, value, &typed, ((Kind::Vector, q.dimension), Some(q)), what)
+        self.allocate_slot(owner, value, &typed, ((Kind::Vector, q.dimension), Some(q)), what)
     }
 
     pub(super) fn vectors(

@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use dsl::{Diagnostic, Help, Snippet, Sources, Span};
 use names::list;
 use runtime::program::{MemberProgram, Op, Program, StackProgram, Tape, TaskProgram, Times};
-use runtime::{Evaluator, Member, Rest, build_tasks};
+use runtime::{Evaluator, Member, RestInputs, build_tasks};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::kinds::joint_acceleration_limits::KIND as LIMITS;
 use stdlib_tasks::task::RowKind;
@@ -139,7 +139,7 @@ fn moved_dofs(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usi
     let model = &program.robot.model;
     let all = || (0..model.nv()).collect();
     let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return all() };
-    let rest = Rest::new(program);
+    let rest = RestInputs::new(program);
     let mut found = BTreeSet::new();
     let mut computed = false;
     for q in &configurations(program, CONFIGURATIONS) {

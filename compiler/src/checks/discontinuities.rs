@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use dsl::{Diagnostic, Span};
 use runtime::program::{Op, Program};
 
-use crate::analysis::value_ranges::{Ground, Ranges};
+use crate::analysis::value_ranges::{RangeContext, Ranges};
 use crate::checks::reachability::in_stacks;
 use crate::expr::{Interval, Kind, Typed};
 use crate::source_map::SourceMap;
@@ -22,13 +22,13 @@ const COMPARISONS: usize = 16;
 const SLIP: f64 = 1e-6;
 
 /// Warns of every discontinuous parameter, once.
-pub(crate) fn check(ground: &Ground, program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
+pub(crate) fn check(context: &RangeContext, program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let mut told: Vec<Span> = Vec::new();
     for i in in_stacks(program) {
         let Some(task) = places.tasks.get(i) else { continue };
         for (param, typed) in &task.operands {
             let at = task.spans.get(*param).copied().unwrap_or(task.span);
-            let Some(jump) = jump(ground, typed).filter(|_| !told.contains(&at)) else { continue };
+            let Some(jump) = jump(context, typed).filter(|_| !told.contains(&at)) else { continue };
             told.push(at);
             let size = if jump.is_finite() && typed.kind != Kind::Rotation {
                 format!("by {}{}", if jump.exact { "" } else { "at least " }, shown(jump.size, typed.dimension))
@@ -59,14 +59,14 @@ impl Jump {
 }
 
 /// Largest proven jump of a value.
-fn jump(ground: &Ground, typed: &Typed) -> Option<Jump> {
-    let graph = ground.graph;
+fn jump(context: &RangeContext, typed: &Typed) -> Option<Jump> {
+    let graph = context.graph;
     let compares = |n: &usize| matches!(graph.ops()[*n], Op::Less(..) | Op::LessEqual(..));
-    let comparisons: Vec<usize> = ground.needed(&typed.nodes).into_iter().filter(compares).take(COMPARISONS).collect();
+    let comparisons: Vec<usize> = context.needed(&typed.nodes).into_iter().filter(compares).take(COMPARISONS).collect();
     if comparisons.is_empty() {
         return None;
     }
-    let all = Ranges::new(ground, &typed.nodes, &BTreeMap::new());
+    let all = Ranges::new(context, &typed.nodes, &BTreeMap::new());
     let turns = |n: &usize| all.at(*n).low < all.at(*n).high;
     let jumps = comparisons.into_iter().filter(turns).filter_map(|node| {
         let (Op::Less(a, b) | Op::LessEqual(a, b)) = graph.ops()[node] else { return None };
@@ -75,7 +75,7 @@ fn jump(ground: &Ground, typed: &Typed) -> Option<Jump> {
         let mut pins = BTreeMap::from([(a, equal), (b, equal)]);
         let mut side = |truth: f64| {
             pins.insert(node, Interval::point(truth));
-            let ranges = Ranges::new(ground, &typed.nodes, &pins);
+            let ranges = Ranges::new(context, &typed.nodes, &pins);
             typed.nodes.iter().map(|&n| ranges.at(n)).collect::<Vec<_>>()
         };
         let (yes, no) = (side(1.0), side(-1.0));

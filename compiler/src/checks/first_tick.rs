@@ -6,7 +6,7 @@
 use dsl::Diagnostic;
 use runtime::program::{Program, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
-use runtime::{Controller, Evaluator, Fault, Member, Observation, Rest};
+use runtime::{Controller, Evaluator, Fault, Member, Observation, RestInputs};
 use solver::{Active, Status};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{Dimension, LENGTH};
@@ -26,7 +26,7 @@ pub(super) fn start(program: &Program, stack: usize, places: &SourceMap, diagnos
         return;
     }
     let at_home = entries::at_home(program, stack);
-    let rest = Rest::new(program);
+    let rest = RestInputs::new(program);
     let moment = rest.at(Times::default());
     evaluator.enter(&program.robot.home, moment);
     if let Err(fault) = evaluator.update(&program.robot.home, moment, &mut problem) {

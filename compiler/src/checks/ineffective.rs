@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use dsl::tree::{Member, MemberTask, Stack, TaskDefinition};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use runtime::Evaluator;
-use runtime::Rest;
+use runtime::RestInputs;
 use runtime::program::{Program, Times};
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{ANGLE, LENGTH};
@@ -138,7 +138,7 @@ fn unmoved(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
         return told;
     }
     let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return told };
-    let rest = Rest::new(program);
+    let rest = RestInputs::new(program);
     let mut still = vec![true; evaluator.members().len()];
     for q in &configurations(program, 3) {
         evaluator.enter(q, rest.at(Times::default()));

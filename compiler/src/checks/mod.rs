@@ -21,7 +21,7 @@ use std::collections::BTreeSet;
 use dsl::{Diagnostic, Severity, Sources, Span};
 use runtime::program::Program;
 
-use crate::analysis::value_ranges::Ground;
+use crate::analysis::value_ranges::RangeContext;
 use crate::binding::Number;
 use crate::expand::Expanded;
 use crate::lowering::LoweredController;
@@ -33,7 +33,7 @@ struct Checked<'c> {
     /// Where the parts of the program were written.
     places: &'c SourceMap,
     /// Ranges of expressions.
-    ground: &'c Ground<'c>,
+    context: &'c RangeContext<'c>,
     /// The declarations that the program was made from.
     expanded: &'c Expanded,
     sources: &'c Sources,
@@ -46,8 +46,8 @@ type Check = fn(&Checked, &mut Vec<Diagnostic>);
 /// has no meaning after an error of a rule before it.
 static CHECKS: &[(On, Check)] = &[
     (On::AnyProgram, |c, out| safety_planners::check(c.program, c.places, out)),
-    (On::AnyProgram, |c, out| reachability::limits(c.ground, c.program, c.places, out)),
-    (On::AnyProgram, |c, out| discontinuities::check(c.ground, c.program, c.places, out)),
+    (On::AnyProgram, |c, out| reachability::limits(c.context, c.program, c.places, out)),
+    (On::AnyProgram, |c, out| discontinuities::check(c.context, c.program, c.places, out)),
     (On::AnyProgram, |c, out| unknown_velocity::check(c.program, c.places, out)),
     (On::AnyProgram, |c, out| wider_limits::check(c.program, c.places, out)),
     (On::AnyProgram, |c, out| built_stacks::check(c.program, c.places, out)),
@@ -77,8 +77,8 @@ pub(crate) fn controller(
     diagnostics: &mut Vec<Diagnostic>,
 ) {
     let LoweredController { program, source_map: places, graph, table } = lowered;
-    let ground = &Ground::new(graph, table, &program.robot.model);
-    let checked = Checked { program, places, ground, expanded, sources };
+    let context = &RangeContext::new(graph, table, &program.robot.model);
+    let checked = Checked { program, places, context, expanded, sources };
     for (on, check) in CHECKS {
         if *on == On::AnyProgram || !has_errors(diagnostics) {
             check(&checked, diagnostics);
@@ -89,7 +89,7 @@ pub(crate) fn controller(
 /// Targets without effect, and out of reach. A task that nothing moves is not reported again as out of reach.
 fn targets(c: &Checked, out: &mut Vec<Diagnostic>) {
     let unmoved = if has_errors(out) { BTreeSet::new() } else { ineffective::program(c.program, c.places, out) };
-    reachability::targets(c.ground, c.program, c.places, &unmoved, out);
+    reachability::targets(c.context, c.program, c.places, &unmoved, out);
 }
 
 fn has_errors(diagnostics: &[Diagnostic]) -> bool {

@@ -8,7 +8,7 @@ use runtime::program::{Op, Program};
 use stdlib_tasks::dimension::{Dimension, LENGTH};
 use stdlib_tasks::expression::Leaf;
 
-use crate::analysis::value_ranges::{Ground, Ranges};
+use crate::analysis::value_ranges::{RangeContext, Ranges};
 use crate::expr::{Graph, Interval, Kind, Typed};
 use crate::source_map::SourceMap;
 use crate::units::{shown, shown_range};
@@ -25,11 +25,11 @@ pub(crate) fn in_stacks(program: &Program) -> BTreeSet<usize> {
 }
 
 /// Reports limits of `keep` that no joint positions satisfy.
-pub(crate) fn limits(ground: &Ground, program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
+pub(crate) fn limits(context: &RangeContext, program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     for task in in_stacks(program).into_iter().filter_map(|i| places.tasks.get(i)) {
         let Some(value) = task.operands.get("value") else { continue };
         for (param, side) in task.operands.iter().filter(|(p, _)| ["min", "max"].contains(p)) {
-            let ranges = ranges(ground, value, side);
+            let ranges = ranges(context, value, side);
             let at = task.spans.get(*param).copied().unwrap_or(task.span);
             diagnostics.extend(limit(&ranges, value, side, *param == "min", at));
         }
@@ -38,7 +38,7 @@ pub(crate) fn limits(ground: &Ground, program: &Program, places: &SourceMap, dia
 
 /// Warns of targets of `track` that no joint positions reach, except for tasks that already have a warning (`told`).
 pub(crate) fn targets(
-    ground: &Ground,
+    context: &RangeContext,
     program: &Program,
     places: &SourceMap,
     told: &BTreeSet<usize>,
@@ -48,26 +48,26 @@ pub(crate) fn targets(
         let operands = task.operands.get("value").zip(task.operands.get("target"));
         let Some((value, goal)) = operands.filter(|(v, _)| v.kind != Kind::Rotation) else { continue };
         // Another check reports targets of a single joint, by the joint's name.
-        if joint(ground, value) && constant(ground.graph, goal).is_some() {
+        if joint(context, value) && constant(context.graph, goal).is_some() {
             continue;
         }
         let at = task.spans.get("target").copied().unwrap_or(task.span);
         // For a trajectory, the goal is checked.
-        let goal = &Typed { nodes: ground.graph.goal(&goal.nodes), ..goal.clone() };
-        diagnostics.extend(target(&mut ranges(ground, value, goal), ground.graph, value, goal, at));
+        let goal = &Typed { nodes: context.graph.goal(&goal.nodes), ..goal.clone() };
+        diagnostics.extend(target(&mut ranges(context, value, goal), context.graph, value, goal, at));
     }
 }
 
-fn ranges<'a>(ground: &'a Ground<'a>, a: &Typed, b: &Typed) -> Ranges<'a> {
+fn ranges<'a>(context: &'a RangeContext<'a>, a: &Typed, b: &Typed) -> Ranges<'a> {
     let roots: Vec<usize> = a.nodes.iter().chain(&b.nodes).copied().collect();
-    Ranges::new(ground, &roots, &BTreeMap::new())
+    Ranges::new(context, &roots, &BTreeMap::new())
 }
 
 /// True if the value is a joint's position and nothing else.
-fn joint(ground: &Ground, value: &Typed) -> bool {
+fn joint(context: &RangeContext, value: &Typed) -> bool {
     match value.nodes[..] {
-        [node] => match ground.graph.ops()[node] {
-            Op::State(k) => matches!(ground.table.leaf_of(k), Some((_, Leaf::Joint(_)))),
+        [node] => match context.graph.ops()[node] {
+            Op::State(k) => matches!(context.table.leaf_of(k), Some((_, Leaf::Joint(_)))),
             _ => false,
         },
         _ => false,

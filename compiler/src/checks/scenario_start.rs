@@ -4,7 +4,7 @@ use dsl::{Diagnostic, Span};
 use runtime::program::{Op, Program, ScenarioProgram, Subject, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
 use runtime::world::World;
-use runtime::{Evaluator, Member, Moment};
+use runtime::{Evaluator, Member, TickInputs};
 use solver::Problem;
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::Dimension;
@@ -80,14 +80,14 @@ impl Start {
         }
         let velocity = vec![0.0; program.robot.model.nv()];
         let mut start = Start { stack, evaluator, problem, signals, velocity, moved };
-        start.evaluator.enter(&scenario.start, moment(&start.signals, &start.velocity));
+        start.evaluator.enter(&scenario.start, inputs(&start.signals, &start.velocity));
         start.at(&scenario.start)?;
         Some(start)
     }
 
     /// Evaluates the stack at a configuration; `None` if a task has no value there.
     fn at(&mut self, q: &[f64]) -> Option<()> {
-        self.evaluator.update(q, moment(&self.signals, &self.velocity), &mut self.problem).ok().map(drop)
+        self.evaluator.update(q, inputs(&self.signals, &self.velocity), &mut self.problem).ok().map(drop)
     }
 
     /// The safety field that a member of the stack keeps above a constant minimum; `None` for other members.
@@ -188,8 +188,8 @@ impl Start {
     }
 }
 
-fn moment<'a>(signals: &'a [f64], velocity: &'a [f64]) -> Moment<'a> {
-    Moment { times: Times::default(), signals, velocity, stack_velocity: velocity }
+fn inputs<'a>(signals: &'a [f64], velocity: &'a [f64]) -> TickInputs<'a> {
+    TickInputs { times: Times::default(), signals, velocity, stack_velocity: velocity }
 }
 
 fn outside(program: &Program, scenario: &ScenarioProgram, start: Start, at: Span) -> Option<Diagnostic> {

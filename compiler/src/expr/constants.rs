@@ -5,7 +5,7 @@ use dsl::{Diagnostic, Help, Span, Spanned};
 use robot::Model;
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
 
-pub use crate::expr::dimension_check::{bare_angle, fits, merge_bare, one_unit, unit_of_divisor, wrong_dimension};
+pub use crate::expr::dimension_check::{bare_angle, check_dimension, merge_bare, one_unit, unit_of_divisor, wrong_dimension};
 pub use crate::expr::environment::{Human, Params, is_word};
 use crate::expr::{Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Typed};
 
@@ -125,7 +125,7 @@ impl Constants<'_> {
             diagnostics.push(Diagnostic::error("HQ0304", value.span, text).help(help));
             return None;
         }
-        if let Some(mut d) = self.fits(&typed, wanted, "") {
+        if let Some(mut d) = self.check_dimension(&typed, wanted, "") {
             d.help = unit_of_divisor(value, wanted).map(Help::from).or(d.help);
             let error = d.severity == dsl::Severity::Error;
             diagnostics.push(d);
@@ -140,9 +140,9 @@ impl Constants<'_> {
         typed.nodes.iter().map(|&n| self.graph.constant(n)).collect()
     }
 
-    /// As [`fits`], without a name of a parameter.
-    pub fn fits(&self, typed: &Typed, wanted: Dimension, what: &str) -> Option<Diagnostic> {
-        fits(self.graph, typed, wanted, what)
+    /// As [`check_dimension`], without a name of a parameter.
+    pub fn check_dimension(&self, typed: &Typed, wanted: Dimension, what: &str) -> Option<Diagnostic> {
+        check_dimension(self.graph, typed, wanted, what)
     }
 
     /// Evaluates a constant number of the dimension `wanted`, in SI.

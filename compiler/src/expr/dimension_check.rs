@@ -9,7 +9,7 @@ use crate::units;
 
 /// Checks that a value has a dimension. Returns an error for another dimension, and a warning for a bare number that is
 /// read as an angle; in all other dimensions a bare number is in SI. `what` is the parameter in backquotes, or empty.
-pub fn fits(graph: &Graph, typed: &Typed, wanted: Dimension, what: &str) -> Option<Diagnostic> {
+pub fn check_dimension(graph: &Graph, typed: &Typed, wanted: Dimension, what: &str) -> Option<Diagnostic> {
     let zero = typed.nodes.iter().all(|&n| graph.constant(n) == Some(0.0));
     if matches!(typed.kind, Kind::Rotation | Kind::Pose)
         || wanted == typed.dimension
@@ -115,7 +115,7 @@ pub(crate) fn replaces(graph: &Graph, new: &Typed, own: &Typed, name: &Spanned<S
     } else if own.bare {
         None
     } else {
-        fits(graph, new, own.dimension, &what)
+        check_dimension(graph, new, own.dimension, &what)
     };
     d.map(|d| d.label(name.span, "declared here"))
 }

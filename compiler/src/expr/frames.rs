@@ -11,9 +11,9 @@ use runtime::program::Op;
 
 use super::ops::{conjugate, quaternion_product, rotate};
 use super::poses::{composed, inverted};
-use super::robot_state::Now;
+use super::robot_state::RobotStateTerm;
 use super::scope::Failed;
-use super::{Fact, Kind, Lowering, Typed};
+use super::{Kind, Lowering, Typed, VectorBound};
 
 /// A set of axes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -228,7 +228,7 @@ impl Lowering<'_> {
     fn pose_of(&mut self, frame: &Frame, field: &str, at: Span) -> Result<Vec<usize>, Failed> {
         let link = Value { kind: ValueKind::Name(frame.written().to_string()), span: at };
         let field = Spanned::new(field.to_string(), at);
-        let what = Now::Frame(&link, &field);
+        let what = RobotStateTerm::Frame(&link, &field);
         Ok(self.scope.now(self.graph, &what, at, self.diagnostics).ok_or(Failed)?.nodes)
     }
 
@@ -309,6 +309,6 @@ impl Lowering<'_> {
             let part = self.graph.push(Op::Mul(times, p));
             *x = self.graph.push(Op::Add(*x, part));
         }
-        self.graph.note(nodes, Fact::Sum(before, p.to_vec(), factor));
+        self.graph.note(nodes, VectorBound::Sum(before, p.to_vec(), factor));
     }
 }

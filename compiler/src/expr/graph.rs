@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use runtime::program::{Op, TrajectoryProgram};
 
-use super::vector_bounds::{Fact, Known};
+use super::vector_bounds::{Known, VectorBound};
 
 /// The graph. Nodes are indices of operations; operands precede their users.
 #[derive(Clone, Debug, Default)]
@@ -16,16 +16,16 @@ pub struct Graph {
     rates: BTreeMap<usize, usize>,
     /// Numbers of the table of signals with a rate, mapped to the number of the rate.
     moving: BTreeMap<usize, usize>,
-    /// Facts about several nodes as a whole, by each of the nodes.
-    facts: BTreeMap<usize, Vec<Known>>,
+    /// Bounds of several nodes as a whole, by each of the nodes.
+    bounds: BTreeMap<usize, Vec<Known>>,
     /// Trajectories; their inputs are nodes.
     trajectories: Vec<TrajectoryProgram>,
     /// Nodes that numbers of the robot's state depend on, as in safety fields.
     reading: BTreeMap<usize, Vec<usize>>,
 }
 
-/// Maximum number of facts per node.
-const FACTS: usize = 8;
+/// Maximum number of bounds per node.
+const MAX_BOUNDS: usize = 8;
 
 fn key(op: Op) -> (u8, u64, usize, usize) {
     match op {
@@ -142,23 +142,23 @@ impl Graph {
         }
     }
 
-    /// Stores a fact about some nodes as a whole.
-    pub fn note(&mut self, nodes: &[usize], fact: Fact) {
-        let known = Known { nodes: nodes.to_vec(), fact };
+    /// Stores a bound of some nodes as a whole.
+    pub fn note(&mut self, nodes: &[usize], bound: VectorBound) {
+        let known = Known { nodes: nodes.to_vec(), bound };
         for &node in nodes {
             if self.constant(node).is_some() {
                 continue;
             }
-            let all = self.facts.entry(node).or_default();
-            if all.len() < FACTS && !all.contains(&known) {
+            let all = self.bounds.entry(node).or_default();
+            if all.len() < MAX_BOUNDS && !all.contains(&known) {
                 all.push(known.clone());
             }
         }
     }
 
-    /// Facts about a node together with others.
-    pub fn facts(&self, node: usize) -> &[Known] {
-        self.facts.get(&node).map_or(&[], Vec::as_slice)
+    /// Bounds of a node together with others.
+    pub fn bounds_of(&self, node: usize) -> &[Known] {
+        self.bounds.get(&node).map_or(&[], Vec::as_slice)
     }
 
     /// Returns the time derivative of a node. At a point where a function is not differentiable (the edge of a `min`,

@@ -34,12 +34,12 @@ pub use interval::Interval;
 pub use lower::Lowering;
 pub(crate) use poses::root;
 pub(crate) use robot_state::PRESENT;
-pub use robot_state::{Now, Plane};
+pub use robot_state::{Plane, RobotStateTerm};
 pub(crate) use scope::not_measured;
 pub use scope::{MEASURES, MOTION, Meaning, Scope, Symbol};
 pub(crate) use task_outputs::output_symbol;
 pub use trajectories::{Named, Start, TRAJECTORIES, Trajectory, needs_from};
-pub use vector_bounds::{Fact, Known};
+pub use vector_bounds::{Known, VectorBound};
 
 use dsl::Span;
 use stdlib_tasks::dimension::Dimension;

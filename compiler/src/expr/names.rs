@@ -7,7 +7,7 @@ use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE, TIME};
 
 use super::functions::function;
-use super::robot_state::Now;
+use super::robot_state::RobotStateTerm;
 use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
 use crate::forms::{target, written};
@@ -27,7 +27,7 @@ impl Lowering<'_> {
         match name {
             "pi" => return Ok(scalar(self.graph.number(std::f64::consts::PI), NONE)),
             "t" => return Ok(scalar(self.graph.push(Op::T), TIME)),
-            "com" => return self.now(&Now::Com, span),
+            "com" => return self.now(&RobotStateTerm::Com, span),
             "time" => return Ok(scalar(self.graph.push(Op::Time), TIME)),
             "true" | "false" => {
                 let node = self.graph.number(if name == "true" { 1.0 } else { -1.0 });

@@ -3,7 +3,7 @@
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE};
 
-use super::vector_bounds::Fact;
+use super::vector_bounds::VectorBound;
 use super::{Graph, Kind, Typed, poses};
 use dsl::Span;
 
@@ -59,7 +59,7 @@ pub(super) fn additive(
     let axes = a.axes.sum(&b.axes, sign).ok_or(Mismatch::Axes)?;
     let nodes = zip(g, &a.nodes, &b.nodes, op);
     if a.kind == Kind::Vector && matches!(op(0, 0), Op::Add(..) | Op::Sub(..)) {
-        g.note(&nodes, Fact::Sum(a.nodes.clone(), b.nodes.clone(), sign));
+        g.note(&nodes, VectorBound::Sum(a.nodes.clone(), b.nodes.clone(), sign));
     }
     Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, axes, span })
 }
@@ -87,8 +87,8 @@ pub(super) fn multiply(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Resul
         _ => return Err(Mismatch::Kinds),
     };
     match (a.kind, b.kind) {
-        (Kind::Scalar, Kind::Vector) => g.note(&nodes, Fact::Scaled(b.nodes.clone(), a.nodes[0])),
-        (Kind::Vector, Kind::Scalar) => g.note(&nodes, Fact::Scaled(a.nodes.clone(), b.nodes[0])),
+        (Kind::Scalar, Kind::Vector) => g.note(&nodes, VectorBound::Scaled(b.nodes.clone(), a.nodes[0])),
+        (Kind::Vector, Kind::Scalar) => g.note(&nodes, VectorBound::Scaled(a.nodes.clone(), b.nodes[0])),
         _ => {}
     }
     Ok(Typed { kind, dimension, nodes, bare, axes, span })
@@ -105,7 +105,7 @@ pub(super) fn divide(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result<
     let nodes: Vec<usize> = a.nodes.iter().map(|&n| g.push(Op::Div(n, b.nodes[0]))).collect();
     if let Some(x) = g.constant(b.nodes[0]).filter(|_| a.kind == Kind::Vector) {
         let factor = g.number(1.0 / x);
-        g.note(&nodes, Fact::Scaled(a.nodes.clone(), factor));
+        g.note(&nodes, VectorBound::Scaled(a.nodes.clone(), factor));
     }
     Ok(Typed { kind: a.kind, dimension, nodes, bare: a.bare && b.bare, axes, span })
 }
@@ -128,14 +128,14 @@ pub(super) fn quaternion_product(g: &mut Graph, p: &[usize], q: &[usize]) -> Vec
         }
         nodes.push(sum);
     }
-    g.note(&nodes, Fact::Product(p.to_vec(), q.to_vec()));
+    g.note(&nodes, VectorBound::Product(p.to_vec(), q.to_vec()));
     nodes
 }
 
 /// Quaternion of the inverse rotation.
 pub(super) fn conjugate(g: &mut Graph, q: &[usize]) -> Vec<usize> {
     let nodes: Vec<usize> = q.iter().enumerate().map(|(i, &n)| if i == 0 { n } else { g.push(Op::Neg(n)) }).collect();
-    g.note(&nodes, Fact::Turned(q.to_vec()));
+    g.note(&nodes, VectorBound::Turned(q.to_vec()));
     nodes
 }
 
@@ -146,7 +146,7 @@ pub(super) fn rotate(g: &mut Graph, q: &[usize], v: &[usize]) -> Vec<usize> {
     let pure = [zero, v[0], v[1], v[2]];
     let half = quaternion_product(g, q, &pure);
     let turned = quaternion_product(g, &half, &inverse)[1..].to_vec();
-    g.note(&turned, Fact::Turned(v.to_vec()));
+    g.note(&turned, VectorBound::Turned(v.to_vec()));
     turned
 }
 
@@ -157,7 +157,7 @@ pub(super) fn dot(g: &mut Graph, a: &[usize], b: &[usize]) -> usize {
         let product = g.push(Op::Mul(a, b));
         sum = g.push(Op::Add(sum, product));
     }
-    g.note(&[sum], Fact::AtMost(a.to_vec(), b.to_vec()));
+    g.note(&[sum], VectorBound::AtMost(a.to_vec(), b.to_vec()));
     sum
 }
 
@@ -168,7 +168,7 @@ pub(super) fn cross(g: &mut Graph, a: &[usize], b: &[usize]) -> Vec<usize> {
         g.push(Op::Sub(plus, minus))
     };
     let nodes: Vec<usize> = [(1, 2), (2, 0), (0, 1)].iter().map(part).collect();
-    g.note(&nodes, Fact::AtMost(a.to_vec(), b.to_vec()));
+    g.note(&nodes, VectorBound::AtMost(a.to_vec(), b.to_vec()));
     nodes
 }
 

@@ -13,7 +13,7 @@ use stdlib_tasks::dimension::{LENGTH, NONE};
 use super::arguments::{CallError, number, orientation, vector};
 use super::functions::slerp;
 use super::ops::{Mismatch, conjugate, is_zero, quaternion_product, rotate};
-use super::robot_state::Now;
+use super::robot_state::RobotStateTerm;
 use super::scope::Failed;
 use super::{Axes, Frame, Graph, Kind, Lowering, Meaning, Typed};
 
@@ -73,12 +73,12 @@ pub(super) fn product(g: &mut Graph, a: &Typed, b: &Typed, span: Span) -> Result
     }
     // The result is a point, whether the vector is a literal, a displacement within the frame, or a point.
     axes.origins = b.axes.origins.filter(|o| *o == 0.0 || *o == 1.0).map(|_| 1.0);
-    let nodes = placed(g, &a.nodes, &b.nodes);
+    let nodes = transformed_point(g, &a.nodes, &b.nodes);
     Ok(Typed { kind: Kind::Vector, dimension: LENGTH, nodes, bare: false, axes, span })
 }
 
 /// Position in the outer frame of a point in a pose's frame: `p + q v`.
-fn placed(g: &mut Graph, pose: &[usize], v: &[usize]) -> Vec<usize> {
+fn transformed_point(g: &mut Graph, pose: &[usize], v: &[usize]) -> Vec<usize> {
     let (p, q) = pose.split_at(POSITION);
     let turned = rotate(g, q, v);
     p.iter().zip(turned).map(|(&p, v)| g.push(Op::Add(p, v))).collect()
@@ -86,7 +86,7 @@ fn placed(g: &mut Graph, pose: &[usize], v: &[usize]) -> Vec<usize> {
 
 /// Numbers of the composition of two poses.
 pub(super) fn composed(g: &mut Graph, a: &[usize], b: &[usize]) -> Vec<usize> {
-    let mut nodes = placed(g, a, &b[..POSITION]);
+    let mut nodes = transformed_point(g, a, &b[..POSITION]);
     nodes.extend(quaternion_product(g, &a[POSITION..], &b[POSITION..]));
     nodes
 }
@@ -112,8 +112,8 @@ impl Lowering<'_> {
     /// Lowers `frame(F).pose` from position and orientation.
     pub(super) fn frame_pose(&mut self, frame: &Value, at: Span, span: Span) -> Result<Typed, Failed> {
         let part = |name: &str| Spanned::new(name.to_string(), at);
-        let position = self.now(&Now::Frame(frame, &part("position")), span)?;
-        let orientation = self.now(&Now::Frame(frame, &part("orientation")), span)?;
+        let position = self.now(&RobotStateTerm::Frame(frame, &part("position")), span)?;
+        let orientation = self.now(&RobotStateTerm::Frame(frame, &part("orientation")), span)?;
         Ok(typed([position.nodes, orientation.nodes].concat(), orientation.axes, span))
     }
 

@@ -6,14 +6,14 @@ use stdlib_tasks::dimension::{Dimension, LENGTH};
 
 use super::scope::Failed;
 use super::{Axes, Frame, Kind, Lowering, Typed, frames};
-use crate::expr::constants::fits;
+use crate::expr::constants::check_dimension;
 
 /// Functions of the robot's current state.
 pub(crate) const PRESENT: &[&str] = &["frame", "point", "joint", "distance", "plane", "com", "field"];
 
 /// A part of the robot's current state, with the values that name it.
 #[derive(Clone, Debug)]
-pub enum Now<'v> {
+pub enum RobotStateTerm<'v> {
     /// `frame(F).position`, `frame(F).orientation`: the frame, and the field.
     Frame(&'v Value, &'v Spanned<String>),
     /// `point(F, OFFSET)`: the frame, and the offset in its axes (m).
@@ -60,7 +60,7 @@ fn carried(value: &Value) -> Option<&Spanned<String>> {
 }
 
 impl Lowering<'_> {
-    pub(super) fn now(&mut self, what: &Now, span: Span) -> Result<Typed, Failed> {
+    pub(super) fn now(&mut self, what: &RobotStateTerm, span: Span) -> Result<Typed, Failed> {
         self.scope.now(self.graph, what, span, self.diagnostics).ok_or(Failed)
     }
 
@@ -76,7 +76,7 @@ impl Lowering<'_> {
             if field.value == "pose" {
                 return self.frame_pose(frame, field.span, span);
             }
-            return self.now(&Now::Frame(frame, field), span);
+            return self.now(&RobotStateTerm::Frame(frame, field), span);
         }
         if let ValueKind::Name(name) = &inner.kind
             && let Some(part) = self.scope.part(self.graph, (name, inner.span), field, self.diagnostics)
@@ -127,8 +127,8 @@ impl Lowering<'_> {
                         .help("write `frame(F).position`, `frame(F).orientation` or `frame(F).pose`"),
                 );
             }
-            ("field", [field]) => return self.now(&Now::Field(field), span),
-            ("joint", [joint]) => return self.now(&Now::Joint(joint), span),
+            ("field", [field]) => return self.now(&RobotStateTerm::Field(field), span),
+            ("joint", [joint]) => return self.now(&RobotStateTerm::Joint(joint), span),
             ("plane", _) => {
                 return self.fail(
                     Diagnostic::error("HQ0304", span, "a plane by itself is no value")
@@ -148,7 +148,7 @@ impl Lowering<'_> {
                 return self.fail(d.help(format!("write `plane([x, y, z] m in {0}, [0, 0, 1] in {0})`", frame.value)));
             }
             ("distance", [a, b]) if plane_of(a).is_some() || plane_of(b).is_some() => return self.above(a, b, span),
-            ("distance", [a, b]) => return self.now(&Now::Distance(a, b), span),
+            ("distance", [a, b]) => return self.now(&RobotStateTerm::Distance(a, b), span),
             ("point", [frame, offset]) => {
                 let name = Spanned::new(crate::forms::text_of(frame).unwrap_or_default().to_string(), frame.span);
                 let axes = |s: &mut Self| s.scope.frame(&name, s.diagnostics).ok_or(Failed);
@@ -166,7 +166,7 @@ impl Lowering<'_> {
                     }
                 }
                 let offset = self.fixed(&typed, Some(LENGTH), &what)?;
-                return self.now(&Now::Point(frame, offset), span);
+                return self.now(&RobotStateTerm::Point(frame, offset), span);
             }
             ("field", _) => "field(NAME)",
             ("joint", _) => "joint(NAME)",
@@ -207,7 +207,7 @@ impl Lowering<'_> {
             return self.fail(d.help("write the direction that leads away from the plane, such as `[0, 0, 1]`"));
         };
         let axes = if axes == Frame::Any { Frame::World } else { axes };
-        self.now(&Now::Above(part, Plane { point, normal: normal.into(), axes, span: at }), span)
+        self.now(&RobotStateTerm::Above(part, Plane { point, normal: normal.into(), axes, span: at }), span)
     }
 
     /// Lowers a vector of any dimension and in any axes.
@@ -223,7 +223,7 @@ impl Lowering<'_> {
 
     /// Evaluates a constant vector, in SI.
     fn fixed(&mut self, typed: &Typed, dimension: Option<Dimension>, what: &Fixed) -> Result<[f64; 3], Failed> {
-        if let Some(d) = dimension.and_then(|wanted| fits(self.graph, typed, wanted, what.what)) {
+        if let Some(d) = dimension.and_then(|wanted| check_dimension(self.graph, typed, wanted, what.what)) {
             return self.fail(d);
         }
         let mut numbers = [0.0; 3];

@@ -3,7 +3,7 @@
 use dsl::tree::Value;
 use dsl::{Diagnostic, Help, Span, Spanned};
 
-use super::robot_state::Now;
+use super::robot_state::RobotStateTerm;
 use super::trajectories::needs_from;
 use super::{Frame, Graph, Start, Typed};
 use crate::expr::constants::Human;
@@ -85,7 +85,13 @@ pub trait Scope {
     /// Axes that the name behind `in` selects. Returns `None` if there are none here, with diagnostics.
     fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame>;
     /// Lowers a part of the robot's current state. Returns `None` if that is not permitted here, with diagnostics.
-    fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed>;
+    fn now(
+        &mut self,
+        graph: &mut Graph,
+        what: &RobotStateTerm,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed>;
     /// Lowers a part of a name, `h1.waited`. The outer `None` means that names have no parts in this scope; the inner
     /// one, that the name has no such part, with diagnostics.
     fn part(

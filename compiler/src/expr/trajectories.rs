@@ -9,7 +9,7 @@ use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, TIME};
 use super::errors;
 use super::scope::Failed;
 use super::{Axes, Frame, Kind, Lowering, Typed, frames, ops};
-use crate::expr::constants::{fits, wrong_dimension};
+use crate::expr::constants::{check_dimension, wrong_dimension};
 use crate::units;
 
 /// A named argument.
@@ -312,7 +312,7 @@ impl Lowering<'_> {
             return self.fail(d.help(format!("it is {}", of.text)));
         }
         self.fixed_goal(&typed)?;
-        if let Some(d) = fits(self.graph, &typed, dimension, &what) {
+        if let Some(d) = check_dimension(self.graph, &typed, dimension, &what) {
             let error = d.severity == dsl::Severity::Error;
             self.diagnostics.push(d);
             if error {

@@ -1,9 +1,9 @@
-//! Facts about the numbers of a vector or quaternion as a whole, which intervals of single numbers lose: a rotated
-//! vector keeps its length, a sum is near the sum of the centres.
+//! Bounds of a vector or quaternion as a whole, which intervals of single numbers lose: a rotated vector keeps its
+//! length, a sum is near the sum of the centres.
 
-/// Relation between some nodes of a graph.
+/// Relation between nodes of a graph that bounds a vector.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Fact {
+pub enum VectorBound {
     /// The vector is the first vector plus a factor times the second.
     Sum(Vec<usize>, Vec<usize>, f64),
     /// The vector is another one times a number.
@@ -18,23 +18,23 @@ pub enum Fact {
     Direction,
 }
 
-/// Nodes with a fact about them.
+/// Nodes with their bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Known {
     /// Nodes of the vector or quaternion; one node for a dot product.
     pub nodes: Vec<usize>,
-    /// The fact.
-    pub fact: Fact,
+    /// Their bound.
+    pub bound: VectorBound,
 }
 
-impl Fact {
-    /// Nodes that the fact depends on.
+impl VectorBound {
+    /// Nodes that the bound depends on.
     pub fn operands(&self) -> impl Iterator<Item = usize> {
         let (a, b): (&[usize], &[usize]) = match self {
-            Fact::Sum(a, b, _) | Fact::Product(a, b) | Fact::AtMost(a, b) => (a, b),
-            Fact::Scaled(a, by) => (a, std::slice::from_ref(by)),
-            Fact::Turned(a) => (a, &[]),
-            Fact::Direction => (&[], &[]),
+            VectorBound::Sum(a, b, _) | VectorBound::Product(a, b) | VectorBound::AtMost(a, b) => (a, b),
+            VectorBound::Scaled(a, by) => (a, std::slice::from_ref(by)),
+            VectorBound::Turned(a) => (a, &[]),
+            VectorBound::Direction => (&[], &[]),
         };
         a.iter().chain(b).copied()
     }

@@ -5,8 +5,8 @@ use dsl::{Diagnostic, Span, Spanned};
 
 use super::Lowerer;
 use crate::expand::{Given, quantity};
-use crate::expr::constants::{Params, fits};
-use crate::expr::{Frame, Graph, Lowering, Meaning, Now, Scope, Typed};
+use crate::expr::constants::{Params, check_dimension};
+use crate::expr::{Frame, Graph, Lowering, Meaning, RobotStateTerm, Scope, Typed};
 
 /// Scope of arguments. Names that only a task knows are left to the task.
 struct Outside<'s>(&'s mut Params);
@@ -32,7 +32,7 @@ impl Scope for Outside<'_> {
         None
     }
 
-    fn now(&mut self, _: &mut Graph, _: &Now, _: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {
+    fn now(&mut self, _: &mut Graph, _: &RobotStateTerm, _: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {
         None
     }
 }
@@ -53,7 +53,7 @@ impl Lowerer<'_> {
                 let d = Diagnostic::error("HQ0215", g.value.span, format!("{} is {needed}, and this is {is}", g.what));
                 Some(d.here(is).help(format!("give {needed}")))
             } else {
-                dimension.and_then(|d| fits(&self.graph, &typed, d, &g.what))
+                dimension.and_then(|d| check_dimension(&self.graph, &typed, d, &g.what))
             };
             if let Some(d) = wrong {
                 // From here on, a bare number is in SI, so the warning for a bare angle has to come here.

@@ -19,7 +19,7 @@ use crate::binding::TaskScope;
 use crate::binding::motion;
 use crate::diagnostics::examples;
 use crate::diagnostics::refused::{Refused, refuse};
-use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Start, Symbol, Typed};
+use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, RobotStateTerm, Scope, Start, Symbol, Typed};
 
 /// The scope of an expectation.
 pub(super) struct Watch<'s> {
@@ -239,7 +239,13 @@ impl Scope for Watch<'_> {
         self.inner.frame(name, diagnostics)
     }
 
-    fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+    fn now(
+        &mut self,
+        graph: &mut Graph,
+        what: &RobotStateTerm,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed> {
         self.inner.now(graph, what, span, diagnostics)
     }
 

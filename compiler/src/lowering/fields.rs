@@ -153,7 +153,9 @@ impl Lowerer<'_> {
             return None;
         }
         let what = "a point of a safety field";
-        let wrong = constants.fits(&typed, LENGTH, what).or_else(|| frames::wanted(&typed, &Frame::World, what, true));
+        let wrong = constants
+            .check_dimension(&typed, LENGTH, what)
+            .or_else(|| frames::wanted(&typed, &Frame::World, what, true));
         if let Some(d) = wrong {
             self.push(d);
             return None;

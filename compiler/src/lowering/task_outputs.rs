@@ -15,7 +15,7 @@ impl Lowerer<'_> {
             let name = &task.name;
             for of in stdlib_tasks::find(&task.definition.kind.value).map_or(&[][..], |k| k.outputs) {
                 let kind = type_of(of.dimension).unwrap_or("number");
-                let signal = self.interface.tell(format!("{}.{}", name.value, of.name), kind);
+                let signal = self.interface.declare_output(format!("{}.{}", name.value, of.name), kind);
                 let nodes = vec![self.graph.push(Op::Signal(self.interface.signals[signal].at + 1))];
                 let (kind, axes) = (Kind::Scalar, Axes::default());
                 let value = Typed { kind, dimension: of.dimension, nodes, bare: false, axes, span: name.span };

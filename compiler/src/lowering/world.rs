@@ -148,7 +148,7 @@ impl Lowerer<'_> {
             self.push(d.here(is).help(format!("write {needed}")));
             return None;
         }
-        if let Some(d) = crate::expr::constants::fits(&self.graph, &typed, dimension, what) {
+        if let Some(d) = crate::expr::constants::check_dimension(&self.graph, &typed, dimension, what) {
             let wrong = d.severity == dsl::Severity::Error;
             self.push(d);
             if wrong {

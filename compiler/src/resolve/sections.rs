@@ -9,7 +9,7 @@ use super::symbols::SymbolKind as K;
 use super::{CompletionContext as C, Meaning, Resolver};
 use crate::expand::Class;
 use crate::sections::{
-    BlockSchema, HAPPENING, InSyntax, Named, OF_ALL_SCENARIOS, OF_MISSIONS, RUNS, SCENARIO, ValueType, WAYPOINT,
+    BlockSchema, EVENT, InSyntax, Named, OF_ALL_SCENARIOS, OF_MISSIONS, RUNS, SCENARIO, ValueType, WAYPOINT,
 };
 
 /// Members of a mission that act in a scenario.
@@ -40,8 +40,8 @@ impl Resolver<'_> {
             let absent = kind.absent.iter().map(|absent| absent.0);
             let theirs: Vec<&str> = match () {
                 () if std::ptr::eq(section, &SCENARIO) => absent.collect(),
-                () if std::ptr::eq(section, &HAPPENING) => {
-                    HAPPENING.entries().filter(|key| KINDS.iter().any(|k| k.has(key)) && !kind.has(key)).collect()
+                () if std::ptr::eq(section, &EVENT) => {
+                    EVENT.entries().filter(|key| KINDS.iter().any(|k| k.has(key)) && !kind.has(key)).collect()
                 }
                 () => Vec::new(),
             };

@@ -44,19 +44,19 @@ impl Resolver<'_> {
         }
         // Named arguments are equivalent to entries in braces.
         let entries: Vec<&Entry> = definition.named.iter().chain(&definition.body.entries).collect();
-        let placed = &kind.positional[..definition.args.len().min(kind.positional.len())];
-        self.parameters(kind, kind.params, &entries, placed);
+        let positional = &kind.positional[..definition.args.len().min(kind.positional.len())];
+        self.parameters(kind, kind.params, &entries, positional);
     }
 
-    /// Resolves parameters in braces. `placed` are those given by position before them.
+    /// Resolves parameters in braces. `positional` are those given by position before them.
     fn parameters(
         &mut self,
         kind: &'static TaskKind,
         infos: &'static [ParamInfo],
         entries: &[&Entry],
-        placed: &[&str],
+        positional: &[&str],
     ) {
-        let given = placed.iter().copied().chain(entries.iter().map(|e| e.key.value.as_str()));
+        let given = positional.iter().copied().chain(entries.iter().map(|e| e.key.value.as_str()));
         for e in entries {
             let there = || given.clone().map(str::to_string).collect();
             if self.is_cursor(&e.key.value, |_| C::Parameters(infos, there())) {

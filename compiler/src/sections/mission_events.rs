@@ -28,7 +28,7 @@ const DISTANCE: Key = Key::optional(
 );
 
 /// Something that happens.
-pub static HAPPENING: BlockSchema = BlockSchema {
+pub static EVENT: BlockSchema = BlockSchema {
     name: "an event of a mission",
     keys: &[
         Key::required(

@@ -24,7 +24,7 @@ pub use human::{HUMAN, HUMAN_POINT, HUMAN_SCRIPT, HumanBlock};
 pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION, VARIABLE, WRENCH};
 pub use mission::declare::common::RUNS;
 pub use mission::kinds::MISSION;
-pub use mission_events::{APPROACHES, DISTANCES, HAPPENING, REPLY, WAITS};
+pub use mission_events::{APPROACHES, DISTANCES, EVENT, REPLY, WAITS};
 pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
 pub use scenario::{
     LATE, LOST, OF_ALL_SCENARIOS, OF_MISSIONS, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR, SIGNAL_SCRIPT,

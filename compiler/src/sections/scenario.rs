@@ -5,7 +5,7 @@ use stdlib_tasks::dimension::{ANGLE, Dimension, FORCE, LENGTH, MOMENT, NONE, TIM
 use stdlib_tasks::params::Quantity;
 
 use super::human::HUMAN_SCRIPT;
-use super::mission_events::{HAPPENING, REPLY};
+use super::mission_events::{EVENT, REPLY};
 use super::spec::{ACTUATOR_ACCELERATION, ACTUATOR_SPEED};
 use super::{BlockSchema, Key, Named, Place, ValueType};
 
@@ -67,7 +67,7 @@ block! {
         step: f64 = or(ValueType::Number(Quantity::above(TIME, 0.0)), "1 s");
         /// Of a mission: events that the plan does not contain, each at its time: `[{ at 120 s  moved h1  to [2, 0]
         /// m }, ..]`.
-        happens: Option<Unbound> = elsewhere(ValueType::Blocks(&HAPPENING));
+        happens: Option<Unbound> = elsewhere(ValueType::Blocks(&EVENT));
         /// Of a schedule: feedback of people after they were served, by name. The k-th entry is the feedback on the
         /// k-th service, and the last entry repeats; an empty entry is no feedback.
         feedback: Option<Unbound> = elsewhere(ValueType::Of(Named::Person, &ValueType::Blocks(&REPLY)));

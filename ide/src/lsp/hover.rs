@@ -31,7 +31,7 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
         Meaning::Output(kind, output) => {
             let unit = catalogue::unit(output.dimension);
             format!(
-                "`{}`, in {unit}: {}\n\nWhat a task `{}` tells while it runs.",
+                "`{}`, in {unit}: {}\n\nOutput of a task `{}` while it runs.",
                 output.name, output.description, kind.name
             )
         }
@@ -58,7 +58,7 @@ pub(super) fn verb(verb: &Verb) -> String {
     let outcomes: Vec<String> = verb.outcomes.iter().map(|o| format!("`{o}`")).collect();
     match outcomes.as_slice() {
         [] => format!("`{}`: {}", verb.form, verb.doc),
-        some => format!("`{}`: {}\n\nAn event tells how it came out: {}.", verb.form, verb.doc, some.join(" or ")),
+        some => format!("`{}`: {}\n\nIts outcome is an event: {}.", verb.form, verb.doc, some.join(" or ")),
     }
 }
 
@@ -138,11 +138,11 @@ pub(super) fn parameter(info: &ParamInfo) -> String {
 
 /// Text for a task type: its page of the catalogue.
 pub(super) fn task_kind(kind: &TaskKind) -> String {
-    let nature = match kind.row_kind {
+    let row_kind = match kind.row_kind {
         RowKind::Inequality => "limit",
         RowKind::Equality => "target",
     };
-    let mut out = format!("**{}** ({nature}): {}\n\n{}\n\n", kind.name, kind.summary, kind.docs);
+    let mut out = format!("**{}** ({row_kind}): {}\n\n{}\n\n", kind.name, kind.summary, kind.docs);
     for info in kind.params {
         let _ = writeln!(out, "- `{}`: {}; {}", info.name, describe(&info.ty), presence(&info.presence));
     }

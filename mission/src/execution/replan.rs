@@ -52,7 +52,7 @@ pub trait Replans: World {
     type Steps;
 
     /// The entry of the log for a change of the plan.
-    fn changed(change: PlanChange) -> Self::Happening;
+    fn changed(change: PlanChange) -> Self::LogEntry;
     /// The reaction that the settings ask for, and the threshold of the index.
     fn rule(settings: &Self::Settings) -> (Replan, f64);
 

@@ -17,7 +17,7 @@ pub trait World: Clone + Debug + Send + Sized {
     /// The activities of its plans.
     type Activity: Clone + Debug + Send;
     /// The kind's list of what can happen.
-    type Happening: Clone + Debug + Send;
+    type LogEntry: Clone + Debug + Send;
     /// A step that happens by itself; see [`DiscreteEvents::Step`].
     type Step: Copy + Ord;
 
@@ -38,7 +38,7 @@ pub struct Simulation<W: World> {
     /// Start of the mission (s).
     pub(crate) begin: f64,
     pub(crate) time: f64,
-    pub(crate) log: Log<W::Happening>,
+    pub(crate) log: Log<W::LogEntry>,
     pub(crate) world: W,
 }
 
@@ -82,13 +82,13 @@ impl<W: World> Simulation<W> {
     }
 
     /// Everything that has happened, in order.
-    pub fn records(&self) -> &[Record<W::Happening>] {
+    pub fn records(&self) -> &[Record<W::LogEntry>] {
         &self.log.records
     }
 
     /// Lets time pass until `to` (s), and returns the records of that time. A time before the present, or no finite number,
     /// lets nothing pass.
-    pub fn advance(&mut self, to: f64) -> &[Record<W::Happening>] {
+    pub fn advance(&mut self, to: f64) -> &[Record<W::LogEntry>] {
         let from = self.log.records.len();
         self.run_until(to);
         &self.log.records[from..]
@@ -101,12 +101,12 @@ impl<W: World> Simulation<W> {
     }
 
     /// Writes into the log that this happens at the present time.
-    pub(crate) fn record(&mut self, what: W::Happening) {
+    pub(crate) fn record(&mut self, what: W::LogEntry) {
         self.log.records.push(Record { time: self.time, what });
     }
 
     /// Notes that everything is done at the present time, with this entry of the log; once.
-    pub(crate) fn finish(&mut self, what: W::Happening) {
+    pub(crate) fn finish(&mut self, what: W::LogEntry) {
         if self.log.done.is_none() {
             self.log.done = Some(self.time);
             self.record(what);

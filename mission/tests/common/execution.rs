@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
 use hierarq_mission::kinds::schedule::choose::{Formulation, Options};
-use hierarq_mission::kinds::schedule::execution::{Event, Happening, Record, ScheduleExecution, Settings};
+use hierarq_mission::kinds::schedule::execution::{Event, LogEntry, Record, ScheduleExecution, Settings};
 use hierarq_mission::kinds::schedule::plan::{Activity, Actor, Phase, Plan, Target};
 
 pub fn near(a: f64, b: f64, by: f64) {
@@ -44,19 +44,19 @@ pub fn happened(records: &[Record]) -> Times {
     let mut times = Times::new();
     for record in records {
         let (key, name) = match record.what {
-            Happening::OperationBegan { agent, operation } => ((agent, operation), "start"),
-            Happening::OperationEnded { agent, operation } => ((agent, operation), "end"),
-            Happening::Left { agent, operation, .. } => ((agent, operation), "going"),
-            Happening::Waits { agent, operation, .. } => ((agent, operation), "waiting"),
-            Happening::Approaches { agent, operation, .. } => ((agent, operation), "proximity"),
-            Happening::Serves { agent, operation, .. } => ((agent, operation), "serving"),
-            Happening::Served { agent, operation, .. } => ((agent, operation), "depositing"),
-            Happening::BrokenOff { agent, operation, .. } => {
+            LogEntry::OperationBegan { agent, operation } => ((agent, operation), "start"),
+            LogEntry::OperationEnded { agent, operation } => ((agent, operation), "end"),
+            LogEntry::Left { agent, operation, .. } => ((agent, operation), "going"),
+            LogEntry::Waits { agent, operation, .. } => ((agent, operation), "waiting"),
+            LogEntry::Approaches { agent, operation, .. } => ((agent, operation), "proximity"),
+            LogEntry::Serves { agent, operation, .. } => ((agent, operation), "serving"),
+            LogEntry::Served { agent, operation, .. } => ((agent, operation), "depositing"),
+            LogEntry::BrokenOff { agent, operation, .. } => {
                 let of = times.entry((agent, operation)).or_default();
                 of.retain(|name, _| matches!(*name, "start" | "end"));
                 continue;
             }
-            Happening::Told { event: Event::Lost { who: Actor::Agent(lost) } } => {
+            LogEntry::Handled { event: Event::Lost { who: Actor::Agent(lost) } } => {
                 // An operation that was not served counts as not begun.
                 times.retain(|(agent, _), of| *agent != lost || of.contains_key("depositing"));
                 continue;
@@ -94,6 +94,6 @@ pub fn keeps(plan: &Plan, records: &[Record]) -> Result<(), String> {
     Ok(())
 }
 
-pub fn count(records: &[Record], of: impl Fn(&Happening) -> bool) -> usize {
+pub fn count(records: &[Record], of: impl Fn(&LogEntry) -> bool) -> usize {
     records.iter().filter(|record| of(&record.what)).count()
 }

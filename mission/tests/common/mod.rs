@@ -3,7 +3,7 @@
 
 pub mod execution;
 
-use hierarq_mission::kinds::schedule::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot};
+use hierarq_mission::kinds::schedule::problem::{AgentKind, Distances, Duration, Problem, Robot, WorkingAgent};
 use hierarq_mission::numbers::{Energy, Range};
 
 /// A small random number generator, so that the problems are the same on all platforms.
@@ -39,12 +39,12 @@ pub fn robot(name: &str, depot: [f64; 2], factor: f64) -> Robot {
     }
 }
 
-pub fn agent(name: &str, kind: AgentKind, place: [f64; 2], operations: usize, mean: f64) -> Agent {
+pub fn agent(name: &str, kind: AgentKind, place: [f64; 2], operations: usize, mean: f64) -> WorkingAgent {
     // No limit of waits, as in the thesis.
-    Agent {
+    WorkingAgent {
         severity: 0.5,
         wait_limit: 1e6,
-        ..Agent::new(name, kind, place, operations, Duration { mean, sigma: 0.1 * mean })
+        ..WorkingAgent::new(name, kind, place, operations, Duration { mean, sigma: 0.1 * mean })
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use hierarq_mission::engine::Budget;
 use hierarq_mission::kinds::layers::choose::Options;
-use hierarq_mission::kinds::layers::execution::{Doing, Happening, LayersExecution, Record, Settings};
+use hierarq_mission::kinds::layers::execution::{Doing, LayersExecution, LogEntry, Record, Settings};
 use hierarq_mission::kinds::layers::problem::Problem;
 use hierarq_mission::kinds::layers::validate::validate;
 
@@ -42,15 +42,15 @@ pub fn performed(records: &[Record]) -> Vec<Performed> {
     let mut all = Vec::new();
     for record in records {
         match record.what {
-            Happening::Begun { agent, task, object } => {
+            LogEntry::Begun { agent, task, object } => {
                 let (start, end) = (record.time, f64::INFINITY);
                 let before = under_way.insert(agent, Performed { agent, task, object, start, end, done: false });
                 assert!(before.is_none(), "agent {agent} does two things at a time");
             }
-            Happening::Ended { agent, task } | Happening::Dropped { agent, task } => {
+            LogEntry::Ended { agent, task } | LogEntry::Dropped { agent, task } => {
                 let one = under_way.remove(&agent).expect("something under way");
                 assert_eq!(one.task, task);
-                let done = matches!(record.what, Happening::Ended { .. });
+                let done = matches!(record.what, LogEntry::Ended { .. });
                 all.push(Performed { end: record.time, done, ..one });
             }
             _ => {}

@@ -6,8 +6,8 @@ use crate::fault::Fault;
 impl Controller {
     /// Describes a fault of the last tick in words.
     pub fn describe(&self, fault: &Fault) -> String {
-        let stage = &self.stages[self.active];
-        let members = stage.evaluator.members();
+        let stack = &self.stacks[self.active];
+        let members = stack.evaluator.members();
         let task = |member: usize| members.get(member).map_or("?", |m| m.name.as_str());
         let row = |member: usize, row: usize| {
             let info = members.get(member).and_then(|m| m.row_info.get(row));
@@ -17,7 +17,7 @@ impl Controller {
             "" => String::new(),
             name => format!(" in state `{name}`"),
         };
-        let level = |i: usize| stage.level_names().get(i).map_or("?", String::as_str);
+        let level = |i: usize| stack.level_names().get(i).map_or("?", String::as_str);
         match *fault {
             Fault::Observation { index: Some(i) } => {
                 format!("number {i} of the observed configuration is missing or not finite")
@@ -38,10 +38,10 @@ impl Controller {
             }
             Fault::NotFinite { member, row: r } => format!("{}: a number is not finite", row(member, r)),
             Fault::Value { at } => {
-                let names = &stage.value_names;
-                let name = names.iter().find(|n| n.0.contains(&at)).map_or("a parameter", |n| n.1.as_str());
-                let value = stage.evaluator.value(at).unwrap_or(f64::NAN);
-                let rate = stage.evaluator.rate(at).unwrap_or(f64::NAN);
+                let names = &stack.value_names;
+                let name = names.iter().find(|n| n.at.contains(&at)).map_or("a parameter", |n| n.text.as_str());
+                let value = stack.evaluator.value(at).unwrap_or(f64::NAN);
+                let rate = stack.evaluator.rate(at).unwrap_or(f64::NAN);
                 match (value.is_finite(), rate.is_finite()) {
                     (false, _) => format!("{name} has no finite value"),
                     (true, false) => format!("{name} changes infinitely fast"),
@@ -59,13 +59,13 @@ impl Controller {
             }
             Fault::Limit { member, row: r } => format!("{}: the limit is passed{state}", row(member, r)),
             Fault::Infeasible { level: l } => {
-                let rows = stage.unmet(l);
+                let rows = stack.unmet(l);
                 let list = if rows.is_empty() { String::new() } else { format!(": {}", rows.join(", ")) };
                 format!("hard level `{}` cannot be met{state}{list}", level(l))
             }
             Fault::Solver { level: l } => format!("no usable answer for level `{}`", level(l)),
             Fault::Tracking { dof } => {
-                let name = stage.evaluator.model().dofs.get(dof).map_or("?", |d| d.name.as_str());
+                let name = stack.evaluator.model().dofs.get(dof).map_or("?", |d| d.name.as_str());
                 format!("`{name}` is more than {TRACKING_LIMIT} rad or m away from its reference")
             }
         }

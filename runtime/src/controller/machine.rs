@@ -15,9 +15,9 @@ use robot::{Data, Model};
 use stdlib_tasks::task::State as TaskState;
 
 use super::guards::{Guard, Guards};
-use super::machine_actions::{Present, ReadyAction};
-use super::stack_controller::Stage;
-use crate::evaluator::Moment;
+use super::machine_actions::{Kinematics, ObservedState, ReadyAction};
+use super::stack_controller::StackController;
+use crate::evaluator::TickInputs;
 use crate::fault::Fault;
 use crate::program::{FaultPattern, MachineProgram, Program, Times, TransitionProgram, Trigger};
 use crate::signals::Signals;
@@ -32,9 +32,9 @@ pub struct Request {
     pub begin: bool,
 }
 
-/// Change of state.
+/// Result of a transition.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Change {
+pub(super) struct StateChange {
     /// Duration of the blend to the new command (s).
     pub blend: f64,
     /// True if the stack of the new state is entered.
@@ -43,13 +43,13 @@ pub(super) struct Change {
 
 /// Response of the machine to a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Answer {
+pub(super) enum FaultResponse {
     /// A transition was taken.
-    Went(Change),
+    Transition(StateChange),
     /// The target of the matching transition is already active.
-    Here,
+    AlreadyInTarget,
     /// No transition matches the fault.
-    None,
+    Unhandled,
 }
 
 /// A machine at run time.
@@ -148,12 +148,12 @@ impl Machine {
     ///
     /// # Errors
     /// The first fault. The actions after it are still performed.
-    pub fn perform(&mut self, signals: &mut Signals, now: Present) -> Result<(), Fault> {
+    pub fn perform(&mut self, signals: &mut Signals, now: ObservedState) -> Result<(), Fault> {
         let Machine { own, pending, model, data, .. } = self;
         let mut first = Ok(());
         for (action, entered) in pending.drain(..) {
             if let Some(own) = &mut own[action] {
-                first = first.and(own.act(signals, (model, data), now, entered));
+                first = first.and(own.act(signals, Kinematics { model, data }, now, entered));
             }
         }
         first
@@ -165,25 +165,25 @@ impl Machine {
         needs.copied().find(|&s| is_stale(s)).map(|signal| Fault::Stale { signal })
     }
 
-    /// Responds to a fault of `stage`.
-    pub fn fault(&mut self, fault: &Fault, stage: &Stage, time: f64) -> Answer {
+    /// Responds to a fault of `stack`.
+    pub fn fault(&mut self, fault: &Fault, stack: &StackController, time: f64) -> FaultResponse {
         let mut level = self.current;
         loop {
             for i in 0..self.program.states[level].transitions.len() {
                 let t = &self.program.states[level].transitions[i];
                 let Trigger::Fault(pattern) = &t.trigger else { continue };
-                if !answers(pattern, fault, stage) {
+                if !matches_fault(pattern, fault, stack) {
                     continue;
                 }
                 let (target, blend) = (t.target, t.blend);
                 if self.program.path(self.current).any(|s| s == target) {
-                    return Answer::Here;
+                    return FaultResponse::AlreadyInTarget;
                 }
-                return Answer::Went(self.go(level, target, blend, time));
+                return FaultResponse::Transition(self.go(level, target, blend, time));
             }
             match self.program.states[level].parent {
                 Some(parent) => level = parent,
-                None => return Answer::None,
+                None => return FaultResponse::Unhandled,
             }
         }
     }
@@ -199,17 +199,23 @@ impl Machine {
     }
 
     /// Takes the first transition whose trigger holds at this tick. Never allocates.
-    pub fn step(&mut self, q: &[f64], events: &[bool], moment: Moment, stage: &Stage) -> Option<Change> {
-        let time = moment.times.time;
+    pub fn step(
+        &mut self,
+        q: &[f64],
+        events: &[bool],
+        inputs: TickInputs,
+        stack: &StackController,
+    ) -> Option<StateChange> {
+        let time = inputs.times.time;
         if self.program.path(self.current).any(|s| self.guards[s].state) {
             self.model.forward(q, &mut self.data);
         }
         let mut taken = None;
         let mut level = Some(self.current);
         while let Some(s) = level {
-            self.look(s, q, moment);
-            self.arm(s, time, stage);
-            let found = self.first(s, events, time, stage);
+            self.look(s, q, inputs);
+            self.arm(s, time, stack);
+            let found = self.first(s, events, time, stack);
             // Conditions of outer states are evaluated in any case, because they may have to hold for a while.
             taken = taken.or(found.map(|i| (s, i)));
             level = self.program.states[s].parent;
@@ -223,13 +229,13 @@ impl Machine {
 
     /// Unblocks transitions that restart a state and whose trigger does not hold now, and blocks times that have
     /// elapsed while the machine is already in their target.
-    fn arm(&mut self, state: usize, time: f64, stage: &Stage) {
+    fn arm(&mut self, state: usize, time: f64, stack: &StackController) {
         for i in 0..self.guards[state].ways.len() {
             let t = &self.program.states[state].transitions[i];
-            let known = !matches!(t.trigger, Trigger::Reached { .. }) || self.runs(stage);
+            let known = !matches!(t.trigger, Trigger::Reached { .. }) || self.runs(stack);
             let passes = matches!(t.trigger, Trigger::After(_)) && self.stays(state, t);
             if self.guards[state].ways[i].waits || passes {
-                self.guards[state].ways[i].waits = !known || self.holds(state, i, &[], time, stage);
+                self.guards[state].ways[i].waits = !known || self.holds(state, i, &[], time, stack);
             }
         }
     }
@@ -240,11 +246,11 @@ impl Machine {
     }
 
     /// Returns the first transition of a state that is taken at this tick.
-    fn first(&self, state: usize, events: &[bool], time: f64, stage: &Stage) -> Option<usize> {
+    fn first(&self, state: usize, events: &[bool], time: f64, stack: &StackController) -> Option<usize> {
         let mut kept = false;
         for (i, t) in self.program.states[state].transitions.iter().enumerate() {
             let event = matches!(t.trigger, Trigger::Event(_));
-            if (kept && !event) || self.guards[state].ways[i].waits || !self.holds(state, i, events, time, stage) {
+            if (kept && !event) || self.guards[state].ways[i].waits || !self.holds(state, i, events, time, stack) {
                 continue;
             }
             if !self.stays(state, t) {
@@ -256,16 +262,16 @@ impl Machine {
     }
 
     /// Evaluates the conditions of a state.
-    fn look(&mut self, state: usize, q: &[f64], moment: Moment) {
-        let time = moment.times.time;
+    fn look(&mut self, state: usize, q: &[f64], inputs: TickInputs) {
+        let time = inputs.times.time;
         let Machine { guards, model, data, entered, .. } = self;
         let g = &mut guards[state];
         if g.ways.iter().all(|w| w.condition.is_none()) {
             return;
         }
-        g.values.evaluate(Times { t: time - entered[state], time }, moment.signals);
+        g.values.evaluate(Times { t: time - entered[state], time }, inputs.signals);
         let ValueTable { current, rates, .. } = &g.values;
-        let Moment { velocity, stack_velocity, .. } = moment;
+        let TickInputs { velocity, stack_velocity, .. } = inputs;
         let now = TaskState { model, data, q, values: current, rates, velocity, stack_velocity };
         for Guard { condition, since, .. } in &mut g.ways {
             let Some(condition) = condition else { continue };
@@ -278,20 +284,20 @@ impl Machine {
         }
     }
 
-    fn holds(&self, state: usize, i: usize, events: &[bool], time: f64, stage: &Stage) -> bool {
+    fn holds(&self, state: usize, i: usize, events: &[bool], time: f64, stack: &StackController) -> bool {
         match &self.program.states[state].transitions[i].trigger {
             Trigger::Event(e) => events.get(*e) == Some(&true) || self.raised[0].get(*e) == Some(&true),
             // Tolerates half a microsecond, for the rounding error of a sum of periods.
             Trigger::When { hold, .. } => time - self.guards[state].ways[i].since >= hold - 5e-7,
             Trigger::After(d) => time - self.entered[state] >= d - 5e-7,
             Trigger::Reached { task, tolerances } => {
-                let member = stage.evaluator.members().iter().find(|m| m.program_index == *task);
-                self.runs(stage)
+                let member = stack.evaluator.members().iter().find(|m| m.program_index == *task);
+                self.runs(stack)
                     && member.is_some_and(|m| {
-                        if !m.slots.iter().all(|&at| stage.evaluator.is_settled(at)) {
+                        if !m.slots.iter().all(|&at| stack.evaluator.is_settled(at)) {
                             return false;
                         }
-                        let errors = &stage.evaluator.measures()[m.measures.clone()];
+                        let errors = &stack.evaluator.measures()[m.measures.clone()];
                         errors.len() == tolerances.len() && errors.iter().zip(tolerances).all(|(e, t)| e.abs() <= *t)
                     })
             }
@@ -301,12 +307,12 @@ impl Machine {
 
     /// Returns true if the measures of the current state's stack are valid: that stack runs, and for more than one
     /// tick. A target that starts slowly does not move at its first tick.
-    fn runs(&self, stage: &Stage) -> bool {
-        self.stack() == Some(stage.stack()) && stage.ticks() > 1
+    fn runs(&self, stack: &StackController) -> bool {
+        self.stack() == Some(stack.index()) && stack.ticks() > 1
     }
 
     /// Moves from the current state to another; `source` is the state that defines the transition.
-    fn go(&mut self, source: usize, target: usize, blend: f64, time: f64) -> Change {
+    fn go(&mut self, source: usize, target: usize, blend: f64, time: f64) -> StateChange {
         // Innermost state that is not exited: it contains both the transition and its target.
         let holds_target = |s: usize| s != target && self.program.path(target).any(|p| p == s);
         let stays = self.program.path(source).find(|&s| holds_target(s)).unwrap_or(0);
@@ -319,7 +325,7 @@ impl Machine {
         self.current = stays;
         self.enter(target, time);
         let same = self.owner == owner && self.program.path(stays).any(|s| s == owner);
-        Change { blend, stack: !same }
+        StateChange { blend, stack: !same }
     }
 
     /// Enters a state inside the current one, with the states between them and its initial states.
@@ -364,15 +370,15 @@ impl Machine {
     }
 }
 
-fn answers(pattern: &FaultPattern, fault: &Fault, stage: &Stage) -> bool {
+fn matches_fault(pattern: &FaultPattern, fault: &Fault, stack: &StackController) -> bool {
     match (pattern, fault) {
         (FaultPattern::Any, _) => true,
         (FaultPattern::Kind(kind), f) => f.kind() == *kind,
         (FaultPattern::Stale(signal), Fault::Stale { signal: s }) => s == signal,
         (FaultPattern::StaleAmong(all), Fault::Stale { signal }) => all.contains(signal),
-        (FaultPattern::Infeasible(name), Fault::Infeasible { level }) => stage.level_names().get(*level) == Some(name),
+        (FaultPattern::Infeasible(name), Fault::Infeasible { level }) => stack.level_names().get(*level) == Some(name),
         (FaultPattern::Limit(task), Fault::Limit { member, .. }) => {
-            stage.evaluator.members().get(*member).is_some_and(|m| m.program_index == *task)
+            stack.evaluator.members().get(*member).is_some_and(|m| m.program_index == *task)
         }
         _ => false,
     }

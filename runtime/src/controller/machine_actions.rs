@@ -29,9 +29,15 @@ pub(super) struct Assigned {
     numbers: Vec<f64>,
 }
 
+/// Model of the robot, with storage for its kinematics at a configuration.
+pub(super) struct Kinematics<'a> {
+    pub model: &'a Model,
+    pub data: &'a mut Data,
+}
+
 /// State of the robot at the tick of an action.
 #[derive(Clone, Copy)]
-pub(super) struct Present<'a> {
+pub(super) struct ObservedState<'a> {
     /// Observed configuration, which may be unusable.
     pub q: &'a [f64],
     /// Velocity of the reference since the last tick.
@@ -62,13 +68,13 @@ impl ReadyAction {
     pub fn act(
         &mut self,
         signals: &mut Signals,
-        (model, data): (&Model, &mut Data),
-        now: Present,
+        kinematics: Kinematics,
+        now: ObservedState,
         entered: f64,
     ) -> Result<(), Fault> {
         match self {
             ReadyAction::Set { variable, optional, value } => {
-                let found = value.evaluate(signals.table(), (model, data), now, entered);
+                let found = value.evaluate(signals.table(), kinematics, now, entered);
                 let failed = match found {
                     Ok(numbers) if signals.assign(*variable, numbers) => return Ok(()),
                     Ok(_) => Fault::Variable { signal: *variable },
@@ -105,8 +111,8 @@ impl Assigned {
     fn evaluate(
         &mut self,
         signals: &[f64],
-        (model, data): (&Model, &mut Data),
-        now: Present,
+        Kinematics { model, data }: Kinematics,
+        now: ObservedState,
         entered: f64,
     ) -> Result<&[f64], Fault> {
         let Assigned { values, expression, state, numbers } = self;

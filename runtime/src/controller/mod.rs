@@ -29,7 +29,7 @@ use crate::signals::Signals;
 use machine::Machine;
 pub use machine::Request;
 use measured::MeasuredMotion;
-pub use stack_controller::Stage;
+pub use stack_controller::StackController;
 use stack_controller::{common_levels, standing};
 
 /// Largest distance between a joint and its reference, in rad or m. A larger one is the fault `Tracking`.
@@ -61,18 +61,18 @@ pub struct Command<'a> {
 /// Program prepared for execution.
 pub struct Controller {
     /// Stacks that a run can enter, followed by an empty stack if a state has none.
-    stages: Vec<Stage>,
-    /// Number of levels that each pair of stages shares.
+    stacks: Vec<StackController>,
+    /// Number of levels that each pair of stacks shares.
     common: Vec<Vec<usize>>,
-    /// Index of the stage of each stack of the program.
-    stage_of: Vec<usize>,
-    /// Index of the stage that runs.
+    /// Index in `stacks` of each stack of the program.
+    index_of_stack: Vec<usize>,
+    /// Index in `stacks` of the stack that runs.
     active: usize,
-    /// Duration of the blend (s) if the stage is to be entered.
+    /// Duration of the blend (s) if the stack is to be entered.
     entering: Option<f64>,
     /// Number of times a stack has been entered.
     visits: u64,
-    /// Index of the stage whose velocity moves the robot.
+    /// Index in `stacks` of the stack whose velocity moves the robot.
     moving: Option<usize>,
     machine: Machine,
     /// Measures that the machine's conditions read; `None` if there are none.
@@ -145,23 +145,23 @@ impl Controller {
     }
 
     fn of(program: &Program, machine: &MachineProgram) -> Result<Controller, ProgramError> {
-        let mut stage_of = vec![usize::MAX; program.stacks.len()];
-        let mut stages = Vec::new();
+        let mut index_of_stack = vec![usize::MAX; program.stacks.len()];
+        let mut stacks = Vec::new();
         for stack in machine.states.iter().filter_map(|s| s.stack) {
-            if stage_of.get(stack).is_none_or(|s| *s == usize::MAX) {
-                stages.push(Stage::new(program, stack)?);
-                stage_of[stack] = stages.len() - 1;
+            if index_of_stack.get(stack).is_none_or(|s| *s == usize::MAX) {
+                stacks.push(StackController::new(program, stack)?);
+                index_of_stack[stack] = stacks.len() - 1;
             }
         }
         if (0..machine.states.len()).any(|s| machine.stack(machine.leaf(s)).is_none()) {
-            stages.push(Stage::new(&standing(program), program.stacks.len())?);
+            stacks.push(StackController::new(&standing(program), program.stacks.len())?);
         }
         let model = &program.robot.model;
         let (nq, nv) = (model.nq(), model.nv());
         Ok(Controller {
-            common: common_levels(program, &stages),
-            stages,
-            stage_of,
+            common: common_levels(program, &stacks),
+            stacks,
+            index_of_stack,
             active: 0,
             entering: None,
             visits: 0,
@@ -261,16 +261,16 @@ impl Controller {
 
     /// Returns true while the command blends from one stack to another.
     pub fn is_blending(&self) -> bool {
-        self.stages[self.active].is_blending()
+        self.stacks[self.active].is_blending()
     }
 
-    /// Stages of the stacks that the run can enter; the last one is empty if a state has no stack.
-    pub fn stages(&self) -> &[Stage] {
-        &self.stages
+    /// Controllers of the stacks that the run can enter; the last one is empty if a state has no stack.
+    pub fn stacks(&self) -> &[StackController] {
+        &self.stacks
     }
 
-    /// Index into [`Controller::stages`] of the stack that ran at the last tick.
-    pub fn stage(&self) -> usize {
+    /// Index into [`Controller::stacks`] of the stack that ran at the last tick.
+    pub fn active_stack(&self) -> usize {
         self.active
     }
 
@@ -280,7 +280,7 @@ impl Controller {
     }
 
     /// Time at which the running stack was entered (s).
-    pub fn stage_entered(&self) -> f64 {
+    pub fn stack_entered(&self) -> f64 {
         self.machine.stack_entered()
     }
 
@@ -291,7 +291,7 @@ impl Controller {
 
     /// Returns true if the budget of the last tick was spent before the stack's hierarchy was solved.
     pub fn is_late(&self) -> bool {
-        self.outputs_written && self.stages[self.active].is_late()
+        self.outputs_written && self.stacks[self.active].is_late()
     }
 
     /// Returns true if a fault has halted the robot until a restart.
@@ -301,17 +301,17 @@ impl Controller {
 
     /// Evaluator of the active stack, as of the last tick.
     pub fn evaluator(&self) -> &Evaluator {
-        self.stages[self.active].evaluator()
+        self.stacks[self.active].evaluator()
     }
 
     /// Solution of the last tick for the running stack. It differs from [`Controller::velocity`] during a blend.
     pub fn solution(&self) -> &Solution {
-        &self.stages[self.active].solution
+        &self.stacks[self.active].solution
     }
 
     /// Problem of the last tick.
     pub fn problem(&self) -> &Problem {
-        self.stages[self.active].problem()
+        self.stacks[self.active].problem()
     }
 
     /// Velocity of the reference at the last tick.
@@ -328,7 +328,7 @@ impl Controller {
 
     /// Name of the solver that computes the velocities.
     pub fn solver_name(&self) -> &'static str {
-        self.stages[self.active].solver_name()
+        self.stacks[self.active].solver_name()
     }
 
     /// Degrees of freedom left after a level at the last tick, without those that the stack locks.
@@ -339,7 +339,7 @@ impl Controller {
 
     /// Names of the levels of the running stack.
     pub fn level_names(&self) -> &[String] {
-        self.stages[self.active].level_names()
+        self.stacks[self.active].level_names()
     }
 
     /// Reference configuration for the next tick.

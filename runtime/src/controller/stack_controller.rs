@@ -1,4 +1,4 @@
-//! Stage of a stack: its tasks, the problem that they fill, the solver, and the blend from the velocity of another
+//! Controller of a stack: its tasks, the problem that they fill, the solver, and the blend from the velocity of another
 //! stack.
 //!
 //! Blend. Let v be the velocity of the reference at the last tick, and v_B(0) the solution of this stack at its first
@@ -47,7 +47,7 @@ use std::time::Instant;
 
 use solver::{HierarchicalSolver, LevelShape, LevelStatus, Problem, Smooth, Solution, Status};
 
-use crate::evaluator::{Evaluator, Moment};
+use crate::evaluator::{Evaluator, LevelRows, TickInputs};
 use crate::fault::Fault;
 use crate::program::{LevelProgram, Program, ProgramError, StackProgram};
 
@@ -62,9 +62,9 @@ struct Blend {
     duration: f64,
     /// True for each level that holds during this blend.
     kept: Vec<bool>,
-    /// Rows of limits of accelerations, by level; none if a planner takes them into account. Their bounds at this tick
+    /// Rows of limits of accelerations; none if a planner takes them into account. Their bounds at this tick
     /// follow.
-    gentle: Vec<(usize, std::ops::Range<usize>)>,
+    gentle: Vec<LevelRows>,
     bounds: Vec<(f64, f64)>,
     /// True if a locked joint moved at the last tick.
     locked_joints_moving: bool,
@@ -76,21 +76,21 @@ struct Blend {
 
 impl Blend {
     /// Returns true if a blend is in progress and this is not its last tick.
-    fn lasts(&self, moment: Moment) -> bool {
+    fn lasts(&self, inputs: TickInputs) -> bool {
         // Tolerates half a microsecond, for the rounding error of a sum of periods.
-        moment.times.t < self.duration - 5e-7
+        inputs.times.t < self.duration - 5e-7
     }
 
     /// Fraction of the offset that is left, `1 - s`.
-    fn left(&self, moment: Moment) -> f64 {
-        let x = if self.lasts(moment) { moment.times.t / self.duration } else { 1.0 };
+    fn left(&self, inputs: TickInputs) -> f64 {
+        let x = if self.lasts(inputs) { inputs.times.t / self.duration } else { 1.0 };
         1.0 - x * x * (3.0 - 2.0 * x)
     }
 
     /// Removes the bounds of accelerations from the problem of the stack and stores them.
     fn leave_out_accelerations(&mut self, problem: &mut Problem) {
         let mut bounds = self.bounds.iter_mut();
-        for (level, rows) in &self.gentle {
+        for LevelRows { level, rows } in &self.gentle {
             let (lower, upper) = problem.levels[*level].bounds_mut(rows.clone());
             for ((l, u), kept) in lower.iter_mut().zip(upper).zip(&mut bounds) {
                 *kept = (*l, *u);
@@ -103,7 +103,7 @@ impl Blend {
     /// blend.
     fn give_back_accelerations(&mut self) {
         let mut bounds = self.bounds.iter();
-        for (level, rows) in &self.gentle {
+        for LevelRows { level, rows } in &self.gentle {
             let (lower, upper) = self.problem.levels[level + 1].bounds_mut(rows.clone());
             for ((l, u), kept) in lower.iter_mut().zip(upper).zip(&mut bounds) {
                 if self.kept[*level] {
@@ -118,16 +118,16 @@ impl Blend {
 const STANDS: f64 = 1e-9;
 
 /// Stack prepared for execution.
-pub struct Stage {
+pub struct StackController {
     pub(super) evaluator: Evaluator,
     problem: Problem,
     pub(super) solution: Solution,
     level_names: Vec<String>,
-    pub(super) value_names: Vec<(std::ops::Range<usize>, String)>,
+    pub(super) value_names: Vec<ValueName>,
     solver: Smooth,
     blend: Blend,
     /// Index of the stack in the program.
-    stack: usize,
+    index: usize,
     /// Number of ticks since the stack was entered.
     ticks: u64,
     /// True if the hierarchy was not solved in time at the last tick.
@@ -136,13 +136,23 @@ pub struct Stage {
     slowing: f64,
 }
 
-/// Parameters of a stack's tasks by their ranges in the table of values, as `` `gain` of task `reach` ``.
-fn value_names(program: &Program, stack: &StackProgram) -> Vec<(std::ops::Range<usize>, String)> {
+/// Name of a range of the table of values.
+pub(super) struct ValueName {
+    pub at: std::ops::Range<usize>,
+    pub text: String,
+}
+
+/// Names of the parameters of a stack's tasks, as `` `gain` of task `reach` ``.
+fn value_names(program: &Program, stack: &StackProgram) -> Vec<ValueName> {
     let tasks = stack.levels.iter().flat_map(|l| &l.members).filter_map(|m| program.tasks.get(m.task));
     let named = |task: &crate::program::TaskProgram| {
         let one = |(name, bound): (&String, &stdlib_tasks::bound::Bound)| {
             let text = format!("`{name}` of task `{}`", task.name);
-            bound.slots().into_iter().map(|s| (s.at..s.at + s.len, text.clone())).collect::<Vec<_>>()
+            bound
+                .slots()
+                .into_iter()
+                .map(|s| ValueName { at: s.at..s.at + s.len, text: text.clone() })
+                .collect::<Vec<_>>()
         };
         task.params.iter().flat_map(one).collect::<Vec<_>>()
     };
@@ -183,8 +193,8 @@ fn smooth(problem: &Problem, stack: &StackProgram, program: &Program) -> Smooth 
     exact.fold(solver, |solver, (k, _)| solver.with_exact(k))
 }
 
-impl Stage {
-    pub(super) fn new(program: &Program, stack: usize) -> Result<Stage, ProgramError> {
+impl StackController {
+    pub(super) fn new(program: &Program, stack: usize) -> Result<StackController, ProgramError> {
         let Some(stack_program) = program.stacks.get(stack) else {
             return Err(crate::program::error("stacks", "there is no such stack"));
         };
@@ -205,19 +215,19 @@ impl Stage {
             offset: vec![0.0; nv],
             duration: 0.0,
             kept: vec![false; problem.levels.len()],
-            bounds: vec![(0.0, 0.0); gentle.iter().map(|(_, rows)| rows.len()).sum()],
+            bounds: vec![(0.0, 0.0); gentle.iter().map(|g| g.rows.len()).sum()],
             gentle,
             locked_joints_moving: false,
             goes_on: false,
             begun: false,
         };
-        Ok(Stage {
+        Ok(StackController {
             solution: Solution::new(&problem),
             solver: smooth(&problem, stack_program, program),
             level_names: stack_program.levels.iter().map(|l| l.name.clone()).collect(),
             value_names: value_names(program, stack_program),
             blend,
-            stack,
+            index: stack,
             ticks: 0,
             late: false,
             slowing: (-program.robot.period / FADING).exp(),
@@ -227,18 +237,18 @@ impl Stage {
     }
 
     /// Index of the stack in the program.
-    pub fn stack(&self) -> usize {
-        self.stack
+    pub fn index(&self) -> usize {
+        self.index
     }
 
     /// Prepares the same stack once more, for monitors.
     ///
     /// # Errors
-    /// The stack cannot be executed, which was excluded when this stage was made.
+    /// The stack cannot be executed, which was excluded when this stack was made.
     pub fn again(&self, program: &Program) -> Result<(Evaluator, Problem), ProgramError> {
-        match program.stacks.get(self.stack) {
-            Some(_) => Evaluator::new(program, self.stack),
-            None => Evaluator::new(&standing(program), self.stack),
+        match program.stacks.get(self.index) {
+            Some(_) => Evaluator::new(program, self.index),
+            None => Evaluator::new(&standing(program), self.index),
         }
     }
 
@@ -294,8 +304,8 @@ impl Stage {
 
     /// Enters the stack. `blend` is the duration of the blend (s), and `common` the number of levels, from the top,
     /// that it shares with the previous stack.
-    pub(super) fn enter(&mut self, q: &[f64], moment: Moment, blend: f64, common: usize) {
-        self.evaluator.enter(q, moment);
+    pub(super) fn enter(&mut self, q: &[f64], inputs: TickInputs, blend: f64, common: usize) {
+        self.evaluator.enter(q, inputs);
         self.solver.forget();
         if blend > 0.0 {
             self.evaluator.hand_over();
@@ -312,22 +322,22 @@ impl Stage {
     ///
     /// # Errors
     /// No velocity was found.
-    pub(super) fn solve(&mut self, q: &[f64], moment: Moment, until: Option<Instant>) -> Result<(), Fault> {
+    pub(super) fn solve(&mut self, q: &[f64], inputs: TickInputs, until: Option<Instant>) -> Result<(), Fault> {
         self.blend.locked_joints_moving =
-            self.evaluator.locked().iter().any(|&dof| moment.velocity[dof].abs() > STANDS);
+            self.evaluator.locked().iter().any(|&dof| inputs.velocity[dof].abs() > STANDS);
         self.evaluator.set_locked_joints_moving(self.blend.locked_joints_moving);
-        self.evaluator.update(q, moment, &mut self.problem)?;
-        if self.blend.lasts(moment) {
+        self.evaluator.update(q, inputs, &mut self.problem)?;
+        if self.blend.lasts(inputs) {
             self.blend.leave_out_accelerations(&mut self.problem);
         }
         self.solver.set_deadline(until);
         let before = self.late;
-        self.late = !self.solve_hierarchy(q, moment)?;
+        self.late = !self.solve_hierarchy(q, inputs)?;
         self.blend.goes_on = false;
         if self.late {
-            self.make_do(moment, before)?;
+            self.make_do(inputs, before)?;
         } else if self.is_between() {
-            self.go_over(moment)?;
+            self.go_over(inputs)?;
         }
         self.ticks += 1;
         Ok(())
@@ -335,9 +345,9 @@ impl Stage {
 
     /// Solves the hierarchy, and once more for each safety planner that revises its decision. Returns false if time ran
     /// out.
-    fn solve_hierarchy(&mut self, q: &[f64], moment: Moment) -> Result<bool, Fault> {
+    fn solve_hierarchy(&mut self, q: &[f64], inputs: TickInputs) -> Result<bool, Fault> {
         for k in 0..=self.evaluator.safety().count() {
-            if k == 0 || self.evaluator.reconsider(k - 1, q, moment, &mut self.problem, &self.solution.x)? {
+            if k == 0 || self.evaluator.reconsider(k - 1, q, inputs, &mut self.problem, &self.solution.x)? {
                 self.solver.solve(&self.problem, &mut self.solution);
                 if matches!(self.solution.status, Status::OutOfTime { .. }) {
                     return Ok(false);
@@ -349,8 +359,8 @@ impl Stage {
     }
 
     /// Computes the velocity of a late tick, the first one or a further one in a row: see the head of the file.
-    fn make_do(&mut self, moment: Moment, again: bool) -> Result<(), Fault> {
-        let left = self.blend.left(moment);
+    fn make_do(&mut self, inputs: TickInputs, again: bool) -> Result<(), Fault> {
+        let left = self.blend.left(inputs);
         let b = &mut self.blend;
         // At the first tick of a stack, the last answer of its solver belongs to an earlier visit.
         let begun = self.ticks > 0 && (b.duration == 0.0 || b.begun);
@@ -360,9 +370,9 @@ impl Stage {
             }
         } else {
             let keeps = if again { self.slowing } else { 1.0 };
-            b.problem.reference.iter_mut().zip(moment.velocity).for_each(|(r, v)| *r = keeps * v);
+            b.problem.reference.iter_mut().zip(inputs.velocity).for_each(|(r, v)| *r = keeps * v);
         }
-        self.nearest(moment, self.blend.lasts(moment))?;
+        self.nearest(inputs, self.blend.lasts(inputs))?;
         self.solution.x.copy_from_slice(&self.blend.solution.x);
         self.solution.measure(&self.problem);
         if begun {
@@ -372,15 +382,15 @@ impl Stage {
         Ok(())
     }
 
-    fn go_over(&mut self, moment: Moment) -> Result<(), Fault> {
+    fn go_over(&mut self, inputs: TickInputs) -> Result<(), Fault> {
         let b = &mut self.blend;
         if !b.begun {
             b.begun = true;
-            for ((offset, v), x) in b.offset.iter_mut().zip(moment.velocity).zip(&self.solution.x) {
+            for ((offset, v), x) in b.offset.iter_mut().zip(inputs.velocity).zip(&self.solution.x) {
                 *offset = v - x;
             }
         }
-        let (lasts, left) = (b.lasts(moment), b.left(moment));
+        let (lasts, left) = (b.lasts(inputs), b.left(inputs));
         if !lasts {
             b.duration = 0.0;
             if !b.locked_joints_moving {
@@ -390,15 +400,15 @@ impl Stage {
         for ((r, v), offset) in b.problem.reference.iter_mut().zip(&self.solution.x).zip(&b.offset) {
             *r = v + left * offset;
         }
-        self.nearest(moment, lasts)
+        self.nearest(inputs, lasts)
     }
 
     /// Computes the velocity nearest to the reference among those that meet the levels that hold during a blend, or at
     /// a late tick the hard levels. Locked joints come to rest, at once if these levels allow nothing else.
-    fn nearest(&mut self, moment: Moment, lasts: bool) -> Result<(), Fault> {
-        self.between(moment, lasts, false);
+    fn nearest(&mut self, inputs: TickInputs, lasts: bool) -> Result<(), Fault> {
+        self.between(inputs, lasts, false);
         if self.blend.locked_joints_moving && matches!(self.blend.solution.status, Status::Infeasible { .. }) {
-            self.between(moment, lasts, true);
+            self.between(inputs, lasts, true);
         }
         for &dof in self.evaluator.locked() {
             if self.blend.solution.x[dof].abs() <= STANDS {
@@ -412,12 +422,12 @@ impl Stage {
 
     /// Solves for that velocity; `stop` brings locked joints to rest at once. A row that depends on these joints alone
     /// is then met, since its distance stays constant.
-    fn between(&mut self, moment: Moment, lasts: bool, stop: bool) {
+    fn between(&mut self, inputs: TickInputs, lasts: bool, stop: bool) {
         let late = self.late;
         let b = &mut self.blend;
         let Some((locks, levels)) = b.problem.levels.split_first_mut() else { return };
         for (i, &dof) in self.evaluator.locked().iter().enumerate() {
-            let last = moment.velocity[dof];
+            let last = inputs.velocity[dof];
             locks.leave_out(i);
             if last.abs() > STANDS && !stop {
                 locks.row_mut(i)[dof] = 1.0;
@@ -506,9 +516,9 @@ pub(super) fn standing(program: &Program) -> Program {
     program
 }
 
-/// Number of levels that each pair of stages shares, from the top: `common[from][to]`.
-pub(super) fn common_levels(program: &Program, stages: &[Stage]) -> Vec<Vec<usize>> {
-    let of = |s: &Stage| program.stacks.get(s.stack);
-    let pair = |a: &Stage, b: &Stage| of(a).zip(of(b)).map_or(0, |(a, b)| in_common(program, a, b));
-    stages.iter().map(|a| stages.iter().map(|b| pair(a, b)).collect()).collect()
+/// Number of levels that each pair of stacks shares, from the top: `common[from][to]`.
+pub(super) fn common_levels(program: &Program, stacks: &[StackController]) -> Vec<Vec<usize>> {
+    let of = |s: &StackController| program.stacks.get(s.index);
+    let pair = |a: &StackController, b: &StackController| of(a).zip(of(b)).map_or(0, |(a, b)| in_common(program, a, b));
+    stacks.iter().map(|a| stacks.iter().map(|b| pair(a, b)).collect()).collect()
 }

@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use super::machine::{Answer, Change, Machine};
-use super::machine_actions::Present;
-use super::{Controller, Observation, Stage, TRACKING_LIMIT};
-use crate::evaluator::Moment;
+use super::machine::{FaultResponse, Machine, StateChange};
+use super::machine_actions::ObservedState;
+use super::{Controller, Observation, StackController, TRACKING_LIMIT};
+use crate::evaluator::{SignalValue, TickInputs};
 use crate::fault::Fault;
 use crate::program::Times;
 
@@ -17,17 +17,17 @@ impl Controller {
     /// Runs the machine and the active stack for an observation. Returns the fault, if there is one.
     pub(super) fn tick(&mut self, o: &Observation, until: Option<Instant>) -> Option<Fault> {
         self.outputs_written = false;
-        let fault = self.answer(o, until);
+        let fault = self.execute(o, until);
         if !self.outputs_written {
             // Outputs of an earlier tick must not keep a condition true.
-            for signal in self.stages[self.active].evaluator.output_signals() {
+            for signal in self.stacks[self.active].evaluator.output_signals() {
                 self.signals.forget(signal);
             }
         }
         fault
     }
 
-    fn answer(&mut self, o: &Observation, until: Option<Instant>) -> Option<Fault> {
+    fn execute(&mut self, o: &Observation, until: Option<Instant>) -> Option<Fault> {
         // A time that is not finite is replaced by the expected one.
         let time = if o.time.is_finite() { o.time } else { self.last + self.period };
         self.sense(o.q, time);
@@ -39,39 +39,39 @@ impl Controller {
             self.moving = None;
             self.velocity.fill(0.0);
             self.machine.start(time);
-            self.enter(Change { blend: 0.0, stack: true });
+            self.enter(StateChange { blend: 0.0, stack: true });
         }
         let seen = self.look(o);
         self.last = time;
         match seen.or(self.raised.take()) {
-            Some(fault) => match self.machine.fault(&fault, &self.stages[self.active], time) {
-                Answer::Went(change) => {
+            Some(fault) => match self.machine.fault(&fault, &self.stacks[self.active], time) {
+                FaultResponse::Transition(change) => {
                     if matches!(fault, Fault::Tracking { .. }) {
                         self.anchored = false;
                     }
                     self.enter(change);
                 }
-                Answer::Here => {}
-                Answer::None => {
+                FaultResponse::AlreadyInTarget => {}
+                FaultResponse::Unhandled => {
                     self.halted = Some(fault);
                     return self.halted;
                 }
             },
             None if !first => {
-                let moment = Moment {
+                let inputs = TickInputs {
                     times: Times { t: 0.0, time },
                     signals: self.signals.table(),
                     velocity: &self.velocity,
                     stack_velocity: &self.stack_velocity,
                 };
-                let stage = &self.stages[self.active];
-                if let Some(change) = self.machine.step(o.q, self.signals.events(), moment, stage) {
+                let stack = &self.stacks[self.active];
+                if let Some(change) = self.machine.step(o.q, self.signals.events(), inputs, stack) {
                     self.enter(change);
                 }
             }
             None => {}
         }
-        let now = Present { q: o.q, velocity: &self.velocity, time };
+        let now = ObservedState { q: o.q, velocity: &self.velocity, time };
         let done = self.machine.perform(&mut self.signals, now);
         if seen.is_some_and(|f| matches!(f, Fault::Observation { .. })) {
             self.raised = done.err();
@@ -117,14 +117,14 @@ impl Controller {
     }
 
     /// Selects the stack of the current state and requests its entry.
-    fn enter(&mut self, change: Change) {
+    fn enter(&mut self, change: StateChange) {
         if change.stack {
             let stack = self.machine.stack();
-            self.active = stack.map_or(self.stages.len() - 1, |s| self.stage_of[s]);
+            self.active = stack.map_or(self.stacks.len() - 1, |s| self.index_of_stack[s]);
             self.entering = Some(change.blend);
             self.visits += 1;
             // A task that does not run has no outputs.
-            for signal in self.stages.iter().flat_map(|s| s.evaluator.output_signals()) {
+            for signal in self.stacks.iter().flat_map(|s| s.evaluator.output_signals()) {
                 self.signals.forget(signal);
             }
         }
@@ -136,8 +136,8 @@ impl Controller {
             self.reference.copy_from_slice(q);
             self.anchored = true;
         }
-        let stage = &mut self.stages[self.active];
-        stage.evaluator.model().difference(q, &self.reference, &mut self.tracking);
+        let stack = &mut self.stacks[self.active];
+        stack.evaluator.model().difference(q, &self.reference, &mut self.tracking);
         if let Some(dof) = self.tracking.iter().position(|e| e.abs().is_nan() || e.abs() > TRACKING_LIMIT) {
             return Err(Fault::Tracking { dof });
         }
@@ -145,7 +145,7 @@ impl Controller {
         if self.entering.is_some() {
             self.stack_velocity.copy_from_slice(&self.velocity);
         }
-        let moment = Moment {
+        let inputs = TickInputs {
             times,
             signals: self.signals.table(),
             velocity: &self.velocity,
@@ -153,26 +153,26 @@ impl Controller {
         };
         if let Some(blend) = self.entering.take() {
             let common = self.moving.map_or(0, |from| self.common[from][self.active]);
-            stage.enter(&self.reference, moment, blend, common);
+            stack.enter(&self.reference, inputs, blend, common);
         }
         self.moving = Some(self.active);
-        stage.solve(&self.reference, moment, until)?;
-        self.velocity.copy_from_slice(stage.velocity());
-        self.stack_velocity.copy_from_slice(&stage.solution.x);
-        stage.evaluator.observe(&self.reference, &self.velocity);
-        for (signal, value) in stage.evaluator.output_values(&self.velocity) {
+        stack.solve(&self.reference, inputs, until)?;
+        self.velocity.copy_from_slice(stack.velocity());
+        self.stack_velocity.copy_from_slice(&stack.solution.x);
+        stack.evaluator.observe(&self.reference, &self.velocity);
+        for SignalValue { signal, value } in stack.evaluator.output_values(&self.velocity) {
             if !self.signals.assign(signal, &[value]) {
                 self.signals.forget(signal);
             }
         }
         self.outputs_written = true;
-        stage.evaluator.advance();
-        let dofs = &stage.evaluator.model().dofs;
+        stack.evaluator.advance();
+        let dofs = &stack.evaluator.model().dofs;
         for (((c, v), e), d) in self.command.iter_mut().zip(&self.velocity).zip(&self.tracking).zip(dofs) {
             *c = (v + self.tracking_gain * e).clamp(-d.velocity, d.velocity);
         }
-        stage.evaluator.model().integrate(&mut self.reference, &self.velocity, self.period);
-        passed(stage, &self.machine)
+        stack.evaluator.model().integrate(&mut self.reference, &self.velocity, self.period);
+        passed(stack, &self.machine)
     }
 
     /// Commands the robot to stand still.
@@ -182,17 +182,17 @@ impl Controller {
         self.stack_velocity.fill(0.0);
         self.moving = None;
         // Margins and errors of velocities must be those of a robot at rest.
-        self.stages[self.active].evaluator.observe(&self.reference, &self.command);
+        self.stacks[self.active].evaluator.observe(&self.reference, &self.command);
     }
 }
 
 /// Returns the fault of the first violated limit that a transition watches.
-fn passed(stage: &Stage, machine: &Machine) -> Result<(), Fault> {
-    for (member, m) in stage.evaluator.members().iter().enumerate() {
+fn passed(stack: &StackController, machine: &Machine) -> Result<(), Fault> {
+    for (member, m) in stack.evaluator.members().iter().enumerate() {
         if m.margins.is_empty() || !machine.watches(m.program_index) {
             continue;
         }
-        let margins = &stage.evaluator.margins()[m.margins.clone()];
+        let margins = &stack.evaluator.margins()[m.margins.clone()];
         if let Some(row) = margins.iter().position(|h| *h < -PASSED) {
             return Err(Fault::Limit { member, row });
         }

@@ -6,7 +6,7 @@ use robot::Model;
 use stdlib_tasks::expression::Evaluation;
 use stdlib_tasks::task::State;
 
-use super::{Evaluator, Member, Moment};
+use super::{Evaluator, Member, TickInputs};
 use crate::program::{Capture, CaptureSource};
 use crate::values::ValueTable;
 use crate::velocity;
@@ -42,23 +42,23 @@ pub(super) fn ready(capture: &Capture, model: &Model, members: &[Member]) -> Opt
 
 impl Evaluator {
     /// Enters the stack at a configuration: captures the values of `initial(..)`. Never allocates.
-    pub fn enter(&mut self, q: &[f64], moment: Moment) {
+    pub fn enter(&mut self, q: &[f64], tick: TickInputs) {
         self.values.inputs.fill(0.0);
         self.values.restart();
         for p in &mut self.planners {
-            p.enter(moment.times, &self.values.inputs);
+            p.enter(tick.times, &self.values.inputs);
         }
-        self.kinematics(q, moment);
-        self.capture(q, moment);
-        self.capture_velocities(q, moment);
+        self.kinematics(q, tick);
+        self.capture(q, tick);
+        self.capture_velocities(q, tick);
         self.values.restart();
         for p in &mut self.planners {
-            p.enter(moment.times, &self.values.inputs);
+            p.enter(tick.times, &self.values.inputs);
         }
-        self.kinematics(q, moment);
+        self.kinematics(q, tick);
         let Evaluator { model, data, values, tasks, .. } = self;
         let ValueTable { current, rates, .. } = values;
-        let Moment { velocity, stack_velocity, .. } = moment;
+        let TickInputs { velocity, stack_velocity, .. } = tick;
         let state = State { model, data, q, values: current, rates, velocity, stack_velocity };
         for task in tasks {
             task.enter(&state);
@@ -71,10 +71,10 @@ impl Evaluator {
     }
 
     /// Captures all values at the configuration whose kinematics are known. Undefined values become NaN.
-    fn capture(&mut self, q: &[f64], moment: Moment) {
+    fn capture(&mut self, q: &[f64], tick: TickInputs) {
         let Evaluator { model, data, values, captures, tasks, .. } = self;
         let ValueTable { current, rates, inputs, .. } = values;
-        let Moment { velocity, stack_velocity, .. } = moment;
+        let TickInputs { velocity, stack_velocity, .. } = tick;
         let state = State { model, data, q, values: current, rates, velocity, stack_velocity };
         for capture in captures {
             let out = &mut inputs[capture.inputs.clone()];
@@ -95,7 +95,7 @@ impl Evaluator {
     }
 
     /// Captures the rates of task values by central differences along the velocity.
-    fn capture_velocities(&mut self, q: &[f64], moment: Moment) {
+    fn capture_velocities(&mut self, q: &[f64], tick: TickInputs) {
         let Evaluator { model, data, values, captures, tasks, beside, .. } = self;
         let ValueTable { current, rates, inputs, .. } = values;
         for capture in captures.iter() {
@@ -103,9 +103,9 @@ impl Evaluator {
             let mut sides = [[0.0; 7]; 2];
             for (numbers, h) in sides.iter_mut().zip([-velocity::STEP, velocity::STEP]) {
                 beside.copy_from_slice(q);
-                model.integrate(beside, moment.velocity, h);
+                model.integrate(beside, tick.velocity, h);
                 model.forward(beside, data);
-                let Moment { velocity, stack_velocity, .. } = moment;
+                let TickInputs { velocity, stack_velocity, .. } = tick;
                 let state = State { model, data, q: beside, values: current, rates, velocity, stack_velocity };
                 tasks[*member].current_value(name, &state, &mut numbers[..*width]);
             }

@@ -20,13 +20,14 @@ use stdlib_tasks::task::Task;
 pub use build::{Built, build_tasks};
 use capture::Captured;
 pub use member::Member;
+pub(crate) use task_outputs::SignalValue;
 use task_outputs::TaskOutputs;
-pub use tick_inputs::{Moment, Rest};
+pub use tick_inputs::{RestInputs, TickInputs};
 
 use crate::locked_joint_motion::LockedJointMotion;
 use crate::planning::Planning;
 use crate::program::Interface;
-use crate::safety::{Field, SafetyPlanner};
+use crate::safety::{Field, SafetyPlanner, TaskLevel};
 use crate::values::ValueTable;
 
 /// Stack prepared for execution.
@@ -51,18 +52,44 @@ pub struct Evaluator {
     needs: Vec<usize>,
     /// Storage for a configuration beside the present one.
     beside: Vec<f64>,
-    /// Joint limits within which idle rows are idle: index in the configuration, lowest and highest position.
-    limits: Vec<(usize, f64, f64)>,
+    /// Joint limits within which idle rows are idle.
+    limits: Vec<JointLimits>,
     /// True if all joints are inside these limits, so that the proofs about idle rows hold.
     inside: bool,
+}
+
+/// Rows of a level.
+#[derive(Clone, Debug)]
+pub(crate) struct LevelRows {
+    /// Index of the level.
+    pub level: usize,
+    /// Their range in the level.
+    pub rows: std::ops::Range<usize>,
+}
+
+/// Limits of a joint's position, in rad or m.
+struct JointLimits {
+    /// Index of the joint in the configuration.
+    q_index: usize,
+    lower: f64,
+    upper: f64,
+}
+
+/// Entry of the table of values that a planner of another evaluator computes.
+struct LedValue {
+    /// Index of the entry.
+    at: usize,
+    value: f64,
+    /// Rate of the value, per s.
+    rate: f64,
 }
 
 /// Decisions of the controller's planners, which an evaluator at another configuration takes over from the controller's
 /// evaluator.
 #[derive(Default)]
 struct Led {
-    /// Indices of the table of values that planners compute, with value and rate.
-    values: Vec<(usize, f64, f64)>,
+    /// Values that planners compute.
+    values: Vec<LedValue>,
     /// True if these values are used.
     on: bool,
 }
@@ -131,10 +158,10 @@ impl Evaluator {
         limits
     }
 
-    /// Rows of the tasks that limit accelerations: their level, and their range in it.
-    pub(crate) fn acceleration_rows(&self) -> Vec<(usize, std::ops::Range<usize>)> {
+    /// Rows of the tasks that limit accelerations.
+    pub(crate) fn acceleration_rows(&self) -> Vec<LevelRows> {
         let limits = self.tasks.iter().zip(&self.members).filter(|(task, _)| !task.acceleration_limits().is_empty());
-        limits.map(|(_, m)| (m.level, m.rows.clone())).collect()
+        limits.map(|(_, m)| LevelRows { level: m.level, rows: m.rows.clone() }).collect()
     }
 
     /// Value of a parameter at the last tick.
@@ -173,8 +200,14 @@ impl Evaluator {
         curvature::Stack { model, members, tasks, values, interface, locked, period }.measure(problem);
         for planner in &mut self.planners {
             let Member { level, rows, .. } = &self.members[planner.task];
-            let task = (&problem.levels[*level], rows.start);
-            planner.bend(&self.model, &problem.levels[..*level], task, &exact[..=*level], curvature::horizon(period));
+            let task = TaskLevel { level: &problem.levels[*level], first: rows.start };
+            planner.set_curvature(
+                &self.model,
+                &problem.levels[..*level],
+                task,
+                &exact[..=*level],
+                curvature::horizon(period),
+            );
         }
     }
 
@@ -182,7 +215,7 @@ impl Evaluator {
     /// the next update and for all later ones, instead of own decisions. Never allocates.
     pub fn follow(&mut self, leader: &Evaluator) {
         self.led.on = true;
-        for (at, value, rate) in &mut self.led.values {
+        for LedValue { at, value, rate } in &mut self.led.values {
             if let (Some(x), Some(r)) = (leader.value(*at), leader.rate(*at)) {
                 (*value, *rate) = (x, r);
             }

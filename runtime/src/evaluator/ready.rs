@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use robot::{Data, Model};
+use robot::{Data, Dof, Model};
 use solver::{LevelShape, Problem};
 use stdlib_tasks::task::{BuildError, RowKind, Task};
 
-use super::{Built, Evaluator, LIMIT_TOLERANCE, Led, Member, TaskOutputs, build_tasks, capture};
+use super::{Built, Evaluator, JointLimits, LIMIT_TOLERANCE, Led, LedValue, Member, TaskOutputs, build_tasks, capture};
 use crate::locked_joint_motion::LockedJointMotion;
-use crate::planning::{self, Planning};
+use crate::planning::{self, Planning, Protection, TaskIndex};
 use crate::program::{Capture, Program, ProgramError, StackProgram, TaskProgram, overshoots};
 use crate::values::ValueTable;
 
@@ -19,9 +19,11 @@ fn places<'p>(tasks: impl Iterator<Item = &'p TaskProgram>) -> BTreeSet<usize> {
 }
 
 /// Position limits of joints, widened by [`LIMIT_TOLERANCE`].
-fn limits(model: &Model) -> Vec<(usize, f64, f64)> {
+fn limits(model: &Model) -> Vec<JointLimits> {
     let limited = model.dofs.iter().filter(|d| d.lower.is_finite() || d.upper.is_finite());
-    limited.filter_map(|d| Some((d.q_index?, d.lower - LIMIT_TOLERANCE, d.upper + LIMIT_TOLERANCE))).collect()
+    let widened =
+        |q_index, d: &Dof| JointLimits { q_index, lower: d.lower - LIMIT_TOLERANCE, upper: d.upper + LIMIT_TOLERANCE };
+    limited.filter_map(|d| Some(widened(d.q_index?, d))).collect()
 }
 
 /// Writes the coefficients of rows that never change, once for all ticks.
@@ -156,13 +158,14 @@ impl Evaluator {
         let mut wanted = places(members.iter().map(|m| &program.tasks[m.program_index]));
         let mut led = Led::default();
         for m in members.iter().filter(|m| planning::planner_of(program, m.program_index).is_some()) {
-            led.values.extend(m.slots.iter().map(|&at| (at, 0.0, 0.0)));
+            led.values.extend(m.slots.iter().map(|&at| LedValue { at, value: 0.0, rate: 0.0 }));
         }
         let mut planners = Vec::new();
-        for (guard, protected) in planned.iter().filter(|_| only.is_none()) {
+        for Protection { guard, task } in planned.iter().filter(|_| only.is_none()) {
             let at = |index: usize| members.iter().position(|m: &Member| m.program_index == index);
-            let (Some(g), Some(t)) = (at(*guard), at(*protected)) else { continue };
-            let both = ((g, *guard), (t, *protected));
+            let (Some(g), Some(t)) = (at(*guard), at(*task)) else { continue };
+            let index = |member, program| TaskIndex { member, program };
+            let both = Protection { guard: index(g, *guard), task: index(t, *task) };
             let speed = speeds.get(g).map_or(&[][..], Vec::as_slice);
             let above = &shapes[..members[t].level];
             let planner = Planning::new(program, stack_program, both, tasks[t].as_mut(), speed, above)?;

@@ -15,6 +15,14 @@ pub(super) struct TaskOutputs {
     numbers: Vec<f64>,
 }
 
+/// Value of a signal that the controller sets itself.
+pub(crate) struct SignalValue {
+    /// Index of the signal.
+    pub signal: usize,
+    /// Value; not finite if there is none.
+    pub value: f64,
+}
+
 impl TaskOutputs {
     /// Prepares the outputs of a member of a stack; `None` if it has none.
     pub fn new(program: &Program, member: usize, m: &Member) -> Option<TaskOutputs> {
@@ -38,11 +46,11 @@ impl Evaluator {
         self.outputs.iter().flat_map(|t| t.signals.iter().flatten().copied())
     }
 
-    /// Outputs of the tasks at this tick, in which the robot moves with `v`, `nv` numbers: each signal with its value,
-    /// which is not finite if there is none. Decisions of planners come last. Never allocates.
-    pub(crate) fn output_values(&self, v: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+    /// Outputs of the tasks at this tick, in which the robot moves with `v`, `nv` numbers: the value of
+    /// each signal. Decisions of planners come last. Never allocates.
+    pub(crate) fn output_values(&self, v: &[f64]) -> impl Iterator<Item = SignalValue> {
         let own = self.outputs.iter().flat_map(|t| t.signals.iter().zip(&t.numbers));
-        let own = own.filter_map(|(signal, number)| Some(((*signal)?, *number)));
+        let own = own.filter_map(|(signal, number)| Some(SignalValue { signal: (*signal)?, value: *number }));
         own.chain(self.planners.iter().flat_map(move |p: &Planning| p.outputs(v)))
     }
 }

@@ -4,7 +4,7 @@ use crate::program::{Program, Times};
 
 /// Inputs of a tick other than the configuration of the robot.
 #[derive(Clone, Copy, Debug)]
-pub struct Moment<'a> {
+pub struct TickInputs<'a> {
     /// Clocks.
     pub times: Times,
     /// Table of signals.
@@ -15,22 +15,22 @@ pub struct Moment<'a> {
     pub stack_velocity: &'a [f64],
 }
 
-/// Robot at rest, no signals, and variables at their initial values: a moment for the evaluation of a stack that is not
-/// run.
+/// Robot at rest, no signals, and variables at their initial values: the inputs for the evaluation of a stack that does
+/// not run.
 #[derive(Clone, Debug)]
-pub struct Rest {
+pub struct RestInputs {
     signals: Vec<f64>,
     velocity: Vec<f64>,
 }
 
-impl Rest {
-    /// Prepares the moment of a program.
-    pub fn new(program: &Program) -> Rest {
-        Rest { signals: program.interface.absent(), velocity: vec![0.0; program.robot.model.nv()] }
+impl RestInputs {
+    /// Prepares the inputs for a program.
+    pub fn new(program: &Program) -> RestInputs {
+        RestInputs { signals: program.interface.absent(), velocity: vec![0.0; program.robot.model.nv()] }
     }
 
-    /// Returns the moment at which the clocks show these times.
-    pub fn at(&self, times: Times) -> Moment<'_> {
-        Moment { times, signals: &self.signals, velocity: &self.velocity, stack_velocity: &self.velocity }
+    /// Returns the inputs at these times.
+    pub fn at(&self, times: Times) -> TickInputs<'_> {
+        TickInputs { times, signals: &self.signals, velocity: &self.velocity, stack_velocity: &self.velocity }
     }
 }

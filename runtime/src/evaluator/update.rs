@@ -3,9 +3,9 @@
 use solver::Problem;
 use stdlib_tasks::task::{Rows, State, TaskFault};
 
-use super::{Evaluator, Moment};
+use super::{Evaluator, LedValue, TickInputs};
 use crate::fault::Fault;
-use crate::planning::Now;
+use crate::planning::RobotState;
 use crate::values::ValueTable;
 
 /// Numbers below this magnitude are set to zero: products of them would be denormal, which processors handle far more
@@ -19,31 +19,31 @@ fn flush(numbers: &mut [f64]) {
 }
 
 impl Evaluator {
-    pub(super) fn kinematics(&mut self, q: &[f64], moment: Moment) {
+    pub(super) fn kinematics(&mut self, q: &[f64], inputs: TickInputs) {
         self.model.forward(q, &mut self.data);
-        self.values.evaluate(moment.times, moment.signals);
+        self.values.evaluate(inputs.times, inputs.signals);
         let ValueTable { current, rates, .. } = &mut self.values;
         for p in &mut self.planners {
-            p.evaluate(moment.signals, current, rates);
+            p.evaluate(inputs.signals, current, rates);
         }
-        for &(at, value, rate) in self.led.values.iter().filter(|_| self.led.on) {
+        for &LedValue { at, value, rate } in self.led.values.iter().filter(|_| self.led.on) {
             (current[at], rates[at]) = (value, rate);
         }
     }
 
     /// Lets the planners of tasks on a level decide, unless another evaluator's decisions are used. The levels above
     /// are written.
-    fn plan(&mut self, level: usize, q: &[f64], moment: Moment, problem: &Problem) -> Result<(), Fault> {
+    fn plan(&mut self, level: usize, q: &[f64], inputs: TickInputs, problem: &Problem) -> Result<(), Fault> {
         if self.led.on {
             return Ok(());
         }
         let Evaluator { model, data, values, planners, tasks, members, .. } = self;
         let ValueTable { current, rates, .. } = values;
-        let Moment { velocity, stack_velocity, .. } = moment;
-        let now = Now { model, data, q, velocity, stack_velocity };
+        let TickInputs { velocity, stack_velocity, .. } = inputs;
+        let now = RobotState { model, data, q, velocity, stack_velocity };
         for p in planners.iter_mut().filter(|p| members[p.task].level == level) {
-            p.values.check(moment.signals)?;
-            p.see(tasks[p.task].as_mut(), &now, (current, rates))?;
+            p.values.check(inputs.signals)?;
+            p.see(tasks[p.task].as_mut(), &now, current, rates)?;
             p.decide(&problem.levels[..level], current, rates)?;
             tasks[p.guard].set_decided_velocity(&p.internal);
         }
@@ -60,7 +60,7 @@ impl Evaluator {
         &mut self,
         k: usize,
         q: &[f64],
-        moment: Moment,
+        inputs: TickInputs,
         problem: &mut Problem,
         x: &[f64],
     ) -> Result<bool, Fault> {
@@ -71,8 +71,8 @@ impl Evaluator {
             return Ok(false);
         }
         self.tasks[guard].set_decided_velocity(&p.internal);
-        self.write(task, q, moment, problem)?;
-        self.write(guard, q, moment, problem)?;
+        self.write(task, q, inputs, problem)?;
+        self.write(guard, q, inputs, problem)?;
         Ok(true)
     }
 
@@ -80,30 +80,30 @@ impl Evaluator {
     ///
     /// # Errors
     /// A task could not write its rows.
-    pub fn update(&mut self, q: &[f64], moment: Moment, problem: &mut Problem) -> Result<(), Fault> {
-        self.kinematics(q, moment);
-        self.values.check(moment.signals)?;
+    pub fn update(&mut self, q: &[f64], inputs: TickInputs, problem: &mut Problem) -> Result<(), Fault> {
+        self.kinematics(q, inputs);
+        self.values.check(inputs.signals)?;
         self.locked_joint_motion.begin();
         self.margins.fill(f64::INFINITY);
-        self.inside = self.limits.iter().all(|&(i, lower, upper)| lower <= q[i] && q[i] <= upper);
+        self.inside = self.limits.iter().all(|l| l.lower <= q[l.q_index] && q[l.q_index] <= l.upper);
         let mut level = None;
         for i in 0..self.members.len() {
             let own = self.members[i].level;
             if level != Some(own) {
                 level = Some(own);
-                self.plan(own, q, moment, problem)?;
+                self.plan(own, q, inputs, problem)?;
             }
-            self.write(i, q, moment, problem)?;
+            self.write(i, q, inputs, problem)?;
         }
         Ok(())
     }
 
     /// Writes the rows of one task.
-    fn write(&mut self, i: usize, q: &[f64], moment: Moment, problem: &mut Problem) -> Result<(), Fault> {
+    fn write(&mut self, i: usize, q: &[f64], inputs: TickInputs, problem: &mut Problem) -> Result<(), Fault> {
         let Evaluator { model, data, values, tasks, locked_joint_motion, margins, measures, undefined, .. } = self;
         let ValueTable { current, rates, .. } = values;
         let (m, task) = (&self.members[i], &mut tasks[i]);
-        let Moment { velocity, stack_velocity, .. } = moment;
+        let TickInputs { velocity, stack_velocity, .. } = inputs;
         let state = State { model, data, q, values: current, rates, velocity, stack_velocity };
         let level = &mut problem.levels[m.level];
         let stride = level.stride();

@@ -1,8 +1,8 @@
-//! Scenarios of missions: a mission is executed while what the scenario says happens, people answer as it says, working
-//! robots run their controllers, and its expectations are judged at instants that are one step apart.
+//! Scenarios of missions: executes a mission with the events and replies of a scenario and the controllers of working
+//! robots, and evaluates the expectations at instants one step apart.
 //!
-//! The same scenario with the same seed gives the same records, unless a planner was ended by its wall time. Nothing here
-//! panics: what cannot be planned, or cannot happen when it should, is said in the summary.
+//! The same scenario with the same seed gives the same records, unless a planner reached its limit of wall time. Nothing
+//! here panics: the summary reports a mission without a plan and events that are rejected.
 
 pub mod csv;
 mod monitors;
@@ -15,14 +15,14 @@ use mission::labels::Labels;
 use mission::map::Map;
 
 use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram, ProgramError};
-use monitors::MissionJudge;
+use monitors::MissionMonitors;
 
-pub use summary::{End, Happened, MissionSummary, Untaken};
+pub use summary::{End, LogEntry, MissionSummary, RejectedEvent};
 pub use workers::{BrokeDown, WorkerRecord, Workers};
 
 /// An instant of a run.
 pub struct Instant<'r> {
-    /// Since the start of the mission, in s.
+    /// Time since the start of the mission, in s.
     pub time: f64,
     /// The execution as it is now.
     pub execution: &'r dyn Execution,
@@ -30,27 +30,27 @@ pub struct Instant<'r> {
     pub workers: &'r Workers,
 }
 
-/// Something that is shown every instant of a run.
+/// Recorder of the instants of a run.
 pub trait MissionRecorder {
-    /// The run begins; `running` are the names of the members that run controllers.
+    /// Called at the start of the run; `running` are the names of the members that run controllers.
     ///
     /// # Errors
-    /// It cannot be written down.
+    /// Writing failed.
     fn begin(&mut self, _execution: &dyn Execution, _running: &[String]) -> std::io::Result<()> {
         Ok(())
     }
 
-    /// An instant.
+    /// Called at every instant.
     ///
     /// # Errors
-    /// It cannot be written down.
+    /// Writing failed.
     fn instant(&mut self, instant: &Instant) -> std::io::Result<()>;
 }
 
-/// A recorder of nothing.
-pub struct Nothing;
+/// Recorder that stores nothing.
+pub struct NullRecorder;
 
-impl MissionRecorder for Nothing {
+impl MissionRecorder for NullRecorder {
     fn instant(&mut self, _: &Instant) -> std::io::Result<()> {
         Ok(())
     }
@@ -82,7 +82,7 @@ pub enum MissionError {
     Record(#[from] std::io::Error),
 }
 
-/// Runs a scenario of a mission to its end, or until `go_on` says no at an instant; `recorder` is shown every instant.
+/// Runs a scenario of a mission to its end, or until `go_on` returns false; `recorder` receives every instant.
 ///
 /// # Errors
 /// The expectations cannot be judged, which the compiler excludes; or a recorder cannot write. A mission that cannot be
@@ -93,18 +93,18 @@ pub fn run(
     recorder: &mut dyn MissionRecorder,
     go_on: &mut dyn FnMut(u32) -> bool,
 ) -> Result<MissionRun, MissionError> {
-    let mut judge = MissionJudge::new(scenario)?;
+    let mut monitors = MissionMonitors::new(scenario)?;
     let workers = Workers::new(mission, scenario)?;
     let labels = mission.kind.labels().clone();
     let execution = match mission.kind.execute(&scenario.run(mission)) {
         Ok(execution) => execution,
         Err(why) => {
-            let summary = MissionSummary::refused(mission, scenario, why, judge.finish());
+            let summary = MissionSummary::refused(mission, scenario, why, monitors.finish());
             return Ok(MissionRun { summary, labels, planned: None, executed: None, map: None });
         }
     };
     let planned = execution.chart();
-    let mut world = World::new(scenario, execution, workers);
+    let mut world = MissionWorld::new(scenario, execution, workers);
     recorder.begin(&*world.execution, &world.workers.names())?;
     let (mut instants, mut interrupted) = (0, false);
     for k in 0..scenario.instants() {
@@ -114,12 +114,12 @@ pub fn run(
         }
         let time = f64::from(k) * scenario.step;
         world.drive(time);
-        let World { execution, workers, .. } = &world;
-        judge.instant(time, &|measure| value(measure, &**execution, workers)).map_err(std::io::Error::other)?;
+        let MissionWorld { execution, workers, .. } = &world;
+        monitors.instant(time, &|measure| value(measure, &**execution, workers)).map_err(std::io::Error::other)?;
         recorder.instant(&Instant { time, execution: &**execution, workers })?;
         instants = k + 1;
     }
-    let outcomes = judge.finish();
+    let outcomes = monitors.finish();
     let end = if interrupted { End::Interrupted } else { End::of(&*world.execution) };
     let map = Some(world.execution.map());
     let executed = Some(world.execution.chart());
@@ -149,33 +149,37 @@ fn value(measure: &MissionMeasure, execution: &dyn Execution, workers: &Workers)
     }
 }
 
-/// The mission with everything beside it that makes events.
-struct World<'s> {
+/// Mission under execution, with its sources of events.
+struct MissionWorld<'s> {
     scenario: &'s MissionScenarioProgram,
     execution: Box<dyn Execution>,
     workers: Workers,
-    /// Number of events of the script that have happened.
-    happened: usize,
-    /// Length of the log that the workers know.
+    /// Index of the next event of the script.
+    next_event: usize,
+    /// Length of the log when the workers last saw it.
     seen: usize,
-    untaken: Vec<Untaken>,
+    rejected_events: Vec<RejectedEvent>,
 }
 
-impl<'s> World<'s> {
-    fn new(scenario: &'s MissionScenarioProgram, execution: Box<dyn Execution>, mut workers: Workers) -> World<'s> {
+impl<'s> MissionWorld<'s> {
+    fn new(
+        scenario: &'s MissionScenarioProgram,
+        execution: Box<dyn Execution>,
+        mut workers: Workers,
+    ) -> MissionWorld<'s> {
         workers.look(&*execution);
-        World { scenario, execution, workers, happened: 0, seen: 0, untaken: Vec::new() }
+        MissionWorld { scenario, execution, workers, next_event: 0, seen: 0, rejected_events: Vec::new() }
     }
 
-    /// Lets time pass, with everything that happens on the way.
+    /// Advances to a time and handles all events until then.
     fn drive(&mut self, to: f64) {
         loop {
-            let scripted = self.scenario.happens.get(self.happened).filter(|h| h.at <= to);
+            let scripted = self.scenario.happens.get(self.next_event).filter(|h| h.at <= to);
             let target = scripted.map_or(to, |h| h.at);
             let now = self.execution.time();
-            // An event may have steps that follow at the same time, and these come before anything else.
+            // Steps that an event causes at the same time come before anything else.
             self.advance(now);
-            // The mission stops at each of its steps: people answer at the time of the step that they answer to.
+            // The mission stops at each of its steps, so that replies have the time of the step that they reply to.
             let stop = self.execution.next().filter(|t| *t > now && *t < target).unwrap_or(target);
             if self.work(stop, false) {
                 continue;
@@ -186,7 +190,7 @@ impl<'s> World<'s> {
             }
             match scripted {
                 Some(happens) => {
-                    self.happened += 1;
+                    self.next_event += 1;
                     self.handle(&happens.what);
                 }
                 // An instant is judged after the ticks of the controllers at its time.
@@ -196,7 +200,7 @@ impl<'s> World<'s> {
         }
     }
 
-    /// Lets controllers tick until a time, or until one of them reports an event, which is handled; true then.
+    /// Runs the controllers until a time, or until one of them reports an event, which is handled. Returns true then.
     fn work(&mut self, until: f64, inclusive: bool) -> bool {
         let Some((at, event)) = self.workers.work(until, inclusive) else { return false };
         self.advance(at);
@@ -212,15 +216,15 @@ impl<'s> World<'s> {
     fn handle(&mut self, event: &Event) {
         if let Err(why) = self.execution.handle(event) {
             let event = self.execution.describe(event);
-            self.untaken.push(Untaken { at_s: self.execution.time(), event, why });
+            self.rejected_events.push(RejectedEvent { at_s: self.execution.time(), event, why });
         }
         self.listen();
     }
 
-    /// Lets members that run controllers know what goes on.
+    /// Collects rejected events and passes new log entries to the members that run controllers.
     fn listen(&mut self) {
         let rejected = self.execution.take_rejected().into_iter();
-        self.untaken.extend(rejected.map(|r| Untaken { at_s: r.time, event: r.event, why: r.why }));
+        self.rejected_events.extend(rejected.map(|r| RejectedEvent { at_s: r.time, event: r.event, why: r.why }));
         let log = self.execution.log_len();
         if std::mem::replace(&mut self.seen, log) < log {
             self.workers.look(&*self.execution);

@@ -1,21 +1,21 @@
-//! Judges the expectations of a scenario while its mission is executed.
+//! Monitors of the expectations of a scenario while its mission is executed.
 
 use stdlib_tasks::expression::{Expression, Op};
 
 use crate::expect::{MAX_KEPT, Monitor, Outcome, PushError, Unit};
 use crate::program::{MissionMeasure, MissionScenarioProgram, PredicateTable, ProgramError, error};
 
-/// An expression of numbers alone, made ready.
-struct Ready {
+/// Predicate prepared for evaluation: an expression of the table of numbers alone.
+struct ReadyPredicate {
     expression: Expression,
     registers: Vec<f64>,
     unit: Unit,
 }
 
-impl Ready {
-    /// Its number; the expression has passed [`Expression::check_alone`] for a table of this length.
+impl ReadyPredicate {
+    /// Value of the predicate. The expression has passed [`Expression::check_alone`] for a table of this length.
     fn value(&mut self, table: &[f64]) -> f64 {
-        let Ready { expression, registers, unit } = self;
+        let ReadyPredicate { expression, registers, unit } = self;
         for (i, op) in expression.ops.iter().enumerate() {
             let (before, rest) = registers.split_at_mut(i);
             let leaf = |op: Op| match op {
@@ -26,7 +26,7 @@ impl Ready {
         }
         let number = expression.outputs.first().and_then(|&o| registers.get(o)).copied().unwrap_or(f64::NAN);
         match unit {
-            // Of a truth value only the sign counts.
+            // Only the sign of a truth value counts.
             Unit::Truth if number > 0.0 => f64::INFINITY,
             Unit::Truth if number <= 0.0 => f64::NEG_INFINITY,
             _ => number,
@@ -34,22 +34,22 @@ impl Ready {
     }
 }
 
-/// Knows at the end what became of each expectation.
-pub(super) struct MissionJudge {
+/// Monitors of all expectations of a scenario.
+pub(super) struct MissionMonitors {
     layout: PredicateTable,
     measures: Vec<MissionMeasure>,
-    predicates: Vec<Ready>,
+    predicates: Vec<ReadyPredicate>,
     monitors: Vec<Monitor>,
     table: Vec<f64>,
     row: Vec<f64>,
 }
 
-impl MissionJudge {
-    /// For a scenario of a checked program.
+impl MissionMonitors {
+    /// Prepares the monitors of a scenario of a checked program.
     ///
     /// # Errors
     /// A formula would need too much memory, which the compiler excludes.
-    pub(super) fn new(scenario: &MissionScenarioProgram) -> Result<MissionJudge, ProgramError> {
+    pub(super) fn new(scenario: &MissionScenarioProgram) -> Result<MissionMonitors, ProgramError> {
         let (units, layout) = (scenario.units(), scenario.table());
         let (mut monitors, mut kept) = (Vec::with_capacity(scenario.expectations.len()), 0_usize);
         for e in &scenario.expectations {
@@ -60,12 +60,12 @@ impl MissionJudge {
             }
             monitors.push(monitor);
         }
-        let ready = |p: &crate::program::Predicate| Ready {
+        let ready = |p: &crate::program::Predicate| ReadyPredicate {
             registers: vec![f64::NAN; p.value.ops.len()],
             expression: p.value.clone(),
             unit: p.unit,
         };
-        Ok(MissionJudge {
+        Ok(MissionMonitors {
             measures: scenario.measures.clone(),
             predicates: scenario.predicates.iter().map(ready).collect(),
             monitors,
@@ -75,7 +75,7 @@ impl MissionJudge {
         })
     }
 
-    /// Takes an instant, at which `value` gives the number of a measure.
+    /// Evaluates the predicates at an instant; `value` returns the value of a measure.
     pub(super) fn instant(&mut self, time: f64, value: &dyn Fn(&MissionMeasure) -> f64) -> Result<(), PushError> {
         self.table[PredicateTable::T] = time;
         self.table[PredicateTable::TIME] = time;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use mission::kind::Execution;
 
-use super::{RunEnd, WorkerRecord, Workers, World};
+use super::{MissionWorld, RunEnd, WorkerRecord, Workers};
 use crate::expect::{Outcome, Verdict};
 use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram};
 use crate::record::expectations::{ExpectationRecord, records_of};
@@ -13,24 +13,25 @@ use crate::record::expectations::{ExpectationRecord, records_of};
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "how")]
 pub enum End {
-    /// Everything was served that could be, and every robot was back; of layers: every task was done.
+    /// The mission was done: all operations that can be served were served and all robots were home, or all tasks of
+    /// the layers were done.
     Done {
-        /// When, in s.
+        /// Time of the end, in s.
         at_s: f64,
     },
-    /// The time of the scenario was over before.
+    /// The duration of the scenario was over before the mission was done.
     Unfinished,
-    /// There was no plan any more.
+    /// No plan was feasible any more.
     Stranded {
-        /// Why, in a sentence.
+        /// Reason, as a sentence.
         why: String,
     },
-    /// There was no plan at all.
+    /// The mission had no plan at the start.
     Refused {
-        /// Why, in a sentence.
+        /// Reason, as a sentence.
         why: String,
     },
-    /// Somebody stopped it.
+    /// The run was interrupted.
     Interrupted,
 }
 
@@ -45,30 +46,30 @@ impl End {
     }
 }
 
-/// Something that the scenario says and that could not happen when it should.
+/// Event of the scenario that the mission rejected.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Untaken {
-    /// When it should have happened, in s.
+pub struct RejectedEvent {
+    /// Time of the event, in s.
     pub at_s: f64,
-    /// What, in words.
+    /// Description of the event.
     pub event: String,
     /// Why it could not.
     pub why: String,
 }
 
-/// Something that happened.
+/// Entry of the log of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Happened {
-    /// When, in s.
+pub struct LogEntry {
+    /// Time of the entry, in s.
     pub at_s: f64,
-    /// What, in words.
+    /// Text of the entry.
     pub what: String,
-    /// It came from outside, or changed who serves whom.
+    /// True for an event from outside, and for a change of an assignment.
     #[serde(skip)]
     pub notable: bool,
 }
 
-/// Members whose controllers broke down and whose loss no expectation speaks of.
+/// Members whose controllers broke down although no expectation measures their loss.
 fn broken(mission: &MissionProgram, scenario: &MissionScenarioProgram, workers: &Workers) -> Vec<(f64, String)> {
     let (members, labels) = (mission.kind.members(), mission.kind.labels());
     let spoken = |name: &str| {
@@ -100,25 +101,25 @@ pub struct MissionSummary {
     pub ok: bool,
     /// How it ended.
     pub end: End,
-    /// Results of the kind of mission, such as makespan, paths and energy; none: there was no plan.
+    /// Results of the kind of mission, such as makespan, paths and energy; `None` without a plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outcome: Option<serde_json::Value>,
-    /// The same for people, with the numbers of repairs and of new plans.
+    /// The same as text, with the numbers of repairs and of new plans.
     #[serde(skip)]
     pub results: Option<mission::kind::Outcome>,
     /// What could not happen when it should.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub untaken: Vec<Untaken>,
+    pub rejected_events: Vec<RejectedEvent>,
     /// Working robots that ran controllers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub workers: Vec<WorkerRecord>,
-    /// Working robots that broke down though nothing is expected of that: when, in s, and what.
+    /// Working robots that broke down although no expectation measures it: time in s, and description.
     #[serde(skip)]
     pub broken: Vec<(f64, String)>,
     /// Expectations, in the order written.
     pub expectations: Vec<ExpectationRecord>,
-    /// Everything that happened, in order.
-    pub happened: Vec<Happened>,
+    /// Everything that log, in order.
+    pub log: Vec<LogEntry>,
 }
 
 impl MissionSummary {
@@ -138,11 +139,11 @@ impl MissionSummary {
             end: End::Refused { why },
             outcome: None,
             results: None,
-            untaken: Vec::new(),
+            rejected_events: Vec::new(),
             workers: Vec::new(),
             broken: Vec::new(),
             expectations: records_of(&scenario.expectations, &outcomes, scenario.step),
-            happened: Vec::new(),
+            log: Vec::new(),
         }
     }
 
@@ -150,20 +151,20 @@ impl MissionSummary {
     pub(super) fn new(
         mission: &MissionProgram,
         scenario: &MissionScenarioProgram,
-        world: World,
+        world: MissionWorld,
         run: RunEnd,
     ) -> MissionSummary {
-        let World { execution, workers, untaken, .. } = world;
+        let MissionWorld { execution, workers, rejected_events, .. } = world;
         let RunEnd { end, instants, outcomes } = run;
-        let said = workers.notes.iter().map(|(at_s, what)| Happened { at_s: *at_s, what: what.clone(), notable: true });
-        let entry = |e: mission::kind::Entry| Happened { at_s: e.time, what: e.text, notable: e.notable };
-        let mut happened: Vec<Happened> = said.chain(execution.log().into_iter().map(entry)).collect();
-        happened.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+        let said = workers.notes.iter().map(|(at_s, what)| LogEntry { at_s: *at_s, what: what.clone(), notable: true });
+        let entry = |e: mission::kind::Entry| LogEntry { at_s: e.time, what: e.text, notable: e.notable };
+        let mut log: Vec<LogEntry> = said.chain(execution.log().into_iter().map(entry)).collect();
+        log.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
         let expectations = records_of(&scenario.expectations, &outcomes, scenario.step);
         let good_end = match &end {
             End::Done { .. } => true,
             End::Refused { .. } | End::Interrupted => false,
-            // A scenario with expectations says itself whether the end matters.
+            // The expectations of a scenario decide if an early end is a failure.
             End::Unfinished => !scenario.expectations.is_empty(),
             End::Stranded { .. } => {
                 let measured = |name| scenario.measures.contains(&MissionMeasure::of_mission(name));
@@ -178,15 +179,15 @@ impl MissionSummary {
             scenario: scenario.name.clone(),
             seed: scenario.seed,
             duration_s: f64::from(instants.saturating_sub(1)) * scenario.step,
-            ok: held && good_end && untaken.is_empty() && broken.is_empty(),
+            ok: held && good_end && rejected_events.is_empty() && broken.is_empty(),
             end,
             outcome: Some(results.data.clone()),
             results: Some(results),
-            untaken,
+            rejected_events,
             workers: workers.records(),
             broken,
             expectations,
-            happened,
+            log,
         }
     }
 
@@ -200,9 +201,9 @@ impl MissionSummary {
             End::Refused { why } => Some(format!("there is no plan: {why}")),
             End::Interrupted => Some("it was interrupted".to_string()),
         };
-        let untaken =
-            self.untaken.iter().map(|u| (Some(u.at_s), format!("could not happen: {}, as {}", u.event, u.why)));
+        let rejected_events =
+            self.rejected_events.iter().map(|u| (Some(u.at_s), format!("could not happen: {}, as {}", u.event, u.why)));
         let broken = self.broken.iter().map(|(at, text)| (Some(*at), text.clone()));
-        broken.chain(untaken).chain(end.map(|text| (None, text))).collect()
+        broken.chain(rejected_events).chain(end.map(|text| (None, text))).collect()
     }
 }

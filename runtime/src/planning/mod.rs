@@ -20,12 +20,13 @@ use stdlib_tasks::bound::Slot;
 use stdlib_tasks::expression::Evaluation;
 use stdlib_tasks::task::{Rows, State, Task, TaskFault};
 
+use crate::evaluator::SignalValue;
 use crate::fault::Fault;
 use crate::program::{Program, Times};
-use crate::safety::{Bending, Field, Frame, HumanPoint, SafetyError, SafetyPlanner, TaskRows, Tick};
+use crate::safety::{Field, Frame, HumanPoint, RowCurvature, SafetyError, SafetyPlanner, TaskLevel, TaskRows, Tick};
 use crate::values::ValueTable;
 pub use settings::deviates;
-pub(crate) use settings::{planner_of, planners, protected_by};
+pub(crate) use settings::{Protection, TaskIndex, planner_of, planners, protected_by};
 
 /// Source of a direction.
 enum Along {
@@ -136,7 +137,7 @@ impl Probe {
 }
 
 /// State of the robot at a tick, for the planner.
-pub(crate) struct Now<'a> {
+pub(crate) struct RobotState<'a> {
     pub model: &'a Model,
     pub data: &'a Data,
     pub q: &'a [f64],
@@ -156,15 +157,15 @@ fn write(q: Quaternion<f64>, out: &mut [f64]) {
 }
 
 impl Planning {
-    /// Passes curvatures to the planner: of the rows of the levels above the protected task, of its own rows, which
-    /// begin at a row of its level, and of the field, estimated from the ends of its segments at random configurations.
+    /// Passes curvatures to the planner: of the rows of the levels above the protected task, of its own rows, and of the
+    /// field, estimated from the ends of its segments at random configurations.
     /// `exact` marks the levels down to the task's that are never damped. `horizon` is the time in s over which second
     /// derivatives count in the levels.
-    pub fn bend(&mut self, model: &Model, above: &[Level], task: (&Level, usize), exact: &[bool], horizon: f64) {
+    pub fn set_curvature(&mut self, model: &Model, above: &[Level], task: TaskLevel, exact: &[bool], horizon: f64) {
         // The shortest time, since distance from people has priority over smoothness.
         let least = 0.5 * self.planner.period();
         let field = curvature::curvature_of_field(&mut self.field, model, &self.locked, least);
-        self.planner.bend(&Bending { above, task, field: &field, exact, part: least / horizon });
+        self.planner.set_curvature(&RowCurvature { above, task, field: &field, exact, part: least / horizon });
     }
 
     /// Indices of the stack's table of values that the planner itself reads.
@@ -201,8 +202,9 @@ impl Planning {
     pub fn see(
         &mut self,
         task: &mut dyn Task,
-        now: &Now,
-        (current, rates): (&mut [f64], &mut [f64]),
+        now: &RobotState,
+        current: &mut [f64],
+        rates: &mut [f64],
     ) -> Result<(), Fault> {
         let guard = Fault::NotFinite { member: self.guard, row: 0 };
         for (person, places) in self.people.iter_mut().zip(&self.points) {
@@ -218,7 +220,7 @@ impl Planning {
             TaskFault::Gain { .. } => Fault::Gain { member },
             TaskFault::Crossed { row } => Fault::Crossed { member, row },
         };
-        let Now { model, data, q, velocity, stack_velocity } = *now;
+        let RobotState { model, data, q, velocity, stack_velocity } = *now;
         let p = &mut self.probe;
         let moving = State { model, data, q, values: current, rates, velocity, stack_velocity };
         p.ask(task, &moving).map_err(failed)?;
@@ -299,7 +301,7 @@ impl Planning {
     }
 
     /// Replaces the nominal target by the safe one and computes directions. Returns `None` if a direction is undefined.
-    fn deviate(&mut self, now: &Now, current: &mut [f64], rates: &mut [f64]) -> Option<()> {
+    fn deviate(&mut self, now: &RobotState, current: &mut [f64], rates: &mut [f64]) -> Option<()> {
         for (d, frame) in self.deviated.iter_mut().zip(&mut self.frames) {
             frame.direction = match &mut d.along {
                 Along::Gradient => Vector3::zeros(),
@@ -347,7 +349,7 @@ impl Planning {
     }
 
     /// Outputs at this tick, in which the robot moves with `v`, `nv` numbers.
-    pub fn outputs(&self, v: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+    pub fn outputs(&self, v: &[f64]) -> impl Iterator<Item = SignalValue> {
         let plan = self.planner.plan();
         let sizes = self.deviated.iter().enumerate().map(|(i, d)| match d.slot.len {
             4 => self.planner.turn(i).angle(),
@@ -355,7 +357,7 @@ impl Planning {
         });
         let withheld = (plan.field_rate - self.field.rate(v)).max(0.0);
         let numbers = [plan.u_c, sizes.fold(0.0, f64::max), plan.outcome.slack, withheld, self.field.value()];
-        self.signals.into_iter().zip(numbers).filter_map(|(s, x)| Some((s?, x)))
+        self.signals.into_iter().zip(numbers).filter_map(|(s, value)| Some(SignalValue { signal: s?, value }))
     }
 
     /// The planner itself.

@@ -37,11 +37,29 @@ pub(super) fn field_of(program: &Program, planner: usize) -> Option<usize> {
     }
 }
 
+/// A planner's task and the task that it protects.
+#[derive(Clone, Copy)]
+pub(crate) struct Protection<I> {
+    /// The planner's task.
+    pub guard: I,
+    /// The protected task.
+    pub task: I,
+}
+
+/// Indices of a task.
+#[derive(Clone, Copy)]
+pub(crate) struct TaskIndex {
+    /// Among the tasks of the stack.
+    pub member: usize,
+    /// Among those of the program.
+    pub program: usize,
+}
+
 /// Planners of a stack with the tasks that they protect, by their indices in the program.
-pub(crate) fn planners(program: &Program, stack: &StackProgram) -> Vec<(usize, usize)> {
+pub(crate) fn planners(program: &Program, stack: &StackProgram) -> Vec<Protection<usize>> {
     let members = || stack.levels.iter().flat_map(|l| &l.members).map(|m| m.task);
-    let one = |task| Some((task, protected_by(program.tasks.get(task)?)?));
-    members().filter_map(one).filter(|(_, protected)| members().any(|m| m == *protected)).collect()
+    let one = |guard| Some(Protection { guard, task: protected_by(program.tasks.get(guard)?)? });
+    members().filter_map(one).filter(|p| members().any(|m| m == p.task)).collect()
 }
 
 /// Planner that protects a task in any stack.
@@ -117,8 +135,7 @@ pub fn deviates(model: &Model, home: &[f64], values: &[f64], task: &mut dyn Task
 }
 
 impl Planning {
-    /// Prepares a planner of a stack. `(guard, task)` are the indices of both tasks among those of the stack, with
-    /// their indices in the program. `speed` contains the speed limits above the planner, `above` the shapes of the
+    /// Prepares a planner of a stack. `speed` contains the speed limits above the planner, `above` the shapes of the
     /// levels above the protected task.
     ///
     /// # Errors
@@ -126,15 +143,15 @@ impl Planning {
     pub fn new(
         program: &Program,
         stack: &StackProgram,
-        (guard, task): ((usize, usize), (usize, usize)),
+        Protection { guard, task }: Protection<TaskIndex>,
         protected: &mut dyn Task,
         speed: &[f64],
         above: &[LevelShape],
     ) -> Result<Planning, ProgramError> {
         let model = &program.robot.model;
-        let place = format!("tasks[{}]", guard.1);
+        let place = format!("tasks[{}]", guard.program);
         let bad = |text: String| error(&place, text);
-        let bound = &program.tasks[guard.1].params;
+        let bound = &program.tasks[guard.program].params;
         let params = Params::from_bound(bound).map_err(|e| bad(format!("`{}` has another form", e.param)))?;
         let form = |e: stdlib_tasks::params::WrongForm| bad(format!("`{}` has another form", e.param));
         let scaling = Scaling::from_bound(&params.scaling).map_err(form)?;
@@ -147,7 +164,7 @@ impl Planning {
         if let Some(deviate) = &params.deviate {
             deviations(deviate, "", &mut list);
         }
-        let target = &program.tasks[task.1].params;
+        let target = &program.tasks[task.program].params;
         let (mut deviated, mut settings) = (Vec::new(), Vec::new());
         for (path, group) in &list {
             let d = DeviationParams::from_bound(group).ok_or_else(|| bad(format!("`{path}` has another form")))?;
@@ -202,11 +219,11 @@ impl Planning {
         let planner = SafetyPlanner::new(settings, probe.rows, model.nv(), above).map_err(|e| bad(e.to_string()))?;
         let places: BTreeSet<usize> =
             target.values().flat_map(|b| b.slots()).flat_map(|s| s.at..s.at + s.len).collect();
-        let name = &program.tasks[guard.1].name;
+        let name = &program.tasks[guard.program].name;
         Ok(Planning {
-            program_index: guard.1,
-            guard: guard.0,
-            task: task.0,
+            program_index: guard.program,
+            guard: guard.member,
+            task: task.member,
             people: vec![HumanPoint::at_rest(Vector3::zeros()); program_field.points.len()],
             points: program_field.points.clone(),
             field,

@@ -15,7 +15,7 @@ pub const MAX_INSTANTS: u32 = 200_000;
 pub const MAX_MISSION: f64 = 1e6;
 
 /// The most that may happen in a scenario.
-pub const MAX_HAPPENINGS: usize = 200;
+pub const MAX_EVENTS: usize = 200;
 
 /// A mission that is executed in a world of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,8 +37,8 @@ pub struct MissionScenarioProgram {
     pub replan: Replan,
     /// What happens, by time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub happens: Vec<Happens>,
-    /// What people say after they were served, each person at most once.
+    pub happens: Vec<TimedEvent>,
+    /// Feedback of people after their services, each person at most once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub replies: Vec<Replies>,
     /// Numbers that are worked out at each instant.
@@ -52,7 +52,7 @@ pub struct MissionScenarioProgram {
 
 /// An event at a time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Happens {
+pub struct TimedEvent {
     /// Time from the start of the mission, in s.
     pub at: f64,
     /// The event.
@@ -168,7 +168,7 @@ impl MissionScenarioProgram {
 
     /// How much happens, and when.
     fn check_happens(&self, place: &str) -> Result<(), ProgramError> {
-        ensure(self.happens.len() <= MAX_HAPPENINGS, &format!("{place}.happens"), "more happens than 200 times")?;
+        ensure(self.happens.len() <= MAX_EVENTS, &format!("{place}.happens"), "more happens than 200 times")?;
         let rising = self.happens.windows(2).all(|w| w[0].at <= w[1].at);
         let times = self.happens.iter().all(|h| h.at.is_finite() && h.at >= 0.0);
         ensure(rising && times, &format!("{place}.happens"), "its times are zero or more, and rise")

@@ -36,7 +36,7 @@ pub use machine::{
 };
 pub use mission::{CompiledFile, MissionProgram};
 pub use mission_scenario::{
-    Happens, MAX_HAPPENINGS, MAX_INSTANTS, MAX_MISSION, MissionMeasure, MissionScenarioProgram, ends_with_step,
+    MAX_EVENTS, MAX_INSTANTS, MAX_MISSION, MissionMeasure, MissionScenarioProgram, TimedEvent, ends_with_step,
     step_within,
 };
 pub use scenario::{
@@ -45,6 +45,7 @@ pub use scenario::{
 };
 pub use signal::{Conditioning, HumanProgram, Initial, Interface, Lost, MAX_SIGNAL, SignalProgram, Tracking, Velocity};
 pub use tape::{Op, Output, Tape, Times};
+pub(crate) use tape::{TapeReads, TapeWrites};
 pub use trajectory::{MAX_POINTS, Motion, Shape, TrajectoryProgram};
 pub use window::{Window, WindowError};
 pub use worker::{ControllerProgram, MAX_RUNNING, MAX_TICKS, Running, WorkerProgram};

@@ -163,7 +163,7 @@ impl Interface {
 
     /// Declares a number that only the controller sets and that is absent at the start. Returns its index in `signals`.
     /// `kind` is its type in the words of the language.
-    pub fn tell(&mut self, name: String, kind: &str) -> usize {
+    pub fn declare_output(&mut self, name: String, kind: &str) -> usize {
         let at = self.width();
         self.signals.push(SignalProgram {
             name,

@@ -44,6 +44,23 @@ pub struct Times {
     pub time: f64,
 }
 
+/// Tables that a tape reads.
+#[derive(Clone, Copy)]
+pub(crate) struct TapeReads<'a> {
+    /// Captured values.
+    pub inputs: &'a [f64],
+    /// Table of signals.
+    pub signals: &'a [f64],
+}
+
+/// Tables that a tape writes, of equal length.
+pub(crate) struct TapeWrites<'a> {
+    /// Values.
+    pub values: &'a mut [f64],
+    /// Their rates, per s.
+    pub rates: &'a mut [f64],
+}
+
 impl Tape {
     /// Part of the tape that computes the given entries of the table of values.
     pub fn only(&self, wanted: &BTreeSet<usize>) -> Tape {
@@ -130,7 +147,7 @@ impl Tape {
             let read = self.trajectory_of(k).and_then(|t| self.trajectories.get(t));
             read.map_or(f64::NAN, |t| t.start.get(k - t.at).map_or(0.0, |&op| r[op]))
         };
-        self.evaluate_with(times, (inputs, signals), registers, (values, rates), start);
+        self.evaluate_with(times, TapeReads { inputs, signals }, registers, TapeWrites { values, rates }, start);
     }
 
     /// Like [`Tape::evaluate`], with numbers of trajectories that `trajectory` computes from the operations before the
@@ -138,9 +155,9 @@ impl Tape {
     pub(crate) fn evaluate_with(
         &self,
         times: Times,
-        (inputs, signals): (&[f64], &[f64]),
+        read: TapeReads,
         registers: &mut [f64],
-        (values, rates): (&mut [f64], &mut [f64]),
+        write: TapeWrites,
         mut trajectory: impl FnMut(usize, &[f64]) -> f64,
     ) {
         for (i, op) in self.ops.iter().enumerate() {
@@ -148,8 +165,8 @@ impl Tape {
             let leaf = |op: Op| match op {
                 Op::T => times.t,
                 Op::Time => times.time,
-                Op::Input(k) => inputs[k],
-                Op::Signal(k) => signals[k],
+                Op::Input(k) => read.inputs[k],
+                Op::Signal(k) => read.signals[k],
                 _ => f64::NAN,
             };
             registers[i] = match *op {
@@ -158,8 +175,8 @@ impl Tape {
             };
         }
         for o in &self.outputs {
-            values[o.at] = registers[o.value];
-            rates[o.at] = registers[o.rate];
+            write.values[o.at] = registers[o.value];
+            write.rates[o.at] = registers[o.rate];
         }
     }
 }

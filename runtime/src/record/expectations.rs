@@ -38,7 +38,7 @@ impl ExpectationRecord {
     }
 }
 
-/// Records of a scenario. `outcomes` are those of [`crate::Judge::finish`].
+/// Records of a scenario. `outcomes` are those of [`crate::ExpectationMonitors::finish`].
 pub fn records(scenario: &ScenarioProgram, outcomes: &[Outcome], period: f64) -> Vec<ExpectationRecord> {
     records_of(&scenario.expectations, outcomes, period)
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::controller::{Controller, Stage};
+use crate::controller::{Controller, StackController};
 use crate::evaluator::Member;
 use crate::tick::{Recorder, Tick};
 
@@ -34,8 +34,8 @@ struct Count {
 
 /// Counts the levels that are held back during a run.
 pub struct HeldBackRecorder {
-    /// Tasks of each stage, and names of its levels.
-    stages: Vec<(Vec<Member>, Vec<String>)>,
+    /// Tasks of each stack, and names of its levels.
+    stacks: Vec<(Vec<Member>, Vec<String>)>,
     counts: BTreeMap<(usize, usize, usize, usize), Count>,
     ticks: usize,
 }
@@ -43,15 +43,15 @@ pub struct HeldBackRecorder {
 impl HeldBackRecorder {
     /// Prepares for a run of this controller.
     pub fn new(controller: &Controller) -> Self {
-        let stage = |s: &Stage| (s.evaluator().members().to_vec(), s.level_names().to_vec());
-        HeldBackRecorder { stages: controller.stages().iter().map(stage).collect(), counts: BTreeMap::new(), ticks: 0 }
+        let stack = |s: &StackController| (s.evaluator().members().to_vec(), s.level_names().to_vec());
+        HeldBackRecorder { stacks: controller.stacks().iter().map(stack).collect(), counts: BTreeMap::new(), ticks: 0 }
     }
 
     /// Counts so far, sorted by level, then by decreasing duration.
     pub fn result(&self) -> Vec<HeldBack> {
         let mut all: Vec<((usize, usize), usize, HeldBack)> = Vec::new();
-        for (&(stage, level, by_level, by_row), c) in &self.counts {
-            let (members, levels) = &self.stages[stage];
+        for (&(stack, level, by_level, by_row), c) in &self.counts {
+            let (members, levels) = &self.stacks[stack];
             let Some(m) = members.iter().find(|m| m.level == by_level && m.rows.contains(&by_row)) else {
                 continue;
             };
@@ -64,7 +64,7 @@ impl HeldBackRecorder {
                 max_multiplier: c.most,
                 at_s: c.at,
             };
-            all.push(((stage, level), c.ticks, held));
+            all.push(((stack, level), c.ticks, held));
         }
         all.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.cmp(&a.1)));
         all.into_iter().map(|x| x.2).collect()
@@ -78,7 +78,7 @@ impl Recorder for HeldBackRecorder {
             return Ok(());
         }
         for b in &tick.solution.blocking {
-            let c = self.counts.entry((tick.stage, b.level, b.by_level, b.by_row)).or_default();
+            let c = self.counts.entry((tick.stack, b.level, b.by_level, b.by_row)).or_default();
             c.ticks += 1;
             if b.multiplier > c.most {
                 (c.most, c.at) = (b.multiplier, tick.time);

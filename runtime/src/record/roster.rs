@@ -28,10 +28,10 @@ pub struct Roster {
     pub members: Vec<Member>,
     /// Levels, stack by stack.
     pub levels: Vec<RosterLevel>,
-    /// For each stage, the index in `members` of each of its members.
+    /// For each stack, the index in `members` of each of its members.
     places: Vec<Vec<usize>>,
-    /// For each stage, the range of its levels.
-    stages: Vec<Range<usize>>,
+    /// For each stack, the range of its levels.
+    stacks: Vec<Range<usize>>,
     margins: usize,
     measures: usize,
 }
@@ -43,13 +43,13 @@ impl Roster {
             members: Vec::new(),
             levels: Vec::new(),
             places: Vec::new(),
-            stages: Vec::new(),
+            stacks: Vec::new(),
             margins: 0,
             measures: 0,
         };
-        for stage in controller.stages() {
+        for stack in controller.stacks() {
             let mut places = Vec::new();
-            for m in stage.evaluator().members() {
+            for m in stack.evaluator().members() {
                 let known = roster.members.iter().position(|k| k.program_index == m.program_index);
                 places.push(known.unwrap_or(roster.members.len()));
                 if known.is_none() {
@@ -61,15 +61,15 @@ impl Roster {
                 }
             }
             let first = roster.levels.len();
-            let levels = stage.level_names().iter().zip(&stage.problem().levels);
+            let levels = stack.level_names().iter().zip(&stack.problem().levels);
             roster.levels.extend(levels.map(|(name, l)| RosterLevel {
-                stack: stage.stack(),
+                stack: stack.index(),
                 name: name.clone(),
                 hard: l.hard,
                 rows: l.rows(),
-                locked: stage.evaluator().locked().len(),
+                locked: stack.evaluator().locked().len(),
             }));
-            roster.stages.push(first..roster.levels.len());
+            roster.stacks.push(first..roster.levels.len());
             roster.places.push(places);
         }
         roster
@@ -77,12 +77,12 @@ impl Roster {
 
     /// Members that run at a tick, each with its index in [`Roster::members`].
     pub fn running<'t>(&'t self, tick: &Tick<'t>) -> impl Iterator<Item = (usize, &'t Member)> {
-        self.places[tick.stage].iter().copied().zip(tick.evaluator.members())
+        self.places[tick.stack].iter().copied().zip(tick.evaluator.members())
     }
 
     /// Range of the levels that run at a tick.
     pub fn running_levels(&self, tick: &Tick) -> Range<usize> {
-        self.stages[tick.stage].clone()
+        self.stacks[tick.stack].clone()
     }
 
     /// Margins of all tasks at a tick; NaN for those of tasks that do not run.

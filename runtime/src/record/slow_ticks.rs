@@ -37,8 +37,8 @@ pub struct SlowTick {
 pub struct SlowTicksRecorder {
     /// Slowest ticks, the slowest first.
     slowest: Vec<SlowTick>,
-    /// Stage of the last tick, and the states of its rows by level.
-    stage: Option<usize>,
+    /// Stack of the last tick, and the states of its rows by level.
+    stack: Option<usize>,
     before: Vec<Vec<Active>>,
     machine: bool,
 }
@@ -47,7 +47,7 @@ impl SlowTicksRecorder {
     /// Prepares for a run of this controller.
     pub fn new(controller: &Controller) -> Self {
         let machine = controller.machine().states.iter().any(|s| !s.name.is_empty());
-        SlowTicksRecorder { slowest: Vec::with_capacity(KEPT + 1), stage: None, before: Vec::new(), machine }
+        SlowTicksRecorder { slowest: Vec::with_capacity(KEPT + 1), stack: None, before: Vec::new(), machine }
     }
 
     /// Slowest ticks, the slowest first.
@@ -57,7 +57,7 @@ impl SlowTicksRecorder {
 
     /// Number of rows whose state differs from the previous tick, and the names of some of them.
     fn changed(&self, tick: &Tick) -> (usize, Vec<String>) {
-        let members = tick.controller.stages()[tick.stage].evaluator().members();
+        let members = tick.controller.stacks()[tick.stack].evaluator().members();
         let (mut changed, mut rows) = (0, Vec::new());
         for (l, (now, before)) in tick.solution.levels.iter().zip(&self.before).enumerate() {
             for row in (0..now.active.len()).filter(|i| before.get(*i) != now.active.get(*i)) {
@@ -77,11 +77,11 @@ impl Recorder for SlowTicksRecorder {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
         if tick.fault.is_some() {
             // Nothing was solved, so the next tick has nothing to compare with.
-            self.stage = None;
+            self.stack = None;
             return Ok(());
         }
         let us = tick.elapsed * 1e6;
-        let first = self.stage != Some(tick.stage);
+        let first = self.stack != Some(tick.stack);
         if self.slowest.len() < KEPT || self.slowest.last().is_some_and(|s| us > s.us) {
             let (changed, rows) = if first { (0, Vec::new()) } else { self.changed(tick) };
             let state = self.machine.then(|| tick.state.to_string());
@@ -89,7 +89,7 @@ impl Recorder for SlowTicksRecorder {
             self.slowest.insert(at, SlowTick { us, at_s: tick.time, state, first, changed, rows });
             self.slowest.truncate(KEPT);
         }
-        self.stage = Some(tick.stage);
+        self.stack = Some(tick.stack);
         self.before.resize_with(tick.solution.levels.len(), Vec::new);
         for (before, level) in self.before.iter_mut().zip(&tick.solution.levels) {
             before.clear();

@@ -9,7 +9,7 @@ use super::summary::{
     FaultRecord, LateTicks, LevelSummary, MARGIN_TOLERANCE, PartError, Percentiles, StateRecord, Summary, TaskSummary,
     TickTimes,
 };
-use crate::controller::{Controller, Stage};
+use crate::controller::{Controller, StackController};
 use crate::evaluator::Member;
 use crate::fault::FaultKind;
 use crate::program::{Program, Subject};
@@ -61,9 +61,9 @@ fn entries(controller: &Controller) -> BTreeMap<String, u64> {
 
 /// Hint for a limit that was violated without a reserve, by no more than a tick can lose.
 fn sampling_hint(controller: &Controller, m: &Member, s: &TaskStatistics) -> Option<String> {
-    let (evaluator, member) = controller.stages().iter().find_map(|stage| {
-        let members = stage.evaluator().members();
-        Some((stage.evaluator(), members.iter().position(|x| x.program_index == m.program_index)?))
+    let (evaluator, member) = controller.stacks().iter().find_map(|stack| {
+        let members = stack.evaluator().members();
+        Some((stack.evaluator(), members.iter().position(|x| x.program_index == m.program_index)?))
     })?;
     let (loss, reserve) = (evaluator.sampled_loss(member), evaluator.sampled_margin(member));
     let (loss, reserve) = (*loss.get(s.worst_row)?, *reserve.get(s.worst_row)?);
@@ -156,11 +156,11 @@ impl SummaryRecorder {
         let machine = program.run.subject == Subject::Machine;
         let share = |n: usize, of: usize| if of == 0 { 0.0 } else { n as f64 / of as f64 };
         let level_of = |m: &Member| {
-            let named = |s: &Stage| {
+            let named = |s: &StackController| {
                 let own = s.evaluator().members().iter().find(|x| x.program_index == m.program_index)?;
                 s.level_names().get(own.level).cloned()
             };
-            controller.stages().iter().find_map(named).unwrap_or_default()
+            controller.stacks().iter().find_map(named).unwrap_or_default()
         };
         let mut tasks = BTreeMap::new();
         for (m, s) in self.roster.members.iter().zip(&self.tasks).filter(|(_, s)| s.ticks > 0 || !machine) {

@@ -4,7 +4,7 @@
 use serde::Serialize;
 use solver::{Backend, HierarchicalSolver, Problem, Solution, Status, certificate};
 
-use crate::controller::{Controller, Stage};
+use crate::controller::{Controller, StackController};
 use crate::program::Program;
 use crate::tick::{Recorder, Tick};
 
@@ -56,8 +56,8 @@ impl Second {
 /// Solves every tick a second time: the problem of the tick and, if levels were damped, those of the damped levels.
 pub struct Verifier {
     other: Backend,
-    /// For each stage, the solver of its problem, and for each level the solver of the damped level once it is needed.
-    stages: Vec<(Second, Vec<Option<Second>>)>,
+    /// For each stack, the solver of its problem, and for each level the solver of the damped level once it is needed.
+    stacks: Vec<(Second, Vec<Option<Second>>)>,
     so_far: Verification,
 }
 
@@ -65,13 +65,13 @@ impl Verifier {
     /// Prepares for a run of this program.
     pub fn new(program: &Program, controller: &Controller) -> Self {
         let other = program.run.solver.other();
-        let stage = |s: &Stage| {
+        let stack = |s: &StackController| {
             let levels = s.problem().levels.iter().map(|_| None).collect();
             (Second::new(other, s.problem()), levels)
         };
         Verifier {
             other,
-            stages: controller.stages().iter().map(stage).collect(),
+            stacks: controller.stacks().iter().map(stack).collect(),
             so_far: Verification {
                 backend: other.name(),
                 ticks: 0,
@@ -95,12 +95,12 @@ impl Recorder for Verifier {
         if tick.fault.is_some() || tick.solution.status != Status::Optimal {
             return Ok(());
         }
-        let (second, levels) = &mut self.stages[tick.stage];
-        let stage = &tick.controller.stages()[tick.stage];
+        let (second, levels) = &mut self.stacks[tick.stack];
+        let stack = &tick.controller.stacks()[tick.stack];
         let v = &mut self.so_far;
-        v.max_certificate = v.max_certificate.max(certificate(stage.settled(), &tick.solution.x));
-        let mut difference = second.compare(stage.settled(), &tick.solution.x);
-        for (level, problem, solution) in stage.solver().damped() {
+        v.max_certificate = v.max_certificate.max(certificate(stack.settled(), &tick.solution.x));
+        let mut difference = second.compare(stack.settled(), &tick.solution.x);
+        for (level, problem, solution) in stack.solver().damped() {
             let second = levels[level].get_or_insert_with(|| Second::new(self.other, problem));
             let of_level = second.compare(problem, &solution.x);
             difference = difference.zip(of_level).map(|(a, b)| a.max(b));

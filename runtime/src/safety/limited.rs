@@ -47,13 +47,22 @@ pub(super) fn breaks(above: &[Level], v: &[f64]) -> bool {
     })
 }
 
+/// Rows of a task in a level.
+#[derive(Clone, Copy, Debug)]
+pub struct TaskLevel<'a> {
+    /// Level of the task.
+    pub level: &'a Level,
+    /// Index of the task's first row in the level.
+    pub first: usize,
+}
+
 /// Curvature of the rows of a program; see [`Level::set_curvature`].
 #[derive(Clone, Copy, Debug)]
-pub struct Bending<'a> {
+pub struct RowCurvature<'a> {
     /// Levels above the task.
     pub above: &'a [Level],
-    /// Level of the task, and the index of the task's first row there.
-    pub task: (&'a Level, usize),
+    /// Rows of the task.
+    pub task: TaskLevel<'a>,
     /// Curvature of the field, one number for each degree of freedom.
     pub field: &'a [f64],
     /// True for each level down to the task's that is never damped.
@@ -70,7 +79,7 @@ fn solver(problem: &Problem) -> Smooth {
 }
 
 /// Inputs of the program at a tick.
-pub(super) struct Now<'a> {
+pub(super) struct LimitedInputs<'a> {
     /// Levels above the task.
     pub above: &'a [Level],
     /// Rows of the task.
@@ -91,7 +100,7 @@ pub(super) struct Now<'a> {
 
 /// Solution of the program.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Found<'a> {
+pub(super) struct LimitedSolution<'a> {
     /// Velocity of each degree of freedom.
     pub velocity: &'a [f64],
     /// u_c, u_a
@@ -149,9 +158,10 @@ impl LimitedProgram {
     }
 
     /// Sets the curvature of the rows. Levels that cannot be met are then damped like those of the controller.
-    pub fn bend(&mut self, bending: &Bending) {
-        let (width, rows, (task, first)) = (self.dofs + self.inputs, self.rows, bending.task);
-        let tell = |level: &mut Level, part: f64, from: &mut dyn Iterator<Item = &[f64]>| {
+    pub fn set_curvature(&mut self, given: &RowCurvature) {
+        let (width, rows) = (self.dofs + self.inputs, self.rows);
+        let TaskLevel { level: task, first } = given.task;
+        let copy = |level: &mut Level, part: f64, from: &mut dyn Iterator<Item = &[f64]>| {
             let mut curvature = vec![0.0; level.rows() * width];
             for (to, from) in curvature.chunks_exact_mut(width).zip(from) {
                 to.iter_mut().zip(from).for_each(|(to, c)| *to = part * c);
@@ -159,24 +169,24 @@ impl LimitedProgram {
             level.set_curvature(curvature);
         };
         let levels = &mut self.problem.levels[1..];
-        for (to, from) in levels.iter_mut().zip(bending.above) {
-            tell(to, bending.part, &mut (0..from.rows()).map(|i| from.curvature(i)));
+        for (to, from) in levels.iter_mut().zip(given.above) {
+            copy(to, given.part, &mut (0..from.rows()).map(|i| from.curvature(i)));
         }
         if let [.., to, _, of_field, _] = levels {
-            tell(to, bending.part, &mut (first..first + rows).map(|i| task.curvature(i)));
-            tell(of_field, 1.0, &mut std::iter::once(bending.field));
+            copy(to, given.part, &mut (first..first + rows).map(|i| task.curvature(i)));
+            copy(of_field, 1.0, &mut std::iter::once(given.field));
         }
-        let exact = bending.exact.iter().enumerate().filter(|(_, exact)| **exact);
+        let exact = given.exact.iter().enumerate().filter(|(_, exact)| **exact);
         self.solver = exact.fold(solver(&self.problem), |solver, (k, _)| solver.with_exact(1 + k));
     }
 
     /// Returns true if the curvature of the rows was set.
-    pub fn is_bent(&self) -> bool {
+    pub fn has_curvature(&self) -> bool {
         self.problem.levels.iter().any(Level::is_curved)
     }
 
     /// Returns true if the task could not be met, and was damped, at the last solve.
-    pub fn gives_way(&self) -> bool {
+    pub fn is_task_damped(&self) -> bool {
         self.solver.is_damped(self.problem.levels.len() - 4)
     }
 
@@ -186,7 +196,7 @@ impl LimitedProgram {
     }
 
     /// Solves the program. Returns `None` if the levels above cannot be met, or have another shape. Never allocates.
-    pub fn solve(&mut self, now: &Now) -> Option<Found<'_>> {
+    pub fn solve(&mut self, now: &LimitedInputs) -> Option<LimitedSolution<'_>> {
         let (n, m, inputs) = (self.dofs, self.rows, self.inputs);
         let levels = &mut self.problem.levels;
         let fits = |from: &Level, to: &Level| from.columns() == n && from.rows() == to.rows() && from.hard == to.hard;
@@ -253,7 +263,7 @@ impl LimitedProgram {
         self.solver.solve(&self.problem, &mut self.solution);
         let damped = self.solver.is_damped(self.problem.levels.len() - 2);
         let (velocity, inputs) = self.solution.x.split_at(n);
-        (self.solution.status == Status::Optimal).then_some(Found { velocity, inputs, damped })
+        (self.solution.status == Status::Optimal).then_some(LimitedSolution { velocity, inputs, damped })
     }
 
     /// Makes the column orthogonal to the first `found` rows of the basis, and scales it to unit length. Returns false

@@ -73,7 +73,7 @@ mod strategy;
 
 pub use decomposition::{Damping, Decomposition, Push, TaskRows};
 pub use deviation::{Deviation, DeviationKind, Direction, Frame, towards};
-pub use limited::Bending;
+pub use limited::{RowCurvature, TaskLevel};
 pub use one_row::{OneRowProgram, Outcome};
 pub use planner::{Plan, PlannerSettings, SafetyPlanner, Tick, Weights};
 pub use stdlib_tasks::field::{

@@ -18,7 +18,7 @@ use solver::{Level, LevelShape};
 
 use crate::safety::decomposition::{Damping, Decomposition, Push, TaskRows, axpy, dot};
 use crate::safety::deviation::{Course, Deviation, Frame};
-use crate::safety::limited::{Bending, Found, LimitedProgram, Now, breaks};
+use crate::safety::limited::{LimitedInputs, LimitedProgram, LimitedSolution, RowCurvature, breaks};
 use crate::safety::one_row::{OneRowProgram, Outcome};
 use crate::safety::strategy::{Strategy, task_share};
 use stdlib_tasks::field::Field;
@@ -205,8 +205,8 @@ impl SafetyPlanner {
     /// Sets the curvature of the rows. Below limits, a demand that cannot be met is then met as far as the prediction
     /// holds over a step of one period, with plans of the same kind at every tick. Without the curvature, it is met as
     /// far as the linear rows allow, and plans may jump.
-    pub fn bend(&mut self, bending: &Bending) {
-        self.limited.bend(bending);
+    pub fn set_curvature(&mut self, given: &RowCurvature) {
+        self.limited.set_curvature(given);
     }
 
     /// Returns to the nominal path, with the clock at `c` \[s\], at the entry of the stack that contains the task.
@@ -364,12 +364,13 @@ impl SafetyPlanner {
         let is_program = matches!(self.settings.strategy, Strategy::Program);
         // One part of the slack is left by choice of the weights; the other part, `forced`, no inputs can remove.
         let forced = self.program.shortage();
-        let unmet = forced > WITHHELD && self.limited.is_bent() && tick.above.iter().any(|level| level.rows() > 0);
+        let unmet =
+            forced > WITHHELD && self.limited.has_curvature() && tick.above.iter().any(|level| level.rows() > 0);
         let withheld = short > plan.outcome.slack + WITHHELD && breaks(tick.above, &plan.velocity);
         if !is_program || !(unmet || withheld) {
             return Ok(false);
         }
-        let now = Now {
+        let now = LimitedInputs {
             above: tick.above,
             task: tick.task,
             pushes: &self.pushes,
@@ -383,8 +384,9 @@ impl SafetyPlanner {
             let rate = tick.field.rate(found.velocity);
             (found, rate, (plan.need - rate).max(0.0))
         });
-        let better = |(found, _, slack): &(Found, f64, f64)| unmet || found.damped || slack + WITHHELD <= short;
-        let Some((Found { velocity, inputs, .. }, rate, slack)) = found.filter(better) else {
+        let better =
+            |(found, _, slack): &(LimitedSolution, f64, f64)| unmet || found.damped || slack + WITHHELD <= short;
+        let Some((LimitedSolution { velocity, inputs, .. }, rate, slack)) = found.filter(better) else {
             // The first plan is kept, with the shortfall of the hierarchy as its slack.
             self.plan.outcome.slack = short;
             return Ok(false);
@@ -398,7 +400,7 @@ impl SafetyPlanner {
         plan.field_rate = rate;
         plan.outcome = Outcome { multiplier: self.settings.weights.slack * slack, slack };
         self.rates(tick);
-        if self.limited.gives_way() {
+        if self.limited.is_task_damped() {
             // The hierarchy must meet the task as far as this plan does, and no further.
             let n = self.plan.velocity.len();
             for (i, rate) in self.plan.rate.iter_mut().enumerate() {

@@ -10,7 +10,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::limits::Limits;
 use super::path::{Path, State};
 use super::rotation::{Turn, Turning, quaternion_rate};
-use super::route::Route;
+use super::route::{Route, RouteOptions};
 use crate::program::{Motion, Shape, TrajectoryProgram};
 
 /// Present plan.
@@ -233,7 +233,7 @@ impl Follower {
         self.points.extend(self.now[..self.goals].chunks_exact(3).map(vector));
         let Plan::Route(routes) = &mut self.plan else { return false };
         let points = self.points.get(first..).unwrap_or_default();
-        let good = routes.1.plan(from, points, first, (&limits, corner, halt));
+        let good = routes.1.plan(from, points, first, &RouteOptions { limits, corner, halt });
         if good {
             let (now, next) = &mut **routes;
             std::mem::swap(now, next);

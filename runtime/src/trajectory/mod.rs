@@ -26,6 +26,6 @@ pub use limits::Limits;
 pub use path::{Path, State};
 pub use profile::{Motion, Profile};
 pub use rotation::{Turn, Turning, quaternion_rate};
-pub use route::Route;
+pub use route::{Route, RouteOptions};
 pub use s_curve::s_curve;
 pub use trapezoid::trapezoid;

@@ -9,9 +9,9 @@
 //! until the part along `e` takes a tenth longer, for a tighter turn. For S-curves `sin² c` is half the ratio of `|w|`
 //! to the speed, in closed form.
 //!
-//! Further stages may come before that: braking along the velocity, if the speed exceeds `V` or its perpendicular
-//! component exceeds `V / sqrt 2`; and for S-curves a stage of `|a| / J` seconds that reduces the acceleration to zero
-//! along its own direction. To keep the speed bounded in that stage, parts along `e` leave `A²/(8 J)` of the speed
+//! Further segments may come before that: braking along the velocity, if the speed exceeds `V` or its perpendicular
+//! component exceeds `V / sqrt 2`; and for S-curves a segment of `|a| / J` seconds that reduces the acceleration to zero
+//! along its own direction. To keep the speed bounded in that segment, parts along `e` leave `A²/(8 J)` of the speed
 //! unused. Source: ours.
 
 use nalgebra::Vector3;
@@ -53,14 +53,14 @@ impl State {
 
 /// Motions of two numbers, each along a vector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Stage {
+struct Segment {
     start: f64,
     origin: Vector3<f64>,
     axes: [Vector3<f64>; 2],
     along: [Profile; 2],
 }
 
-impl Stage {
+impl Segment {
     fn duration(&self) -> f64 {
         self.along[0].duration().max(self.along[1].duration())
     }
@@ -79,7 +79,7 @@ impl Stage {
 /// Motion of a vector to rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Path {
-    stages: [Stage; 3],
+    segments: [Segment; 3],
     count: usize,
     duration: f64,
     goal: Vector3<f64>,
@@ -127,8 +127,8 @@ impl Path {
             if let (Some(jerk), Some(e)) = (limits.jerk, direction(&now.acceleration)) {
                 now = path.push(release(&now, e, jerk), &mut start);
             }
-            if let Some(stage) = brake(&now, &goal, limits) {
-                now = path.push(stage, &mut start);
+            if let Some(segment) = brake(&now, &goal, limits) {
+                now = path.push(segment, &mut start);
             }
             let last = match line(&now, &goal) {
                 Some(e) => straight(&now, &goal, e, limits),
@@ -137,7 +137,7 @@ impl Path {
             path.push(last, &mut start);
         }
         path.duration = start;
-        let all = path.stages[..path.count].iter().all(|s| {
+        let all = path.segments[..path.count].iter().all(|s| {
             s.along.iter().all(Profile::is_finite)
                 && s.origin.iter().chain(s.axes.iter().flatten()).all(|x| x.is_finite())
         });
@@ -172,14 +172,14 @@ impl Path {
         limits.jerk.is_some() && from.acceleration != Vector3::zeros() && line(from, goal).is_none()
     }
 
-    fn push(&mut self, stage: Stage, start: &mut f64) -> State {
-        let duration = stage.duration();
-        if let Some(place) = self.stages.get_mut(self.count) {
-            *place = Stage { start: *start, ..stage };
+    fn push(&mut self, segment: Segment, start: &mut f64) -> State {
+        let duration = segment.duration();
+        if let Some(place) = self.segments.get_mut(self.count) {
+            *place = Segment { start: *start, ..segment };
             self.count += 1;
             *start += duration;
         }
-        stage.at(duration)
+        segment.at(duration)
     }
 
     /// Duration, in s.
@@ -197,9 +197,9 @@ impl Path {
         if t >= self.duration {
             return State::rest(self.goal);
         }
-        let stages = &self.stages[..self.count];
-        let stage = stages.iter().rev().find(|s| t >= s.start).or(stages.first());
-        stage.map_or(State::rest(self.goal), |s| s.at(t - s.start))
+        let segments = &self.segments[..self.count];
+        let segment = segments.iter().rev().find(|s| t >= s.start).or(segments.first());
+        segment.map_or(State::rest(self.goal), |s| s.at(t - s.start))
     }
 }
 
@@ -211,14 +211,14 @@ fn line(now: &State, goal: &Vector3<f64>) -> Option<Vector3<f64>> {
 }
 
 /// Motion along a line.
-fn straight(now: &State, goal: &Vector3<f64>, e: Vector3<f64>, limits: &Limits) -> Stage {
+fn straight(now: &State, goal: &Vector3<f64>, e: Vector3<f64>, limits: &Limits) -> Segment {
     let from = Motion { position: 0.0, velocity: now.velocity.dot(&e), acceleration: now.acceleration.dot(&e) };
     let along = profile(from, (goal - now.position).norm(), limits);
-    Stage { start: 0.0, origin: now.position, axes: [e, Vector3::zeros()], along: [along, Profile::rest(0.0)] }
+    Segment { start: 0.0, origin: now.position, axes: [e, Vector3::zeros()], along: [along, Profile::rest(0.0)] }
 }
 
 /// Reduces the acceleration to zero along its own direction `e`.
-fn release(now: &State, e: Vector3<f64>, jerk: f64) -> Stage {
+fn release(now: &State, e: Vector3<f64>, jerk: f64) -> Segment {
     let size = now.acceleration.dot(&e);
     let mut slower = Profile::from(Motion { position: 0.0, velocity: 0.0, acceleration: size });
     slower.jerk(size / jerk, -jerk);
@@ -226,12 +226,12 @@ fn release(now: &State, e: Vector3<f64>, jerk: f64) -> Stage {
     let slower = slower.ending(Motion { acceleration: 0.0, ..end });
     let mut on = Profile::from(Motion { position: 0.0, velocity: 1.0, acceleration: 0.0 });
     on.then(slower.duration(), 0.0, 0.0);
-    Stage { start: 0.0, origin: now.position, axes: [e, now.velocity], along: [slower, on] }
+    Segment { start: 0.0, origin: now.position, axes: [e, now.velocity], along: [slower, on] }
 }
 
 /// Brakes along the velocity if the speed or its component perpendicular to the goal is too large. The acceleration is
 /// zero.
-fn brake(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Option<Stage> {
+fn brake(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Option<Segment> {
     let e = direction(&now.velocity)?;
     let speed = now.velocity.dot(&e);
     let across = direction(&(goal - now.position)).map_or(0.0, |d| (now.velocity - d * now.velocity.dot(&d)).norm());
@@ -252,11 +252,11 @@ fn brake(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Option<Stage> {
     }
     let end = braking.end();
     let along = [braking.ending(Motion { velocity: to, acceleration: 0.0, ..end }), Profile::rest(0.0)];
-    Some(Stage { start: 0.0, origin: now.position, axes: [e, Vector3::zeros()], along })
+    Some(Segment { start: 0.0, origin: now.position, axes: [e, Vector3::zeros()], along })
 }
 
 /// Two motions, along the direction to the goal and perpendicular to it. The acceleration is zero.
-fn turn(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Stage {
+fn turn(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Segment {
     let way = goal - now.position;
     let e = direction(&way).or(direction(&now.velocity)).unwrap_or_else(Vector3::x);
     let ahead = now.velocity.dot(&e);
@@ -299,5 +299,5 @@ fn turn(now: &State, goal: &Vector3<f64>, limits: &Limits) -> Stage {
             both(free, least)
         }
     };
-    Stage { start: 0.0, origin: now.position, axes: [e, f], along }
+    Segment { start: 0.0, origin: now.position, axes: [e, f], along }
 }

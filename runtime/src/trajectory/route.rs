@@ -82,6 +82,17 @@ pub struct Route {
     drift: Drift,
 }
 
+/// Options of a route.
+#[derive(Clone, Copy, Debug)]
+pub struct RouteOptions {
+    /// Limits of the motion.
+    pub limits: Limits,
+    /// Largest distance between a corner and its rounding.
+    pub corner: f64,
+    /// Time of rest at each inner point, in s; 0 for none.
+    pub halt: f64,
+}
+
 impl Route {
     /// Creates a route with room for so many points.
     pub fn new(points: usize) -> Route {
@@ -95,12 +106,12 @@ impl Route {
         }
     }
 
-    /// Plans a route from a state over `points`, the first of which is number `first`. Corners are rounded within
-    /// `corner`. If `halt` is positive, the motion rests for that time at each inner point instead. From a state in
+    /// Plans a route from a state over `points`, the first of which is number `first`. Corners are rounded, or
+    /// the motion rests at each inner point if `halt` is positive. From a state in
     /// motion that is not slow, it comes to rest at the first point. `false` if there is no plan, as for
     /// [`Path::plan`]; the former plan is then lost. Never allocates for as many points as there is room for.
-    pub fn plan(&mut self, from: &State, points: &[Vector3<f64>], first: usize, how: (&Limits, f64, f64)) -> bool {
-        let (limits, corner, halt) = how;
+    pub fn plan(&mut self, from: &State, points: &[Vector3<f64>], first: usize, options: &RouteOptions) -> bool {
+        let RouteOptions { limits, corner, halt } = *options;
         self.legs.clear();
         self.nodes.clear();
         self.corners.clear();
@@ -115,7 +126,7 @@ impl Route {
         self.goal = goal;
         let mut index = first;
         let (mut here, mut rest) = (from.position, points);
-        let (speed, mut limits) = (from.velocity.norm(), *limits);
+        let (speed, mut limits) = (from.velocity.norm(), limits);
         if speed <= SLOW * limits.speed {
             if speed > 0.0 {
                 self.drift = Drift { velocity: from.velocity, duration: speed / (SLOW * limits.acceleration) };

@@ -8,6 +8,14 @@ use rand_pcg::Pcg64;
 use super::NOW;
 use crate::program::Sending;
 
+/// A measured value.
+pub(super) struct Sample {
+    /// Its numbers.
+    pub numbers: Vec<f64>,
+    /// Number of them, from the first, that noise is added to.
+    pub noisy: usize,
+}
+
 /// Transmission channel for values.
 pub(super) struct Channel {
     sending: Sending,
@@ -37,9 +45,9 @@ impl Channel {
         }
     }
 
-    /// Sends the result of `value` if one is due: its numbers, and how many of them are noisy. Passes values that have
-    /// arrived to `arrive`, with their time of arrival.
-    pub fn tick(&mut self, time: f64, value: impl FnOnce() -> (Vec<f64>, usize), mut arrive: impl FnMut(&[f64], f64)) {
+    /// Sends the sample that `value` returns if one is due. Passes samples that have arrived to `arrive`, with their time
+    /// of arrival.
+    pub fn tick(&mut self, time: f64, value: impl FnOnce() -> Sample, mut arrive: impl FnMut(&[f64], f64)) {
         let s = &self.sending;
         let open = time >= s.from - NOW && s.to.is_none_or(|to| time < to - NOW);
         // Counted, not summed: a value is never late by rounding.
@@ -57,7 +65,8 @@ impl Channel {
         }
     }
 
-    fn send(&mut self, (mut value, noisy): (Vec<f64>, usize), time: f64) {
+    fn send(&mut self, sample: Sample, time: f64) {
+        let Sample { numbers: mut value, noisy } = sample;
         // Drawn for every value, so that a lost value does not change later ones.
         if let Some(noise) = &self.noise {
             value.iter_mut().take(noisy).for_each(|x| *x += noise.sample(&mut self.random));

@@ -2,7 +2,7 @@
 
 use rand_pcg::Pcg64;
 
-use super::channel::Channel;
+use super::channel::{Channel, Sample};
 use crate::program::{HumanScript, Interface, SignalProgram, Track};
 use crate::signals::Signals;
 
@@ -38,7 +38,7 @@ impl Person {
             let seen: Vec<_> = points.iter().map(|p| (p.track.at(time), p.signal.sent() > p.signal.len)).collect();
             let positions = seen.iter().flat_map(|((x, _), _)| *x);
             let velocities = seen.iter().filter(|s| s.1).flat_map(|((_, v), _)| *v);
-            (positions.chain(velocities).collect(), 3 * seen.len())
+            Sample { numbers: positions.chain(velocities).collect(), noisy: 3 * seen.len() }
         };
         channel.tick(time, value, |value, arrived| {
             let (positions, mut velocities) = value.split_at((3 * points.len()).min(value.len()));

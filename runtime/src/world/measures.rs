@@ -3,7 +3,7 @@
 //! A task is evaluated by itself, whether its stack runs or not. A task whose parameters depend on the time or the
 //! configuration at which its stack was entered has a value only while such a stack runs.
 
-use crate::evaluator::{Evaluator, Moment};
+use crate::evaluator::{Evaluator, TickInputs};
 use crate::motion::Motion;
 use crate::program::{LevelProgram, Measure, MemberProgram, Program, ProgramError, StackProgram, Times};
 use crate::tick::MARGIN_TOLERANCE;
@@ -59,21 +59,21 @@ impl Probe {
         if !self.known {
             return;
         }
-        let times = Times { t: tick.time - c.stage_entered(), time: tick.time };
+        let times = Times { t: tick.time - c.stack_entered(), time: tick.time };
         let anew = if runs { self.visit != Some(c.visit()) } else { self.visit.is_none() };
         let stack_velocity = if anew { last } else { stack_velocity };
-        let moment = Moment { times, signals: tick.signals, velocity: last, stack_velocity };
+        let inputs = TickInputs { times, signals: tick.signals, velocity: last, stack_velocity };
         if runs {
             self.evaluator.follow(c.evaluator());
         }
         if anew {
             self.visit = Some(c.visit());
-            self.evaluator.enter(tick.q, moment);
+            self.evaluator.enter(tick.q, inputs);
             if c.is_blending() {
                 self.evaluator.hand_over();
             }
         }
-        self.known = self.evaluator.update(tick.q, moment, &mut self.problem).is_ok();
+        self.known = self.evaluator.update(tick.q, inputs, &mut self.problem).is_ok();
         self.evaluator.observe(tick.q, tick.command);
     }
 

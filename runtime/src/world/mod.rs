@@ -19,7 +19,7 @@ use crate::program::{LostReading, Program, ScenarioProgram};
 
 use human::Person;
 pub use measures::{is_bound_to_its_stack, stack_of};
-pub use monitors::Judge;
+pub use monitors::ExpectationMonitors;
 use outcomes::Outcomes;
 use push::Push;
 use script::Sender;
@@ -80,7 +80,7 @@ impl World {
     }
 
     /// Sends signals and events to the controller before a tick. `q` is the robot's true configuration.
-    pub(crate) fn tell(&mut self, controller: &mut Controller, q: &[f64], time: f64) {
+    pub(crate) fn send(&mut self, controller: &mut Controller, q: &[f64], time: f64) {
         let signals = controller.signals();
         for sender in &mut self.senders {
             sender.tick(signals, time);
@@ -93,7 +93,7 @@ impl World {
             let event = self.events.pop();
             event.map(|(_, event)| signals.raise(event));
         }
-        self.outcomes.tell(signals, time);
+        self.outcomes.send(signals, time);
     }
 
     /// Replaces the motion of people that the controller knows with the true one, in a table of signals.

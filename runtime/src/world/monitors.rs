@@ -11,7 +11,7 @@ use crate::program::{Measure, PredicateTable, Program, ProgramError, ScenarioPro
 use crate::tick::{Recorder, Tick};
 
 /// Recorder that returns the outcome of each expectation at the end.
-pub struct Judge {
+pub struct ExpectationMonitors {
     model: Model,
     data: Data,
     measures: Measures,
@@ -27,12 +27,16 @@ pub struct Judge {
     row: Vec<f64>,
 }
 
-impl Judge {
+impl ExpectationMonitors {
     /// Prepares a scenario of a checked program, for a run of so many ticks.
     ///
     /// # Errors
     /// A formula would need too much memory, which the compiler excludes.
-    pub fn new(program: &Program, scenario: &ScenarioProgram, ticks: usize) -> Result<Judge, ProgramError> {
+    pub fn new(
+        program: &Program,
+        scenario: &ScenarioProgram,
+        ticks: usize,
+    ) -> Result<ExpectationMonitors, ProgramError> {
         let model = program.robot.model.clone();
         let units = scenario.units();
         let ticks = u32::try_from(ticks).unwrap_or(u32::MAX);
@@ -51,7 +55,7 @@ impl Judge {
             _ => None,
         };
         let starts = scenario.measures.iter().enumerate().filter_map(start).collect();
-        Ok(Judge {
+        Ok(ExpectationMonitors {
             starts,
             data: Data::new(&model),
             measures: Measures::new(program, &scenario.measures)?,
@@ -71,10 +75,10 @@ impl Judge {
     }
 }
 
-impl Recorder for Judge {
+impl Recorder for ExpectationMonitors {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
-        let Judge { model, data, measures, predicates, starts, layout, table, rates, row, .. } = self;
-        table[PredicateTable::T] = tick.time - tick.controller.stage_entered();
+        let ExpectationMonitors { model, data, measures, predicates, starts, layout, table, rates, row, .. } = self;
+        table[PredicateTable::T] = tick.time - tick.controller.stack_entered();
         table[PredicateTable::TIME] = tick.time;
         table[layout.signal(0)..layout.measure(0)].copy_from_slice(tick.signals);
         measures.tick(tick, &mut table[layout.measure(0)..]);

@@ -27,7 +27,7 @@ pub(super) struct Outcomes {
     asked: BTreeMap<String, usize>,
     pending: Vec<Pending>,
     /// Signals that an outcome has set, with the values that they keep.
-    held: BTreeMap<usize, Vec<f64>>,
+    values: BTreeMap<usize, Vec<f64>>,
 }
 
 impl Outcomes {
@@ -36,7 +36,7 @@ impl Outcomes {
             scripts: scripts.iter().map(|s| (s.key.clone(), s.requests.clone())).collect(),
             asked: BTreeMap::new(),
             pending: Vec::new(),
-            held: BTreeMap::new(),
+            values: BTreeMap::new(),
         }
     }
 
@@ -70,17 +70,17 @@ impl Outcomes {
     }
 
     /// Raises the events of actions that have ended, and sends the signals that outcomes have set.
-    pub fn tell(&mut self, signals: &mut Signals, time: f64) {
-        let held = &mut self.held;
+    pub fn send(&mut self, signals: &mut Signals, time: f64) {
+        let values = &mut self.values;
         self.pending.retain(|p| {
             if p.due > time + NOW {
                 return true;
             }
             p.event.map(|event| signals.raise(event));
-            held.extend(p.sets.iter().cloned());
+            values.extend(p.sets.iter().cloned());
             false
         });
-        for (signal, value) in &self.held {
+        for (signal, value) in &self.values {
             signals.set(*signal, value, time);
         }
     }
@@ -116,7 +116,7 @@ mod tests {
         outcomes.ask(&ASK, &action(), 0.0);
         (1..500).find_map(|k| {
             let (mut signals, time) = (signals(), f64::from(k) * 0.01);
-            outcomes.tell(&mut signals, time);
+            outcomes.send(&mut signals, time);
             signals.events().iter().position(|e| *e).map(|e| (time, e))
         })
     }

@@ -2,7 +2,7 @@
 
 use rand_pcg::Pcg64;
 
-use super::channel::Channel;
+use super::channel::{Channel, Sample};
 use crate::program::SignalScript;
 use crate::signals::Signals;
 
@@ -22,9 +22,8 @@ impl Sender {
     pub fn tick(&mut self, signals: &mut Signals, time: f64) {
         let Sender { signal, path, channel } = self;
         let value = || {
-            let value = at(path, time);
-            let all = value.len();
-            (value, all)
+            let numbers = at(path, time);
+            Sample { noisy: numbers.len(), numbers }
         };
         channel.tick(time, value, |value, arrived| {
             signals.set(*signal, value, arrived);

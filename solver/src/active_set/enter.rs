@@ -12,10 +12,10 @@ use crate::structure::Structure;
 /// Maximum number of times that a row is added in one solve: more are a cycle.
 const ADDS: u8 = 60;
 
-/// A coefficient in the combination of held rows below this counts as zero.
+/// A coefficient in the combination of active rows below this counts as zero.
 const COMBINED: f64 = 1e-9;
 
-/// If the remainder of a row of norm one is below this, held rows give way to it before the point moves.
+/// If the remainder of a row of norm one is below this, active rows give way to it before the point moves.
 const NEAR: f64 = 1e-6;
 
 /// The worst row seen so far.
@@ -97,16 +97,16 @@ impl Search {
         loop {
             self.count()?;
             let own = s == entry.level;
-            let held = self.relaxed.working_set.held[s].len();
+            let active = self.relaxed.working_set.active[s].len();
             if own {
-                self.relaxed.rewind(s, held);
+                self.relaxed.rewind(s, active);
                 self.relaxed.working_set.own[s].push(entry);
             } else if let Some(next) = self.hold(problem, s, &mut entry) {
                 s = next;
                 continue;
             }
             self.relaxed.complete(problem);
-            let list = if own { &self.relaxed.working_set.own[s] } else { &self.relaxed.working_set.held[s] };
+            let list = if own { &self.relaxed.working_set.own[s] } else { &self.relaxed.working_set.active[s] };
             if list.last().is_some_and(|e| e.trial < -e.noise) {
                 // The multiplier of an added row rises. If it falls, the working set is so nearly dependent that
                 // rounding dominates. Another order avoids it.
@@ -117,9 +117,9 @@ impl Search {
                 return Ok(());
             };
             self.go_part(s, part);
-            let list = if own { &mut self.relaxed.working_set.own[s] } else { &mut self.relaxed.working_set.held[s] };
+            let list = if own { &mut self.relaxed.working_set.own[s] } else { &mut self.relaxed.working_set.active[s] };
             entry = list.pop().unwrap_or(entry);
-            self.relaxed.rewind(s, self.relaxed.working_set.held[s].len());
+            self.relaxed.rewind(s, self.relaxed.working_set.active[s].len());
             if is_own {
                 let gone = self.relaxed.working_set.own[stage].remove(j);
                 let at = self.relaxed.rows.at(gone.level, gone.row);
@@ -133,8 +133,8 @@ impl Search {
     /// Adds a row to those held at stage `s`, and to the frame. If it depends on them, one of them gives way to it, or
     /// those that it presses against move to the stage above; the stage to try next is then returned.
     pub(super) fn hold(&mut self, problem: &Problem, s: usize, entry: &mut Entry) -> Option<usize> {
-        let held = self.relaxed.working_set.held[s].len();
-        self.relaxed.rewind(s, held);
+        let active = self.relaxed.working_set.active[s].len();
+        self.relaxed.rewind(s, active);
         self.relaxed.advance(problem, s);
         let room = self.relaxed.outward(problem, entry);
         let left = self.relaxed.project();
@@ -143,17 +143,17 @@ impl Search {
             return Some(self.oppose(s, leaving, entry));
         }
         self.relaxed.fix(left, room);
-        self.relaxed.working_set.held[s].push(*entry);
+        self.relaxed.working_set.active[s].push(*entry);
         None
     }
 
     /// Computes the combination of the rows held at stage `s` that the last projection removed from a row at that
-    /// stage, into `combination`. Returns the held row whose multiplier reaches zero first if a growing force pushes
+    /// stage, into `combination`. Returns the active row whose multiplier reaches zero first if a growing force pushes
     /// the row back.
     fn combine(&mut self, s: usize) -> Option<usize> {
         let (n, from) = (self.relaxed.n, self.relaxed.mark[s]);
-        let held = &self.relaxed.working_set.held[s];
-        let w = held.len();
+        let active = &self.relaxed.working_set.active[s];
+        let w = active.len();
         let mut least = f64::INFINITY;
         let mut leaving = None;
         for j in (0..w).rev() {
@@ -163,8 +163,8 @@ impl Search {
             }
             let c = sum / self.relaxed.lower[(from + j) * n + from + j];
             self.combination[j] = c;
-            if c > COMBINED && held[j].value.max(0.0) / c < least {
-                least = held[j].value.max(0.0) / c;
+            if c > COMBINED && active[j].value.max(0.0) / c < least {
+                least = active[j].value.max(0.0) / c;
                 leaving = Some(j);
             }
         }
@@ -172,14 +172,14 @@ impl Search {
     }
 
     /// Handles a row that is to join the rows held at stage `s` but depends on them, by `combination`. Either `leaving`
-    /// gives way to it, or the held rows that it presses against move with it to the stage above. Returns the stage to
+    /// gives way to it, or the active rows that it presses against move with it to the stage above. Returns the stage to
     /// try next.
     fn oppose(&mut self, s: usize, leaving: Option<usize>, entry: &mut Entry) -> usize {
-        let held = &mut self.relaxed.working_set.held[s];
-        let w = held.len();
+        let active = &mut self.relaxed.working_set.active[s];
+        let w = active.len();
         if let Some(leaving) = leaving {
-            let least = held[leaving].value.max(0.0) / self.combination[leaving];
-            for (e, c) in held.iter_mut().zip(&self.combination) {
+            let least = active[leaving].value.max(0.0) / self.combination[leaving];
+            for (e, c) in active.iter_mut().zip(&self.combination) {
                 e.value -= least * c;
             }
             entry.value += least;
@@ -187,15 +187,15 @@ impl Search {
             return s;
         }
         let above = s - 1;
-        let kept = self.relaxed.working_set.held[above].len();
+        let kept = self.relaxed.working_set.active[above].len();
         for j in (0..w).rev() {
             if self.combination[j] < -COMBINED {
-                let mut e = self.relaxed.working_set.held[s].remove(j);
+                let mut e = self.relaxed.working_set.active[s].remove(j);
                 e.value = 0.0;
                 if e.level == above {
                     self.relaxed.working_set.own[above].push(e);
                 } else {
-                    self.relaxed.working_set.held[above].push(e);
+                    self.relaxed.working_set.active[above].push(e);
                 }
             }
         }

@@ -87,8 +87,8 @@ impl Search {
                     let gone = self.relaxed.working_set.own[stage].remove(j);
                     let at = self.relaxed.rows.at(gone.level, gone.row);
                     self.relaxed.rows.side[at] = 0;
-                    let held = self.relaxed.working_set.held[stage].len();
-                    self.relaxed.rewind(stage, held);
+                    let active = self.relaxed.working_set.active[stage].len();
+                    self.relaxed.rewind(stage, active);
                 }
                 Event::Leaves(stage, false, j) => self.relaxed.release(stage, j),
                 Event::Enters(entry) => {
@@ -107,7 +107,7 @@ impl Search {
     /// Returns the number of multipliers of the wrong sign at the frame's point.
     fn wrong(&self) -> usize {
         let stages = &self.relaxed.working_set;
-        stages.own.iter().chain(&stages.held).flatten().filter(|e| e.trial < -e.noise).count()
+        stages.own.iter().chain(&stages.active).flatten().filter(|e| e.trial < -e.noise).count()
     }
 
     /// Computes the values of all rows at the current point. Returns the number of violated rows outside the working
@@ -197,8 +197,8 @@ impl Search {
         let mut s = self.relaxed.levels;
         loop {
             if s == entry.level {
-                let held = self.relaxed.working_set.held[s].len();
-                self.relaxed.rewind(s, held);
+                let active = self.relaxed.working_set.active[s].len();
+                self.relaxed.rewind(s, active);
                 self.relaxed.working_set.own[s].push(entry);
                 return Ok(());
             }

@@ -25,14 +25,14 @@ impl Search {
         Ok(changed)
     }
 
-    /// Frees or lowers the idle rows of the first stage that has any. Returns the stage and the number of its held rows
+    /// Frees or lowers the idle rows of the first stage that has any. Returns the stage and the number of its active rows
     /// that the frame may keep.
     pub(super) fn first_idle(&mut self) -> Option<(usize, usize)> {
         for s in 0..=self.relaxed.levels {
-            let mut keep = self.relaxed.working_set.held[s].len();
+            let mut keep = self.relaxed.working_set.active[s].len();
             let mut changed = false;
-            for j in (0..self.relaxed.working_set.held[s].len()).rev() {
-                let e = self.relaxed.working_set.held[s][j];
+            for j in (0..self.relaxed.working_set.active[s].len()).rev() {
+                let e = self.relaxed.working_set.active[s][j];
                 if e.value <= e.noise && self.retire(e, s) {
                     // A row that moves to a lower stage stays in the working set.
                     let side = self.relaxed.rows.side[self.relaxed.rows.at(e.level, e.row)];
@@ -49,7 +49,7 @@ impl Search {
                     if e.value <= e.noise && self.retire(e, s) {
                         self.relaxed.working_set.own[s].remove(j);
                         changed = true;
-                        keep = keep.min(self.relaxed.working_set.held[s].len());
+                        keep = keep.min(self.relaxed.working_set.active[s].len());
                     }
                 }
             }
@@ -68,7 +68,7 @@ impl Search {
         }
         self.returns[at] = self.returns[at].saturating_add(1);
         if e.value >= -e.noise && s < self.relaxed.levels {
-            self.relaxed.working_set.held[s + 1].push(Entry::new(e.level, e.row, e.side));
+            self.relaxed.working_set.active[s + 1].push(Entry::new(e.level, e.row, e.side));
         } else {
             self.relaxed.rows.side[at] = 0;
         }
@@ -77,14 +77,14 @@ impl Search {
 
     /// Returns the first multiplier from stage `s` on that reaches zero on the way to the trial multipliers: stage,
     /// true for a violated row of that level, index in its list, fraction of the way. `added` marks a row that is being
-    /// added: the last of the violated rows of `s` (true) or of its held ones (false). It is skipped, because its
+    /// added: the last of the violated rows of `s` (true) or of its active ones (false). It is skipped, because its
     /// multiplier rises.
     pub(super) fn first_to_leave(&self, s: usize, added: Option<bool>) -> Option<(usize, bool, usize, f64)> {
         let mut first = None;
         let mut least = f64::INFINITY;
         for stage in s..=self.relaxed.levels {
             let violated = if stage < self.relaxed.levels { &self.relaxed.working_set.own[stage][..] } else { &[] };
-            for (is_own, list) in [(true, violated), (false, &self.relaxed.working_set.held[stage][..])] {
+            for (is_own, list) in [(true, violated), (false, &self.relaxed.working_set.active[stage][..])] {
                 let added = usize::from(stage == s && added == Some(is_own));
                 for (j, e) in list[..list.len() - added].iter().enumerate() {
                     if e.trial < -e.noise {
@@ -103,7 +103,7 @@ impl Search {
     /// Moves the multipliers from stage `s` on by the fraction `part` towards the trial multipliers.
     pub(super) fn go_part(&mut self, s: usize, part: f64) {
         let own = self.relaxed.working_set.own[s.min(self.relaxed.levels)..].iter_mut();
-        for e in own.chain(&mut self.relaxed.working_set.held[s..]).flatten() {
+        for e in own.chain(&mut self.relaxed.working_set.active[s..]).flatten() {
             e.value += part * (e.trial - e.value);
         }
     }

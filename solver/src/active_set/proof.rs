@@ -56,7 +56,10 @@ impl Proof {
         let levels = relaxed.levels;
         let own = relaxed.working_set.own.iter().take(levels);
         relaxed.frame.doubt
-            || own.chain(relaxed.working_set.held.iter().take(levels + 1)).flatten().any(|e| is_near(e.value, e.noise))
+            || own
+                .chain(relaxed.working_set.active.iter().take(levels + 1))
+                .flatten()
+                .any(|e| is_near(e.value, e.noise))
             || !(0..levels).all(|l| {
                 solution.levels[l].status == LevelStatus::Met || self.is_balanced(relaxed, problem, solution, l)
             })
@@ -97,7 +100,7 @@ impl Proof {
     /// held against it, or the largest force of the wrong sign among the latter if that is larger.
     fn imbalance(&mut self, relaxed: &Relaxed, s: usize) -> f64 {
         let from = relaxed.mark[s];
-        let until = from + relaxed.working_set.held[s].len();
+        let until = from + relaxed.working_set.active[s].len();
         let Some(frame) = relaxed.frame.first(until) else { return 0.0 };
         let Proof { gradient, coefficient, .. } = self;
         for (c, q) in coefficient.iter_mut().zip(frame.chunks_exact(relaxed.stride.max(1))) {
@@ -105,7 +108,7 @@ impl Proof {
         }
         combine(&coefficient[..until], frame, gradient);
         let mut most = norm(gradient);
-        // Multipliers of the held rows, from the last one on.
+        // Multipliers of the active rows, from the last one on.
         for j in (from..until).rev() {
             let later = (j + 1..until).map(|i| relaxed.lower[i * relaxed.n + j] * coefficient[i]).sum::<f64>();
             let rest = coefficient[j] - later;

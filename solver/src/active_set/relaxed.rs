@@ -22,7 +22,7 @@ pub(crate) struct Relaxed {
     pub(crate) working_set: WorkingSet,
     pub(crate) frame: Frame,
     group: Group,
-    /// The frame contains the stages before this one, and `pushed` held rows of this one.
+    /// The frame contains the stages before this one, and `pushed` active rows of this one.
     pub(crate) stage: usize,
     pub(crate) pushed: usize,
     /// Length of the frame and the point at the beginning of each stage.
@@ -33,14 +33,14 @@ pub(crate) struct Relaxed {
     gradient: Vec<f64>,
     presses: Vec<bool>,
     noise: Vec<f64>,
-    /// Lower triangles of the held rows in the frame, n numbers per row, indexed by the position in the frame.
+    /// Lower triangles of the active rows in the frame, n numbers per row, indexed by the position in the frame.
     pub(crate) lower: Vec<f64>,
     /// The current row, and the error of its remainder.
     row: Vec<f64>,
     error: f64,
     /// Norm of the largest row of its level, in the same scale.
     largest: f64,
-    /// Frame coefficients of the direction in which a stage moves if one of its held rows is released.
+    /// Frame coefficients of the direction in which a stage moves if one of its active rows is released.
     lets_go: Vec<f64>,
     pub(crate) reference: Vec<f64>,
     pub(crate) stride: usize,
@@ -92,7 +92,7 @@ impl Relaxed {
         self.frame.doubt = false;
     }
 
-    /// Truncates the frame to the first `keep` held rows of stage `s`, if it is longer.
+    /// Truncates the frame to the first `keep` active rows of stage `s`, if it is longer.
     pub(crate) fn rewind(&mut self, s: usize, keep: usize) {
         if self.stage > s || (self.stage == s && self.pushed > keep) {
             let from = self.mark[s];
@@ -101,12 +101,12 @@ impl Relaxed {
         }
     }
 
-    /// Removes held row `j` of stage `s` from the working set and from the frame. At the last stage, which nothing
+    /// Removes active row `j` of stage `s` from the working set and from the frame. At the last stage, which nothing
     /// follows, the frame is updated in place by Givens rotations; elsewhere it is truncated before the row.
     pub(crate) fn release(&mut self, s: usize, j: usize) {
-        let held = &mut self.working_set.held[s];
-        let gone = held.remove(j);
-        let left = held.len();
+        let active = &mut self.working_set.active[s];
+        let gone = active.remove(j);
+        let left = active.len();
         let at = self.rows.at(gone.level, gone.row);
         self.rows.side[at] = 0;
         if s < self.levels || self.stage != s || self.pushed != left + 1 {
@@ -153,7 +153,7 @@ impl Relaxed {
         if self.frame.is_full() { 0.0 } else { left }
     }
 
-    /// Adds the held row that `project` prepared to the frame, and moves the point to its bound.
+    /// Adds the active row that `project` prepared to the frame, and moves the point to its bound.
     pub(crate) fn fix(&mut self, left: f64, room: f64) {
         let (k, n) = (self.frame.len(), self.n);
         let from = self.mark[self.stage];
@@ -167,14 +167,14 @@ impl Relaxed {
     /// working set.
     pub(crate) fn advance(&mut self, problem: &Problem, s: usize) {
         loop {
-            while self.pushed < self.working_set.held[self.stage].len() {
-                let e = self.working_set.held[self.stage][self.pushed];
+            while self.pushed < self.working_set.active[self.stage].len() {
+                let e = self.working_set.active[self.stage][self.pushed];
                 let room = self.outward(problem, &e);
                 let left = self.project();
                 if left > 0.0 {
                     self.fix(left, room);
                 } else {
-                    self.working_set.held[self.stage].remove(self.pushed);
+                    self.working_set.active[self.stage].remove(self.pushed);
                     let at = self.rows.at(e.level, e.row);
                     self.rows.side[at] = 0;
                 }
@@ -219,7 +219,7 @@ impl Relaxed {
     /// Returns true if a row held against level `l` has a multiplier so small that `weigh` has to examine it.
     fn is_close(&self, l: usize) -> bool {
         let (n, from) = (self.n, self.mark[l]);
-        self.working_set.held[l].iter().enumerate().any(|(j, e)| {
+        self.working_set.active[l].iter().enumerate().any(|(j, e)| {
             let diagonal = self.lower[(from + j) * n + from + j];
             e.trial.abs() > e.noise && e.trial.abs() <= self.group.slight / diagonal
         })
@@ -227,20 +227,20 @@ impl Relaxed {
 
     /// Computes the trial multipliers of the rows held against stage `s` from its gradient.
     fn balance(&mut self, s: usize) {
-        let held = &mut self.working_set.held[s];
+        let active = &mut self.working_set.active[s];
         let gradient = &self.gradient[s * self.stride..(s + 1) * self.stride];
         if !self.presses[s] {
-            held.iter_mut().for_each(|e| (e.trial, e.noise) = (0.0, 0.0));
+            active.iter_mut().for_each(|e| (e.trial, e.noise) = (0.0, 0.0));
             return;
         }
-        let (n, from, w) = (self.n, self.mark[s], held.len());
+        let (n, from, w) = (self.n, self.mark[s], active.len());
         for j in (0..w).rev() {
             let mut sum = -dot(self.frame.row(from + j), gradient);
-            for (i, e) in held.iter().enumerate().skip(j + 1) {
+            for (i, e) in active.iter().enumerate().skip(j + 1) {
                 sum -= self.lower[(from + i) * n + from + j] * e.trial;
             }
-            held[j].trial = sum / self.lower[(from + j) * n + from + j];
-            held[j].noise = self.noise[s] / self.lower[(from + j) * n + from + j];
+            active[j].trial = sum / self.lower[(from + j) * n + from + j];
+            active[j].noise = self.noise[s] / self.lower[(from + j) * n + from + j];
         }
     }
 
@@ -249,10 +249,10 @@ impl Relaxed {
     /// could release a row and then follow the direction to where the row forbids it.
     fn weigh(&mut self, problem: &Problem, l: usize) {
         let (n, from) = (self.n, self.mark[l]);
-        let w = self.working_set.held[l].len();
+        let w = self.working_set.active[l].len();
         for j in 0..w {
             let diagonal = self.lower[(from + j) * n + from + j];
-            let e = self.working_set.held[l][j];
+            let e = self.working_set.active[l][j];
             if e.trial.abs() <= e.noise || e.trial.abs() > self.group.slight / diagonal {
                 continue;
             }
@@ -267,7 +267,7 @@ impl Relaxed {
                 axpy(self.lets_go[i], self.frame.row(from + i), &mut self.row);
             }
             if !self.group.moves(&problem.levels[l], &self.row) {
-                self.working_set.held[l][j].noise = self.group.slight / diagonal;
+                self.working_set.active[l][j].noise = self.group.slight / diagonal;
             }
         }
     }
@@ -276,7 +276,7 @@ impl Relaxed {
     pub(crate) fn complete(&mut self, problem: &Problem) {
         let last = self.levels;
         self.advance(problem, last);
-        if self.working_set.held[last].is_empty() {
+        if self.working_set.active[last].is_empty() {
             return;
         }
         let span = last * self.stride..(last + 1) * self.stride;
@@ -291,7 +291,7 @@ impl Relaxed {
     /// Replaces the multipliers from stage `s` on by the trial multipliers.
     pub(crate) fn accept(&mut self, s: usize) {
         let own = self.working_set.own[s.min(self.levels)..].iter_mut();
-        for e in own.chain(&mut self.working_set.held[s..]).flatten() {
+        for e in own.chain(&mut self.working_set.active[s..]).flatten() {
             e.value = e.trial;
         }
     }

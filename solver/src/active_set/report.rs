@@ -44,8 +44,8 @@ pub(crate) fn write(relaxed: &Relaxed, problem: &Problem, solution: &mut Solutio
         out.freedom = relaxed.freedom(l);
     }
     solution.blocking.clear();
-    for (level, held) in relaxed.working_set.held.iter().enumerate().take(relaxed.levels) {
-        for e in held.iter().filter(|e| e.value > e.noise) {
+    for (level, active) in relaxed.working_set.active.iter().enumerate().take(relaxed.levels) {
+        for e in active.iter().filter(|e| e.value > e.noise) {
             solution.blocking.push(Blocking {
                 level,
                 by_level: e.level,

@@ -49,7 +49,7 @@ pub(crate) struct Search {
     pub(super) adds: Vec<u8>,
     /// Number of violated rows at the last scan.
     pub(super) violated: usize,
-    /// Coefficients of the current row in the held ones.
+    /// Coefficients of the current row in the active ones.
     pub(super) combination: Vec<f64>,
     /// Current point on the way from the last tick's optimum to this one's, and the values of all rows there.
     pub(super) point: Vec<f64>,
@@ -130,7 +130,7 @@ impl Search {
         for l in reached + 1..=all {
             if l > 1 {
                 self.relaxed.rewind(l - 1, 0);
-                let (above, below) = self.relaxed.working_set.held.split_at_mut(l);
+                let (above, below) = self.relaxed.working_set.active.split_at_mut(l);
                 below[0].append(&mut above[l - 1]);
             }
             self.relaxed.levels = l;

@@ -11,7 +11,7 @@ pub(crate) struct Entry {
     pub(crate) row: usize,
     /// The bound: +1 upper, -1 lower.
     pub(crate) side: f64,
-    /// Multiplier at its stage, >= 0: of a held row scaled to norm one, of a violated row without scaling (weight times
+    /// Multiplier at its stage, >= 0: of an active row scaled to norm one, of a violated row without scaling (weight times
     /// slack).
     pub(crate) value: f64,
     /// Multiplier in the current trial, any sign.
@@ -32,7 +32,7 @@ pub(crate) struct WorkingSet {
     pub(crate) own: Vec<Vec<Entry>>,
     /// Per stage: rows of higher levels that are held at their bound against it, in the order of the frame. The last
     /// stage is the nearest point.
-    pub(crate) held: Vec<Vec<Entry>>,
+    pub(crate) active: Vec<Vec<Entry>>,
     /// Per level: its equality rows.
     pub(crate) equal: Vec<Vec<usize>>,
 }
@@ -43,19 +43,19 @@ impl WorkingSet {
         let all = rows.iter().sum();
         WorkingSet {
             own: rows.iter().map(|m| Vec::with_capacity(*m)).collect(),
-            held: (0..=rows.len()).map(|_| Vec::with_capacity(all)).collect(),
+            active: (0..=rows.len()).map(|_| Vec::with_capacity(all)).collect(),
             equal: rows.iter().map(|m| Vec::with_capacity(*m)).collect(),
         }
     }
 
     /// Returns the number of rows in the working set, without equalities.
     pub(crate) fn count(&self) -> usize {
-        self.own.iter().chain(&self.held).map(Vec::len).sum()
+        self.own.iter().chain(&self.active).map(Vec::len).sum()
     }
 
     /// Removes all rows from the working set.
     pub(crate) fn clear(&mut self, rows: &mut Rows) {
-        self.own.iter_mut().chain(&mut self.held).for_each(Vec::clear);
+        self.own.iter_mut().chain(&mut self.active).for_each(Vec::clear);
         rows.side.fill(0);
     }
 
@@ -72,11 +72,11 @@ impl WorkingSet {
         }
         rows.side.fill(0);
         // Rows held at stages beyond the last one are held at the last one.
-        for s in levels + 1..self.held.len() {
-            let (kept, beyond) = self.held.split_at_mut(s);
+        for s in levels + 1..self.active.len() {
+            let (kept, beyond) = self.active.split_at_mut(s);
             kept[levels].append(&mut beyond[0]);
         }
-        for list in self.own.iter_mut().chain(&mut self.held) {
+        for list in self.own.iter_mut().chain(&mut self.active) {
             list.retain(|e| {
                 let at = rows.at(e.level, e.row);
                 let level = &problem.levels[e.level];

@@ -36,9 +36,10 @@ pub(super) struct Damped {
     damping: Vec<f64>,
     /// Part of D that has rows of its own.
     rest: Vec<f64>,
-    /// Squared contribution of the rows above to D: at this solve, and including the part that has not faded.
+    /// Squared contribution of the rows above to D at this solve.
     now: Vec<f64>,
-    pub(super) held: Vec<f64>,
+    /// The same with its fading peak: the part of earlier solves that has not faded yet counts.
+    pub(super) peak: Vec<f64>,
     /// Forces in the Lagrangian of the level.
     forces: Vec<Force>,
     ties: Ties,
@@ -73,7 +74,7 @@ impl Damped {
             damping: zeros(),
             rest: zeros(),
             now: zeros(),
-            held: zeros(),
+            peak: zeros(),
             solution: Solution::new(&problem),
             solver: backend.solver(&problem),
             alone,
@@ -146,9 +147,9 @@ impl Damped {
             }
         }
         let mut most = 0.0_f64;
-        for ((sum, now), held) in self.damping.iter_mut().zip(&self.now).zip(&mut self.held) {
-            *held = now.max(*held * fading * fading);
-            *sum = (*sum + *held).sqrt();
+        for ((sum, now), peak) in self.damping.iter_mut().zip(&self.now).zip(&mut self.peak) {
+            *peak = now.max(*peak * fading * fading);
+            *sum = (*sum + *peak).sqrt();
             most = most.max(*sum);
         }
         if !level.is_curved() {

@@ -101,7 +101,7 @@ impl Smooth {
 
     /// Clears the damping that has not faded.
     pub fn forget(&mut self) {
-        self.damped.iter_mut().flatten().for_each(|d| d.held.fill(0.0));
+        self.damped.iter_mut().flatten().for_each(|d| d.peak.fill(0.0));
     }
 
     /// Returns the problem whose exact optimum the last answer is: the given one, with the values that damped levels
@@ -138,9 +138,9 @@ impl Smooth {
     fn next(&self, problem: &Problem, levels: Range<usize>, answer: &Solution) -> Option<usize> {
         let wants = |&k: &usize| {
             let curved = |k: usize| problem.levels[k].is_curved();
-            let held = || problem.levels[..k].iter().any(Level::is_curved);
+            let curved_above = || problem.levels[..k].iter().any(Level::is_curved);
             let unmet = answer.levels[k].status == LevelStatus::Relaxed;
-            self.damped[k].is_some() && (problem.levels[k].damping > 0.0 || (unmet && (curved(k) || held())))
+            self.damped[k].is_some() && (problem.levels[k].damping > 0.0 || (unmet && (curved(k) || curved_above())))
         };
         levels.clone().find(wants)
     }

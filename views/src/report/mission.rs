@@ -91,7 +91,7 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
         writeln!(out, "</table>")?;
     }
     writeln!(out, "<h2>What happened</h2>\n<table>")?;
-    for h in &summary.happened {
+    for h in &summary.log {
         writeln!(out, "<tr><td class=\"at\">{:.1} s<td>{}", h.at_s, escaped(&h.what))?;
     }
     writeln!(out, "</table>")

@@ -5,7 +5,7 @@ use stdlib_tasks::dimension::{Dimension, NONE};
 
 use super::super::arguments::{CallError, vector};
 use super::super::ops::{cross, dot};
-use super::super::vector_bounds::Fact;
+use super::super::vector_bounds::VectorBound;
 use super::super::{Axes, Kind, Typed};
 use super::{Family, Function};
 
@@ -89,7 +89,7 @@ pub(super) static NORMALIZE: Function = Function {
             g.zero_unless_positive(length, share)
         };
         let nodes: Vec<usize> = a.nodes.iter().map(part).collect();
-        g.note(&nodes, Fact::Direction);
+        g.note(&nodes, VectorBound::Direction);
         Ok(Typed { kind: Kind::Vector, dimension: NONE, nodes, bare: false, axes: a.axes.derived(), span })
     },
     ..VECTORS

@@ -6,13 +6,13 @@ use dsl::{Diagnostic, Help, Snippet, Span};
 use mission::kind::{Detail, Event, EventInfo, Replies};
 use mission::kinds::KINDS;
 use names::{list, suggest};
-use runtime::program::{Happens, MAX_HAPPENINGS};
+use runtime::program::{MAX_EVENTS, TimedEvent};
 
 use super::super::Lowerer;
 use super::executed::{Executed, Owner};
 use crate::block_binding::Scope;
 use crate::forms::block_of;
-use crate::sections::{APPROACHES, DISTANCES, HAPPENING, REPLY, WAITS};
+use crate::sections::{APPROACHES, DISTANCES, EVENT, REPLY, WAITS};
 
 /// True for the name of an event of some kind.
 fn is_event(key: &str) -> bool {
@@ -25,24 +25,24 @@ fn is_further(key: &str) -> bool {
 }
 
 impl Lowerer<'_> {
-    /// What happens, by time.
-    pub(super) fn happenings(&mut self, body: &Block, of: Executed, duration: f64) -> Vec<Happens> {
+    /// Lowers the events of a scenario, sorted by time.
+    pub(super) fn mission_events(&mut self, body: &Block, of: Executed, duration: f64) -> Vec<TimedEvent> {
         let Some(e) = body.get("happens") else { return Vec::new() };
-        let mut all: Vec<Happens> = Vec::new();
+        let mut all: Vec<TimedEvent> = Vec::new();
         let items = e.value.items();
-        if items.len() > MAX_HAPPENINGS {
+        if items.len() > MAX_EVENTS {
             let text = format!("{} events are more than a scenario may have", items.len());
             let d = Diagnostic::error("HQ0924", e.key.span, text);
-            self.push(d.help(format!("write at most {MAX_HAPPENINGS}, or several scenarios")));
+            self.push(d.help(format!("write at most {MAX_EVENTS}, or several scenarios")));
             return all;
         }
         for item in items {
             let Some(block) = block_of(item, "what happens", self.diagnostics) else { continue };
-            let bound = self.block_binder(&Scope::default()).block(block, &HAPPENING, item.span);
+            let bound = self.block_binder(&Scope::default()).block(block, &EVENT, item.span);
             let at = self.happens_at(&bound, duration);
             let what = self.event_of_mission(block, &bound, of);
             if let (Some(at), Some(what)) = (at, what) {
-                all.push(Happens { at, what });
+                all.push(TimedEvent { at, what });
             }
         }
         all.sort_by(|a, b| a.at.total_cmp(&b.at));
@@ -146,7 +146,7 @@ impl Lowerer<'_> {
         let mut events = block.entries.iter().filter(event);
         let Some(e) = events.next() else {
             // A word that no event has was reported, and may be the one that is meant.
-            if block.entries.iter().any(|e| HAPPENING.entry(&e.key.value).is_none()) {
+            if block.entries.iter().any(|e| EVENT.entry(&e.key.value).is_none()) {
                 return None;
             }
             let d = Diagnostic::error("HQ0922", self.origins.span(bound.at), "nothing happens here");

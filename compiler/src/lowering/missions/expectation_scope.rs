@@ -12,7 +12,7 @@ use super::super::states::state;
 use super::executed::{Executed, Owner};
 use super::runs::Machines;
 use crate::expr::constants::Params;
-use crate::expr::{Axes, Frame, Graph, Kind, Meaning, Now, Scope, Start, Symbol, Typed};
+use crate::expr::{Axes, Frame, Graph, Kind, Meaning, RobotStateTerm, Scope, Start, Symbol, Typed};
 use crate::forms::{path_of, text_of, written};
 
 /// The scope of an expectation of a mission.
@@ -257,8 +257,14 @@ impl Scope for Watch<'_> {
         None
     }
 
-    fn now(&mut self, graph: &mut Graph, what: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
-        let Now::Distance(a, b) = what else {
+    fn now(
+        &mut self,
+        graph: &mut Graph,
+        what: &RobotStateTerm,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed> {
+        let RobotStateTerm::Distance(a, b) = what else {
             let d = Diagnostic::error("HQ0312", span, "what a robot's links and joints do has no meaning in a mission");
             let (a, b) = self.of.example();
             diagnostics

@@ -1,5 +1,5 @@
 //! Scenarios of missions: how one is executed, for how long, and what is expected of it. What happens in it stands in
-//! `happenings.rs`.
+//! `events.rs`.
 
 use blocks::{Block as _, BoundBlock, Located};
 use dsl::tree::{Block, Scenario};
@@ -162,7 +162,7 @@ impl Lowerer<'_> {
             self.push(d.help("shorten the run, or write a longer `step`"));
         }
         let settled = self.errors() == before;
-        let happens = self.happenings(&s.body, of, duration);
+        let happens = self.mission_events(&s.body, of, duration);
         let replies = self.replies(&s.body, of);
         self.absent_keys(&s.body, of);
         // What is wrong with an event is no matter of what is expected: both are told at once. Settings are.

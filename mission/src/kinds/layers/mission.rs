@@ -87,7 +87,7 @@ impl Layers {
             replan: how.replan,
             reallocate_above: self.reallocate_above,
             planning: Options { batch: self.batch, budget, ..Options::default() },
-            told: how.reporting.clone(),
+            reporting: how.reporting.clone(),
         }
     }
 }

@@ -10,10 +10,10 @@ use crate::map::Map;
 
 use super::chart::chart;
 use super::event;
-use super::execution::{AgentOutcome, AgentView, Doing, Happening, LayersExecution, LayersWorld, Outcome};
+use super::execution::{AgentOutcome, AgentView, Doing, LayersExecution, LayersWorld, LogEntry, Outcome};
 use super::map::map;
 use super::problem::Problem;
-use super::words::{doing, of_happening};
+use super::words::{doing, of_log_entry};
 
 const EVERYBODY: &[&str] = &["robot", "human"];
 
@@ -140,14 +140,14 @@ impl Reports for LayersWorld {
         of.handle_event(event).map(|_| ()).map_err(|why| why.to_string())
     }
 
-    fn describe_happening(problem: &Problem, what: &Happening) -> String {
-        of_happening(what, problem)
+    fn describe_happening(problem: &Problem, what: &LogEntry) -> String {
+        of_log_entry(what, problem)
     }
 
-    fn is_notable(what: &Happening) -> bool {
+    fn is_notable(what: &LogEntry) -> bool {
         match what {
-            Happening::Told { .. } | Happening::Dropped { .. } | Happening::Done => true,
-            Happening::Plan(change) => change.is_notable(),
+            LogEntry::Handled { .. } | LogEntry::Dropped { .. } | LogEntry::Done => true,
+            LogEntry::Plan(change) => change.is_notable(),
             _ => false,
         }
     }
@@ -156,8 +156,8 @@ impl Reports for LayersWorld {
         let mut begun = vec![false; of.problem.tasks.len()];
         for record in of.records() {
             let (task, is) = match record.what {
-                Happening::Begun { task, .. } => (task, true),
-                Happening::Dropped { task, .. } => (task, false),
+                LogEntry::Begun { task, .. } => (task, true),
+                LogEntry::Dropped { task, .. } => (task, false),
                 _ => continue,
             };
             if let Some(slot) = begun.get_mut(task) {

@@ -1,6 +1,6 @@
 //! What happens in a mission of layers, in words.
 
-use super::execution::{Doing, Event, Happening};
+use super::execution::{Doing, Event, LogEntry};
 use super::problem::Problem;
 
 use quantities::number;
@@ -33,26 +33,26 @@ pub fn of_event(event: &Event, problem: &Problem) -> String {
 }
 
 /// Something that happened, in words.
-pub fn of_happening(what: &Happening, problem: &Problem) -> String {
+pub fn of_log_entry(what: &LogEntry, problem: &Problem) -> String {
     let by = |agent: usize| name(problem, agent);
     let task = |task: usize| problem.task_label(task).unwrap_or("a task");
     match what {
-        Happening::Begun { agent, task: of, object } => match object.and_then(|object| problem.object_label(object)) {
+        LogEntry::Begun { agent, task: of, object } => match object.and_then(|object| problem.object_label(object)) {
             Some(thing) => format!("{} begins {} with {}", by(*agent), task(*of), thing),
             None => format!("{} begins {}", by(*agent), task(*of)),
         },
-        Happening::TaskLate { agent, task: of, expected } => {
+        LogEntry::TaskLate { agent, task: of, expected } => {
             format!("{} is late with {}, expected at {} s", by(*agent), task(*of), number(*expected))
         }
-        Happening::Ended { agent, task: of } => format!("{} has done {}", by(*agent), task(*of)),
-        Happening::Dropped { agent, task: of } => {
+        LogEntry::Ended { agent, task: of } => format!("{} has done {}", by(*agent), task(*of)),
+        LogEntry::Dropped { agent, task: of } => {
             format!("{} drops {}, which is to be done again", by(*agent), task(*of))
         }
-        Happening::LayerDone { layer } => {
+        LogEntry::LayerDone { layer } => {
             format!("layer {} is done", problem.layer_label(*layer).unwrap_or_default())
         }
-        Happening::Told { event } => of_event(event, problem),
-        Happening::Plan(change) => change.describe("there is no plan for everything any more"),
-        Happening::Done => "everything is done".to_string(),
+        LogEntry::Handled { event } => of_event(event, problem),
+        LogEntry::Plan(change) => change.describe("there is no plan for everything any more"),
+        LogEntry::Done => "everything is done".to_string(),
     }
 }

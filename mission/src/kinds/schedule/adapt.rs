@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 pub use super::blocks::Adaptation;
-use super::problem::{Agent, AgentKind, Approach, Problem};
+use super::problem::{AgentKind, Approach, Problem, WorkingAgent};
 use crate::numbers::MAX_NUMBER;
 use crate::numbers::Range;
 
@@ -122,7 +122,7 @@ fn check(problem: &Problem, feedback: &Feedback) -> Result<(), NoFeedback> {
 /// Our addition: moves the limit of a person's waits by up to `step`, opposite to the sign of `f^w`. The time beyond
 /// the limit keeps at least the weight it had before the first feedback on waits. Without a limit, a wait of weight
 /// zero would take minutes even if the person asked only for some more seconds.
-fn limit(who: &mut Agent, wait: f64, declared: Vec<f64>, step: f64) {
+fn limit(who: &mut WorkingAgent, wait: f64, declared: Vec<f64>, step: f64) {
     if wait == 0.0 {
         return;
     }
@@ -139,7 +139,7 @@ fn later(weights: &mut Vec<f64>, count: usize, operation: usize, weight: f64) {
 }
 
 /// Returns the agent's entry for one robot, and adds an empty one if there is none.
-fn own(who: &mut Agent, robot: usize) -> &mut Approach {
+fn own(who: &mut WorkingAgent, robot: usize) -> &mut Approach {
     let place = match who.approaches.iter().position(|approach| approach.robot == robot) {
         Some(place) => place,
         None => {
@@ -152,7 +152,7 @@ fn own(who: &mut Agent, robot: usize) -> &mut Approach {
 
 /// Adapts the speed ranges by Algorithm 2. Bounds change only if weights have no effect: if the robot already
 /// approached at the maximum of all robots' upper bounds for this person, or at the minimum of these.
-fn speeds(problem: &Problem, who: &mut Agent, feedback: &Feedback, eta: f64, margin: f64) {
+fn speeds(problem: &Problem, who: &mut WorkingAgent, feedback: &Feedback, eta: f64, margin: f64) {
     let before: Vec<Range> = (0..problem.robots.len()).map(|m| problem.approach(who, m).0).collect();
     let highs = || before.iter().map(|range| range.high);
     let (fastest, slowest) = (highs().fold(0.0, f64::max), highs().fold(f64::INFINITY, f64::min));
@@ -179,7 +179,7 @@ fn speeds(problem: &Problem, who: &mut Agent, feedback: &Feedback, eta: f64, mar
 
 /// Adapts the waiting distances by (5.18): on a request for more distance a more massive robot moves farther away than
 /// the assigned one, and on a request for less distance it comes less close.
-fn distances(problem: &Problem, who: &mut Agent, feedback: &Feedback) {
+fn distances(problem: &Problem, who: &mut WorkingAgent, feedback: &Feedback) {
     if feedback.distance == 0.0 {
         return;
     }

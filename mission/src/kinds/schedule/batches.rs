@@ -179,7 +179,7 @@ pub fn begun_at(schedule: &[Assistance], time: f64) -> Vec<Begun> {
 #[allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
 mod tests {
     use super::super::choose::{Formulation, Options, plan};
-    use super::super::problem::{Agent, AgentKind, Duration, Robot};
+    use super::super::problem::{AgentKind, Duration, Robot, WorkingAgent};
     use super::*;
     use crate::engine::looks::ended_after;
     use crate::numbers::{Energy, Range};
@@ -199,7 +199,7 @@ mod tests {
             let kind = if a.is_multiple_of(3) { AgentKind::Worker } else { AgentKind::Human };
             let place = [2.0 * (a % 7) as f64, -3.0 * (a / 7) as f64];
             let duration = Duration { mean: 150.0 + 37.0 * (a % 5) as f64, sigma: 10.0 };
-            Agent::new(format!("a{a}"), kind, place, operations, duration)
+            WorkingAgent::new(format!("a{a}"), kind, place, operations, duration)
         };
         Problem::new((0..robots).map(robot).collect(), (0..agents).map(agent).collect())
     }

@@ -14,9 +14,9 @@ use crate::numbers::Range;
 const WEIGHTS: ValueType = ValueType::Numbers(Quantity::at_least(NONE, 0.0));
 const SPEEDS: ValueType = ValueType::Range(Quantity::above(VELOCITY, 0.0));
 
-/// Those who serve, in the order of [`Problem::robots`](super::problem::Problem::robots).
+/// Service robots, in the order of [`Problem::robots`](super::problem::Problem::robots).
 pub static SERVERS: Members = Members { noun: "robot", roles: &["robot"] };
-/// Those who are served, in the order of [`Problem::agents`](super::problem::Problem::agents).
+/// Working agents, which are served, in the order of [`Problem::agents`](super::problem::Problem::agents).
 pub static SERVED: Members = Members { noun: "agent", roles: &["human", "worker"] };
 
 block! {

@@ -6,7 +6,7 @@ use names::list;
 use super::blocks::{ApproachBlock, HumanBlock, RobotBlock, ScheduleBlock, WorkerBlock};
 use super::check::{Item, MAX_OPERATIONS};
 use super::mission::{Schedule, members};
-use super::problem::{Agent, AgentKind, Approach, Distances, Problem, Robot};
+use super::problem::{AgentKind, Approach, Distances, Problem, Robot, WorkingAgent};
 use super::{refusals, warnings};
 use crate::declare::common::check_batch;
 use crate::declare::{DeclaredMember, DeclaredMission, Places, Remark, Remarks, labels, mistaken};
@@ -69,26 +69,26 @@ fn robot(member: &DeclaredMember) -> Robot {
     }
 }
 
-fn human(member: &DeclaredMember) -> Agent {
+fn human(member: &DeclaredMember) -> WorkingAgent {
     let block = HumanBlock::read(&member.settings);
-    Agent {
+    WorkingAgent {
         severity: block.severity,
         wait_distance: block.wait_distance,
         approaches: approaches(&block.approaches),
         wait_weights: weights(block.wait_weights, block.operations),
         wait_limit: block.wait_limit,
         approach_weights: weights(block.approach_weights, block.operations),
-        ..Agent::new(&member.name, AgentKind::Human, block.place, block.operations, block.duration)
+        ..WorkingAgent::new(&member.name, AgentKind::Human, block.place, block.operations, block.duration)
     }
 }
 
-fn worker(member: &DeclaredMember) -> Agent {
+fn worker(member: &DeclaredMember) -> WorkingAgent {
     let block = WorkerBlock::read(&member.settings);
-    Agent {
+    WorkingAgent {
         wait_distance: block.wait_distance,
         approaches: approaches(&block.approaches),
         approach_weights: weights(block.approach_weights, block.operations),
-        ..Agent::new(&member.name, AgentKind::Worker, block.place, block.operations, block.duration)
+        ..WorkingAgent::new(&member.name, AgentKind::Worker, block.place, block.operations, block.duration)
     }
 }
 
@@ -114,7 +114,7 @@ fn weights(written: OneOrEach, operations: usize) -> Vec<f64> {
 /// The table of lengths. Reports the ways that it lacks.
 fn table(
     written: &[ByName<Vec<ByName<f64>>>],
-    (robots, agents): (&[Robot], &[Agent]),
+    (robots, agents): (&[Robot], &[WorkingAgent]),
     places: &mut Places<Item>,
     remarks: &mut Remarks,
 ) -> Distances {

@@ -148,11 +148,11 @@ fn choice(problem: &Problem, options: &Options) -> Choice {
     if let Some(formulation) = options.formulation {
         return chosen(formulation, "it was asked for".into());
     }
-    if subsets::fits(&instance) {
+    if subsets::is_applicable(&instance) {
         let why = format!("each agent has one service to come, {count} in all");
         return chosen(Formulation::Subsets, why);
     }
-    if orders::fits(&instance) {
+    if orders::is_applicable(&instance) {
         let speeds = if instance.is_fixed() { "every way takes a fixed time" } else { "speeds are decided" };
         let why = format!("{speeds}, agents have several services to come, and {count} are few enough");
         return chosen(Formulation::Orders, why);
@@ -221,8 +221,8 @@ impl Solver {
         let instance = Instance::new(problem);
         let asked = self.options.formulation.filter(|formulation| *formulation != Formulation::Batches);
         let formulation = asked.unwrap_or_else(|| match () {
-            () if subsets::fits(&instance) => Formulation::Subsets,
-            () if orders::fits(&instance) => Formulation::Orders,
+            () if subsets::is_applicable(&instance) => Formulation::Subsets,
+            () if orders::is_applicable(&instance) => Formulation::Orders,
             () if instance.is_fixed() && instance.jobs.len() <= MOST_CONSTRAINT => Formulation::Constraint,
             () => Formulation::Position,
         });
@@ -239,7 +239,7 @@ impl Solver {
                 Err(EngineError::Overflow { .. }) if asked.is_none() => self.position(&instance, &watch.left()),
                 found => Ok((found?, CONSTRAINT.into())),
             },
-            Formulation::Orders if !orders::fits(&instance) => Err(Refusal::NotOrders),
+            Formulation::Orders if !orders::is_applicable(&instance) => Err(Refusal::NotOrders),
             Formulation::Orders if asked.is_none() && instance.is_fixed() => self.fixed(&instance, budget),
             Formulation::Orders => match orders::orders(&instance, budget) {
                 Ok(found) => Ok((found, ORDERS.into())),
@@ -247,7 +247,7 @@ impl Solver {
                 Err(_) if asked.is_some() => Err(Refusal::NotOrders),
                 Err(_) => self.position(&instance, &watch.left()),
             },
-            Formulation::Subsets if !subsets::fits(&instance) => Err(Refusal::NotSubsets),
+            Formulation::Subsets if !subsets::is_applicable(&instance) => Err(Refusal::NotSubsets),
             Formulation::Subsets => match subsets::best(&instance, budget) {
                 Ok(found) => Ok((found, "subsets".into())),
                 Err(Halt::Engine(error)) => Err(error.into()),

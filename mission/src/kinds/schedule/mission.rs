@@ -104,7 +104,7 @@ impl Schedule {
             reallocate_above: self.reallocate_above,
             replan: how.replan,
             planning: Options { batch: self.batch, budget: BUDGET, ..Options::default() },
-            told: how.reporting.iter().filter_map(agent).collect(),
+            reporting: how.reporting.iter().filter_map(agent).collect(),
         }
     }
 

@@ -38,12 +38,12 @@ const SCHEDULES: usize = 4;
 const SERVICES: usize = 4;
 
 /// Returns true if this method applies to the problem and the problem is small enough.
-pub(crate) fn fits(instance: &Instance) -> bool {
+pub(crate) fn is_applicable(instance: &Instance) -> bool {
     let robots = instance.free.len();
     robots > 0 && instance.jobs.len() <= MOST[robots.clamp(2, 4) - 2] && instance.is_regular()
 }
 
-/// Finds the best schedule, with a bound. Requires [`fits`].
+/// Finds the best schedule, with a bound. Requires [`is_applicable`].
 ///
 /// # Errors
 ///

@@ -276,7 +276,7 @@ fn table(problem: &Problem, services: &[Service]) -> Listing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kinds::schedule::problem::{Agent, AgentKind, Duration, Robot};
+    use crate::kinds::schedule::problem::{AgentKind, Duration, Robot, WorkingAgent};
     use crate::numbers::{Energy, Range};
 
     fn problem() -> Problem {
@@ -291,7 +291,7 @@ mod tests {
             energy: Energy::of_factor(1.0),
         };
         let duration = Duration { mean: 60.0, sigma: 0.0 };
-        Problem::new(vec![robot], vec![Agent::new("a", AgentKind::Human, [4.0, 3.0], 2, duration)])
+        Problem::new(vec![robot], vec![WorkingAgent::new("a", AgentKind::Human, [4.0, 3.0], 2, duration)])
     }
 
     #[test]

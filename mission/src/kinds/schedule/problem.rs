@@ -1,4 +1,5 @@
-//! Input data of a schedule: robots, agents, lengths, weights, and the operations that have begun.
+//! Input data of a schedule: service robots, working agents (here called agents), lengths, weights,
+//! and the operations that have begun.
 //!
 //! Notation of thesis Table 5.1. Robots and agents are identified by index; operations of an agent count from 0.
 //! Lengths are in metres, times in seconds, speeds in metres per second. [`Problem::check`](super::check) reports
@@ -64,7 +65,7 @@ pub struct Approach {
 
 /// A working agent `a`: a person or a working robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Agent {
+pub struct WorkingAgent {
     /// Name of the agent.
     pub name: String,
     /// A person or a robot.
@@ -96,7 +97,7 @@ pub struct Agent {
     pub approach_weights: Vec<f64>,
 }
 
-impl Agent {
+impl WorkingAgent {
     /// Creates an agent in usual conditions: a robot waits 1 m away, and every weight is 1.
     pub fn new(
         name: impl Into<String>,
@@ -104,8 +105,8 @@ impl Agent {
         place: [f64; 2],
         operations: usize,
         duration: Duration,
-    ) -> Agent {
-        Agent {
+    ) -> WorkingAgent {
+        WorkingAgent {
             name: name.into(),
             kind,
             place,
@@ -219,7 +220,7 @@ pub struct Problem {
     /// The service robots.
     pub robots: Vec<Robot>,
     /// The agents to serve.
-    pub agents: Vec<Agent>,
+    pub agents: Vec<WorkingAgent>,
     /// Labels that are displayed instead of names.
     #[serde(default, skip_serializing_if = "Labels::is_empty")]
     pub labels: Labels,
@@ -253,7 +254,7 @@ pub struct Lengths {
 
 impl Problem {
     /// Creates a problem on straight paths with confidence 0.9, in which every weight is 1 and nothing has begun.
-    pub fn new(robots: Vec<Robot>, agents: Vec<Agent>) -> Problem {
+    pub fn new(robots: Vec<Robot>, agents: Vec<WorkingAgent>) -> Problem {
         Problem {
             robots,
             agents,
@@ -294,7 +295,7 @@ impl Problem {
 
     /// Returns the speeds (m/s) and the waiting distance (m) of this robot's approach to this agent. The speeds are
     /// clamped into the cruising speeds of the robot (the thesis requires that and prints defaults that violate it).
-    pub fn approach(&self, agent: &Agent, robot: usize) -> (Range, f64) {
+    pub fn approach(&self, agent: &WorkingAgent, robot: usize) -> (Range, f64) {
         let own = agent.approaches.iter().find(|approach| approach.robot == robot);
         let Some(machine) = self.robots.get(robot) else { return (Range::point(0.0), agent.wait_distance) };
         let asked = own.and_then(|approach| approach.speed).or(machine.proximity).unwrap_or_else(|| {

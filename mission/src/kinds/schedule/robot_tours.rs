@@ -211,7 +211,7 @@ pub(crate) fn subsets(set: usize) -> impl Iterator<Item = usize> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that cannot unwrap fails")]
 mod tests {
-    use super::super::problem::{Agent, AgentKind, Distances, Duration, Problem, Robot};
+    use super::super::problem::{AgentKind, Distances, Duration, Problem, Robot, WorkingAgent};
     use super::*;
     use crate::engine::Budget;
     use crate::numbers::{Energy, Range};
@@ -221,7 +221,7 @@ mod tests {
     fn problem(lengths: [f64; 2], means: [f64; 2]) -> Problem {
         let agent = |a: usize| {
             let duration = Duration { mean: means[a], sigma: 0.0 };
-            Agent::new(format!("a{a}"), AgentKind::Worker, [0.0, 0.0], 2 - a, duration)
+            WorkingAgent::new(format!("a{a}"), AgentKind::Worker, [0.0, 0.0], 2 - a, duration)
         };
         let robot = Robot {
             name: "m".into(),

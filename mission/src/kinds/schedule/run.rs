@@ -12,12 +12,11 @@ use crate::map::Map;
 use super::chart::chart;
 use super::event;
 use super::execution::{
-    AgentOutcome, AgentView, Doing, Happening, Outcome, RobotOutcome, RobotView, ScheduleExecution, ScheduleWorld,
-    Stage,
+    AgentOutcome, AgentView, Doing, LogEntry, Outcome, RobotOutcome, RobotView, ScheduleExecution, ScheduleWorld, Stage,
 };
 use super::map::map;
 use super::problem::{AgentKind, Problem};
-use super::words::{doing, of_happening, stage};
+use super::words::{doing, of_log_entry, stage};
 
 const AGENTS: &[&str] = &["human", "worker"];
 const ROBOTS: &[&str] = &["robot"];
@@ -178,21 +177,21 @@ impl Reports for ScheduleWorld {
         event::handle(of, event)
     }
 
-    fn describe_happening(problem: &Problem, what: &Happening) -> String {
-        of_happening(what, problem)
+    fn describe_happening(problem: &Problem, what: &LogEntry) -> String {
+        of_log_entry(what, problem)
     }
 
-    fn is_notable(what: &Happening) -> bool {
+    fn is_notable(what: &LogEntry) -> bool {
         match what {
-            Happening::Told { .. } | Happening::HeldUp { .. } | Happening::BrokenOff { .. } | Happening::Done => true,
-            Happening::Plan(change) => change.is_notable(),
+            LogEntry::Handled { .. } | LogEntry::HeldUp { .. } | LogEntry::BrokenOff { .. } | LogEntry::Done => true,
+            LogEntry::Plan(change) => change.is_notable(),
             _ => false,
         }
     }
 
-    fn served(problem: &Problem, what: &Happening) -> Option<usize> {
+    fn served(problem: &Problem, what: &LogEntry) -> Option<usize> {
         match what {
-            Happening::Served { agent, .. } => Some(event::member(problem, Actor::Agent(*agent))),
+            LogEntry::Served { agent, .. } => Some(event::member(problem, Actor::Agent(*agent))),
             _ => None,
         }
     }

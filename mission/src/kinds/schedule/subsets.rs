@@ -54,14 +54,14 @@ struct Entry {
 type Table = Vec<Vec<Entry>>;
 
 /// Returns true if this method applies to the problem and the problem is small enough.
-pub(crate) fn fits(instance: &Instance) -> bool {
+pub(crate) fn is_applicable(instance: &Instance) -> bool {
     let (count, robots) = (instance.jobs.len(), instance.free.len());
     let most = if robots <= 2 { MOST_OF_TWO } else { MOST_OF_MORE };
     let alone = instance.jobs.iter().all(|job| job.previous.is_none());
     count <= most && alone && instance.is_regular()
 }
 
-/// Finds the best schedule, proven if the time suffices. Requires [`fits`].
+/// Finds the best schedule, proven if the time suffices. Requires [`is_applicable`].
 ///
 /// # Errors
 ///

@@ -11,7 +11,7 @@ use crate::validate::{self, Constraint, TOLERANCE, tolerance};
 
 use super::plan::{Activity, Actor, Phase, Plan, Target};
 
-use super::problem::{Agent, Begun, Distances, Problem};
+use super::problem::{Begun, Distances, Problem, WorkingAgent};
 use crate::numbers::Range;
 
 /// A constraint, with the equation of the thesis if it has one.
@@ -192,7 +192,7 @@ impl<'a> Validator<'a> {
     }
 
     /// Checks (5.11b) and (5.12), and that an operation that has begun is unchanged.
-    fn operation(&mut self, who: &Agent, service: &Service<'a>, served: Option<f64>) {
+    fn operation(&mut self, who: &WorkingAgent, service: &Service<'a>, served: Option<f64>) {
         let (part, target) = (service.parts[0], service.target);
         self.at_least(Rule::ServiceAfterOperation, target, service.parts[4].start, part.end);
         if let Some(served) = served {
@@ -226,7 +226,7 @@ impl<'a> Validator<'a> {
     }
 
     /// Checks (5.7) to (5.11a), and that a service that has begun is unchanged.
-    fn phases(&mut self, who: &Agent, service: &Service<'a>) {
+    fn phases(&mut self, who: &WorkingAgent, service: &Service<'a>) {
         let target = service.target;
         for pair in service.parts[1..].windows(2) {
             self.equal(Rule::Order, target, pair[1].start, pair[0].end);
@@ -294,7 +294,7 @@ impl<'a> Validator<'a> {
 }
 
 /// Returns the speeds and the distance of this robot's approach to this agent.
-fn near(problem: &Problem, who: &Agent, robot: usize) -> (Range, f64) {
+fn near(problem: &Problem, who: &WorkingAgent, robot: usize) -> (Range, f64) {
     let machine = &problem.robots[robot];
     let (mut speeds, mut distance) = (machine.proximity, who.wait_distance);
     for approach in &who.approaches {

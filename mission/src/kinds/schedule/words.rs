@@ -1,6 +1,6 @@
 //! What happens in a mission, in words. Operations count from 1 here, as people count.
 
-use super::execution::{Doing, Event, Happening, Stage};
+use super::execution::{Doing, Event, LogEntry, Stage};
 use super::plan::Actor;
 use super::problem::Problem;
 
@@ -55,40 +55,40 @@ pub fn of_event(event: &Event, problem: &Problem) -> String {
 }
 
 /// Something that happened, in words.
-pub fn of_happening(what: &Happening, problem: &Problem) -> String {
+pub fn of_log_entry(what: &LogEntry, problem: &Problem) -> String {
     let of = |index: usize, operation: usize| format!("operation {} of {}", operation + 1, agent_name(problem, index));
     let by = |index: usize| robot(problem, index);
     match what {
-        Happening::OperationBegan { agent, operation } => format!("{} begins", of(*agent, *operation)),
-        Happening::OperationLate { agent, operation, expected } => {
+        LogEntry::OperationBegan { agent, operation } => format!("{} begins", of(*agent, *operation)),
+        LogEntry::OperationLate { agent, operation, expected } => {
             format!("{} is late, expected at {} s", of(*agent, *operation), number(*expected))
         }
-        Happening::OperationEnded { agent, operation } => format!("{} ends", of(*agent, *operation)),
-        Happening::Left { robot, agent, operation } => format!("{} leaves for {}", by(*robot), of(*agent, *operation)),
-        Happening::Waits { robot, agent, .. } => {
+        LogEntry::OperationEnded { agent, operation } => format!("{} ends", of(*agent, *operation)),
+        LogEntry::Left { robot, agent, operation } => format!("{} leaves for {}", by(*robot), of(*agent, *operation)),
+        LogEntry::Waits { robot, agent, .. } => {
             format!("{} is at the waiting place of {}", by(*robot), agent_name(problem, *agent))
         }
-        Happening::Approaches { robot, agent, .. } => {
+        LogEntry::Approaches { robot, agent, .. } => {
             format!("{} approaches {}", by(*robot), agent_name(problem, *agent))
         }
-        Happening::Serves { robot, agent, .. } => format!("{} serves {}", by(*robot), agent_name(problem, *agent)),
-        Happening::Served { robot, agent, operation } => {
+        LogEntry::Serves { robot, agent, .. } => format!("{} serves {}", by(*robot), agent_name(problem, *agent)),
+        LogEntry::Served { robot, agent, operation } => {
             format!("{} has served {}", by(*robot), of(*agent, *operation))
         }
-        Happening::Home { robot } => format!("{} is at its depot, and ready", by(*robot)),
-        Happening::RobotLate { robot, agent, expected, .. } => {
+        LogEntry::Home { robot } => format!("{} is at its depot, and ready", by(*robot)),
+        LogEntry::RobotLate { robot, agent, expected, .. } => {
             format!("{} is late, expected with {} at {} s", by(*robot), agent_name(problem, *agent), number(*expected))
         }
-        Happening::HeldUp { robot, agent, by: lost } => {
+        LogEntry::HeldUp { robot, agent, by: lost } => {
             let to = agent.map_or_else(|| "home".to_string(), |agent| format!("to {}", agent_name(problem, agent)));
             format!("{} stands on its way {to}: {}, out of order, stands in its way", by(*robot), by(*lost))
         }
-        Happening::BrokenOff { robot, agent, operation } => {
+        LogEntry::BrokenOff { robot, agent, operation } => {
             format!("{} breaks off the service of {}", by(*robot), of(*agent, *operation))
         }
-        Happening::Told { event } => of_event(event, problem),
-        Happening::Plan(change) => change.describe("there is no plan any more"),
-        Happening::Done => "everything is done".to_string(),
+        LogEntry::Handled { event } => of_event(event, problem),
+        LogEntry::Plan(change) => change.describe("there is no plan any more"),
+        LogEntry::Done => "everything is done".to_string(),
     }
 }
 

@@ -63,7 +63,7 @@ impl Jumps {
 
 /// Change of a joint's velocity at a tick.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Change {
+pub(super) struct VelocityChange {
     /// Time of the tick, in s.
     pub time: f64,
     /// Velocity at the previous tick, in rad/s or m/s.
@@ -111,7 +111,7 @@ impl JumpCounter {
     }
 
     /// Takes the change of the next tick. An `explained` change is no jump, however large.
-    pub fn tick(&mut self, change: Change, explained: bool) {
+    pub fn tick(&mut self, change: VelocityChange, explained: bool) {
         let dv = (change.now - change.before).abs();
         if !dv.is_finite() {
             return;
@@ -157,7 +157,7 @@ impl JumpCounter {
 
 #[cfg(test)]
 mod tests {
-    use super::{Change, JumpCounter, Jumps};
+    use super::{JumpCounter, Jumps, VelocityChange};
 
     const PERIOD: f64 = 1e-3;
 
@@ -165,7 +165,7 @@ mod tests {
     fn of(velocities: &[f64], limit: f64) -> Jumps {
         let mut jumps = JumpCounter::new(2.0, PERIOD);
         for (k, pair) in velocities.windows(2).enumerate() {
-            let change = Change { time: (k + 1) as f64 * PERIOD, before: pair[0], now: pair[1], limit };
+            let change = VelocityChange { time: (k + 1) as f64 * PERIOD, before: pair[0], now: pair[1], limit };
             jumps.tick(change, false);
         }
         jumps.result()
@@ -241,10 +241,10 @@ mod tests {
     fn what_is_explained_is_none() {
         let mut jumps = JumpCounter::new(2.0, PERIOD);
         for limit in [f64::INFINITY, 5.0] {
-            jumps.tick(Change { time: 1.0, before: -2.0, now: 2.0, limit }, true);
+            jumps.tick(VelocityChange { time: 1.0, before: -2.0, now: 2.0, limit }, true);
         }
         assert_eq!(jumps.result(), Jumps::default());
-        jumps.tick(Change { time: 2.0, before: f64::NAN, now: 2.0, limit: 5.0 }, false);
+        jumps.tick(VelocityChange { time: 2.0, before: f64::NAN, now: 2.0, limit: 5.0 }, false);
         assert_eq!(jumps.result(), Jumps::default());
     }
 }

@@ -16,10 +16,10 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use stdlib_tasks::dimension::{ACCELERATION, ANGULAR_ACCELERATION, Dimension};
 
-use crate::controller::{Controller, Stage};
+use crate::controller::{Controller, StackController};
 use crate::tick::{Recorder, Tick};
 pub use jumps::Jumps;
-use jumps::{Change, JumpCounter};
+use jumps::{JumpCounter, VelocityChange};
 pub use reversals::Reversals;
 
 /// Smoothness of the motion of a joint, or of a degree of freedom of the base.
@@ -65,7 +65,7 @@ struct Joint {
 pub struct JointMotionRecorder {
     period: f64,
     joints: Vec<Joint>,
-    /// Limit of each degree of freedom's acceleration, for each stage; infinite if there is none.
+    /// Limit of each degree of freedom's acceleration, for each stack; infinite if there is none.
     limits: Vec<Vec<f64>>,
     /// Velocity at the previous tick.
     before: Vec<f64>,
@@ -88,11 +88,11 @@ impl JointMotionRecorder {
             jumps: JumpCounter::new(d.velocity, period),
             reversals: Reversals::new(d.velocity),
         };
-        let limits = |stage: &Stage| stage.evaluator().acceleration_limits();
+        let limits = |stack: &StackController| stack.evaluator().acceleration_limits();
         JointMotionRecorder {
             period,
             joints: dofs.iter().map(joint).collect(),
-            limits: controller.stages().iter().map(limits).collect(),
+            limits: controller.stacks().iter().map(limits).collect(),
             before: vec![0.0; dofs.len()],
             visit: None,
             fault: false,
@@ -124,14 +124,14 @@ impl Recorder for JointMotionRecorder {
         let entered = self.visit != visit && !tick.controller.is_blending();
         let fault = tick.fault.is_some();
         let explained = entered || fault || self.fault;
-        let limits = &self.limits[tick.stage];
+        let limits = &self.limits[tick.stack];
         let joints = self.joints.iter_mut().zip(&mut self.before).zip(tick.v).zip(limits);
         for (((joint, before), &now), &limit) in joints {
             let change = (now - *before).abs();
             if change > joint.change {
                 (joint.change, joint.at) = (change, tick.time);
             }
-            joint.jumps.tick(Change { time: tick.time, before: *before, now, limit }, explained);
+            joint.jumps.tick(VelocityChange { time: tick.time, before: *before, now, limit }, explained);
             joint.reversals.tick(now, tick.time);
             *before = now;
         }

@@ -4,7 +4,7 @@ use crate::execution::World;
 use crate::kinds::layers::plan::Activity;
 use crate::kinds::layers::problem::Problem;
 
-use super::record::Happening;
+use super::record::LogEntry;
 use super::settings::Settings;
 use super::view::Doing;
 use super::{LayersExecution, LayersWorld};
@@ -16,7 +16,7 @@ pub enum Next {
     Ends(usize),
     /// A task has not ended when it was expected to.
     Overdue(usize),
-    /// An agent that begins when told has not begun.
+    /// An agent that begins by an event has not begun.
     Waits(usize),
     /// A task begins.
     Begins(usize),
@@ -26,7 +26,7 @@ impl World for LayersWorld {
     type Problem = Problem;
     type Settings = Settings;
     type Activity = Activity;
-    type Happening = Happening;
+    type LogEntry = LogEntry;
     type Step = Next;
 
     fn due(of: &LayersExecution, _ticks: bool) -> Vec<(f64, Next)> {
@@ -44,7 +44,7 @@ impl LayersExecution {
         match (&state.doing, &state.task) {
             (_, Some(task)) if task.ends <= task.expected => Some((task.ends, Next::Ends(agent))),
             (_, Some(task)) => Some((task.expected, Next::Overdue(agent))),
-            (Doing::Idle, None) if self.settings.told.contains(&agent) => {
+            (Doing::Idle, None) if self.settings.reporting.contains(&agent) => {
                 let planned = self.ready(agent)?.start;
                 Some((state.look.max(planned), Next::Waits(agent)))
             }

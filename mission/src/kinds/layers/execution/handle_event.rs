@@ -6,7 +6,7 @@ use crate::execution::ReplanPolicy;
 
 use super::LayersExecution;
 use super::event::{Event, EventError};
-use super::record::{Happening, Record};
+use super::record::{LogEntry, Record};
 use super::view::Doing;
 
 impl LayersExecution {
@@ -20,12 +20,12 @@ impl LayersExecution {
         match event {
             Event::Begun { agent } => {
                 self.may_begin(agent)?;
-                self.told(event);
+                self.record_event(event);
                 self.begins(agent);
             }
             Event::Done { agent } => {
                 self.is_working(agent)?;
-                self.told(event);
+                self.record_event(event);
                 self.ends(agent);
             }
             Event::Late { agent, by } => {
@@ -33,12 +33,12 @@ impl LayersExecution {
                 if !by.is_finite() || by.abs() > MAX_NUMBER {
                     return Err(EventError::Time { value: by });
                 }
-                self.told(event);
+                self.record_event(event);
                 self.late(agent, by);
             }
             Event::Failed { agent } => {
                 self.is_working(agent)?;
-                self.told(event);
+                self.record_event(event);
                 self.drops(agent);
                 let state = &mut self.world.agents[agent];
                 state.begin(Doing::Idle, self.time);
@@ -47,7 +47,7 @@ impl LayersExecution {
             }
             Event::Lost { agent } => {
                 self.is_here(agent)?;
-                self.told(event);
+                self.record_event(event);
                 let place = self.position(agent).unwrap_or_default();
                 self.drops(agent);
                 let state = &mut self.world.agents[agent];
@@ -64,7 +64,7 @@ impl LayersExecution {
                     }
                     Some(_) => {}
                 }
-                self.told(event);
+                self.record_event(event);
                 let state = &mut self.world.agents[agent];
                 state.begin(Doing::Idle, self.time);
                 state.place = self.problem.agents[agent].place;
@@ -72,15 +72,15 @@ impl LayersExecution {
                 self.update_or_plan(ReplanPolicy::Asked);
             }
             Event::Replan => {
-                self.told(event);
+                self.record_event(event);
                 self.update_or_plan(ReplanPolicy::Asked);
             }
         }
         Ok(&self.log.records[from..])
     }
 
-    fn told(&mut self, event: Event) {
-        self.record(Happening::Told { event });
+    fn record_event(&mut self, event: Event) {
+        self.record(LogEntry::Handled { event });
     }
 
     fn name(&self, agent: usize) -> String {

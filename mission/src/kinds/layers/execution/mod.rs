@@ -35,7 +35,7 @@ use super::validate::validate;
 
 pub use self::event::{Event, EventError};
 pub use self::outcome::{AgentOutcome, Outcome};
-pub use self::record::{Happening, Record};
+pub use self::record::{LogEntry, Record};
 pub use self::settings::{Refusal, Settings};
 pub use self::view::{AgentView, Doing, NextTask, UnderWay};
 

@@ -7,13 +7,13 @@ use crate::execution::{self, PlanChange};
 use super::event::Event;
 
 /// An entry of the log.
-pub type Record = execution::Record<Happening>;
+pub type Record = execution::Record<LogEntry>;
 
 /// Content of a log entry. Agents, tasks, objects and layers are named by index.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "agent, task, object and layer are indices; other fields are described")]
-pub enum Happening {
+pub enum LogEntry {
     /// An agent began a task.
     Begun {
         agent: usize,
@@ -34,8 +34,8 @@ pub enum Happening {
     Dropped { agent: usize, task: usize },
     /// All tasks of a layer are done, and of those before.
     LayerDone { layer: usize },
-    /// An event was told.
-    Told { event: Event },
+    /// An event was handled.
+    Handled { event: Event },
     /// The plan changed.
     Plan(PlanChange),
     /// Every task is done.

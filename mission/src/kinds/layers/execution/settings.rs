@@ -21,8 +21,8 @@ pub struct Settings {
     pub reallocate_above: f64,
     /// Options of the planner.
     pub planning: Options,
-    /// Agents (by index) whose tasks begin and end only when told.
-    pub told: Vec<usize>,
+    /// Agents (by index) whose tasks begin and end only by an event.
+    pub reporting: Vec<usize>,
 }
 
 impl Default for Settings {
@@ -32,7 +32,7 @@ impl Default for Settings {
             replan: Replan::default(),
             reallocate_above: 0.1,
             planning: Options::default(),
-            told: Vec::new(),
+            reporting: Vec::new(),
         }
     }
 }
@@ -54,8 +54,8 @@ pub enum Refusal {
     #[error("`reallocate_above` must be zero or more, and is {0}")]
     Threshold(f64),
     /// An agent that is waited for does not exist.
-    #[error("there is no agent with number {0}, which is said to begin and end its tasks when told")]
-    Told(usize),
+    #[error("there is no agent with number {0}, whose tasks are to begin and end by events")]
+    Reporting(usize),
 }
 
 impl From<choose::Refusal> for Refusal {
@@ -82,8 +82,8 @@ impl Settings {
     ///
     /// A threshold below zero, or an agent that does not exist.
     pub fn check(&self, problem: &Problem) -> Result<(), Refusal> {
-        if let Some(nobody) = self.told.iter().find(|agent| **agent >= problem.agents.len()) {
-            return Err(Refusal::Told(*nobody));
+        if let Some(nobody) = self.reporting.iter().find(|agent| **agent >= problem.agents.len()) {
+            return Err(Refusal::Reporting(*nobody));
         }
         if self.reallocate_above.is_nan() || self.reallocate_above < 0.0 {
             return Err(Refusal::Threshold(self.reallocate_above));

@@ -7,7 +7,7 @@ use crate::kinds::layers::steps::Step;
 
 use super::clock::Next;
 use super::durations;
-use super::record::Happening;
+use super::record::LogEntry;
 use super::state::Running;
 use super::view::Doing;
 use super::{LayersExecution, first_layer};
@@ -35,7 +35,7 @@ impl LayersExecution {
         let step = Step { start: self.time, end: self.time + usual, begun: true, ..planned };
         let who = &self.problem.agents[agent];
         let ends = match self.settings.durations {
-            _ if self.settings.told.contains(&agent) => f64::INFINITY,
+            _ if self.settings.reporting.contains(&agent) => f64::INFINITY,
             Durations::Sampled { seed } if who.spread > 0.0 => {
                 let name = &self.problem.tasks[task].name;
                 self.time + usual * durations::sampled(seed, &who.name, name, self.world.tries[task], who.spread)
@@ -46,7 +46,7 @@ impl LayersExecution {
         let state = &mut self.world.agents[agent];
         state.begin(Doing::Working, self.time);
         state.task = Some(Running { step, ends, expected: step.end, since: (0.0, self.time), late: 0 });
-        self.record(Happening::Begun { agent, task, object });
+        self.record(LogEntry::Begun { agent, task, object });
         if (planned.start - self.time).abs() > SAME {
             self.update();
         }
@@ -63,16 +63,16 @@ impl LayersExecution {
         state.tasks += 1;
         let layer = self.problem.tasks[step.task].layer;
         self.world.ended.push(step);
-        self.record(Happening::Ended { agent, task: step.task });
+        self.record(LogEntry::Ended { agent, task: step.task });
         self.world.open = first_layer(&self.problem, &self.world.ended);
         if self.world.open.is_none_or(|open| open > layer) {
-            self.record(Happening::LayerDone { layer });
+            self.record(LogEntry::LayerDone { layer });
         }
         if (running.expected - self.time).abs() > SAME || self.log.stranded.is_some() {
             self.update();
         }
         if self.world.open.is_none() {
-            self.finish(Happening::Done);
+            self.finish(LogEntry::Done);
         }
     }
 
@@ -83,7 +83,7 @@ impl LayersExecution {
         running.expected = time + durations::longer(time - running.step.start, time);
         running.late += 1;
         let (task, expected, late) = (running.step.task, running.expected, running.late);
-        self.record(Happening::TaskLate { agent, task, expected });
+        self.record(LogEntry::TaskLate { agent, task, expected });
         self.update_or_plan(ReplanPolicy::while_late(late));
     }
 
@@ -111,7 +111,7 @@ impl LayersExecution {
         // Before everything else that is planned: its layer is the one under way.
         self.world.ahead.insert(0, Step { start: time, end: time + (end - start), begun: false, ..running.step });
         self.world.dropped += 1;
-        self.record(Happening::Dropped { agent, task });
+        self.record(LogEntry::Dropped { agent, task });
     }
 
     /// Counts what an agent did for a step of whose way this share was gone.

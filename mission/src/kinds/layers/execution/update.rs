@@ -9,7 +9,7 @@ use crate::kinds::layers::steps::{Step, from_plan, with_cost};
 use crate::kinds::layers::validate::validate;
 use crate::plan::{Statistics, Status};
 
-use super::record::Happening;
+use super::record::LogEntry;
 use super::repair;
 use super::settings::{Settings, of_plan};
 use super::steps::SAME;
@@ -18,8 +18,8 @@ use super::{LayersExecution, LayersWorld};
 impl Replans for LayersWorld {
     type Steps = Vec<Step>;
 
-    fn changed(change: PlanChange) -> Happening {
-        Happening::Plan(change)
+    fn changed(change: PlanChange) -> LogEntry {
+        LogEntry::Plan(change)
     }
 
     fn rule(settings: &Settings) -> (Replan, f64) {

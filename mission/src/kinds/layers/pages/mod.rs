@@ -14,7 +14,7 @@ use crate::kind::pages::{
 };
 use crate::kind::{Detail, Event, Execution};
 
-use super::execution::{Doing, Happening, LayersWorld};
+use super::execution::{Doing, LayersWorld, LogEntry};
 use super::problem::Problem;
 
 /// A request of a person. Each names its task by index, so that duplicated or late requests are recognised.
@@ -55,7 +55,7 @@ impl LayersPages {
 
     /// Returns true if the agent has done a task.
     fn did(&self, agent: usize, task: usize) -> bool {
-        let done = Happening::Ended { agent, task };
+        let done = LogEntry::Ended { agent, task };
         self.run.execution.records().iter().any(|record| record.what == done)
     }
 }

@@ -4,7 +4,7 @@ use serde_json::json;
 
 use crate::kind::pages::words::clock_time;
 use crate::kind::pages::{Button, ButtonGroup, PersonContent, Step};
-use crate::kinds::layers::execution::{Doing, Happening, LayersExecution};
+use crate::kinds::layers::execution::{Doing, LayersExecution, LogEntry};
 use crate::kinds::layers::problem::Problem;
 use crate::kinds::layers::steps::{Step as Planned, from_plan};
 
@@ -101,7 +101,7 @@ fn own(on: &LayersExecution, agent: usize) -> Vec<Planned> {
 fn steps(on: &LayersExecution, agent: usize, own: Vec<Planned>) -> Vec<Step> {
     let now = on.agent(agent).and_then(|view| view.work).map(|work| work.task);
     let ended = |index: usize| {
-        let done = Happening::Ended { agent, task: index };
+        let done = LogEntry::Ended { agent, task: index };
         on.records().iter().any(|record| record.what == done)
     };
     let step = |step: Planned| Step {

@@ -5,7 +5,7 @@ use crate::kinds::schedule::assistance::Assistance;
 use crate::kinds::schedule::plan::Activity;
 use crate::kinds::schedule::problem::Problem;
 
-use super::record::Happening;
+use super::record::LogEntry;
 use super::settings::{Settings, Travel};
 use super::view::{Doing, Stage};
 use super::{ScheduleExecution, ScheduleWorld};
@@ -41,7 +41,7 @@ impl World for ScheduleWorld {
     type Problem = Problem;
     type Settings = Settings;
     type Activity = Activity;
-    type Happening = Happening;
+    type LogEntry = LogEntry;
     type Step = Step;
 
     fn due(of: &ScheduleExecution, ticks: bool) -> Vec<(f64, Step)> {

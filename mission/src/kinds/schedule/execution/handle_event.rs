@@ -10,7 +10,7 @@ use crate::numbers::MAX_NUMBER;
 use super::ScheduleExecution;
 use super::event::{Event, EventError};
 use super::motion::Leg;
-use super::record::{Happening, Record};
+use super::record::{LogEntry, Record};
 use super::settings::Travel;
 use super::update::set_absence;
 use super::view::{Doing, Stage};
@@ -26,7 +26,7 @@ impl ScheduleExecution {
     /// The event is of nobody, or cannot happen now. Nothing has changed then.
     pub fn handle_event(&mut self, event: Event) -> Result<&[Record], EventError> {
         let from = self.log.records.len();
-        let recorded = |execution: &mut ScheduleExecution| execution.record(Happening::Told { event });
+        let recorded = |execution: &mut ScheduleExecution| execution.record(LogEntry::Handled { event });
         match event {
             Event::Begun { agent } => {
                 self.require(agent, &[Doing::Ready], |name| EventError::NotReady { name })?;
@@ -238,7 +238,7 @@ impl ScheduleExecution {
         let (problem, satisfied) =
             adapt(&self.problem, self.world.satisfied[agent], feedback, &self.settings.adaptation)?;
         self.still_possible(&problem)?;
-        self.record(Happening::Told { event });
+        self.record(LogEntry::Handled { event });
         let before = self.next_wait_and_speed(agent);
         if self.settings.replan != Replan::None {
             self.world.satisfied[agent] = Some(satisfied);

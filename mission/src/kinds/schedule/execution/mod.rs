@@ -33,12 +33,12 @@ use crate::kinds::schedule::adapt::Satisfaction;
 use crate::kinds::schedule::assistance::{Assistance, from_plan};
 use crate::kinds::schedule::choose::plan;
 use crate::kinds::schedule::plan::Plan;
-use crate::kinds::schedule::problem::{Agent, Distances, Problem, Scales};
+use crate::kinds::schedule::problem::{Distances, Problem, Scales, WorkingAgent};
 use crate::kinds::schedule::validate::validate;
 
 pub use self::event::{Event, EventError};
 pub use self::outcome::{AgentOutcome, Outcome, RobotOutcome};
-pub use self::record::{Happening, Record};
+pub use self::record::{LogEntry, Record};
 pub use self::settings::{Obstacle, Potentials, Refusal, Settings, Travel};
 pub use self::view::{AgentView, Coming, Doing, RobotView, Stage};
 
@@ -58,7 +58,7 @@ pub struct ScheduleWorld {
     agents: Vec<AgentState>,
     robots: Vec<RobotState>,
     /// Lost agents, as they were before.
-    lost: Vec<Option<Agent>>,
+    lost: Vec<Option<WorkingAgent>>,
     satisfied: Vec<Option<Satisfaction>>,
     indices: Vec<Indices>,
     /// Steps of the bases since the start, while one moves.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ScheduleExecution;
 use super::indices::Indices;
-use super::record::Happening;
+use super::record::LogEntry;
 
 /// Results of a mission so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -76,7 +76,7 @@ impl Outcome {
 impl ScheduleExecution {
     /// Results of the mission so far.
     pub fn statistics(&self) -> Outcome {
-        let home = self.log.records.iter().rev().find(|record| matches!(record.what, Happening::Home { .. }));
+        let home = self.log.records.iter().rev().find(|record| matches!(record.what, LogEntry::Home { .. }));
         let agents = self.problem.agents.iter().zip(&self.world.agents).enumerate().map(|(index, (who, state))| {
             let Indices { wait: wait_index, speed: speed_index } = self.world.indices[index];
             AgentOutcome {

@@ -7,13 +7,13 @@ use crate::execution::{self, PlanChange};
 use super::event::Event;
 
 /// An entry of the log.
-pub type Record = execution::Record<Happening>;
+pub type Record = execution::Record<LogEntry>;
 
 /// Content of a log entry. Agents and robots are named by index, operations count from 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "agent, operation and robot are indices; other fields are described")]
-pub enum Happening {
+pub enum LogEntry {
     /// An agent began an operation.
     OperationBegan { agent: usize, operation: usize },
     /// An operation has not ended when it was expected to.
@@ -55,8 +55,8 @@ pub enum Happening {
     },
     /// A service was broken off; the robot, unless it is lost, goes home.
     BrokenOff { robot: usize, agent: usize, operation: usize },
-    /// An event was told.
-    Told { event: Event },
+    /// An event was handled.
+    Handled { event: Event },
     /// The plan changed.
     Plan(PlanChange),
     /// Everything is served that can be, and every robot is back.

@@ -84,8 +84,8 @@ pub struct Settings {
     pub replan: Replan,
     /// Options of the planner.
     pub planning: Options,
-    /// Agents (by index) whose operations end only when told.
-    pub told: Vec<usize>,
+    /// Agents (by index) whose operations end only by an event.
+    pub reporting: Vec<usize>,
 }
 
 impl Default for Settings {
@@ -97,7 +97,7 @@ impl Default for Settings {
             reallocate_above: 0.1,
             replan: Replan::default(),
             planning: Options::default(),
-            told: Vec::new(),
+            reporting: Vec::new(),
         }
     }
 }
@@ -154,8 +154,8 @@ pub enum Refusal {
         second: Obstacle,
     },
     /// An agent that is waited for does not exist.
-    #[error("there is no agent with number {0}, which is said to end its operations when told")]
-    Told(usize),
+    #[error("there is no agent with number {0}, whose operations are to end by events")]
+    Reporting(usize),
 }
 
 fn first(violations: &[Violation]) -> String {
@@ -169,8 +169,8 @@ impl Settings {
     ///
     /// The first number that is out of its range, or obstacle that covers a place.
     pub fn check(&self, problem: &Problem) -> Result<(), Refusal> {
-        if let Some(nobody) = self.told.iter().find(|agent| **agent >= problem.agents.len()) {
-            return Err(Refusal::Told(*nobody));
+        if let Some(nobody) = self.reporting.iter().find(|agent| **agent >= problem.agents.len()) {
+            return Err(Refusal::Reporting(*nobody));
         }
         within("reallocate_above", self.reallocate_above, 0.0, f64::MAX)?;
         within("memory", self.adaptation.memory, 0.0, 1.0)?;

@@ -1,6 +1,6 @@
 //! State of the agents and robots in the world.
 
-use crate::kinds::schedule::problem::{Agent, Problem};
+use crate::kinds::schedule::problem::{Problem, WorkingAgent};
 
 use super::motion::Leg;
 use super::view::{Doing, Stage};
@@ -32,7 +32,7 @@ pub(super) struct AgentState {
 }
 
 impl AgentState {
-    pub fn new(who: &Agent, time: f64) -> AgentState {
+    pub fn new(who: &WorkingAgent, time: f64) -> AgentState {
         AgentState {
             doing: if who.operations == 0 { Doing::Finished } else { Doing::Ready },
             since: time,

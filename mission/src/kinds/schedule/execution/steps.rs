@@ -8,7 +8,7 @@ use super::ScheduleExecution;
 use super::clock::Step;
 use super::durations;
 use super::motion::{Leg, distance, waiting_place};
-use super::record::Happening;
+use super::record::LogEntry;
 use super::view::{Doing, Stage};
 
 /// Times that differ by less are the same (s).
@@ -42,7 +42,7 @@ impl ScheduleExecution {
         let agents = self.world.agents.iter().all(|agent| over(agent.doing));
         let robots = self.world.robots.iter().all(|robot| matches!(robot.stage, Stage::Home | Stage::Lost));
         if agents && robots {
-            self.finish(Happening::Done);
+            self.finish(LogEntry::Done);
         }
     }
 
@@ -53,7 +53,7 @@ impl ScheduleExecution {
         let expected = planned.map_or(self.time + nominal, |at| at.end);
         let who = &self.problem.agents[agent];
         let ends = match self.settings.durations {
-            _ if self.settings.told.contains(&agent) => f64::INFINITY,
+            _ if self.settings.reporting.contains(&agent) => f64::INFINITY,
             Durations::Planned => expected,
             Durations::Sampled { seed } => self.time + durations::sampled(seed, &who.name, operation, who.duration),
         };
@@ -63,7 +63,7 @@ impl ScheduleExecution {
         }
         (state.doing, state.since, state.start) = (Doing::Working, self.time, self.time);
         (state.ends, state.expected, state.late) = (ends, expected, 0);
-        self.record(Happening::OperationBegan { agent, operation });
+        self.record(LogEntry::OperationBegan { agent, operation });
     }
 
     pub(super) fn ends(&mut self, agent: usize) {
@@ -71,7 +71,7 @@ impl ScheduleExecution {
         let expected = state.expected;
         (state.doing, state.since, state.ends, state.expected) = (Doing::Waiting, self.time, self.time, self.time);
         let operation = state.operation;
-        self.record(Happening::OperationEnded { agent, operation });
+        self.record(LogEntry::OperationEnded { agent, operation });
         if (expected - self.time).abs() > SAME || self.log.stranded.is_some() {
             let before = self.world.schedule.clone();
             self.serve_early(agent, expected, self.time);
@@ -87,7 +87,7 @@ impl ScheduleExecution {
         let elapsed = self.time - state.start;
         state.expected = state.start + durations::expected(duration, confidence, state.late, elapsed);
         let (operation, expected, late) = (state.operation, state.expected, state.late);
-        self.record(Happening::OperationLate { agent, operation, expected });
+        self.record(LogEntry::OperationLate { agent, operation, expected });
         self.update_or_plan(self.problem.clone(), ReplanPolicy::while_late(late));
     }
 
@@ -103,7 +103,7 @@ impl ScheduleExecution {
         self.world.robots[robot].begin(Stage::Going, self.time);
         self.world.robots[robot].target = Some((agent, operation));
         self.send(robot, waiting_place(&self.problem, agent, robot), times.waiting);
-        self.record(Happening::Left { robot, agent, operation });
+        self.record(LogEntry::Left { robot, agent, operation });
     }
 
     /// A robot arrives at the waiting place, leaves it, or begins to serve, if it is where it should be.
@@ -119,7 +119,7 @@ impl ScheduleExecution {
                 self.count_way(robot, lengths.going, self.time - self.world.robots[robot].since);
                 self.rest(robot);
                 self.world.robots[robot].begin(Stage::Waiting, self.time);
-                self.record(Happening::Waits { robot, agent, operation });
+                self.record(LogEntry::Waits { robot, agent, operation });
             }
             Stage::Waiting => {
                 let (near, _) = self.problem.approach(&self.problem.agents[agent], robot);
@@ -128,7 +128,7 @@ impl ScheduleExecution {
                 self.world.robots[robot].approach = if goes { length / time } else { near.high };
                 self.world.robots[robot].begin(Stage::Approaching, self.time);
                 self.send(robot, self.problem.agents[agent].place, times.serving);
-                self.record(Happening::Approaches { robot, agent, operation });
+                self.record(LogEntry::Approaches { robot, agent, operation });
             }
             // A plan may serve a rounding error before the operation ends.
             _ if self.world.agents[agent].doing != Doing::Waiting => self.update(self.problem.clone()),
@@ -142,7 +142,7 @@ impl ScheduleExecution {
                 self.count_way(robot, lengths.proximity, way);
                 self.rest(robot);
                 self.world.robots[robot].begin(Stage::Serving, self.time);
-                self.record(Happening::Serves { robot, agent, operation });
+                self.record(LogEntry::Serves { robot, agent, operation });
             }
         }
     }
@@ -162,7 +162,7 @@ impl ScheduleExecution {
         robot_state.served += 1;
         robot_state.begin(Stage::Returning, self.time);
         self.send(robot, depot, until);
-        self.record(Happening::Served { robot, agent, operation });
+        self.record(LogEntry::Served { robot, agent, operation });
     }
 
     fn returned(&mut self, robot: usize) {
@@ -183,7 +183,7 @@ impl ScheduleExecution {
     fn home(&mut self, robot: usize) {
         self.world.robots[robot].begin(Stage::Home, self.time);
         self.world.robots[robot].target = None;
-        self.record(Happening::Home { robot });
+        self.record(LogEntry::Home { robot });
     }
 
     /// A robot stands where it was going to.
@@ -211,11 +211,11 @@ impl ScheduleExecution {
         self.world.robots[robot].held_up = held_up;
         match (held_up, self.world.robots[robot].target) {
             (Some(by), target) if was != held_up => {
-                self.record(Happening::HeldUp { robot, agent: target.map(|(agent, _)| agent), by });
+                self.record(LogEntry::HeldUp { robot, agent: target.map(|(agent, _)| agent), by });
             }
             (Some(_), _) | (None, None) => {}
             (None, Some((agent, operation))) => {
-                self.record(Happening::RobotLate { robot, agent, operation, expected });
+                self.record(LogEntry::RobotLate { robot, agent, operation, expected });
             }
         }
         let mut problem = self.problem.clone();

@@ -12,7 +12,7 @@ use crate::kinds::schedule::validate::validate;
 use crate::plan::{Statistics, Status};
 
 use super::motion::{distance, waiting_place};
-use super::record::Happening;
+use super::record::LogEntry;
 use super::settings::Settings;
 use super::steps::SAME;
 use super::view::{Doing, Stage};
@@ -21,8 +21,8 @@ use super::{ScheduleExecution, ScheduleWorld};
 impl Replans for ScheduleWorld {
     type Steps = Vec<Assistance>;
 
-    fn changed(change: PlanChange) -> Happening {
-        Happening::Plan(change)
+    fn changed(change: PlanChange) -> LogEntry {
+        LogEntry::Plan(change)
     }
 
     fn rule(settings: &Settings) -> (Replan, f64) {
@@ -161,7 +161,7 @@ impl ScheduleExecution {
         self.world.robots[robot].begin(Stage::Recalled, self.time);
         self.world.robots[robot].target = None;
         set_absence(&mut self.problem, robot, Some(until));
-        self.record(Happening::BrokenOff { robot, agent, operation });
+        self.record(LogEntry::BrokenOff { robot, agent, operation });
     }
 
     /// Breaks off services of operations before which another one has lost its service.

@@ -1,7 +1,7 @@
 //! What a person's page remembers of the log: measured durations, and services without feedback.
 
 use crate::kind::pages::{Answer, Form, Measured, Question};
-use crate::kinds::schedule::execution::{Event, Happening, Record};
+use crate::kinds::schedule::execution::{Event, LogEntry, Record};
 use crate::kinds::schedule::plan::Actor;
 use crate::kinds::schedule::problem::{AgentKind, Problem};
 
@@ -110,24 +110,24 @@ pub(super) fn observe(histories: &mut [History], record: &Record) {
         }
     };
     match &record.what {
-        Happening::OperationBegan { agent, operation } => change(*agent, &|history| {
+        LogEntry::OperationBegan { agent, operation } => change(*agent, &|history| {
             history.operation = Some(Measurement { operation: *operation, since: record.time, took: None });
         }),
-        Happening::OperationEnded { agent, .. } => change(*agent, &|history| {
+        LogEntry::OperationEnded { agent, .. } => change(*agent, &|history| {
             if let Some(of) = &mut history.operation {
                 of.took = Some(record.time - of.since);
             }
         }),
-        Happening::Served { robot, agent, operation } => change(*agent, &|history| {
+        LogEntry::Served { robot, agent, operation } => change(*agent, &|history| {
             history.last = Some(LastService { operation: *operation, robot: *robot, answered: false });
         }),
         // After it comes back, an agent repeats its current operation.
-        Happening::Told { event: Event::Lost { who: Actor::Agent(agent) } } => change(*agent, &|history| {
+        LogEntry::Handled { event: Event::Lost { who: Actor::Agent(agent) } } => change(*agent, &|history| {
             history.operation = history.operation.filter(|of| of.took.is_some());
             history.service = history.service.filter(|of| of.took.is_some());
         }),
-        Happening::Told { event: Event::Said { agent, .. } } => change(*agent, &answer),
-        Happening::Told { event: Event::Feedback(said) } => change(said.agent, &answer),
+        LogEntry::Handled { event: Event::Said { agent, .. } } => change(*agent, &answer),
+        LogEntry::Handled { event: Event::Feedback(said) } => change(said.agent, &answer),
         _ => {}
     }
 }
