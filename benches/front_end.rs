@@ -1,5 +1,5 @@
-//! How long it takes to read and check large texts: an honest spec of 5,000 lines, and a mebibyte of each of several
-//! kinds of nuisance. `cargo bench --bench front_end`.
+//! Times of reading and checking large texts: a plain spec of 5,000 lines, and a mebibyte of each of several kinds of
+//! malformed text. `cargo bench --bench front_end`.
 
 #[path = "../tests/common/large.rs"]
 mod large;

@@ -1,5 +1,5 @@
-//! What a machine of 30 states with 10 conditions in the current one adds to a tick: the same stack with and without it.
-//! `cargo bench --bench machine`.
+//! Time per tick that a machine of 30 states with 10 conditions in the current one adds: the same stack with and
+//! without it. `cargo bench --bench machine`.
 
 use std::fmt::Write;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! How long the main job takes: reading and compiling the largest example, kinematics and rows of a tick, the whole tick,
-//! and the whole of 3.A. `cargo bench`.
+//! Times of the main job: reading and compiling the largest example, kinematics and rows of a tick, the whole tick, and
+//! the whole of experiment 3.A. `cargo bench`.
 
 use std::path::Path;
 

@@ -16,7 +16,7 @@ use runtime::{Recorder, Simulation, Tick};
 /// Thesis Table 4.2, its columns as the text has them (correction 10): M1, M2 in m, M3.
 const THESIS: [[f64; 3]; 3] = [[0.99, 0.08, 0.0], [0.95, 0.16, 0.0], [0.86, 0.0, 0.62]];
 
-/// What is summed over the ticks of a run.
+/// Sums over the ticks of a run.
 struct Means {
     /// Places of the field, the deviation and the scaling in the table of signals.
     field: usize,

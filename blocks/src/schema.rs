@@ -9,7 +9,7 @@ use quantities::{Presence, Quantity};
 /// A block of the language with keys of its own.
 #[derive(Debug)]
 pub struct BlockSchema {
-    /// What a message calls it, with its article: `a robot`.
+    /// Name of the block in messages, with its article: `a robot`.
     pub name: &'static str,
     /// Its keys, in the order in which they are offered.
     pub keys: &'static [Key],
@@ -20,21 +20,21 @@ pub struct BlockSchema {
 pub struct Key {
     /// As it is written.
     pub name: &'static str,
-    /// What it is for, in Markdown. Unit, range and default stand in the other fields.
+    /// Description of the key in Markdown. Unit, range and default are in the other fields.
     pub doc: &'static str,
     /// Type of its value.
     pub value: ValueType,
-    /// Whether it may be left out.
+    /// Treatment of a block without this key.
     pub presence: Presence,
     /// True if its value is bound with its block; false if it is read from the tree, by what gives it a meaning.
     pub is_bound: bool,
     /// The key with a value, for messages; empty for the usual one of its type.
     pub example: &'static str,
-    /// Where it is a key.
+    /// Syntaxes in which it is a key.
     pub place: Place,
 }
 
-/// Where a key is one.
+/// Syntaxes in which a key exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// An entry of the block, the same in both syntaxes; the compiler reads it.
@@ -81,7 +81,7 @@ pub enum ValueType {
     People,
     /// A constant value of a signal: a number, a vector, an orientation, or the parts of a wrench.
     Sent,
-    /// What a repetition runs over: a list, or whole numbers.
+    /// Values of a repetition: a list, or a range of whole numbers.
     Values,
     /// A text.
     Text,
@@ -133,7 +133,7 @@ pub enum ValueType {
     Declarations,
 }
 
-/// What can be named by a key.
+/// Kind of the entity that a name refers to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Named {
     /// A robot.

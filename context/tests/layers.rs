@@ -74,7 +74,7 @@ fn generated(of: &Generated) -> &Problem {
     &of.mission.downcast::<Layers>().unwrap().problem
 }
 
-/// What became of answers, the refusals of each, and what the server was asked.
+/// Result of a conversation with these answers, its exchanges with their refusals, and the server.
 fn talk(answers: &[&str], decides: Decides) -> (Result<Generated, GenerateError>, Vec<Exchange>, Server) {
     let server = Server::new(answers.iter().map(|text| Reply::Says((*text).to_string())).collect());
     let mut endpoint = Endpoint::new(&server.address, "tiny", None, Duration::from_secs(2)).unwrap();
@@ -143,7 +143,7 @@ fn a_model_may_decide_more() {
     assert!(matches!(outcome, Err(GenerateError::Refused { .. })), "{outcome:?}");
 }
 
-/// Who thinks aloud is judged by the answer alone, and told where in the whole of it a mistake is.
+/// Only the answer of a model that writes its reasoning is read; a mistake is located in the whole text.
 #[test]
 fn thoughts_are_not_the_answer() {
     let thinks = |text: &str| format!("<think>maybe {{\"layers\": []}}\nor so</think>\n{text}");

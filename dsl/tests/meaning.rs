@@ -1,4 +1,4 @@
-//! How expressions, units, blocks and YAML forms are taken apart, written out by hand.
+//! Trees of expressions, units, blocks and YAML forms, compared with trees written by hand.
 
 use crate::common;
 

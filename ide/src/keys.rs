@@ -10,7 +10,7 @@ use stdlib_tasks::params::Presence;
 
 use crate::catalogue::{presence, quantity, unit};
 
-/// What may stand behind a key, in words.
+/// Describes the type of a key's value in words.
 pub fn describe(holds: &ValueType) -> String {
     match holds {
         ValueType::Number(q) | ValueType::Count(q) => quantity(q),
@@ -75,7 +75,7 @@ pub fn markdown() -> String {
     keys() + &measured()
 }
 
-/// What can be expected of missions.
+/// Lists the measures of missions.
 fn measured() -> String {
     let mut out = String::from(
         "\n## What is measured of a mission\n\n\

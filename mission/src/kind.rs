@@ -425,7 +425,7 @@ impl Event {
 /// An event that followed from the settings and could not happen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rejected {
-    /// When it should have happened (s).
+    /// Time of the event (s).
     pub time: f64,
     /// The event in words.
     pub event: String,

@@ -99,7 +99,7 @@ impl Dimension {
         if self.rad == 0 { other } else { self }
     }
 
-    /// What a person calls it: "a length", "an angular velocity", or the unit in words for unnamed ones.
+    /// Name in messages: "a length", "an angular velocity"; for dimensions without a name, the unit in words.
     pub fn describe(self) -> String {
         let known = [
             (NONE, "a bare number"),

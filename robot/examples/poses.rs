@@ -37,7 +37,7 @@ struct Report<'m> {
     immovable: Vec<&'m str>,
     shapes: usize,
     visuals: usize,
-    /// How often each kind of warning came.
+    /// Number of warnings of each kind.
     warnings: BTreeMap<&'static str, usize>,
     configurations: Vec<Configuration<'m>>,
 }

@@ -25,7 +25,7 @@ fn window(from: f64, to: Option<f64>) -> Window {
     Window::seconds(from, to, PERIOD).unwrap_or(Window::ALWAYS)
 }
 
-/// What people write, and how many of each there are.
+/// Typical formulas, with the number of each.
 fn typical() -> Vec<(&'static str, usize, Formula)> {
     let build = |make: &dyn Fn(&mut Formula)| {
         let mut f = Formula::new(PERIOD);

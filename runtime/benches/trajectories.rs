@@ -1,4 +1,4 @@
-//! What a trajectory costs at a tick, and when its goal changes. `cargo bench -p hierarq-runtime --bench trajectories`.
+//! Time of a trajectory per tick, and at a change of its goal. `cargo bench -p hierarq-runtime --bench trajectories`.
 
 use divan::{Bencher, black_box};
 use hierarq_runtime::trajectory::{Limits, Path, State, Turn, Turning};

@@ -7,7 +7,7 @@ use hierarq_runtime::trajectory::{
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// How far a limit may be passed by rounding.
+/// Relative rounding error by which a limit may be exceeded.
 const SLIP: f64 = 1e-9;
 
 fn motion(position: f64, velocity: f64, acceleration: f64) -> Motion {

@@ -11,7 +11,7 @@ use common::{Dice, Taste, hierarchy};
 use hierarq_solver::{ActiveSet, HierarchicalSolver, Level, LevelShape, Problem, Solution, Status};
 use judged::{wrong, wrong_by};
 
-/// What is small in a problem.
+/// Small quantity of a problem.
 #[derive(Clone, Copy, PartialEq)]
 enum Family {
     /// Entries of rounding size, in four of ten problems.
@@ -20,7 +20,7 @@ enum Family {
     Small,
 }
 
-/// How far the numbers of a problem are from those of the first of its shape.
+/// Distance of the numbers of a problem from those of the first of its shape.
 fn moved_by(seed: u64) -> f64 {
     if seed.is_multiple_of(10) { 0.0 } else { 1e-3 }
 }
@@ -103,7 +103,7 @@ struct Unproven {
     admitted: Vec<String>,
 }
 
-/// How far from a proof an answer of these families may be: see `internals/solver.md`.
+/// Tolerance of the certificate for answers of a family: see `internals/solver.md`.
 fn allowed(family: Family) -> f64 {
     match family {
         Family::Rounding => 1e-7,
@@ -149,7 +149,7 @@ fn none(found: &[String]) {
     assert!(found.is_empty(), "{}:\n{}", found.len(), found[..found.len().min(40)].join("\n"));
 }
 
-/// What the fuzzer does, with bytes by chance.
+/// The fuzz target with random bytes.
 #[test]
 fn no_bytes_make_an_answer_without_a_proof() {
     let mut dice = Dice(number("HIERARQ_SEED", 0));

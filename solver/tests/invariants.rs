@@ -1,4 +1,4 @@
-//! What must hold whatever the numbers are, and what is said when there is no solution.
+//! Invariants of all problems, and the status of problems without a solution.
 
 use crate::common;
 

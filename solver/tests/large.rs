@@ -67,7 +67,8 @@ fn answers_to_large_problems_are_proven() {
     }
 }
 
-/// Where little moves, the last tick's optimum is followed to the end: from nothing it would take 200 changes.
+/// The optimum of the last tick is followed to the end if the problem changes little; a cold start would take 200
+/// changes.
 #[test]
 fn a_large_problem_that_drifts_takes_few_changes() {
     let mut dice = Dice(560);

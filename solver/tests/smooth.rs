@@ -69,7 +69,7 @@ fn closed_loop(
     (all, q)
 }
 
-/// How often a velocity turns round faster than 0.02 rad/s.
+/// Number of times that a velocity reverses from more than 0.02 rad/s.
 fn turns(velocities: &[[f64; 2]]) -> usize {
     let turned = |w: &[[f64; 2]]| (0..2).any(|j| w[0][j] * w[1][j] < 0.0 && (w[0][j] - w[1][j]).abs() > 0.02);
     velocities.windows(2).filter(|w| turned(w)).count()
@@ -123,7 +123,7 @@ fn a_level_below_a_damped_one_takes_next_to_nothing_from_it() {
     }
 }
 
-/// What a damped level does not use is left to the levels below, with damping by hand too.
+/// Levels below a damped level use the freedom that it does not need, with damping by hand too.
 #[test]
 fn a_posture_below_a_damped_level_moves() {
     for damping in [0.0, 0.1] {

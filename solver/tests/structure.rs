@@ -1,4 +1,4 @@
-//! What is known of rows beforehand changes how long a solve takes, and nothing else.
+//! Known structure of rows changes the duration of a solve, and nothing else.
 
 use crate::common;
 
@@ -46,7 +46,7 @@ fn drift(problem: &mut Problem, dice: &mut Dice) {
     }
 }
 
-/// Whether two answers are the same, up to rounding.
+/// Checks that two answers are equal up to rounding.
 fn same(a: &Solution, b: &Solution) -> Result<(), TestCaseError> {
     for (x, y) in a.x.iter().zip(&b.x) {
         prop_assert!((x - y).abs() < 1e-9 * size(&a.x), "{} {}", x, y);

@@ -27,7 +27,7 @@ pub struct Arguments {
     spec: PathBuf,
     #[command(flatten)]
     options: SpecOptions,
-    /// How many ticks to run [default: as many as the spec's run has].
+    /// Number of ticks [default: those of the spec's run].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_TICKS))]
     ticks: Option<u64>,
     /// Print the figures as JSON.

@@ -14,7 +14,7 @@ pub struct Arguments {
     spec: PathBuf,
     #[command(flatten)]
     options: SpecOptions,
-    /// What the picture is written in.
+    /// Format of the drawing.
     #[arg(long, value_enum, default_value_t = Format::Mermaid)]
     format: Format,
     /// File to write; standard output where left out.

@@ -15,7 +15,7 @@ pub struct Arguments {
     /// The URDF of the robot [default: an example arm of seven joints].
     #[arg(long, value_name = "FILE")]
     urdf: Option<PathBuf>,
-    /// What carries the root link [default: a guess from the names of the joints].
+    /// Kind of the robot's base [default: guessed from the names of the joints].
     #[arg(long, value_enum, requires = "urdf")]
     base: Option<BaseName>,
     /// Folder in which `package://` addresses of the URDF are looked for. May be repeated.

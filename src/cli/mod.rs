@@ -105,7 +105,7 @@ enum Command {
     Man(man::Arguments),
 }
 
-/// How specs are compiled.
+/// Options of compilation.
 #[derive(Args, Clone, Debug)]
 struct SpecOptions {
     /// Override a `param` of the spec, such as `--set approach=0.2m`. May be repeated.

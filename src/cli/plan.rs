@@ -31,10 +31,10 @@ pub struct Arguments {
     mission: Option<String>,
     #[command(flatten)]
     options: SpecOptions,
-    /// What solves mixed-integer programs.
+    /// Solver for mixed-integer programs.
     #[arg(long, value_parser = engines(), default_value = "built-in")]
     engine: Engine,
-    /// How the plan is found, instead of what suits the mission.
+    /// Formulation of the planner, in place of the one that it chooses.
     #[arg(long, value_parser = formulations())]
     formulation: Option<String>,
     /// Operations that are planned at a time where there are too many for all at once, instead of what the spec says.

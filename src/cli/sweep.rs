@@ -33,7 +33,7 @@ pub struct Arguments {
     /// N in equal steps. Lists make a grid. May be repeated.
     #[arg(long, value_name = "NAME=VALUES", value_parser = varied, conflicts_with = "merge")]
     vary: Vec<Axis>,
-    /// How many runs, at each point of the grid [default: 200, or 1 where all values are listed].
+    /// Number of runs at each point of the grid [default: 200, or 1 if all values are listed].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_RUNS), conflicts_with = "merge")]
     runs: Option<u64>,
     /// The seed of the first run; the others count on from it [default: that of the scenario].
@@ -42,7 +42,7 @@ pub struct Arguments {
     /// The Parquet file [default: out/NAME/sweep.parquet].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// How many runs at once [default: one for each processor]. The results do not depend on it.
+    /// Number of runs in parallel [default: one for each processor]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
     /// Go on with a sweep that was interrupted.

@@ -30,7 +30,7 @@ use crate::source_map::SourceMap;
 /// A controller that was lowered without errors, as the checks see it.
 struct Checked<'c> {
     program: &'c Program,
-    /// Where the parts of the program were written.
+    /// Source spans of the parts of the program.
     places: &'c SourceMap,
     /// Ranges of expressions.
     context: &'c RangeContext<'c>,

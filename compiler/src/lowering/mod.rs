@@ -77,17 +77,17 @@ pub(crate) struct Lowered {
 pub(crate) struct LoweredController {
     /// The program.
     pub program: Program,
-    /// Where its parts were written.
+    /// Source spans of its parts.
     pub source_map: SourceMap,
     /// The nodes of all expressions.
     pub graph: Graph,
-    /// What the robot does, and what is captured, as they name it.
+    /// Table of the robot's state and of captured values, which the nodes refer to.
     pub table: Table,
 }
 
-/// What lowering is given beside the spec.
+/// Inputs of lowering other than the spec.
 pub(crate) struct Context<'a> {
-    /// What is compiled.
+    /// Input of the compiler.
     pub input: &'a Input<'a>,
     /// Texts in the place of those of files.
     pub texts: &'a Texts,
@@ -160,7 +160,7 @@ impl<'a> Lowerer<'a> {
         self.diagnostics.push(d);
     }
 
-    /// What binds expressions to the robot.
+    /// Creates the binder of expressions to the robot.
     fn binder<'b>(&'b mut self, robot: &'b BoundRobot) -> Binder<'b> {
         Binder {
             robot,

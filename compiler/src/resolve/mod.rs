@@ -241,7 +241,7 @@ struct Around {
     condition: bool,
     /// True inside a mission, or a scenario that executes one.
     of_mission: bool,
-    /// That mission, if it is known.
+    /// The mission of the scenario, if it is known.
     mission: Option<SymbolId>,
     /// Roles of its members that can be named; all if there are none.
     roles: &'static [&'static str],

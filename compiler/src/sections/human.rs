@@ -34,7 +34,7 @@ block! {
     }
 }
 
-/// What a human does.
+/// Motion of a human in a scenario.
 pub static HUMAN_SCRIPT: BlockSchema = BlockSchema {
     name: "the script of a human",
     keys: &[
@@ -94,7 +94,7 @@ pub static HUMAN_SCRIPT: BlockSchema = BlockSchema {
     ],
 };
 
-/// What a point of a human does.
+/// Path of a point of a human.
 pub static HUMAN_POINT: BlockSchema = BlockSchema {
     name: "the way of a point",
     keys: &[

@@ -6,11 +6,11 @@ use stdlib_tasks::params::Quantity;
 
 use super::{BlockSchema, Key, Named, ValueType};
 
-/// What a wait was, in the five steps of thesis Fig. 5.5, from -2 to 2.
+/// Ratings of a wait, in the five steps of thesis Fig. 5.5, from -2 to 2.
 pub const WAITS: &[&str] = &["too_short", "short", "ok", "long", "too_long"];
-/// How a robot came, in five steps.
+/// Ratings of the speed at which a robot came, in five steps.
 pub const APPROACHES: &[&str] = &["very_fast", "fast", "ok", "slow", "very_slow"];
-/// How far away a robot waited, in five steps.
+/// Ratings of the distance at which a robot waited, in five steps.
 pub const DISTANCES: &[&str] = &["very_far", "far", "ok", "close", "very_close"];
 
 const SOMEBODY: ValueType = ValueType::Name(Named::Member);
@@ -84,5 +84,5 @@ pub static EVENT: BlockSchema = BlockSchema {
     ],
 };
 
-/// What a person says of a service.
+/// Feedback of a person about a service.
 pub static REPLY: BlockSchema = BlockSchema { name: "what is said of a service", keys: &[WAIT, APPROACH, DISTANCE] };

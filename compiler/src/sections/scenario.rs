@@ -94,7 +94,7 @@ block! {
     }
 }
 
-/// What a signal is sent.
+/// Values that a signal is sent in a scenario.
 pub static SIGNAL_SCRIPT: BlockSchema = BlockSchema {
     name: "the script of a signal",
     keys: &[
@@ -141,7 +141,7 @@ pub static WAYPOINT: BlockSchema = BlockSchema {
     ],
 };
 
-/// How an action comes out.
+/// Outcome of an action in a scenario.
 pub static OUTCOME: BlockSchema = BlockSchema {
     name: "an outcome",
     keys: &[

@@ -1,4 +1,4 @@
-//! What begins a declaration, and the keys of declarations that are neither robot nor stack.
+//! Keywords of declarations, and the keys of declarations other than robots and stacks.
 
 use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, NONE, TIME};
 use stdlib_tasks::params::Quantity;

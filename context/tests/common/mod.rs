@@ -5,7 +5,7 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// What the server does with one request.
+/// Response of the server to one request.
 #[derive(Clone, Debug)]
 pub enum Reply {
     /// A chat completion that says this.

@@ -1,4 +1,4 @@
-//! What the tests share: rendering diagnostics, the example spec in both syntaxes.
+//! Helpers of the tests: rendering of diagnostics, the example spec in both syntaxes.
 
 pub mod trees;
 

@@ -17,7 +17,7 @@ pub fn pose(rng: &mut impl FnMut() -> f64, reach: f64) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(vector(rng, reach)), UnitQuaternion::new_normalize(q))
 }
 
-/// What a random joint is made of: parent among the links before, kind, origin, axis, leader.
+/// Data of a random joint: parent among the links before, kind, origin, axis, leader.
 type Spec = (prop::sample::Index, u8, [f64; 6], [f64; 3], prop::sample::Index);
 
 /// URDF text of a random tree with fixed, turning, sliding and mimicking joints (mimics of

@@ -1,4 +1,4 @@
-//! What must load: harmless oddities of real files, locks, mimics, and models from JSON.
+//! Files that load: harmless oddities of real files, locks, mimics, and models from JSON.
 
 use std::collections::BTreeSet;
 

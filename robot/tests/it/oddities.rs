@@ -1,5 +1,5 @@
-//! What robots in use carry along (`workcell.urdf`): controllers' and simulators' tags, pictures
-//! without a file, meshes that are elsewhere, joints without limits or with absurd ones.
+//! Contents of real URDF files (`workcell.urdf`): tags of controllers and simulators, textures without a file, meshes
+//! that are elsewhere, joints without limits or with absurd ones.
 
 use hierarq_robot::{Base, Data, Drive, Model, Options, Shape, UrdfCode};
 

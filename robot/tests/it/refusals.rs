@@ -1,4 +1,4 @@
-//! What is refused, with the words and the place: one snapshot each.
+//! Rejected files, with message and place: one snapshot each.
 
 use std::collections::BTreeMap;
 

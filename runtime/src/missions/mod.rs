@@ -71,7 +71,7 @@ pub struct MissionRun {
     pub map: Option<Map>,
 }
 
-/// Why a run cannot be made, or was not finished.
+/// Error of a run.
 #[derive(Debug, thiserror::Error)]
 pub enum MissionError {
     /// The expectations cannot be judged, which the compiler excludes.

@@ -88,7 +88,7 @@ impl MissionMonitors {
         self.monitors.iter_mut().try_for_each(|monitor| monitor.push(&self.row))
     }
 
-    /// What became of each expectation, in the order written.
+    /// Outcome of each expectation, in the order written.
     pub(super) fn finish(self) -> Vec<Outcome> {
         self.monitors.into_iter().map(Monitor::finish).collect()
     }

@@ -1,4 +1,4 @@
-//! What a scenario of a mission came to.
+//! Results of a scenario of a mission.
 
 use serde::Serialize;
 
@@ -9,7 +9,7 @@ use crate::expect::{Outcome, Verdict};
 use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram};
 use crate::record::expectations::{ExpectationRecord, records_of};
 
-/// How a run ended.
+/// End of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "how")]
 pub enum End {
@@ -53,7 +53,7 @@ pub struct RejectedEvent {
     pub at_s: f64,
     /// Description of the event.
     pub event: String,
-    /// Why it could not.
+    /// Reason of the rejection.
     pub why: String,
 }
 
@@ -86,7 +86,7 @@ fn broken(mission: &MissionProgram, scenario: &MissionScenarioProgram, workers: 
         .collect()
 }
 
-/// What a scenario of a mission came to.
+/// Results of a scenario of a mission.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MissionSummary {
     /// The mission.
@@ -97,9 +97,9 @@ pub struct MissionSummary {
     pub seed: u64,
     /// Simulated time, in s.
     pub duration_s: f64,
-    /// Whether it went as expected; see [`MissionSummary::trouble`].
+    /// True if all expectations hold and [`MissionSummary::trouble`] is empty.
     pub ok: bool,
-    /// How it ended.
+    /// End of the run.
     pub end: End,
     /// Results of the kind of mission, such as makespan, paths and energy; `None` without a plan.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -107,7 +107,7 @@ pub struct MissionSummary {
     /// The same as text, with the numbers of repairs and of new plans.
     #[serde(skip)]
     pub results: Option<mission::kind::Outcome>,
-    /// What could not happen when it should.
+    /// Events of the scenario that the mission rejected.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rejected_events: Vec<RejectedEvent>,
     /// Working robots that ran controllers.
@@ -191,7 +191,7 @@ impl MissionSummary {
         }
     }
 
-    /// What went wrong beside the expectations, each in a sentence with the time if there is one.
+    /// Failures other than those of expectations, each as a sentence, with its time if it has one.
     pub fn trouble(&self) -> Vec<(Option<f64>, String)> {
         let end = match &self.end {
             End::Done { .. } => None,

@@ -15,25 +15,25 @@ use crate::program::{MissionProgram, MissionScenarioProgram, ProgramError, Worke
 /// The most faults of a controller that are told of.
 const MOST_FAULTS: usize = 100;
 
-/// What became of the controller of a working robot.
+/// Results of the controller of a working robot.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorkerRecord {
     /// The working robot.
     pub name: String,
     /// The spec whose controller it ran.
     pub spec: String,
-    /// How many ticks the controller had.
+    /// Number of ticks of the controller.
     pub ticks: u64,
-    /// How long each operation took that it ended, in s.
+    /// Duration of each operation that it ended, in s.
     pub operations_s: Vec<f64>,
     /// The state that its machine was in at the end.
     pub state: String,
-    /// Why it could not go on, if so; the last time.
+    /// Its last breakdown, if it had one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub broke_down: Option<BrokeDown>,
 }
 
-/// Why a working robot could not go on.
+/// Breakdown of a working robot.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BrokeDown {
     /// When, in s.
@@ -42,7 +42,7 @@ pub struct BrokeDown {
     pub why: String,
 }
 
-/// What a tick of a controller comes to for its mission.
+/// Effect of a controller's tick on the mission.
 enum Came {
     Ended,
     Broken(String),
@@ -59,11 +59,11 @@ struct Worker {
     /// For each state of the machine, whether the one that ends an operation is it, or is around it.
     ends: Vec<bool>,
     period: f64,
-    /// When its clock showed 0, in s of the mission.
+    /// Time of the mission at which its clock was 0, in s.
     base: f64,
     ticks: u64,
     standing: WorkState,
-    /// When the operation under way began, in s.
+    /// Start of the operation under way, in s.
     began: f64,
     /// It stood in the state that ends an operation at the last tick, or has not ticked yet.
     inside: bool,
@@ -77,7 +77,7 @@ struct Worker {
 /// All of them.
 pub struct Workers {
     all: Vec<Worker>,
-    /// What their controllers say, beside what the mission does: when, in s, and in words.
+    /// Log entries of the controllers: time in s, and text.
     pub(super) notes: Vec<(f64, String)>,
     /// The mission is at its end.
     still: bool,
@@ -125,7 +125,7 @@ impl Worker {
         })
     }
 
-    /// When its next tick is, in s of the mission; none while it is lost.
+    /// Time of its next tick, in s of the mission; `None` while it is lost.
     fn next(&self) -> Option<f64> {
         (self.standing != WorkState::Lost).then_some(self.base + self.ticks as f64 * self.period)
     }
@@ -163,7 +163,7 @@ impl Worker {
     }
 }
 
-/// Why a controller never goes on, if so. `fault` is that of this tick.
+/// Returns the breakdown if a controller cannot continue. `fault` is that of this tick.
 fn broken(controller: &Controller, fault: Option<Fault>) -> Option<Came> {
     if let Some(fault) = fault.filter(|_| controller.is_halted()) {
         return Some(Came::Broken(controller.describe(&fault)));
@@ -193,13 +193,13 @@ impl Workers {
         self.all.iter().map(|w| w.closed.controller.state())
     }
 
-    /// Whether the machine of an agent is in a state, or in one inside it; none where it runs none.
+    /// Returns true if the machine of an agent is in a state, or in one inside it; `None` if the agent runs no machine.
     pub(super) fn is_in(&self, member: usize, state: usize) -> Option<bool> {
         let controller = &self.of(member)?.closed.controller;
         Some(controller.machine().path(controller.state_index()).any(|s| s == state))
     }
 
-    /// Whether the controller of an agent has broken down.
+    /// Returns true if the controller of an agent has broken down.
     pub(super) fn has_faulted(&self, member: usize) -> bool {
         self.of(member).is_some_and(|w| w.broke_down.is_some() && w.standing == WorkState::Lost)
     }
@@ -257,7 +257,7 @@ impl Workers {
         }
     }
 
-    /// What became of each.
+    /// Results of each controller.
     pub(super) fn records(&self) -> Vec<WorkerRecord> {
         let one = |w: &Worker| WorkerRecord {
             name: w.name.clone(),

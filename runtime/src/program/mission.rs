@@ -42,7 +42,7 @@ impl MissionProgram {
     }
 }
 
-/// What a compiled file holds.
+/// Content of a compiled file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CompiledFile {
     /// The program of the robot; none for a spec of missions alone.
@@ -68,7 +68,7 @@ struct Missions<'a> {
     missions: &'a [MissionProgram],
 }
 
-/// What tells the two apart; everything else of a program is left for its own reading.
+/// Keys by which the two forms of a file differ; the others are read later.
 #[derive(Deserialize)]
 struct Head {
     format: Option<u32>,
@@ -98,7 +98,7 @@ impl CompiledFile {
     /// Reads a file and checks all of it.
     ///
     /// # Errors
-    /// Why it cannot be run or planned, in a sentence.
+    /// Returns the reason why the file cannot be run or planned, as a sentence.
     pub fn read(text: &str) -> Result<CompiledFile, String> {
         let unread = |e: serde_json::Error| format!("it is no compiled program: {e}");
         let head: Head = serde_json::from_str(text).map_err(unread)?;

@@ -22,20 +22,20 @@ pub const MAX_EVENTS: usize = 200;
 pub struct MissionScenarioProgram {
     /// Its name.
     pub name: String,
-    /// How long it runs, in s: above zero, at most [`MAX_MISSION`].
+    /// Duration of the run, in s: above zero, at most [`MAX_MISSION`].
     pub duration: f64,
     /// The time from one instant at which it is judged to the next, in s.
     pub step: f64,
     /// Seed of everything random.
     pub seed: u64,
-    /// Whether operations take as long as drawn from their distributions, or as the controllers of working robots take, and
-    /// not as long as planned.
+    /// True if durations of operations are drawn from their distributions or result from the controllers of working
+    /// robots, false if they are as planned.
     pub sampled: bool,
-    /// Whether robots are kinematic bases that avoid each other, and not points that pass through each other.
+    /// True if robots are kinematic bases that avoid each other, false if they are points.
     pub bases: bool,
-    /// What the plan does when something differs from it.
+    /// Reaction to a deviation from the plan.
     pub replan: Replan,
-    /// What happens, by time.
+    /// Events, in order of time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub happens: Vec<TimedEvent>,
     /// Feedback of people after their services, each person at most once.
@@ -43,10 +43,9 @@ pub struct MissionScenarioProgram {
     pub replies: Vec<Replies>,
     /// Numbers that are worked out at each instant.
     pub measures: Vec<MissionMeasure>,
-    /// What formulas are made of; they read the table of [`MissionScenarioProgram::table`], and nothing of a robot's
-    /// state.
+    /// Predicates of the formulas. They read the table of [`MissionScenarioProgram::table`] and no state of a robot.
     pub predicates: Vec<Predicate>,
-    /// What must hold, in the order written.
+    /// Expectations, in the order written.
     pub expectations: Vec<ExpectationProgram>,
 }
 
@@ -86,7 +85,7 @@ impl MissionMeasure {
     }
 }
 
-/// Whether a run of this duration, s, ends with a step of this length, s.
+/// Returns true if a run of this duration (s) is a whole number of steps of this length (s).
 pub fn ends_with_step(duration: f64, step: f64) -> bool {
     let steps = duration / step;
     steps.round() >= 1.0 && (steps - steps.round()).abs() <= 1e-6
@@ -103,7 +102,7 @@ impl MissionScenarioProgram {
         PredicateTable { signals: 0, measures: self.measures.len() }
     }
 
-    /// What the numbers of its predicates are.
+    /// Units of the predicates.
     pub fn units(&self) -> Vec<Unit> {
         self.predicates.iter().map(|p| p.unit).collect()
     }
@@ -156,7 +155,7 @@ impl MissionScenarioProgram {
         })
     }
 
-    /// How long it runs, and how finely it is judged.
+    /// Checks duration and step.
     fn check_times(&self, place: &str) -> Result<(), ProgramError> {
         let inside = |x: f64, most: f64| x > 0.0 && x <= most;
         ensure(inside(self.duration, MAX_MISSION), &format!("{place}.duration"), "is above 0 and at most 1e6 s")?;
@@ -166,7 +165,7 @@ impl MissionScenarioProgram {
         ensure(ends_with_step(self.duration, self.step), &step, "goes into the duration a whole number of times")
     }
 
-    /// How much happens, and when.
+    /// Checks the number and order of events.
     fn check_happens(&self, place: &str) -> Result<(), ProgramError> {
         ensure(self.happens.len() <= MAX_EVENTS, &format!("{place}.happens"), "more happens than 200 times")?;
         let rising = self.happens.windows(2).all(|w| w[0].at <= w[1].at);
@@ -174,7 +173,7 @@ impl MissionScenarioProgram {
         ensure(rising && times, &format!("{place}.happens"), "its times are zero or more, and rise")
     }
 
-    /// What is expected; `known` tells of a measure whether there is what it is of.
+    /// Checks measures, predicates and formulas; `known` returns true if the subject of a measure exists.
     fn check_expectations(&self, place: &str, known: &dyn Fn(&MissionMeasure) -> bool) -> Result<(), ProgramError> {
         for (i, measure) in self.measures.iter().enumerate() {
             ensure(known(measure), &format!("{place}.measures[{i}]"), "measures somebody who does not exist")?;

@@ -60,7 +60,7 @@ pub struct Program {
     pub format: u32,
     /// The spec's name: that of its file, without the ending.
     pub name: String,
-    /// What the spec calls itself, for reports.
+    /// Title of the spec, for reports.
     pub title: String,
     /// The robot.
     pub robot: RobotProgram,
@@ -157,9 +157,9 @@ pub struct Values {
     /// One number for each place; those of moving outputs hold their value at `t = 0` with captures at zero, or
     /// zero where that is not finite.
     pub initial: Vec<f64>,
-    /// How the moving ones are computed.
+    /// Operations that compute the moving values.
     pub tape: Tape,
-    /// What is captured on entering the stack, in the order of the tape's inputs.
+    /// Values captured at the entry of the stack, in the order of the tape's inputs.
     pub captures: Vec<Capture>,
     /// Ranges that moving values must stay in; outside is a fault. A value that is not finite is outside every range.
     pub ranges: Vec<ValueRange>,
@@ -191,21 +191,21 @@ impl ValueRange {
 pub struct Capture {
     /// First input of the tape that it fills.
     pub at: usize,
-    /// How many.
+    /// Number of values.
     pub len: usize,
-    /// What is read.
+    /// Source of the values.
     pub source: CaptureSource,
 }
 
-/// What a [`Capture`] reads.
+/// Source of a [`Capture`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CaptureSource {
     /// A value of a task, by the name that its type gives it.
     Task(usize, String),
-    /// How fast a value of a task moves with the velocity that the robot has then: that of a number, of a vector, or the
-    /// angular velocity in the world of an orientation; of a pose one after the other. Behind the task and the name stands
-    /// how many numbers the value has.
+    /// Rate of a value of a task at the present velocity of the robot: of a number, of a vector, or the angular
+    /// velocity in the world of an orientation; of a pose, both in sequence. The fields are the task, the name, and the
+    /// number of numbers of the value.
     Velocity(usize, String, usize),
     /// An expression of the robot's state, which reads nothing of the table of values.
     State(Expression),
@@ -268,20 +268,20 @@ pub struct MemberProgram {
 pub struct IdleRow {
     /// The row of the task, from 0.
     pub row: usize,
-    /// How fast its `h` can fall at most, in the row's unit per s.
+    /// Largest rate at which its `h` can fall, in the row's unit per s.
     pub fastest: f64,
-    /// How fast the row lets it fall at least, wherever the joints stand: more than `fastest`.
+    /// Smallest rate of fall that the row permits at any joint position, in the same unit: more than `fastest`.
     pub allowed: f64,
 }
 
 /// What `run` does.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunProgram {
-    /// What runs.
+    /// Stack or machine that runs.
     pub subject: Subject,
-    /// How long, in s.
+    /// Duration, in s.
     pub duration: f64,
-    /// What solves the hierarchy.
+    /// Solver of the hierarchy.
     #[serde(default)]
     pub solver: solver::Backend,
     /// The simulated robot.
@@ -291,7 +291,7 @@ pub struct RunProgram {
     pub tick_budget: Option<f64>,
 }
 
-/// What a run runs.
+/// Subject of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Subject {
@@ -301,7 +301,7 @@ pub enum Subject {
     Machine,
 }
 
-/// How the simulated robot differs from a perfect one.
+/// Deviations of the simulated robot from a perfect one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Simulator {
     /// Time constant of the actuators' first-order lag, in s; 0 for none.

@@ -36,13 +36,13 @@ pub struct WorkerProgram {
     pub world: ScenarioProgram,
 }
 
-/// How a schedule is executed beside its planning.
+/// Controllers of a mission's members, for its execution.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Running {
     /// Controllers, each of another spec.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub controllers: Vec<ControllerProgram>,
-    /// Who runs which, by agent; each agent at most once.
+    /// Members that run controllers, each at most once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub workers: Vec<WorkerProgram>,
 }
@@ -64,7 +64,7 @@ impl Running {
         Some((worker, self.controller(worker)?))
     }
 
-    /// How many ticks all controllers have together in so many seconds.
+    /// Number of ticks of all controllers together in this duration (s).
     pub fn ticks(&self, duration: f64) -> f64 {
         let rate = |w| self.controller(w).map_or(0.0, |c| 1.0 / c.program.robot.period);
         self.workers.iter().map(rate).sum::<f64>() * duration

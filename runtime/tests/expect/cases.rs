@@ -1,4 +1,4 @@
-//! What a person can check in the head.
+//! Formulas whose outcome can be checked by hand.
 
 use hierarq_runtime::expect::{Formula, MAX_NODES, Monitor, Node, Outcome, PushError, Unit, Verdict, Window, offline};
 use stdlib_tasks::dimension::{LENGTH, TIME};

@@ -3,7 +3,7 @@
 use hierarq_runtime::expect::{Formula, Node, Outcome, Unit, Window, offline};
 use proptest::prelude::*;
 
-/// How many signals a tick has.
+/// Number of signals of a tick.
 pub const SIGNALS: usize = 3;
 /// The period of all formulas here, in s: half a second, so that slacks are exact.
 pub const PERIOD: f64 = 0.5;
@@ -53,7 +53,7 @@ impl Tree {
     }
 }
 
-/// How long a window may be: short, or longer than any run.
+/// Lengths of windows: short, or longer than any run.
 fn reach() -> impl Strategy<Value = u32> {
     prop_oneof![12 => 0_u32..6, 1 => Just(u32::MAX)]
 }

@@ -14,7 +14,7 @@ fn proven(problem: &Problem, solution: &Solution, by: f64) -> f64 {
     by + ROUNDING * far * norms.fold(1.0, f64::max)
 }
 
-/// What is wrong with an answer, if anything is.
+/// Returns the first error of an answer, if it has one.
 pub fn wrong(problem: &Problem, solution: &Solution) -> Option<String> {
     wrong_by(problem, solution, PROVEN)
 }

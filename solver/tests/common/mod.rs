@@ -38,7 +38,7 @@ pub fn size(x: &[f64]) -> f64 {
     1.0 + x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// How wild a hierarchy is.
+/// Parameters of random hierarchies.
 #[derive(Clone, Copy)]
 pub struct Taste {
     pub variables: usize,

@@ -45,10 +45,10 @@ pub struct Arguments {
     /// Print what the model is told, and ask nobody.
     #[arg(long)]
     prompt: bool,
-    /// What the mission is, instead of the `instruction` of the spec.
+    /// Instruction of the mission, in place of that of the spec.
     #[arg(long, value_name = "TEXT")]
     instruction: Option<String>,
-    /// What the model decides; with --trials several, one after the other: `layers,allocation,everything`.
+    /// Decisions that the model makes; with --trials several, one after the other: `layers,allocation,everything`.
     #[arg(long, value_enum, default_values_t = [Decides::Layers], value_delimiter = ',')]
     decides: Vec<Decides>,
     /// Write the layers into this file instead of printing them: `layers_from` reads it, unless the model decided everything.

@@ -171,7 +171,7 @@ impl Case {
     }
 }
 
-/// What a task wrote.
+/// Rows that a task wrote.
 pub struct Written {
     pub j: DMatrix<f64>,
     pub lower: DVector<f64>,
@@ -215,7 +215,7 @@ impl<'a> Place<'a> {
         State { model: self.model, data: &self.data, q: &self.q, values, rates, velocity, stack_velocity: velocity }
     }
 
-    /// What the task writes at time `t`, into rows that are longer than the robot needs.
+    /// Rows that the task writes at time `t`, into rows that are longer than the robot needs.
     pub fn write(&self, task: &mut dyn Task, case: &Case, t: f64) -> Result<Written, TaskFault> {
         let (n, nv) = (task.rows().len(), self.model.nv());
         let stride = nv + 3;

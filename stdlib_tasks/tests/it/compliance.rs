@@ -55,7 +55,8 @@ fn tick<'m>(place: &Place<'m>, task: &mut dyn Task, case: &Case, period: f64) ->
     next
 }
 
-/// How far a mass on a spring with a damper is after a force f came at time zero: the textbook's solution where it swings.
+/// Displacement of a mass on a spring with a damper under a force f that begins at time zero: the textbook's
+/// underdamped solution.
 fn swing(axis: &Axis, f: f64, t: f64) -> f64 {
     let (natural, decay) = (axis.stiffness / axis.mass, axis.damping / (2.0 * axis.mass));
     let w = (natural - decay * decay).sqrt();

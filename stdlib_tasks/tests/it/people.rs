@@ -1,5 +1,5 @@
-//! What reads the points of people, as expressions: values against brute force, rows and rates against central differences
-//! while the robot and the points move.
+//! Expressions of the points of people: values against brute force, rows and rates against central differences while
+//! the robot and the points move.
 
 use hierarq_stdlib_tasks::bound::Geometry;
 use hierarq_stdlib_tasks::closest_points::SeparationError;

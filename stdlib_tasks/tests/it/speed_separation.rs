@@ -154,7 +154,7 @@ fn stopping_is_said_once() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
-    /// What is told against the formula of the standard, part by part.
+    /// Outputs against the formula of the standard, part by part.
     #[test]
     fn what_is_told_is_of_the_part_that_has_the_least(seed in any::<u64>()) {
         let mut rng = rng(seed);

@@ -19,15 +19,15 @@ use crate::forms::{path_of, text_of, written};
 pub(super) struct Watch<'s> {
     /// Declared parameters.
     pub params: &'s mut Params,
-    /// What is executed.
+    /// The mission under execution.
     pub of: Executed<'s>,
     /// The machines that working robots run, and whether they do in this scenario.
     pub machines: (&'s Machines, bool),
-    /// What is measured. The numbers of measures stand behind those of signals.
+    /// All measures. Their numbers follow those of the signals.
     pub measures: &'s mut Vec<MissionMeasure>,
     /// Numbers of the table of signals.
     pub width: usize,
-    /// That everything is done: a node, for the name `done`.
+    /// Node of the measure that the mission is done, for the name `done`.
     pub done: usize,
 }
 
@@ -139,7 +139,7 @@ impl Watch<'_> {
         }
     }
 
-    /// Where somebody is, from a name.
+    /// Lowers the position of a member, given by name.
     fn position(&mut self, graph: &mut Graph, value: &Value, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
         let Some(name) = text_of(value) else {
             let d = Diagnostic::error("HQ0304", value.span, "the name of a robot or an agent is needed here");

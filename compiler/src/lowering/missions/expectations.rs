@@ -1,4 +1,4 @@
-//! What the expectations of a scenario of a mission speak of.
+//! Expectations of a scenario of a mission: their scope, predicates and formulas.
 
 use dsl::tree::{BinaryOp, Expect, Value, ValueKind};
 use dsl::{Diagnostic, Span};
@@ -13,7 +13,7 @@ use super::expectation_scope::Watch;
 use super::runs::Machines;
 use crate::expr::Graph;
 
-/// What the expectations of a scenario speak of.
+/// Source of the predicates of a scenario of a mission.
 struct OfMissions<'b> {
     of: Executed<'b>,
     machines: &'b Machines,

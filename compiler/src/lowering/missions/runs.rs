@@ -26,7 +26,7 @@ impl Machines {
         Machines(running.workers.iter().filter_map(one).collect())
     }
 
-    /// That of an agent.
+    /// Machine of a member; `None` if it runs no controller.
     pub fn of_agent(&self, agent: usize) -> Option<&MachineProgram> {
         self.0.iter().find(|m| m.0 == agent).map(|m| &m.1)
     }

@@ -28,7 +28,7 @@ fn import() -> BoxedStrategy<Import> {
         .boxed()
 }
 
-/// What may be repeated.
+/// Random declarations that may be repeated.
 fn repeated() -> BoxedStrategy<ItemKind> {
     prop_oneof![
         (name(), expr(), range()).prop_map(|(n, value, range)| ItemKind::Param(Param {

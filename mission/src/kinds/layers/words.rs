@@ -1,4 +1,4 @@
-//! What happens in a mission of layers, in words.
+//! Texts of events and log entries of a mission of layers.
 
 use super::execution::{Doing, Event, LogEntry};
 use super::problem::Problem;

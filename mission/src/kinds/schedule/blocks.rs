@@ -200,7 +200,7 @@ block! {
 }
 
 block! {
-    /// How one robot comes to an agent.
+    /// Approach of one robot to an agent.
     pub struct ApproachBlock = APPROACH, "the approach of a robot" {
         /// Range of its speed near this agent; default: the robot's.
         speed: Option<Located<Range>> = optional(SPEEDS);

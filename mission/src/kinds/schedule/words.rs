@@ -1,4 +1,4 @@
-//! What happens in a mission, in words. Operations count from 1 here, as people count.
+//! Texts of events and log entries of a schedule. Operations count from 1.
 
 use super::execution::{Doing, Event, LogEntry, Stage};
 use super::plan::Actor;

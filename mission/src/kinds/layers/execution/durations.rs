@@ -4,7 +4,7 @@ use crate::random::{normal_above, stream};
 
 /// The least duration, as a share of the planned one.
 const LEAST: f64 = 0.01;
-/// What is late is expected to take at least this share of what it has taken longer.
+/// Least further time that a late task is expected to take, as a share of its time over the planned one.
 const LONGER: f64 = 0.1;
 /// And no less than this longer (s).
 const SOON: f64 = 0.1;

@@ -1,4 +1,4 @@
-//! How a mission of layers is executed: where durations come from, when the plan changes, who is waited for.
+//! Settings of an execution of layers: source of durations, rule of replanning, members that report by events.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,12 +10,13 @@ use crate::kinds::layers::validate::Violation;
 /// Settings of an execution of layers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// How long tasks really take: as planned, or with the [`spread`](crate::kinds::layers::problem::Agent::spread) of who performs
-    /// them.
+    /// Source of the true durations of tasks: the plan, or a distribution with the
+    /// [`spread`](crate::kinds::layers::problem::Agent::spread) of the agent.
     pub durations: Durations,
-    /// What the plan does when something differs from it. [`Replan::None`]: times move. [`Replan::Reschedule`]: and robots
-    /// take the speeds that are then best. [`Replan::Both`]: and what has not begun is planned anew when the cost has changed
-    /// by more than `reallocate_above`. Whatever is chosen, a loss that leaves a task without an agent is planned for.
+    /// Reaction to a deviation from the plan. [`Replan::None`]: times move. [`Replan::Reschedule`]: robots also take
+    /// the speeds that are then optimal. [`Replan::Both`]: activities that have not begun are also replanned if the
+    /// cost has changed by more than `reallocate_above`. A loss that leaves a task without an agent is replanned in
+    /// every case.
     pub replan: Replan,
     /// The relative change of the cost since it was planned last, above which is planned anew. Zero or more.
     pub reallocate_above: f64,

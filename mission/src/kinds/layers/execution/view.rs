@@ -55,8 +55,8 @@ pub struct AgentView {
     pub work: Option<UnderWay>,
     /// The next task.
     pub next: Option<NextTask>,
-    /// Where it is (m): on its way from its base to the object, along the path and back, or at its base; one that is lost
-    /// is where it was lost.
+    /// Position of its hand (m): on the way from its base to the object, along the path and back, or at the base. A
+    /// lost agent keeps its last position.
     pub position: [f64; 3],
     /// Number of finished tasks.
     pub tasks: usize,

@@ -24,7 +24,7 @@ use super::state::RobotState;
 use super::surroundings::Other;
 use super::view::Stage;
 
-/// How much stronger what turns is than what repels.
+/// Ratio of the rotational to the repulsive potential.
 const TURN: f64 = 1.5;
 /// Within this distance of the target repulsion fades (m).
 const FADE: f64 = 1.0;
@@ -73,7 +73,7 @@ fn goes(state: &RobotState, time: f64) -> bool {
     state.stage != Stage::Lost && state.leg.until > time
 }
 
-/// Where a base looks after a step. The angle between heading and motion obeys `phi' = -|u| / b sin phi`.
+/// Heading of a base after a step. The angle between heading and motion obeys `phi' = -|u| / b sin phi`.
 fn turned(heading: f64, velocity: [f64; 2], potentials: &Potentials) -> f64 {
     let speed = f64::hypot(velocity[0], velocity[1]);
     if speed == 0.0 {

@@ -17,8 +17,8 @@ pub(super) fn sampled(seed: u64, agent: &str, operation: usize, duration: Durati
     normal_above(&mut generator, duration.mean, duration.sigma, LEAST * duration.mean)
 }
 
-/// When an operation that has taken `elapsed` (s) since its start is expected to have ended (s after its start): so that it
-/// ends by then with probability `confidence`, given that it has not ended yet. `late` tells how often it has been late.
+/// Expected end (s after its start) of an operation that has taken `elapsed` (s): it ends by then with probability
+/// `confidence`, given that it has not ended yet. `late` is the number of times that it was late.
 pub(super) fn expected(duration: Duration, confidence: f64, late: usize, elapsed: f64) -> f64 {
     // After n failures of an event of this confidence, what is left is (1 - confidence)^(n + 1).
     let left = (1.0 - confidence).powi(i32::try_from(late).unwrap_or(i32::MAX).saturating_add(1));

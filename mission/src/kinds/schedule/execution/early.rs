@@ -53,8 +53,8 @@ impl ScheduleExecution {
         }
     }
 
-    /// When a robot under way to this operation is at the waiting place (s), if it goes as fast from now on as it is worth
-    /// while somebody waits; no later than planned.
+    /// Arrival (s) of a robot under way to this operation at the waiting place, at the speed that is optimal while an
+    /// agent waits; no later than planned.
     fn sooner(&self, robot: usize, (agent, operation): (usize, usize), was: &ServiceTimes) -> f64 {
         let (state, machine) = (&self.world.robots[robot], &self.problem.robots[robot]);
         if state.not_before > self.time {

@@ -64,8 +64,8 @@ pub enum Event {
     },
     /// The part that has not begun is planned anew, for any index of (5.19).
     Replan,
-    /// Who was lost is back: a robot at its depot, an agent at its place, where it begins the operation that it had not
-    /// been served for once more.
+    /// A lost member is back: a robot at its depot, an agent at its place, where it begins again the operation that was
+    /// not served.
     Back {
         /// Who.
         who: Actor,

@@ -1,4 +1,4 @@
-//! Where robots are: legs of their ways, and how they are walked when robots travel as planned.
+//! Positions of robots: legs of their paths, and travel along them as planned.
 
 use crate::kinds::schedule::problem::Problem;
 
@@ -54,8 +54,8 @@ pub(super) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     f64::hypot(a[0] - b[0], a[1] - b[1])
 }
 
-/// Where this robot waits for this agent (m). Where lengths come from a table: at the share of the straight line that the
-/// waiting distance is of the way.
+/// Waiting place of a robot at an agent (m). If distances come from a table, it divides the straight line in the ratio
+/// of the waiting distance to the distance of the table.
 pub(super) fn waiting_place(problem: &Problem, agent: usize, robot: usize) -> [f64; 2] {
     if let Some(place) = problem.waiting_place(agent, robot) {
         return place;

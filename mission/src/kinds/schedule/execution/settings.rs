@@ -1,4 +1,4 @@
-//! How a mission is executed: where durations come from, how robots travel, when the plan changes.
+//! Settings of an execution: source of durations, motion of robots, rule of replanning.
 
 use serde::{Deserialize, Serialize};
 
@@ -44,11 +44,11 @@ pub struct Potentials {
     pub threshold: f64,
     /// No robot comes nearer to another, or to an obstacle, than this (m), unless it begins there. More than 0.
     pub clearance: f64,
-    /// How strong repulsion is: the share of a robot's greatest speed at 1 m, far below the threshold. Zero or more.
+    /// Strength of repulsion: share of a robot's maximum speed at 1 m, far below the threshold. Zero or more.
     pub strength: f64,
     /// Gain of the tracking (1/s), at most `1 / step`. More than 0.
     pub gain: f64,
-    /// How far ahead of its axle the point lies that a base moves along its path (m). More than 0.
+    /// Distance (m) from the axle of a base to the point ahead of it that follows the path. More than 0.
     pub ahead: f64,
     /// Obstacles.
     pub obstacles: Vec<Obstacle>,

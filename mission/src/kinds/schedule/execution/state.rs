@@ -23,7 +23,7 @@ pub(super) struct AgentState {
     pub late: usize,
     /// Waits after the operations that have been served (s), as far as they are known.
     pub waits: Vec<f64>,
-    /// What it has waited in vain (s), because it left or began again; a part of its next wait.
+    /// Wait (s) without a service, before it left or began again; part of its next wait.
     pub carried: f64,
     /// Approach speeds of the robots that served its operations (m/s).
     pub speeds: Vec<f64>,
@@ -93,7 +93,7 @@ pub(super) struct RobotState {
     pub velocity: [f64; 2],
     /// Heading (rad).
     pub heading: f64,
-    /// What it has gone of the present way before the present leg (m).
+    /// Distance of the present path covered before the present leg (m).
     pub gone: f64,
     /// Speed of the approach under way (m/s).
     pub approach: f64,

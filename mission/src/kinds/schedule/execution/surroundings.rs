@@ -20,7 +20,8 @@ const PLACES: usize = 32;
 const NEARER: f64 = 0.1;
 const HELD: f64 = 60.0;
 
-/// What else is near a base: the way to it, and how much nearer the two may come within a second for the part of this one.
+/// Obstacle near a base: the vector to it, and this base's share of the permitted decrease of their distance per
+/// second.
 pub(super) struct Other {
     /// Unit vector away from it.
     pub away: [f64; 2],
@@ -123,7 +124,7 @@ impl ScheduleExecution {
         }
     }
 
-    /// Where a robot is put that comes back: its depot, or the nearest place beside it where it stands in nobody's way.
+    /// Position of a robot that comes back: its depot, or the nearest free place beside it.
     pub(super) fn free_place(&self, robot: usize) -> [f64; 2] {
         let depot = self.problem.robots[robot].depot;
         let Travel::Bases(potentials) = &self.settings.travel else { return depot };

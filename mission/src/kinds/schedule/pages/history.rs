@@ -1,4 +1,4 @@
-//! What a person's page remembers of the log: measured durations, and services without feedback.
+//! Data of a person's page that come from the log: measured durations, and services without feedback.
 
 use crate::kind::pages::{Answer, Form, Measured, Question};
 use crate::kinds::schedule::execution::{Event, LogEntry, Record};
