@@ -265,7 +265,7 @@ scenario \"good & <plain>\" { duration 1 s }",
     let out = hierarq(&["test", &path, "--scenario", "good & <plain>"]);
     let text = String::from_utf8_lossy(&out.stdout).to_string();
     assert_eq!(out.status.code(), Some(0));
-    assert!(text.contains("nothing is expected") && text.contains("1 scenario, 1 s simulated"), "{text}");
+    assert!(text.contains("no expectations; checked") && text.contains("1 scenario, 1 s simulated"), "{text}");
 
     let out = hierarq(&["test", &path, "--scenario", "godo"]);
     assert_eq!(out.status.code(), Some(2));

@@ -240,7 +240,7 @@ fn files_that_are_not_there_not_problems_or_not_to_be_overwritten() {
 
     let empty = hierarq(&["solve", "-"], b"\n \n");
     assert_eq!(empty.status.code(), Some(1));
-    assert!(text(&empty.stderr).contains("holds no problems"), "{}", text(&empty.stderr));
+    assert!(text(&empty.stderr).contains("contains no problems"), "{}", text(&empty.stderr));
 
     let path = fresh("own.jsonl");
     std::fs::write(&path, GOOD).expect("writable");

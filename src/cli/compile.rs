@@ -10,11 +10,11 @@ use super::{Outcome, SpecOptions, output};
 
 #[derive(Args)]
 pub struct Arguments {
-    /// A spec (`*.hq`, `*.yaml`), or a compiled program (`*.json`) to look at.
+    /// A spec (`*.hq`, `*.yaml`), or a compiled program (`*.json`) to print.
     spec: PathBuf,
     #[command(flatten)]
     options: SpecOptions,
-    /// Text for people, or data that `hierarq run` can run without the spec.
+    /// Format: text, or JSON that `hierarq run` can run without the spec.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
     /// Print diagnostics as JSON.

@@ -9,7 +9,7 @@ const WIDEST: usize = 100;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// A code such as HQ0301; all codes are listed where it is left out.
+    /// Code such as HQ0301 [default: a list of all].
     code: Option<String>,
 }
 

@@ -17,7 +17,7 @@ pub struct Arguments {
     /// Print in this syntax to standard output instead of formatting in place.
     #[arg(long, value_enum)]
     to: Option<To>,
-    /// Change nothing; fail where a file is not formatted.
+    /// Change nothing; fail if a file is not formatted.
     #[arg(long, conflicts_with = "to")]
     check: bool,
 }
@@ -30,7 +30,7 @@ enum To {
 
 pub fn run(a: &Arguments) -> Result<Outcome, String> {
     if a.to.is_some() && a.specs.len() > 1 {
-        return Err("`--to` prints one spec; give it one".to_string());
+        return Err("`--to` takes exactly one spec".to_string());
     }
     let mut failed = false;
     for path in &a.specs {
@@ -54,7 +54,7 @@ fn one(a: &Arguments, path: &Path) -> Result<bool, String> {
         report.diagnostics = diagnostics;
         report.finish();
         output::show(&report);
-        output::error_line(&format!("{}: left as it is, because it cannot be read in full", path.display()));
+        output::error_line(&format!("{}: not formatted, because it has syntax errors", path.display()));
         return Ok(false);
     }
     match a.to {

@@ -17,14 +17,14 @@ pub struct Arguments {
     /// Format of the drawing.
     #[arg(long, value_enum, default_value_t = Format::Mermaid)]
     format: Format,
-    /// File to write; standard output where left out.
+    /// File to write [default: standard output].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Format {
-    /// A state diagram of Mermaid, which many viewers of Markdown draw.
+    /// A Mermaid state diagram, which many Markdown viewers render.
     Mermaid,
     /// A graph of Graphviz.
     Dot,

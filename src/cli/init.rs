@@ -10,15 +10,15 @@ use super::{Outcome, output};
 
 #[derive(Args)]
 pub struct Arguments {
-    /// The folder of the project; made where there is none. Nothing in it is overwritten.
+    /// Folder of the project; created if it does not exist. No file is overwritten.
     dir: PathBuf,
-    /// The URDF of the robot [default: an example arm of seven joints].
+    /// URDF of the robot [default: an example arm with seven joints].
     #[arg(long, value_name = "FILE")]
     urdf: Option<PathBuf>,
     /// Kind of the robot's base [default: guessed from the names of the joints].
     #[arg(long, value_enum, requires = "urdf")]
     base: Option<BaseName>,
-    /// Folder in which `package://` addresses of the URDF are looked for. May be repeated.
+    /// Folder in which `package://` addresses of the URDF are searched. May be repeated.
     #[arg(long, value_name = "DIR", requires = "urdf")]
     package_path: Vec<PathBuf>,
     /// Write the spec in the YAML syntax.
@@ -71,7 +71,7 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
 /// Writes all files without overwriting any; returns the list of files, with the next steps.
 fn write(folder: &Path, project: &Project) -> Result<String, String> {
     if let Some((path, _)) = project.files.iter().find(|(path, _)| path.symlink_metadata().is_ok()) {
-        return Err(format!("{} is there already; nothing was written", path.display()));
+        return Err(format!("{} exists already; nothing was written", path.display()));
     }
     let mut said: String = project.remarks.iter().map(|r| format!("{r}\n")).collect();
     for (path, text) in &project.files {

@@ -6,13 +6,13 @@ use super::Outcome;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// Speak over standard input and output, which is what happens without it too.
+    /// Communicate over standard input and output; always the case, accepted for editors that pass it.
     #[arg(long)]
     stdio: bool,
 }
 
 pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let _ = a.stdio;
-    let good = hierarq::lsp::serve().map_err(|e| format!("the editor cannot be understood: {e}"))?;
+    let good = hierarq::lsp::serve().map_err(|e| format!("invalid message from the editor: {e}"))?;
     Ok(Outcome::of(good))
 }

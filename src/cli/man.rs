@@ -7,7 +7,7 @@ use super::{Cli, Outcome, output};
 
 #[derive(Args)]
 pub struct Arguments {
-    /// A command, such as `run`; the page of the whole program where it is left out.
+    /// Command, such as `run` [default: the page of the whole program].
     command: Option<String>,
 }
 

@@ -63,9 +63,9 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Begin a project: a spec that runs at once, for a URDF or for an example arm.
+    /// Create a project: a spec that runs, for a URDF or for an example arm.
     Init(init::Arguments),
-    /// Check specs and report every mistake.
+    /// Check specs and report all errors and warnings.
     Check(check::Arguments),
     /// Print the compiled program.
     Compile(compile::Arguments),
@@ -73,11 +73,11 @@ enum Command {
     Graph(graph::Arguments),
     /// Run a spec, or a compiled program, on the simulated robot.
     Run(run::Arguments),
-    /// Run the scenarios of specs, and judge what is expected of them.
+    /// Run the scenarios of specs and evaluate their expectations.
     Test(test::Arguments),
-    /// Ask a language model for the layers of a mission, until they pass all checks.
+    /// Generate the layers of a mission with a language model, until they pass all checks.
     Context(context::Arguments),
-    /// Plan a mission: who does what, when and how fast.
+    /// Plan a mission: assignments, times and speeds.
     Plan(plan::Arguments),
     /// Run a scenario over ranges of params and over seeds, and write a row for each run.
     Sweep(sweep::Arguments),
@@ -87,15 +87,15 @@ enum Command {
     Explain(explain::Arguments),
     /// Format specs, or convert them to the other syntax.
     Fmt(fmt::Arguments),
-    /// Serve the people of a mission: a web page for each of them, and one for whoever supervises.
+    /// Serve web pages of a mission: one for each person, and one for the supervisor.
     Serve(serve::Arguments),
-    /// Solve a file of hierarchical problems, and check and time the answers.
+    /// Solve a file of hierarchical problems; check and time the solutions.
     Solve(solve::Arguments),
-    /// Time the closed loop of a spec, and the solvers on its problems.
+    /// Measure the time of the closed loop of a spec, and of the solvers on its problems.
     Bench(bench::Arguments),
-    /// Serve an editor: the language server, over standard input and output.
+    /// Run the language server over standard input and output.
     Lsp(lsp::Arguments),
-    /// Check a spec, and run it if wanted, each time that it or its URDF is saved.
+    /// Check a spec, and optionally run it, each time that it or its URDF is saved.
     Watch(watch::Arguments),
     /// Print a JSON Schema: of the YAML syntax, for editors, or of plans.
     Schema(schema::Arguments),
@@ -111,7 +111,7 @@ struct SpecOptions {
     /// Override a `param` of the spec, such as `--set approach=0.2m`. May be repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = name_value)]
     set: Vec<(String, String)>,
-    /// Folder in which `package://` addresses of a URDF are looked for. May be repeated.
+    /// Folder in which `package://` addresses of a URDF are searched. May be repeated.
     #[arg(long, value_name = "DIR")]
     package_path: Vec<PathBuf>,
 }

@@ -27,7 +27,7 @@ const LONGEST: f64 = 1e6;
 pub struct Arguments {
     /// A spec (`*.hq`, `*.yaml`), or a compiled program (`*.json`).
     spec: PathBuf,
-    /// The mission; may be left out where the spec declares one alone.
+    /// The mission; may be omitted if the spec declares only one.
     mission: Option<String>,
     #[command(flatten)]
     options: SpecOptions,
@@ -37,19 +37,19 @@ pub struct Arguments {
     /// Formulation of the planner, in place of the one that it chooses.
     #[arg(long, value_parser = formulations())]
     formulation: Option<String>,
-    /// Operations that are planned at a time where there are too many for all at once, instead of what the spec says.
+    /// Number of operations or tasks per batch if there are too many for a single plan, in place of the spec's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_BATCH as u64))]
     batch: Option<u64>,
-    /// The longest time that planning may take [default: 10s]: `2s`, `500ms`; a bare number counts seconds.
+    /// Time limit of the planner [default: 10s]: `2s`, `500ms`; a number without a unit is in seconds.
     #[arg(long, value_name = "TIME", value_parser = super::duration)]
     budget: Option<f64>,
     /// Print the plan as JSON.
     #[arg(long)]
     json: bool,
-    /// Draw the plan as a Gantt chart into this file (SVG).
+    /// Write a Gantt chart of the plan to this file (SVG).
     #[arg(long, value_name = "FILE")]
     gantt: Option<PathBuf>,
-    /// Draw places and ways into this file (SVG).
+    /// Write a map of positions and paths to this file (SVG).
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
 }
@@ -123,7 +123,7 @@ fn text(name: &str, p: &Planned, running: &[String]) -> String {
     let mut out = format!("mission {name}: {}, all done after {end:.1} s\n", p.summary);
     let _ = writeln!(out, "planned by {} ({}): {}", p.method.formulation, p.engine, p.method.why);
     let _ = writeln!(out, "{}", status(&p.status));
-    let _ = writeln!(out, "checked: it keeps to everything that the mission says\n");
+    let _ = writeln!(out, "validated: the plan meets all constraints of the mission\n");
     let mut out = output::plain(&out) + &gantt::text(&p.chart, output::width(), coloured());
     let chart = out.len();
     let Listing { columns, rows, names, note } = &p.table;
@@ -139,7 +139,8 @@ fn text(name: &str, p: &Planned, running: &[String]) -> String {
 fn budget(a: &Arguments) -> Result<Option<Duration>, String> {
     let Some(seconds) = a.budget else { return Ok(None) };
     let time = Duration::try_from_secs_f64(seconds).ok().filter(|t| !t.is_zero() && seconds <= LONGEST);
-    time.map(Some).ok_or_else(|| format!("--budget {seconds} s: a time above zero, and at most {LONGEST} s"))
+    time.map(Some)
+        .ok_or_else(|| format!("--budget {seconds} s: the time limit must be more than 0 s and at most {LONGEST} s"))
 }
 
 /// Returns the reason why there is no plan of a mission of this kind, with the options that help.
@@ -147,13 +148,13 @@ pub fn refused(why: &Refusal, kind: &Kind) -> String {
     match why {
         Refusal::NoFormulation { written, known } => {
             let names = compiler::names::list(known.iter().copied(), known.len());
-            format!("`{written}` is no formulation of {}: it has {names}", kind.title)
+            format!("{} has no formulation `{written}`; it has {names}", kind.title)
         }
         Refusal::Formulation { why, instead } => {
             format!("{why}; leave `--formulation` out, or write `--formulation {instead}`")
         }
         Refusal::Engine(e @ EngineError::Missing { .. }) => {
-            format!("{e}; or leave `--engine` out: the built-in one is always there")
+            format!("{e}; without `--engine`, the built-in engine is used")
         }
         Refusal::Mission(_) | Refusal::Engine(_) => why.to_string(),
         Refusal::Invalid(violations) => {
@@ -186,7 +187,7 @@ impl Pictures {
         if let (Some(gantt), Some(map)) = (&a.gantt, &a.map)
             && (gantt == map || is_same(gantt, map))
         {
-            return Err(format!("--gantt and --map name the same file, `{}`; give two", map.display()));
+            return Err(format!("--gantt and --map name the same file, `{}`", map.display()));
         }
         let target = |option: &str, path: &Option<PathBuf>| {
             path.as_deref().map(|path| Target::new(option, path, outputs::PICTURE, sources)).transpose()
@@ -208,27 +209,25 @@ fn coloured() -> bool {
 
 fn limit(stopped: Limit) -> &'static str {
     match stopped {
-        Limit::Time => "the time ended the search, and `--budget 60s` gives more of it",
-        Limit::Work => "the search had as many steps as it may, and `--budget` lets time alone end it",
-        Limit::Accuracy => "numbers came too close for the engine to tell apart",
+        Limit::Time => "the search reached its time limit; `--budget 60s` raises it",
+        Limit::Work => "the search reached its limit of steps; with `--budget` only the time limit applies",
+        Limit::Accuracy => "the engine reached its numerical accuracy",
     }
 }
 
 /// Returns the status of a plan as a sentence.
 fn status(status: &Status) -> String {
     match status {
-        Status::Proven { bound } => format!("proven: no plan costs less than {}", number(*bound)),
+        Status::Proven { bound } => format!("optimal: no plan costs less than {}", number(*bound)),
         Status::Gap { bound, gap, stopped } => format!(
-            "not proven: the cheapest plan costs at least {}, {:.2} % below this one; {}",
+            "not proven optimal: every plan costs at least {}, {:.2} % below this one; {}",
             number(*bound),
             100.0 * gap,
             limit(*stopped)
         ),
-        Status::Unbounded { stopped: None } => {
-            "a plan without a bound: parts of it were planned one after another".to_string()
-        }
+        Status::Unbounded { stopped: None } => "no bound: the plan was made in batches".to_string(),
         Status::Unbounded { stopped: Some(stopped) } => {
-            format!("a plan without a bound: parts of it were planned one after another; {}", limit(*stopped))
+            format!("no bound: the plan was made in batches; {}", limit(*stopped))
         }
     }
 }

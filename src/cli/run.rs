@@ -37,22 +37,22 @@ pub struct Arguments {
     /// Print the summary as JSON.
     #[arg(long)]
     pub(super) json: bool,
-    /// Solve with this backend instead of what the spec says: `active_set` or `clarabel`.
+    /// Solver, in place of the spec's: `active_set` or `clarabel`.
     #[arg(long, visible_alias = "backend", value_name = "BACKEND", value_parser = backend)]
     pub(super) solver: Option<Backend>,
-    /// Solve every tick with the other backend too, and report the largest difference.
+    /// Also solve every tick with the other solver, and report the largest difference.
     #[arg(long)]
     pub(super) verify: bool,
-    /// Write the problem that the solver is asked at each tick to this file, as `hierarq solve` reads it.
+    /// Write the optimisation problem of each tick to this file, in the format of `hierarq solve`.
     #[arg(long, value_name = "FILE")]
     pub(super) problems: Option<PathBuf>,
     /// Run this scenario of the spec, and evaluate its expectations.
     #[arg(long, value_name = "NAME")]
     scenario: Option<String>,
-    /// Run for this long instead of what the spec says: `2s`, `500ms`; a bare number counts seconds.
+    /// Duration of the run, in place of the spec's: `2s`, `500ms`; a number without a unit is in seconds.
     #[arg(long, value_name = "TIME", value_parser = super::duration, allow_hyphen_values = true)]
     pub(super) duration: Option<f64>,
-    /// The seed of everything random, instead of what the spec says.
+    /// Seed of all random numbers, in place of the spec's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=MAX_SEED))]
     pub(super) seed: Option<u64>,
 }

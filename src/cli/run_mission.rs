@@ -28,7 +28,8 @@ pub fn run(
     sources: &[PathBuf],
 ) -> Result<Outcome, String> {
     if a.solver.is_some() || a.verify || a.problems.is_some() {
-        let text = "`--solver`, `--verify` and `--problems` are about a robot's controller, and this scenario executes a mission";
+        let text =
+            "`--solver`, `--verify` and `--problems` need a robot's controller, and this scenario executes a mission";
         return Err(text.to_string());
     }
     let mut scenario = scenario.clone();
@@ -36,21 +37,22 @@ pub fn run(
     if let Some(d) = a.duration {
         let most = MAX_MISSION.min(scenario.step * f64::from(MAX_INSTANTS));
         if d.is_nan() || d <= 0.0 || d > most {
-            let text = format!("--duration {d} s: a mission runs for more than 0 s, and at most {most} s");
+            let text =
+                format!("--duration {d} s: the duration of a mission must be more than 0 s and at most {most} s");
             return Err(text);
         }
         scenario.last(d);
         let late = scenario.happens.iter().filter(|h| h.at > d).count();
         if late > 0 {
-            let what = if late == 1 { "1 event comes" } else { &format!("{late} events come") };
-            output::eprint(&format!("note: {what} after the end, {} s, and will not happen\n", number(d)));
+            let what = if late == 1 { "1 event is" } else { &format!("{late} events are") };
+            output::eprint(&format!("note: {what} after the end of the run at {} s and will not occur\n", number(d)));
         }
     }
     let ticks = if scenario.sampled { mission.running.ticks(scenario.duration) } else { 0.0 };
     if ticks > MAX_TICKS {
         let d = scenario.duration;
         return Err(format!(
-            "--duration {d} s: the controllers of working robots would have more than {MAX_TICKS} ticks together"
+            "--duration {d} s: the controllers of working robots need more than {MAX_TICKS} ticks in total"
         ));
     }
     let name = a.spec.file_stem().map_or_else(|| PathBuf::from("spec"), PathBuf::from);
@@ -111,7 +113,7 @@ fn shown(run: &MissionRun, folder: &Path) -> String {
     out += &table::expectations(&summary.expectations, summary.ok);
     for (at, text) in summary.trouble() {
         let at = at.map(|t| format!(" at {t:.1} s")).unwrap_or_default();
-        let _ = writeln!(out, "NOT as it should{at}: {text}");
+        let _ = writeln!(out, "FAILED{at}: {text}");
     }
     let end = match &summary.end {
         End::Done { at_s } => format!("done after {at_s:.1} s"),
@@ -151,7 +153,7 @@ fn team(run: &MissionRun) -> String {
     }
     for w in &run.summary.workers {
         let took: Vec<String> = w.operations_s.iter().map(|s| format!("{s:.1} s")).collect();
-        let took = if took.is_empty() { "none ended".to_string() } else { took.join(", ") };
+        let took = if took.is_empty() { "none has ended".to_string() } else { took.join(", ") };
         let _ = writeln!(out, "{} ran {}; its operations took: {took}", run.labels.member(&w.name), w.spec);
     }
     out

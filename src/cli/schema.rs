@@ -6,7 +6,7 @@ use super::{Outcome, output};
 
 #[derive(Args)]
 pub struct Arguments {
-    /// The form that is described.
+    /// Format to describe.
     #[arg(value_enum, default_value_t = Of::Spec)]
     of: Of,
 }

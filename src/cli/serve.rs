@@ -25,7 +25,7 @@ pub struct Arguments {
     mission: Option<String>,
     #[command(flatten)]
     options: SpecOptions,
-    /// The address to listen at: this machine alone unless another is given.
+    /// Address to listen on [default: only this machine].
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     bind: IpAddr,
     /// The port; 0: that of the previous server if a journal is continued, otherwise a free one.
@@ -34,7 +34,7 @@ pub struct Arguments {
     /// A further host name of the server, such as `field.example`. May be repeated; the links contain the first.
     #[arg(long, value_name = "NAME")]
     host: Vec<String>,
-    /// Seconds of the mission in a second.
+    /// Speed of the mission's clock: seconds of the mission per second.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     speed: f64,
     /// A person without a page, whose work is simulated. May be repeated.
@@ -46,7 +46,7 @@ pub struct Arguments {
     /// Record all requests in this file, and continue from an existing record. Links and sessions are stored in `FILE.key`.
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
-    /// Print a new link to a person's page, or without a name to the supervisor's, and end. The server with the same journal
+    /// Print a new link to a person's page, or without a name to the supervisor's, and exit. The server with the same journal
     /// continues; opening the link ends the previous page.
     #[arg(long, value_name = "PERSON", num_args = 0..=1, requires = "journal", conflicts_with = "spec")]
     link: Option<Option<String>>,

@@ -42,7 +42,7 @@ pub struct Arguments {
     /// Write `id`, `x`, `viol`, `status`, `us` of each problem to this file, one JSON object a line.
     #[arg(long, value_name = "FILE")]
     answers: Option<PathBuf>,
-    /// Start every problem from nothing instead of from the one before.
+    /// Solve every problem without a warm start.
     #[arg(long)]
     cold: bool,
     /// Print the table as JSON.
@@ -208,7 +208,7 @@ impl Session {
                 Line::Bytes(bytes) => ticks::read(bytes),
                 Line::TooLong => Err(Refusal::new(
                     format!("the line is longer than {} MiB", MAX_LINE >> 20),
-                    "see whether the ends of lines were lost",
+                    "check if line breaks are missing",
                 )),
             };
             match tick {
@@ -300,7 +300,7 @@ impl Session {
         let count = all.us.count();
         let nothing = count + self.refused == 0;
         if nothing {
-            output::error_line(&format!("{} holds no problems", self.name));
+            output::error_line(&format!("{} contains no problems", self.name));
         }
         let bad = nothing || self.refused + all.failed + all.uncertified > 0;
         let start = if self.cold { "cold" } else { "warm" };

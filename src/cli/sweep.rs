@@ -26,7 +26,7 @@ pub struct Arguments {
     spec: Option<PathBuf>,
     #[command(flatten)]
     options: SpecOptions,
-    /// The scenario that is run; may be left out where the spec has one.
+    /// Scenario to run; may be omitted if the spec has only one.
     #[arg(long, value_name = "NAME", conflicts_with = "merge")]
     scenario: Option<String>,
     /// Vary a `param`: `x=A..B` draws a value between the two for each run, `x=A,B,C` takes each of these, `x=A..B:N` takes
@@ -36,7 +36,7 @@ pub struct Arguments {
     /// Number of runs at each point of the grid [default: 200, or 1 if all values are listed].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_RUNS), conflicts_with = "merge")]
     runs: Option<u64>,
-    /// The seed of the first run; the others count on from it [default: that of the scenario].
+    /// Seed of the first run; later runs use the following numbers [default: the scenario's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=MAX_SEED), conflicts_with = "merge")]
     seed: Option<u64>,
     /// The Parquet file [default: out/NAME/sweep.parquet].
@@ -45,13 +45,13 @@ pub struct Arguments {
     /// Number of runs in parallel [default: one for each processor]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
-    /// Go on with a sweep that was interrupted.
+    /// Continue an interrupted sweep.
     #[arg(long, conflicts_with = "merge")]
     resume: bool,
-    /// Run part I of N only, I from 1; `--merge` puts the parts together.
+    /// Run only shard I of N, I from 1; `--merge` merges the shards.
     #[arg(long, value_name = "I/N", conflicts_with = "merge")]
     shard: Option<Shard>,
-    /// Put the files of all shards together instead of running anything.
+    /// Merge the files of all shards, without running anything.
     #[arg(long, value_name = "FILE", num_args = 1.., requires = "out")]
     merge: Vec<PathBuf>,
     /// Print the summary as JSON.
@@ -74,7 +74,7 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
 /// Merges shards.
 fn merged(a: &Arguments) -> Result<Outcome, String> {
     if !a.options.set.is_empty() || !a.options.package_path.is_empty() || a.jobs.is_some() {
-        return Err("`--merge` runs nothing: leave `--set`, `--package-path` and `--jobs` out".to_string());
+        return Err("`--merge` runs nothing: remove `--set`, `--package-path` and `--jobs`".to_string());
     }
     let out = a.out.clone().unwrap_or_default();
     let target = table::target(&out, &a.merge)?;
@@ -185,7 +185,7 @@ fn show(a: &Arguments, head: &Head, rows: &[Row], out: &Path, speed: Option<f64>
     if digest.runs < digest.wanted {
         let journal = journal::path(out);
         output::error_line(&format!(
-            "interrupted: {} of {} runs are kept in {}; the same command with `--resume` goes on",
+            "interrupted: {} of {} runs are stored in {}; the same command with `--resume` continues",
             digest.runs,
             digest.wanted,
             journal.display()
@@ -205,10 +205,10 @@ fn text(digest: &Digest, head: &Head, out: &str, speed: Option<f64>) -> String {
     let share = digest.share().map_or_else(String::new, |s| format!(" ({:.1} %)", 100.0 * s));
     let _ = writeln!(text, "{} of {} runs as expected{share}", digest.hold, digest.runs);
     if digest.refused > 0 {
-        let _ = writeln!(text, "{} did not run, because the spec is wrong with their values", digest.refused);
+        let _ = writeln!(text, "{} did not run, because the spec does not compile with their values", digest.refused);
     }
     if digest.halted > 0 {
-        let _ = writeln!(text, "in {} a fault that nothing answers kept the robot still", digest.halted);
+        let _ = writeln!(text, "in {} the robot was halted by a fault without a transition", digest.halted);
     }
     let mut shown: Vec<u64> = Vec::new();
     let telling = |w: &Worst| w.margin.is_some() || w.verdict != Some(Verdict::Holds);

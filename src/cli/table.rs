@@ -116,7 +116,7 @@ pub fn states(summary: &Summary) -> String {
 /// Returns the faults that the machine handled.
 pub fn answered(summary: &Summary) -> String {
     let all = summary.faults.iter().filter(|f| f.answered);
-    all.map(|f| format!("fault at {:.2} s, answered by the machine: {}\n", f.time, f.text)).collect()
+    all.map(|f| format!("fault at {:.2} s, handled by the machine: {}\n", f.time, f.text)).collect()
 }
 
 /// Returns the table of levels, in descending order of priority.
@@ -184,7 +184,7 @@ pub fn held_back(summary: &Summary) -> String {
     const SHOWN: usize = 6;
     let mut lines = String::new();
     for h in summary.held_back.iter().take(SHOWN) {
-        lines += &format!("`{}` gave way to `{}`, {}: {}\n", h.level, h.by_task, h.by_row, of_the_time(h.share));
+        lines += &format!("`{}` was limited by `{}`, {}: {}\n", h.level, h.by_task, h.by_row, of_the_time(h.share));
     }
     let more = summary.held_back.len().saturating_sub(SHOWN);
     if more > 0 {
@@ -195,9 +195,9 @@ pub fn held_back(summary: &Summary) -> String {
 
 /// Returns the result of the verification with the second solver, as one line.
 pub fn verification(v: &Verification) -> String {
-    let failed = if v.failed == 0 { String::new() } else { format!("; {} found no answer", v.failed) };
+    let failed = if v.failed == 0 { String::new() } else { format!("; {} without a solution", v.failed) };
     format!(
-        "solved again by {}: {} ticks{failed}, largest difference {:.1e} at {:.2} s{}; optimality of the run's own answers: {}\n",
+        "solved again by {}: {} ticks{failed}, largest difference {:.1e} at {:.2} s{}; optimality of the run's own solutions: {}\n",
         v.backend,
         v.ticks,
         v.max_difference,
@@ -236,7 +236,7 @@ pub fn expectation(e: &ExpectationRecord) -> [String; 3] {
 /// Returns the title of an expectation; if it did not hold, with the instant from which an expression was undefined.
 pub fn expected(e: &ExpectationRecord) -> String {
     match e.undefined_s.filter(|_| e.verdict != Verdict::Holds) {
-        Some(s) => format!("{} (something in it has no value at {s:.2} s, and is false there)", e.title()),
+        Some(s) => format!("{} (an operand has no value at {s:.2} s and counts as false)", e.title()),
         None => e.title().to_string(),
     }
 }

@@ -9,7 +9,7 @@ use super::{Outcome, output};
 
 #[derive(Args)]
 pub struct Arguments {
-    /// A task type; all are listed where it is left out.
+    /// Task type [default: a list of all].
     kind: Option<String>,
     /// Print as JSON.
     #[arg(long)]

@@ -25,13 +25,13 @@ pub struct Arguments {
     /// Run only the scenarios of this name.
     #[arg(long, value_name = "NAME")]
     scenario: Option<String>,
-    /// The seed of everything random, instead of that of each scenario.
+    /// Seed of all random numbers, in place of each scenario's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=MAX_SEED))]
     seed: Option<u64>,
     /// Print the results as JSON.
     #[arg(long)]
     json: bool,
-    /// Write the results to a file that build servers read.
+    /// Write the results to a file in JUnit's format, for build servers.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
 }
@@ -63,7 +63,7 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
 /// Returns the reason why there was no scenario to run.
 fn nothing(a: &Arguments, tested: &[trial::Tested]) -> String {
     let Some(name) = &a.scenario else {
-        return "there is no scenario in what was named: declare one, `scenario NAME { expect .. }`".to_string();
+        return "the given files declare no scenario: write `scenario NAME { expect .. }`".to_string();
     };
     let all = |t: &'_ trial::Tested| -> Vec<String> {
         trial::scenarios(t.program.as_ref(), &t.missions).map(|s| s.name().to_string()).collect()
@@ -83,8 +83,8 @@ fn trouble(t: &Trial) -> String {
         return all.join("; ");
     }
     match t.faults.last().filter(|_| t.halted) {
-        Some(fault) => format!("stands still since {:.2} s: {}", fault.time, fault.text),
-        None if !t.passed.is_empty() => format!("passed limits: {}", t.passed.join(", ")),
+        Some(fault) => format!("halted at {:.2} s: {}", fault.time, fault.text),
+        None if !t.passed.is_empty() => format!("violated limits: {}", t.passed.join(", ")),
         None => String::new(),
     }
 }
@@ -109,8 +109,8 @@ fn text(trials: &[Trial], broken: &[&str]) -> String {
         let verdict = if t.ok { "holds" } else { "FAILS" };
         if t.expectations.is_empty() {
             let what = match &t.mission {
-                Some(_) => "nothing is expected: that it is done",
-                None => "nothing is expected: faults and margins",
+                Some(_) => "no expectations; checked: the mission is done",
+                None => "no expectations; checked: faults and margins",
             };
             let what = if trouble.is_empty() { what.to_string() } else { format!("{what}: {trouble}") };
             add([what, verdict.to_string(), String::new(), String::new()]);
@@ -154,7 +154,7 @@ fn junit(trials: &[Trial], broken: &[&str]) -> String {
         }
         let trouble = trouble(t);
         let bad = !t.ok && t.expectations.iter().all(|e| e.verdict == Verdict::Holds);
-        let whole = if t.mission.is_some() { "the mission goes on" } else { "faults are answered" };
+        let whole = if t.mission.is_some() { "the mission has no trouble" } else { "faults are handled" };
         cases.push((whole.to_string(), bad.then_some(trouble)));
         let failures = cases.iter().filter(|c| c.1.is_some()).count();
         let name = escaped(&format!("{}: {}", t.spec, t.scenario));

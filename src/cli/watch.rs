@@ -31,13 +31,13 @@ pub struct Arguments {
     spec: PathBuf,
     #[command(flatten)]
     options: SpecOptions,
-    /// Run the spec each time that it is good; a run under way is ended where a file changes.
+    /// Run the spec each time that it compiles; a change of a file ends the current run.
     #[arg(long)]
     run: bool,
     /// Folder for the results of the runs [default: out/NAME].
     #[arg(long, value_name = "DIR", requires = "run")]
     out: Option<PathBuf>,
-    /// Run for this long instead of what the spec says: `2s`, `500ms`; a bare number counts seconds.
+    /// Duration of the run, in place of the spec's: `2s`, `500ms`; a number without a unit is in seconds.
     #[arg(long, value_name = "TIME", value_parser = super::duration, allow_hyphen_values = true, requires = "run")]
     duration: Option<f64>,
 }
@@ -117,7 +117,7 @@ fn report(a: &Arguments) -> Result<Option<Child>, String> {
     }
     let mut state = output::count(&compiled.report).unwrap_or_else(|| "good".to_string());
     if a.run && !runs && compiled.is_good() {
-        state += ", missions alone: nothing to run";
+        state += ", only missions, nothing to run";
     }
     output::print(&format!("{}: {state}; waiting for changes, Ctrl-C ends\n", a.spec.display()));
     if !(a.run && runs) {

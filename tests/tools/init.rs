@@ -71,7 +71,7 @@ fn init_overwrites_nothing() {
     std::fs::write(&spec, "mine").expect("writable");
     let init = hierarq(&["init", utf8(&dir)]);
     assert_eq!(init.status.code(), Some(2));
-    assert!(text(&init.stderr).contains("arm7.hq is there already; nothing was written"), "{}", text(&init.stderr));
+    assert!(text(&init.stderr).contains("arm7.hq exists already; nothing was written"), "{}", text(&init.stderr));
     assert_eq!(std::fs::read_to_string(&spec).expect("readable"), "mine");
     assert!(!dir.join("robots").exists());
 }

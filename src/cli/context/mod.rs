@@ -28,7 +28,7 @@ const MAX_TRANSCRIPT: u64 = 256 << 20;
 pub struct Arguments {
     /// A spec (`*.hq`, `*.yaml`), or a compiled program (`*.json`).
     spec: PathBuf,
-    /// The mission, one of layers; may be left out where the spec declares one alone.
+    /// The mission, of the kind `layers`; may be omitted if the spec declares only one.
     mission: Option<String>,
     #[command(flatten)]
     options: SpecOptions,
@@ -42,7 +42,7 @@ pub struct Arguments {
     /// Take the answers from a transcript instead of a server.
     #[arg(long, value_name = "FILE", conflicts_with = "endpoint")]
     replay: Option<PathBuf>,
-    /// Print what the model is told, and ask nobody.
+    /// Print the prompt, without a request to a model.
     #[arg(long)]
     prompt: bool,
     /// Instruction of the mission, in place of that of the spec.
@@ -54,23 +54,23 @@ pub struct Arguments {
     /// Write the layers into this file instead of printing them: `layers_from` reads it, unless the model decided everything.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Keep everything that is said in this file [default: MISSION.transcript.jsonl, except with --replay]. Where there is one
-    /// already, a number is put into the name.
+    /// Write a transcript to this file [default: MISSION.transcript.jsonl, except with --replay]. If it exists, a number is
+    /// added to the name.
     #[arg(long, value_name = "FILE")]
     transcript: Option<PathBuf>,
-    /// Answers that are looked at [default: 5, with --trials 1].
+    /// Maximum number of answers [default: 5, with --trials 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     attempts: Option<u32>,
-    /// Ask anew so many times, plan each answer, and print a table: valid plans, cost and its parts, times.
+    /// Number of independent conversations; plans each result and prints a table of valid plans, costs and times.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), conflicts_with_all = ["out", "prompt", "json"])]
     trials: Option<u32>,
     /// Print the plan of a model that decided everything as JSON, as `hierarq plan --json` does.
     #[arg(long)]
     json: bool,
-    /// The longest time that one answer may take.
+    /// Time limit for one answer.
     #[arg(long, value_name = "TIME", default_value = "120s", value_parser = super::duration)]
     timeout: f64,
-    /// Temperature of the model's sampling; the server's where left out.
+    /// Sampling temperature of the model [default: the server's].
     #[arg(long, value_name = "X")]
     temperature: Option<f64>,
 }
@@ -78,9 +78,9 @@ pub struct Arguments {
 /// Decisions of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Decides {
-    /// Tasks and their layers; the rest is optimised.
+    /// The tasks and their layers; the rest is optimised.
     Layers,
-    /// Also who does each task with which object; speeds and times are optimised.
+    /// Also the agent and object of each task; speeds and times are optimised.
     Allocation,
     /// Everything; nothing is optimised.
     Everything,
@@ -111,7 +111,7 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
     };
     let Some(instruction) = a.instruction.as_deref().or(of.instruction()) else {
         let text = format!(
-            "nobody says what is to be done: write `instruction \"..\"` in `{}`, or `--instruction`",
+            "the mission has no instruction: write `instruction \"..\"` in `{}`, or `--instruction`",
             mission.name
         );
         return Err(text);
@@ -121,11 +121,11 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
         return trials::run(a, &mission.name, trials, &wish_of);
     }
     let [decides] = a.decides[..] else {
-        let text = "`--decides` takes several only with `--trials N`, which compares them";
+        let text = "several `--decides` need `--trials N`, which compares them";
         return Err(text.to_string());
     };
     if a.json && decides != Decides::Everything {
-        let text = "`--json` prints a plan, which there is with `--decides everything`; else plan the layers, `hierarq plan --json`";
+        let text = "`--json` prints a plan and needs `--decides everything`; to plan layers, use `hierarq plan --json`";
         return Err(text.to_string());
     }
     let wish = wish_of(decides);
@@ -177,7 +177,7 @@ impl Kept {
     /// Reports the path of the transcript.
     fn tell(&self) {
         if let Some((_, path)) = &self.0 {
-            output::eprint(&format!("everything that was said: {}\n", path.display()));
+            output::eprint(&format!("transcript: {}\n", path.display()));
         }
     }
 }
@@ -215,7 +215,7 @@ fn talk(a: &Arguments, mission: &str) -> Result<Talk, String> {
 
 fn server(a: &Arguments, address: &str) -> Result<Endpoint, String> {
     let timeout = Duration::try_from_secs_f64(a.timeout).ok().filter(|t| !t.is_zero());
-    let timeout = timeout.ok_or_else(|| "--timeout: a time above zero".to_string())?;
+    let timeout = timeout.ok_or_else(|| "--timeout: the time must be more than 0 s".to_string())?;
     let key = std::env::var(KEY).ok().filter(|key| !key.is_empty());
     let endpoint = Endpoint::new(address, a.model.as_deref().unwrap_or_default(), key.as_deref(), timeout)
         .map_err(|error| error.to_string())?;
@@ -234,7 +234,7 @@ fn say(exchange: &Exchange, answer_keys: &[&str]) {
         Ok(text) => {
             let reasons: String = refused.iter().map(|reason| format!("\n  {reason}")).collect();
             let lines = part(text, answer_keys).and_then(|part| part.lines());
-            let read = lines.map(|(from, to)| format!("; read were lines {from} to {to}")).unwrap_or_default();
+            let read = lines.map(|(from, to)| format!("; lines {from} to {to} were read")).unwrap_or_default();
             format!("attempt {attempt}: refused ({seconds:.1} s){read}{reasons}")
         }
     };
@@ -274,7 +274,7 @@ fn finish(
         None => String::new(),
         Some(_) => {
             let (key, noun) = (subject.of.key(), subject.of.noun());
-            format!(", a whole plan, with times; `{key}` reads {noun}, without `start` and `end`")
+            format!(", a complete plan with times; `{key}` takes {noun} without `start` and `end`")
         }
     };
     output::eprint(&format!("wrote {}{what}\n", path.display()));

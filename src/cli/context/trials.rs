@@ -41,7 +41,7 @@ pub(super) fn run<'w>(
 ) -> Result<Outcome, String> {
     for (index, decides) in a.decides.iter().enumerate() {
         if a.decides[..index].contains(decides) {
-            return Err("`--decides` names the same twice".to_string());
+            return Err("`--decides` contains a decision twice".to_string());
         }
     }
     let mut talk = talk(a, mission)?;
@@ -126,7 +126,7 @@ fn table(head: &str, bounds: &Bounds, cases: &[Case]) -> String {
     let rows: Vec<Vec<String>> = cases.iter().map(|case| row(case, reference, &parts)).collect();
     let answers = match bounds.attempts {
         1 => "the first answer counts".to_string(),
-        n => format!("up to {n} answers are looked at, with what was wrong with those before"),
+        n => format!("up to {n} answers, each with the errors of those before"),
     };
     format!(
         "{head}; {answers}\n\n{}\n\

@@ -48,7 +48,7 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
     let summary = &run.summary;
     for (at, text) in summary.trouble() {
         let at = at.map(|t| format!(" at {t:.1} s")).unwrap_or_default();
-        writeln!(out, "<p class=\"bad\">Not as it should{at}: {}</p>", escaped(&text))?;
+        writeln!(out, "<p class=\"bad\">Failed{at}: {}</p>", escaped(&text))?;
     }
     if !summary.expectations.is_empty() {
         writeln!(out, "<h2>Expected</h2>\n<table><tr><th>expectation<th>verdict<th>at")?;

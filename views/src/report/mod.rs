@@ -92,8 +92,8 @@ fn expected(summary: &Summary) -> String {
 pub fn verdict(summary: &Summary) -> String {
     let answered = match summary.faults.iter().filter(|f| f.answered).count() {
         0 => String::new(),
-        1 => "A fault was answered by the machine. ".to_string(),
-        n => format!("{n} faults were answered by the machine. "),
+        1 => "The machine handled a fault. ".to_string(),
+        n => format!("The machine handled {n} faults. "),
     };
     let rough = roughness::sentence(&summary.joints).map(|text| format!(" But {text}.")).unwrap_or_default();
     answered + &limits(summary) + &rough + &late(summary)
