@@ -7,7 +7,7 @@ mod files;
 use common::example;
 use compiler::{Compiled, Input};
 use dsl::Syntax;
-use hierarq::trial::{self, Found};
+use hierarq::scenario_runner::{self, Found};
 use proptest::prelude::*;
 use runtime::missions::{End, MissionRun, MissionSummary, WorkerRecord};
 use runtime::program::{MissionProgram, MissionScenarioProgram, Program, ScenarioProgram, SignalScript};
@@ -38,7 +38,7 @@ fn compiled_in(folder: &Path, text: &str) -> Compiled {
 /// Returns the scenario `s` and its mission.
 fn found(compiled: &Compiled) -> (MissionProgram, MissionScenarioProgram) {
     assert_eq!(compiled.report.errors(), 0, "{}", compiled.report.to_json());
-    match trial::find(None, &compiled.missions, "s") {
+    match scenario_runner::find(None, &compiled.missions, "s") {
         Ok(Found::Mission(mission, scenario)) => (mission.clone(), scenario.clone()),
         _ => panic!("a scenario"),
     }

@@ -377,8 +377,9 @@ fn the_experiments_of_chapter_4_hold() {
     for name in ["safety_planner", "beside_harvest", "give_way"] {
         let program = common::program(&format!("{name}.hq"));
         for scenario in &program.scenarios {
-            let trial = hierarq::trial::run(name, &program, scenario).expect("a compiled program can be executed");
-            assert!(trial.ok, "{}: {:?}", scenario.name, trial.expectations);
+            let result =
+                hierarq::scenario_runner::run(name, &program, scenario).expect("a compiled program can be executed");
+            assert!(result.ok, "{}: {:?}", scenario.name, result.expectations);
         }
     }
     let figures: Vec<[f64; 3]> = comparison::figures().expect("it is run").into_iter().map(|(_, f)| f).collect();

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use common::program_of as program;
-use hierarq::trial::{self, Trial};
+use hierarq::scenario_runner::{self, ScenarioResult};
 use runtime::expect::Verdict;
 use runtime::program::{Measure, Program, ScenarioProgram};
 use runtime::record::summary::Summary;
@@ -26,8 +26,8 @@ stack work { level limits hard { limits  speeds  gap }  level motion { reach } }
 run { duration 3 s }
 ";
 
-fn trial(program: &Program) -> Trial {
-    trial::run("spec.hq", program, &program.scenarios[0]).expect("a compiled program can be executed")
+fn result_of(program: &Program) -> ScenarioResult {
+    scenario_runner::run("spec.hq", program, &program.scenarios[0]).expect("a compiled program can be executed")
 }
 
 /// Records the quantities of the expectations, computed from the configuration alone.
@@ -136,7 +136,7 @@ scenario s {{ expect always margin(wall) >= 0 m }}\n"
 fn a_late_tick_is_a_fault_at_its_time_and_the_robot_goes_on_until_then() {
     let text = format!("{ARM}scenario s {{ late {{ at 1 s  by 50 ms }}  expect always margin(gap) >= 0 m }}\n");
     let program = program(&text);
-    let t = trial(&program);
+    let t = result_of(&program);
     assert!(t.halted && !t.ok);
     // Ticks at 1.00 to 1.04 s are omitted.
     assert_eq!((t.faults.len(), t.faults[0].kind.as_str()), (1, "deadline"));
@@ -158,7 +158,7 @@ fn who_speaks_of_faults_decides_on_them() {
         ("expect always margin(gap) >= 0 m", false),
         ("", false),
     ] {
-        let t = trial(&program(&format!("{ARM}scenario s {{ {lost}  {expect} }}\n")));
+        let t = result_of(&program(&format!("{ARM}scenario s {{ {lost}  {expect} }}\n")));
         assert_eq!((t.ok, t.halted, t.faults[0].time), (ok, true, 0.5), "{expect}");
     }
 }
@@ -177,7 +177,7 @@ scenario s {{
 }}\n",
         ARM
     );
-    let t = trial(&program(&text));
+    let t = result_of(&program(&text));
     assert!(t.ok, "{t:#?}");
 }
 

@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use hierarq::project::{Settings, compile};
+use hierarq::scenario_runner;
 use hierarq::sweep::row::{Cell, Row};
 use hierarq::sweep::{Head, table};
-use hierarq::trial;
 use runtime::expect::Verdict;
 use serde_json::Value as Json;
 
@@ -127,13 +127,14 @@ fn the_bytes_do_not_depend_on_who_runs_what() {
 fn alone(dir: &Path, head: &Head, row: &Row) -> Row {
     let settings = Settings { set: head.sets(&row.values), ..Settings::default() };
     let program = compile(&dir.join("spec.hq"), &settings).program.expect("a program");
-    let scenario = trial::of_controller(&program, &head.scenario).expect("a scenario");
-    let trial = trial::run("spec.hq", &program, &trial::seeded(scenario, row.seed)).expect("it runs");
+    let scenario = scenario_runner::of_controller(&program, &head.scenario).expect("a scenario");
+    let result =
+        scenario_runner::run("spec.hq", &program, &scenario_runner::seeded(scenario, row.seed)).expect("it runs");
     let mut own = row.clone();
-    own.holds = trial.ok;
-    own.duration = trial.duration_s;
-    own.faults = trial.faults.len() as u64;
-    for (mine, e) in own.expectations.iter_mut().zip(&trial.expectations) {
+    own.holds = result.ok;
+    own.duration = result.duration_s;
+    own.faults = result.faults.len() as u64;
+    for (mine, e) in own.expectations.iter_mut().zip(&result.expectations) {
         (mine.verdict, mine.margin, mine.at) = (Some(e.verdict), e.margin, e.worst_s);
     }
     own

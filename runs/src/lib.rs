@@ -1,9 +1,9 @@
-//! Runs of specs: a spec read and compiled ([`project`]), its certain mistakes mended ([`mend`]), one scenario ([`trial`]), many of them ([`sweep`]), and files of the
-//! problems that a run solves ([`ticks`]).
+//! Runs of specs: a spec read and compiled ([`project`]), its certain fixes applied ([`mend`]), one scenario
+//! ([`scenario_runner`]), many of them ([`sweep`]), and files of the problems that a run solves ([`qp_log`]).
 
 pub mod mend;
 pub mod project;
+pub mod qp_log;
+pub mod scenario_runner;
 #[cfg(feature = "sweep")]
 pub mod sweep;
-pub mod ticks;
-pub mod trial;

@@ -10,6 +10,14 @@ use crate::program::{Interface, Lost, SignalProgram};
 /// Largest difference from 1 of the length of a quaternion that counts as an orientation.
 pub const NOT_UNIT: f64 = 1e-3;
 
+/// Value of a signal that the controller sets itself.
+pub(crate) struct SignalValue {
+    /// Index of the signal.
+    pub signal: usize,
+    /// Value; not finite if there is none.
+    pub value: f64,
+}
+
 /// Scales a quaternion to length 1; false if its length is too far from 1.
 fn normalised(q: &mut [f64]) -> bool {
     let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -11,18 +11,18 @@
 //! |---|---|
 //! | visitors without a link | [`access`]: one-time links create sessions; [`keys`](access::keys): both are signed |
 //! | pages of other sites, foreign host names | [`guard`] |
-//! | excessive connections, headers, bodies, requests, delays | [`places`], [`listen`], [`routes`], [`rate`] |
+//! | excessive connections, headers, bodies, requests, delays | [`connections`], [`listen`], [`routes`], [`rate`] |
 //! | texts that are parsed as markup | pages are constant; names are text nodes, or escaped |
 
 mod access;
 mod clock;
+mod connections;
 mod engine;
 mod guard;
 mod journal;
 mod lines;
 mod listen;
 mod pages;
-mod places;
 mod published;
 mod rate;
 mod requests;
@@ -49,9 +49,9 @@ use self::rate::Bucket;
 use self::routes::App;
 
 pub use self::access::keys::{NoKeys, new_link};
+pub use self::connections::{OF_AN_ADDRESS, STRANGERS};
 pub use self::engine::Resuming;
 pub use self::journal::NoJournal;
-pub use self::places::{OF_AN_ADDRESS, STRANGERS};
 
 /// Options of the server.
 #[derive(Clone, Debug)]

@@ -1,4 +1,4 @@
-//! Connections: timeouts for headers and for unread responses. [`places`](super::places) limits their number.
+//! Connections: timeouts for headers and for unread responses. [`connections`](super::connections) limits their number.
 
 use std::io;
 use std::net::SocketAddr;
@@ -19,8 +19,8 @@ use tokio::sync::watch;
 use tokio::task::yield_now;
 use tokio::time::{Instant, Sleep, sleep, timeout};
 
+use super::connections::{ConnectionGuard, Connections};
 use super::guard::Local;
-use super::places::{Held, Places};
 
 /// Timeout for the header of the first request.
 const FIRST: Duration = Duration::from_secs(4);
@@ -35,7 +35,7 @@ const HEADER_BYTES: usize = 16 * 1024;
 
 /// Serves connections until `end` becomes true.
 pub async fn serve(listener: TcpListener, router: Router, mut end: watch::Receiver<bool>) {
-    let places = Arc::new(Places::default());
+    let connections = Arc::new(Connections::default());
     let graceful = GracefulShutdown::new();
     loop {
         let accepted = tokio::select! {
@@ -44,25 +44,25 @@ pub async fn serve(listener: TcpListener, router: Router, mut end: watch::Receiv
         };
         let Ok((stream, from)) = accepted else {
             // Probably out of file descriptors: end one connection.
-            places.make_room();
+            connections.make_room();
             sleep(Duration::from_millis(50)).await;
             continue;
         };
         let Ok(local) = stream.local_addr() else { continue };
-        let held = places.take(from.ip());
-        let connection = graceful.watch(connection(stream, router.clone(), local, held.clone()));
+        let guard = connections.take(from.ip());
+        let connection = graceful.watch(connection(stream, router.clone(), local, guard.clone()));
         tokio::spawn(async move {
-            let place = held.place();
+            let registered = guard.connection();
             let dawdles = async {
                 sleep(FIRST).await;
-                if place.asked() {
+                if registered.asked() {
                     std::future::pending::<()>().await;
                 }
             };
             tokio::select! {
                 // Errors of a connection concern only its client.
                 _ = connection => {}
-                () = place.ended() => {}
+                () = registered.ended() => {}
                 () = dawdles => {}
             }
         });
@@ -76,14 +76,14 @@ fn connection(
     stream: TcpStream,
     router: Router,
     local: SocketAddr,
-    held: Held,
+    guard: ConnectionGuard,
 ) -> impl hyper_util::server::graceful::GracefulConnection<Error = hyper::Error> {
     let _ = stream.set_nodelay(true);
     let router = TowerToHyperService::new(router);
     let service = service_fn(move |mut request: hyper::Request<hyper::body::Incoming>| {
-        held.place().asks();
+        guard.connection().asks();
         request.extensions_mut().insert(Local(local));
-        request.extensions_mut().insert(held.clone());
+        request.extensions_mut().insert(guard.clone());
         router.call(request)
     });
     http1::Builder::new()

@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use files::{Results, Target};
-use hierarq::trial::MAX_SEED;
+use hierarq::scenario_runner::MAX_SEED;
 
-use hierarq::{outputs, project, report, trial};
+use hierarq::{outputs, project, report, scenario_runner};
 use indicatif::{ProgressBar, ProgressStyle};
 use runtime::program::ScenarioProgram;
 use runtime::record::All;
@@ -23,7 +23,7 @@ use runtime::{ExpectationMonitors, Program, Simulation};
 use solver::Backend;
 
 use super::{Outcome, SpecOptions, interruption, output, run_mission, table};
-use hierarq::ticks::ProblemRecorder;
+use hierarq::qp_log::ProblemRecorder;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -72,9 +72,11 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
     output::show(&compiled.report);
     let sources = project::sources(&a.spec, &compiled.report);
     let mut scenario = match &a.scenario {
-        Some(name) => match trial::find(compiled.program.as_ref(), &compiled.missions, name)? {
-            trial::Found::Controller(_, scenario) => Some(scenario.clone()),
-            trial::Found::Mission(mission, scenario) => return run_mission::run(a, mission, scenario, &sources),
+        Some(name) => match scenario_runner::find(compiled.program.as_ref(), &compiled.missions, name)? {
+            scenario_runner::Found::Controller(_, scenario) => Some(scenario.clone()),
+            scenario_runner::Found::Mission(mission, scenario) => {
+                return run_mission::run(a, mission, scenario, &sources);
+            }
         },
         None => None,
     };

@@ -13,7 +13,7 @@ use solver::{Backend, Problem, Status, certificate};
 
 use super::backend::{Measured, Times, cells_of, json_of, named, remark, table};
 use super::{Outcome, output};
-use hierarq::ticks::{self, Line, Lines, MAX_LINE, Refusal, Tick};
+use hierarq::qp_log::{self, Line, Lines, LoggedProblem, MAX_LINE, Refusal};
 
 /// Tolerance of the certificate: an answer that exceeds it is not optimal, whatever status the solver reports.
 const CERTIFIED: f64 = 1e-6;
@@ -205,7 +205,7 @@ impl Session {
         while let Some((number, line)) = lines.read().map_err(|e| format!("cannot read {}: {e}", self.name))? {
             let tick = match line {
                 Line::Bytes(bytes) if bytes.trim_ascii().is_empty() => continue,
-                Line::Bytes(bytes) => ticks::read(bytes),
+                Line::Bytes(bytes) => qp_log::read(bytes),
                 Line::TooLong => Err(Refusal::new(
                     format!("the line is longer than {} MiB", MAX_LINE >> 20),
                     "check if line breaks are missing",
@@ -232,7 +232,7 @@ impl Session {
         }
     }
 
-    fn one(&mut self, tick: &Tick) -> Result<(), String> {
+    fn one(&mut self, tick: &LoggedProblem) -> Result<(), String> {
         let problem = &tick.problem;
         let shape = shape(problem);
         if self.measured.as_ref().is_none_or(|b| b.0 != shape) {

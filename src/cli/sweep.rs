@@ -8,12 +8,12 @@ use std::time::Instant;
 
 use clap::Args;
 use hierarq::project;
+use hierarq::scenario_runner::MAX_SEED;
 use hierarq::sweep::axis::{Axis, axis};
 use hierarq::sweep::digest::{Figure, Worst};
 use hierarq::sweep::journal::{self, Journal};
 use hierarq::sweep::plan::MAX_RUNS;
 use hierarq::sweep::{Digest, Head, Plan, Refusal, Request, Row, Shard, execute, merge, row, table};
-use hierarq::trial::MAX_SEED;
 use indicatif::{ProgressBar, ProgressStyle};
 use runtime::expect::Verdict;
 

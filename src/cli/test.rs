@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use files::Target;
 use hierarq::report::roughness;
-use hierarq::trial::MAX_SEED;
-use hierarq::trial::{self, Trial};
+use hierarq::scenario_runner::MAX_SEED;
+use hierarq::scenario_runner::{self, ScenarioResult};
 use hierarq::{outputs, project};
 use runtime::expect::Verdict;
 use serde_json::json;
@@ -37,36 +37,36 @@ pub struct Arguments {
 }
 
 pub fn run(a: &Arguments) -> Result<Outcome, String> {
-    let specs = trial::specs(&a.specs).map_err(|e| e.to_string())?;
-    let tested = trial::compiled(&specs, &a.options.settings());
+    let specs = scenario_runner::specs(&a.specs).map_err(|e| e.to_string())?;
+    let tested = scenario_runner::compiled(&specs, &a.options.settings());
     let sources: Vec<PathBuf> = tested.iter().flat_map(|t| project::sources(Path::new(&t.spec), &t.report)).collect();
     let target = a.junit.as_deref().map(|path| Target::new("--junit", path, outputs::JUNIT, &sources)).transpose()?;
     for t in &tested {
         output::show(&t.report);
     }
     let broken: Vec<&str> = tested.iter().filter(|t| t.report.errors() > 0).map(|t| t.spec.as_str()).collect();
-    let trials = trial::all(&tested, a.scenario.as_deref(), a.seed)?;
-    if trials.is_empty() && broken.is_empty() {
+    let results = scenario_runner::all(&tested, a.scenario.as_deref(), a.seed)?;
+    if results.is_empty() && broken.is_empty() {
         return Err(nothing(a, &tested));
     }
-    let ok = broken.is_empty() && trials.iter().all(|t| t.ok);
-    target.map(|target| target.write(&junit(&trials, &broken))).transpose()?;
+    let ok = broken.is_empty() && results.iter().all(|t| t.ok);
+    target.map(|target| target.write(&junit(&results, &broken))).transpose()?;
     if a.json {
-        let data = json!({ "version": 1, "ok": ok, "broken": broken, "scenarios": trials });
+        let data = json!({ "version": 1, "ok": ok, "broken": broken, "scenarios": results });
         output::data(&format!("{data:#}\n"));
     } else {
-        output::print(&text(&trials, &broken));
+        output::print(&text(&results, &broken));
     }
     Ok(Outcome::of(ok))
 }
 
 /// Returns the reason why there was no scenario to run.
-fn nothing(a: &Arguments, tested: &[trial::Tested]) -> String {
+fn nothing(a: &Arguments, tested: &[scenario_runner::Tested]) -> String {
     let Some(name) = &a.scenario else {
         return "the given files declare no scenario: write `scenario NAME { expect .. }`".to_string();
     };
-    let all = |t: &'_ trial::Tested| -> Vec<String> {
-        trial::scenarios(t.program.as_ref(), &t.missions).map(|s| s.name().to_string()).collect()
+    let all = |t: &'_ scenario_runner::Tested| -> Vec<String> {
+        scenario_runner::scenarios(t.program.as_ref(), &t.missions).map(|s| s.name().to_string()).collect()
     };
     let names: Vec<String> = tested.iter().flat_map(all).collect();
     let names = || names.iter().map(String::as_str);
@@ -77,7 +77,7 @@ fn nothing(a: &Arguments, tested: &[trial::Tested]) -> String {
 }
 
 /// Returns the failures of a run other than its expectations; empty without any.
-fn trouble(t: &Trial) -> String {
+fn trouble(t: &ScenarioResult) -> String {
     if let Some(mission) = &t.mission {
         let all: Vec<&str> = mission.trouble.iter().map(|(_, text)| text.as_str()).collect();
         return all.join("; ");
@@ -90,10 +90,10 @@ fn trouble(t: &Trial) -> String {
 }
 
 /// Returns the table of all scenarios.
-fn text(trials: &[Trial], broken: &[&str]) -> String {
+fn text(results: &[ScenarioResult], broken: &[&str]) -> String {
     let mut rows = table::wide_table(&["spec", "scenario", "expectation", "verdict", "margin", "at"]);
     let mut last = "";
-    for t in trials {
+    for t in results {
         let mut head = [if t.spec == last { String::new() } else { t.spec.clone() }, t.scenario.clone()];
         last = &t.spec;
         let mut add = |cells: [String; 4]| {
@@ -123,16 +123,16 @@ fn text(trials: &[Trial], broken: &[&str]) -> String {
         }
     }
     let count = |n: usize, word: &str| format!("{n} {word}{}", if n == 1 { "" } else { "s" });
-    let failed = trials.iter().filter(|t| !t.ok).count();
+    let failed = results.iter().filter(|t| !t.ok).count();
     let mut out = format!("{rows}\n");
-    let simulated: f64 = trials.iter().map(|t| t.duration_s).sum();
+    let simulated: f64 = results.iter().map(|t| t.duration_s).sum();
     let verdict = if failed == 0 { "all as expected".to_string() } else { format!("{failed} FAILED") };
-    if trials.is_empty() {
+    if results.is_empty() {
         out.clear();
     } else {
-        let _ = writeln!(out, "{}, {simulated:.0} s simulated: {verdict}", count(trials.len(), "scenario"));
+        let _ = writeln!(out, "{}, {simulated:.0} s simulated: {verdict}", count(results.len(), "scenario"));
     }
-    for (t, rough) in trials.iter().filter_map(|t| Some((t, roughness::sentence(&t.rough)?))) {
+    for (t, rough) in results.iter().filter_map(|t| Some((t, roughness::sentence(&t.rough)?))) {
         let _ = writeln!(out, "warning: {}, {}: {rough}", t.spec, t.scenario);
     }
     for spec in broken {
@@ -142,9 +142,9 @@ fn text(trials: &[Trial], broken: &[&str]) -> String {
 }
 
 /// Returns the results in JUnit's format: a suite for each scenario, a case for each expectation.
-fn junit(trials: &[Trial], broken: &[&str]) -> String {
+fn junit(results: &[ScenarioResult], broken: &[&str]) -> String {
     let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
-    for t in trials {
+    for t in results {
         let mut cases: Vec<(String, Option<String>)> = Vec::new();
         for e in &t.expectations {
             let [verdict, margin, at] = table::expectation(e);

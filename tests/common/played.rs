@@ -4,7 +4,7 @@ use std::path::Path;
 
 use compiler::{Compiled, Input};
 use dsl::Syntax;
-use hierarq::trial::{self, Found};
+use hierarq::scenario_runner::{self, Found};
 use runtime::missions::csv::MissionCsv;
 use runtime::missions::{LogEntry, MissionRun};
 use runtime::program::{MissionProgram, MissionScenarioProgram};
@@ -19,7 +19,7 @@ pub fn compiled(text: &str) -> Compiled {
 pub fn scenario(text: &str) -> (MissionProgram, MissionScenarioProgram) {
     let compiled = compiled(text);
     assert_eq!(compiled.report.diagnostics.len(), 0, "{}\n{text}", compiled.report.to_json());
-    match trial::find(None, &compiled.missions, "s") {
+    match scenario_runner::find(None, &compiled.missions, "s") {
         Ok(Found::Mission(mission, scenario)) => (mission.clone(), scenario.clone()),
         _ => panic!("a scenario"),
     }

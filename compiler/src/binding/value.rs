@@ -93,7 +93,13 @@ impl Binder<'_> {
     }
 
     /// Rejects a typed value of a different kind or dimension.
-    pub(super) fn check_type(&mut self, typed: &Typed, value: &Value, wanted: (Kind, Dimension), what: &str) -> Option<()> {
+    pub(super) fn check_type(
+        &mut self,
+        typed: &Typed,
+        value: &Value,
+        wanted: (Kind, Dimension),
+        what: &str,
+    ) -> Option<()> {
         if typed.kind != wanted.0 {
             let (is, needed) = (typed.kind.describe(), wanted.0.describe());
             let d = Diagnostic::error("HQ0304", value.span, format!("{what} is {needed}, and this is {is}")).here(is);

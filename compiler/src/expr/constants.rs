@@ -5,9 +5,11 @@ use dsl::{Diagnostic, Help, Span, Spanned};
 use robot::Model;
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
 
-pub use crate::expr::dimension_check::{bare_angle, check_dimension, merge_bare, one_unit, unit_of_divisor, wrong_dimension};
+pub use crate::expr::dimension_check::{
+    bare_angle, check_dimension, merge_bare, one_unit, unit_of_divisor, wrong_dimension,
+};
 pub use crate::expr::environment::{Human, Params, is_word};
-use crate::expr::{Frame, Graph, Kind, Lowering, Meaning, Now, Scope, Typed};
+use crate::expr::{Frame, Graph, Kind, Lowering, Meaning, RobotStateTerm, Scope, Typed};
 
 /// Context of values that are needed at compile time: their graph and scope.
 pub struct Constants<'a> {
@@ -55,7 +57,13 @@ impl Scope for ParamsOnly<'_> {
         None
     }
 
-    fn now(&mut self, _: &mut Graph, _: &Now, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+    fn now(
+        &mut self,
+        _: &mut Graph,
+        _: &RobotStateTerm,
+        span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Typed> {
         diagnostics.push(
             Diagnostic::error("HQ0312", span, "what the robot does now has no meaning here")
                 .note("this value is needed before the robot moves")

@@ -9,7 +9,7 @@ use runtime::Program;
 use super::plan::{Plan, texts};
 use super::row::{Closest, Expected, Row};
 use crate::project::{self, Settings};
-use crate::trial::{self, Judged};
+use crate::scenario_runner::{self, Judged};
 
 /// Executes runs, `jobs` at a time, and passes each to `finished` as soon as it is complete. Ends early if `go_on`
 /// returns false; interrupted runs are not passed on.
@@ -80,9 +80,10 @@ impl Worker<'_> {
             }
             None => return Ok(None),
         };
-        let scenario = trial::seeded(trial::of_controller(program, &plan.head.scenario)?, point.seed);
+        let scenario =
+            scenario_runner::seeded(scenario_runner::of_controller(program, &plan.head.scenario)?, point.seed);
         let mut cut = false;
-        let judged = trial::judged(program, &scenario, &mut |tick| {
+        let judged = scenario_runner::judged(program, &scenario, &mut |tick| {
             cut |= tick.is_multiple_of(16) && !go_on();
             !cut
         })?;

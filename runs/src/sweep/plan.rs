@@ -14,7 +14,7 @@ use super::axis::{Axis, Values, drawn, spread};
 use super::head::{Expectation, Head, Limit, Param, Shard, VERSION, line, quoted};
 use super::row::Cell;
 use crate::project::{self, Settings};
-use crate::trial::{self, MAX_SEED};
+use crate::scenario_runner::{self, MAX_SEED};
 
 /// Maximum number of runs of a sweep.
 pub const MAX_RUNS: u64 = 10_000_000;
@@ -91,17 +91,18 @@ impl Plan {
                 return Err(usage(format!("`{name}` is varied twice: name it once")));
             }
             if request.settings.set.iter().any(|(set, _)| set == name) {
-                return Err(usage(format!("`{name}` is both set and varied: leave one of them out")));
+                return Err(usage(format!("`{name}` is both set and varied: remove one of them")));
             }
         }
         let compiled = project::load(&request.spec, &with(request, None));
         if let Some(name) = &request.scenario
-            && let Ok(trial::Found::Mission(..)) = trial::find(compiled.program.as_ref(), &compiled.missions, name)
+            && let Ok(scenario_runner::Found::Mission(..)) =
+                scenario_runner::find(compiled.program.as_ref(), &compiled.missions, name)
         {
             return Err(usage(of_mission(&request.spec, name)));
         }
         if compiled.is_good() && compiled.program.is_none() {
-            let first = trial::scenarios(None, &compiled.missions).next();
+            let first = scenario_runner::scenarios(None, &compiled.missions).next();
             return Err(usage(match first {
                 Some(scenario) => of_mission(&request.spec, scenario.name()),
                 None => project::missions_alone(&request.spec),
@@ -215,8 +216,8 @@ fn try_all(request: &Request) -> Result<(), Refusal> {
     let others = |(i, a): (usize, &'_ Axis)| -> Vec<Settings> {
         a.values.texts().into_iter().skip(1).map(|text| with(request, Some((i, text)))).collect()
     };
-    let trials: Vec<Settings> = request.vary.iter().enumerate().flat_map(others).collect();
-    let compiled = trial::in_parallel(&trials, |settings| project::load(&request.spec, settings));
+    let results: Vec<Settings> = request.vary.iter().enumerate().flat_map(others).collect();
+    let compiled = scenario_runner::in_parallel(&results, |settings| project::load(&request.spec, settings));
     match compiled.into_iter().find(|c| c.program.is_none()) {
         Some(bad) => Err(Refusal::Spec(Box::new(bad.report))),
         None => Ok(()),
@@ -272,7 +273,7 @@ fn of_mission(spec: &Path, name: &str) -> String {
 /// Scenario of this name, or the only one.
 fn scenario<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p ScenarioProgram, String> {
     match (name, &program.scenarios[..]) {
-        (Some(name), _) => trial::of_controller(program, name),
+        (Some(name), _) => scenario_runner::of_controller(program, name),
         (None, [only]) => Ok(only),
         (None, []) => Err("the spec has no scenario: declare one, `scenario NAME { expect .. }`".to_string()),
         (None, several) => {

@@ -5,9 +5,10 @@ use std::time::Instant;
 use super::machine::{FaultResponse, Machine, StateChange};
 use super::machine_actions::ObservedState;
 use super::{Controller, Observation, StackController, TRACKING_LIMIT};
-use crate::evaluator::{SignalValue, TickInputs};
+use crate::evaluator::TickInputs;
 use crate::fault::Fault;
 use crate::program::Times;
+use crate::signals::SignalValue;
 
 /// Tolerance of a limit, in the unit of its row: a margin below minus this counts as violated. The reference ends a
 /// tick on the limit up to rounding.

@@ -20,7 +20,6 @@ use stdlib_tasks::task::Task;
 pub use build::{Built, build_tasks};
 use capture::Captured;
 pub use member::Member;
-pub(crate) use task_outputs::SignalValue;
 use task_outputs::TaskOutputs;
 pub use tick_inputs::{RestInputs, TickInputs};
 

@@ -5,6 +5,7 @@ use stdlib_tasks::task::{State, Task};
 use super::{Evaluator, Member};
 use crate::planning::Planning;
 use crate::program::Program;
+use crate::signals::SignalValue;
 
 /// Outputs of one task.
 pub(super) struct TaskOutputs {
@@ -13,14 +14,6 @@ pub(super) struct TaskOutputs {
     /// Signals that store the outputs, if they are declared.
     signals: Vec<Option<usize>>,
     numbers: Vec<f64>,
-}
-
-/// Value of a signal that the controller sets itself.
-pub(crate) struct SignalValue {
-    /// Index of the signal.
-    pub signal: usize,
-    /// Value; not finite if there is none.
-    pub value: f64,
 }
 
 impl TaskOutputs {

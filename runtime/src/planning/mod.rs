@@ -20,10 +20,10 @@ use stdlib_tasks::bound::Slot;
 use stdlib_tasks::expression::Evaluation;
 use stdlib_tasks::task::{Rows, State, Task, TaskFault};
 
-use crate::evaluator::SignalValue;
 use crate::fault::Fault;
 use crate::program::{Program, Times};
 use crate::safety::{Field, Frame, HumanPoint, RowCurvature, SafetyError, SafetyPlanner, TaskLevel, TaskRows, Tick};
+use crate::signals::SignalValue;
 use crate::values::ValueTable;
 pub use settings::deviates;
 pub(crate) use settings::{Protection, TaskIndex, planner_of, planners, protected_by};

@@ -23,10 +23,10 @@ use views::gantt;
 use self::stream::stream;
 use super::access::keys::NoKeys;
 use super::access::{Access, Link, Role, Session};
+use super::connections::ConnectionGuard;
 use super::engine::{Command, Handle};
 use super::guard::{Hosts, guard};
 use super::pages;
-use super::places::Held;
 use super::published::{ClockState, Published};
 use super::rate::Bucket;
 use super::requests::{ServerRequest, SupervisorRequest};
@@ -77,7 +77,7 @@ pub fn router(app: Arc<App>, hosts: Hosts) -> Router {
 
 /// Moves a connection that presents a session to the places of that session.
 async fn recognise(State(app): Shared, request: Request, next: Next) -> Response {
-    if let Some(held) = request.extensions().get::<Held>()
+    if let Some(held) = request.extensions().get::<ConnectionGuard>()
         && let Some(role) = app.shown(request.headers())
     {
         held.shows(role);

@@ -4,10 +4,10 @@
 use solver::{LevelShape, Problem};
 
 use super::form::{self, LevelKeys, List, Matrix};
-use super::{MAX_LEVELS, MAX_NAME, MAX_ROWS, MAX_VARIABLES, Refusal, Tick};
+use super::{LoggedProblem, MAX_LEVELS, MAX_NAME, MAX_ROWS, MAX_VARIABLES, Refusal};
 
 /// Checks a tick and builds its problem.
-pub fn tick(form: form::Tick) -> Result<Tick, Refusal> {
+pub fn tick(form: form::LoggedProblem) -> Result<LoggedProblem, Refusal> {
     name("id", &form.id)?;
     let kind = form.kind.unwrap_or_default();
     name("kind", &kind)?;
@@ -45,7 +45,7 @@ pub fn tick(form: form::Tick) -> Result<Tick, Refusal> {
         length("viol", viol.0.len(), shapes.len(), "level")?;
     }
     solver::check(&problem).map_err(|e| Refusal::new(e.to_string(), "correct the number"))?;
-    Ok(Tick { id: form.id, kind, problem, x: form.x.map(|l| l.0), viol: form.viol.map(|l| l.0) })
+    Ok(LoggedProblem { id: form.id, kind, problem, x: form.x.map(|l| l.0), viol: form.viol.map(|l| l.0) })
 }
 
 fn name(key: &str, text: &str) -> Result<(), Refusal> {

@@ -41,7 +41,7 @@ const MAX_REASON: usize = 200;
 
 /// A problem of a file, with its known solution if the file has one.
 #[derive(Clone, Debug)]
-pub struct Tick {
+pub struct LoggedProblem {
     /// Name.
     pub id: String,
     /// Name of the kind in summaries; empty if the file sets none.
@@ -79,7 +79,7 @@ impl Refusal {
 ///
 /// # Errors
 /// The line is not JSON, not a tick, or not a problem that solvers accept.
-pub fn read(line: &[u8]) -> Result<Tick, Refusal> {
+pub fn read(line: &[u8]) -> Result<LoggedProblem, Refusal> {
     check::tick(form::parse(line)?)
 }
 
@@ -87,7 +87,7 @@ pub fn read(line: &[u8]) -> Result<Tick, Refusal> {
 mod tests {
     use super::*;
 
-    fn tick(line: &str) -> Result<Tick, Refusal> {
+    fn tick(line: &str) -> Result<LoggedProblem, Refusal> {
         read(line.as_bytes())
     }
 

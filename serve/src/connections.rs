@@ -21,13 +21,13 @@ pub const OF_A_SESSION: usize = 16;
 
 /// A connection.
 #[derive(Debug)]
-pub struct Place {
+pub struct Connection {
     from: IpAddr,
     ends: Notify,
     asked: AtomicBool,
 }
 
-impl Place {
+impl Connection {
     /// Waits until another connection has replaced this one.
     pub async fn ended(&self) {
         self.ends.notified().await;
@@ -46,49 +46,49 @@ impl Place {
 
 /// Connections, the oldest first.
 #[derive(Debug, Default)]
-struct Taken {
-    strangers: Vec<Arc<Place>>,
-    known: Vec<(Role, Arc<Place>)>,
+struct Table {
+    strangers: Vec<Arc<Connection>>,
+    known: Vec<(Role, Arc<Connection>)>,
 }
 
 /// All connections of a server.
 #[derive(Debug, Default)]
-pub struct Places(Mutex<Taken>);
+pub struct Connections(Mutex<Table>);
 
-/// A connection that occupies its place until this is dropped.
+/// Guard of a connection: it is removed from the table when the last clone is dropped.
 #[derive(Clone, Debug)]
-pub struct Held(Arc<Holding>);
+pub struct ConnectionGuard(Arc<Registration>);
 
 #[derive(Debug)]
-struct Holding {
-    places: Arc<Places>,
-    place: Arc<Place>,
+struct Registration {
+    connections: Arc<Connections>,
+    connection: Arc<Connection>,
 }
 
-impl Drop for Holding {
+impl Drop for Registration {
     fn drop(&mut self) {
-        let mut taken = self.places.taken();
-        taken.strangers.retain(|other| !Arc::ptr_eq(other, &self.place));
-        taken.known.retain(|(_, other)| !Arc::ptr_eq(other, &self.place));
+        let mut taken = self.connections.taken();
+        taken.strangers.retain(|other| !Arc::ptr_eq(other, &self.connection));
+        taken.known.retain(|(_, other)| !Arc::ptr_eq(other, &self.connection));
     }
 }
 
-impl Held {
+impl ConnectionGuard {
     /// Returns the connection.
-    pub fn place(&self) -> &Place {
-        &self.0.place
+    pub fn connection(&self) -> &Connection {
+        &self.0.connection
     }
 
     /// Registers that the connection presents a session of this role. If the session has too many connections, its
     /// oldest one ends.
     pub fn shows(&self, role: Role) {
-        let Holding { places, place } = &*self.0;
-        let mut taken = places.taken();
+        let Registration { connections, connection } = &*self.0;
+        let mut taken = connections.taken();
         // A connection that has ended is in neither list.
-        let Some(at) = taken.strangers.iter().position(|other| Arc::ptr_eq(other, place)) else { return };
-        let place = taken.strangers.remove(at);
-        taken.known.push((role, place));
-        let of_session = |(other, _): &(Role, Arc<Place>)| *other == role;
+        let Some(at) = taken.strangers.iter().position(|other| Arc::ptr_eq(other, connection)) else { return };
+        let connection = taken.strangers.remove(at);
+        taken.known.push((role, connection));
+        let of_session = |(other, _): &(Role, Arc<Connection>)| *other == role;
         if taken.known.iter().filter(|known| of_session(known)).count() > OF_A_SESSION
             && let Some(oldest) = taken.known.iter().position(of_session)
         {
@@ -97,13 +97,13 @@ impl Held {
     }
 }
 
-impl Places {
-    fn taken(&self) -> MutexGuard<'_, Taken> {
+impl Connections {
+    fn taken(&self) -> MutexGuard<'_, Table> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns a place for a connection from this address; if necessary it replaces another stranger's.
-    pub fn take(self: &Arc<Places>, from: IpAddr) -> Held {
+    /// Registers a connection from this address; if necessary it replaces another stranger's.
+    pub fn take(self: &Arc<Connections>, from: IpAddr) -> ConnectionGuard {
         let from = network(from);
         let mut taken = self.taken();
         if taken.of(from) >= OF_AN_ADDRESS {
@@ -111,9 +111,9 @@ impl Places {
         } else if taken.strangers.len() >= STRANGERS {
             taken.end_one();
         }
-        let place = Arc::new(Place { from, ends: Notify::new(), asked: AtomicBool::new(false) });
-        taken.strangers.push(place.clone());
-        Held(Arc::new(Holding { places: self.clone(), place }))
+        let connection = Arc::new(Connection { from, ends: Notify::new(), asked: AtomicBool::new(false) });
+        taken.strangers.push(connection.clone());
+        ConnectionGuard(Arc::new(Registration { connections: self.clone(), connection }))
     }
 
     /// Ends one connection of a stranger, if there is one: the system has no resources left.
@@ -122,21 +122,21 @@ impl Places {
     }
 }
 
-impl Taken {
+impl Table {
     fn of(&self, from: IpAddr) -> usize {
-        self.strangers.iter().filter(|place| place.from == from).count()
+        self.strangers.iter().filter(|connection| connection.from == from).count()
     }
 
     /// Ends the oldest connection of the address with the most connections.
     fn end_one(&mut self) {
-        if let Some(most) = self.strangers.iter().map(|place| place.from).max_by_key(|from| self.of(*from)) {
+        if let Some(most) = self.strangers.iter().map(|connection| connection.from).max_by_key(|from| self.of(*from)) {
             self.end(most);
         }
     }
 
     /// Ends the oldest connection of an address.
     fn end(&mut self, from: IpAddr) {
-        if let Some(oldest) = self.strangers.iter().position(|place| place.from == from) {
+        if let Some(oldest) = self.strangers.iter().position(|connection| connection.from == from) {
             self.strangers.remove(oldest).ends.notify_one();
         }
     }
@@ -161,40 +161,40 @@ mod tests {
     }
 
     /// Returns true if another connection has replaced this one. Polls once.
-    fn has_ended(held: &Held) -> bool {
-        let mut ended = std::pin::pin!(held.place().ended());
+    fn has_ended(held: &ConnectionGuard) -> bool {
+        let mut ended = std::pin::pin!(held.connection().ended());
         ended.as_mut().poll(&mut std::task::Context::from_waker(std::task::Waker::noop())).is_ready()
     }
 
     #[test]
     fn who_has_most_gives_way() {
-        let places = Arc::new(Places::default());
-        let mut many: Vec<Held> = Vec::new();
+        let connections = Arc::new(Connections::default());
+        let mut many: Vec<ConnectionGuard> = Vec::new();
         for hostile in 0..4 {
-            many.extend((0..OF_AN_ADDRESS).map(|_| places.take(address(hostile))));
+            many.extend((0..OF_AN_ADDRESS).map(|_| connections.take(address(hostile))));
         }
         assert_eq!(many.len(), STRANGERS, "all places are taken");
-        let few: Vec<Held> = (0..9).map(|_| places.take(address(9))).collect();
+        let few: Vec<ConnectionGuard> = (0..9).map(|_| connections.take(address(9))).collect();
         let lost = many.iter().filter(|held| has_ended(held)).count();
         assert_eq!((few.iter().filter(|held| has_ended(held)).count(), lost), (0, 9));
         // A full address replaces its own oldest connection.
-        let late = places.take(address(9));
+        let late = connections.take(address(9));
         drop(many);
-        let own: Vec<Held> = (0..OF_AN_ADDRESS).map(|_| places.take(address(9))).collect();
+        let own: Vec<ConnectionGuard> = (0..OF_AN_ADDRESS).map(|_| connections.take(address(9))).collect();
         assert!(has_ended(&few[0]) && has_ended(&late) && !own.iter().any(has_ended));
     }
 
     #[test]
     fn connections_of_a_session_are_counted_apart() {
-        let places = Arc::new(Places::default());
-        let known: Vec<Held> = (0..=OF_A_SESSION).map(|_| places.take(address(1))).collect();
+        let connections = Arc::new(Connections::default());
+        let known: Vec<ConnectionGuard> = (0..=OF_A_SESSION).map(|_| connections.take(address(1))).collect();
         known.iter().for_each(|held| held.shows(Role::Person(3)));
-        let hostile: Vec<Held> = (0..2 * STRANGERS).map(|_| places.take(address(1))).collect();
+        let hostile: Vec<ConnectionGuard> = (0..2 * STRANGERS).map(|_| connections.take(address(1))).collect();
         assert!(has_ended(&known[0]), "the session has one too many");
         assert!(!known[1..].iter().any(has_ended), "strangers take nothing from sessions");
         assert_eq!(hostile.iter().filter(|held| !has_ended(held)).count(), OF_AN_ADDRESS);
         drop((known, hostile));
-        let taken = places.taken();
+        let taken = connections.taken();
         assert!(taken.strangers.is_empty() && taken.known.is_empty());
     }
 
@@ -208,27 +208,27 @@ mod tests {
     }
 
     proptest! {
-        /// Every new connection gets a place; all limits hold, and an address below its limit loses no connection to
+        /// Every new connection is registered; all limits hold, and an address below its limit loses no connection to
         /// another one.
         #[test]
         fn bounds_hold(comers in prop::collection::vec((0u8..9, prop::option::weighted(0.2, 0usize..3)), 1..900)) {
-            let places = Arc::new(Places::default());
+            let connections = Arc::new(Connections::default());
             let mut all = Vec::new();
             for (from, role) in comers {
-                let held = places.take(address(from));
+                let held = connections.take(address(from));
                 if let Some(role) = role {
                     held.shows(Role::Person(role));
                 }
                 all.push(held);
-                let taken = places.taken();
+                let taken = connections.taken();
                 prop_assert!(taken.strangers.len() <= STRANGERS);
                 prop_assert!((0..9).all(|from| taken.of(address(from)) <= OF_AN_ADDRESS));
                 for role in 0..3 {
                     prop_assert!(taken.known.iter().filter(|known| known.0 == Role::Person(role)).count() <= OF_A_SESSION);
                 }
             }
-            let taken = places.taken();
-            prop_assert!(taken.known.last().is_none_or(|last| all.iter().any(|held| Arc::ptr_eq(&held.0.place, &last.1))));
+            let taken = connections.taken();
+            prop_assert!(taken.known.last().is_none_or(|last| all.iter().any(|held| Arc::ptr_eq(&held.0.connection, &last.1))));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Trials: executes the scenarios of specs, and evaluates their expectations.
+//! Executes the scenarios of specs, and evaluates their expectations.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ pub const MAX_SEED: u64 = 9_000_000_000_000_000;
 
 /// Result of a scenario.
 #[derive(Clone, Debug, Serialize)]
-pub struct Trial {
+pub struct ScenarioResult {
     /// Name of the spec.
     pub spec: String,
     /// Name of the scenario.
@@ -45,14 +45,14 @@ pub struct Trial {
     pub rough: BTreeMap<String, JointMotion>,
     /// Result of the mission, if one was executed.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub mission: Option<MissionTrial>,
+    pub mission: Option<MissionResult>,
     /// Expectations, in the order written.
     pub expectations: Vec<ExpectationRecord>,
 }
 
 /// Result of a mission that a scenario executed.
 #[derive(Clone, Debug, Serialize)]
-pub struct MissionTrial {
+pub struct MissionResult {
     /// Name of the mission.
     pub name: String,
     /// Reason of the end.
@@ -171,9 +171,9 @@ pub fn judged(
 ///
 /// # Errors
 /// See [`judged`].
-pub fn run(spec: &str, program: &Program, scenario: &ScenarioProgram) -> Result<Trial, String> {
+pub fn run(spec: &str, program: &Program, scenario: &ScenarioProgram) -> Result<ScenarioResult, String> {
     let Judged { summary, expectations, ok } = judged(program, scenario, &mut |_| true)?;
-    Ok(Trial {
+    Ok(ScenarioResult {
         spec: spec.to_string(),
         scenario: scenario.name.clone(),
         ok,
@@ -191,12 +191,16 @@ pub fn run(spec: &str, program: &Program, scenario: &ScenarioProgram) -> Result<
 ///
 /// # Errors
 /// It cannot be evaluated, which never happens for a compiled one.
-pub fn run_mission(spec: &str, mission: &MissionProgram, scenario: &MissionScenarioProgram) -> Result<Trial, String> {
+pub fn run_mission(
+    spec: &str,
+    mission: &MissionProgram,
+    scenario: &MissionScenarioProgram,
+) -> Result<ScenarioResult, String> {
     let run = runtime::missions::run(mission, scenario, &mut runtime::missions::NullRecorder, &mut |_| true);
     let summary = run.map_err(|e| e.to_string())?.summary;
     let trouble = summary.trouble();
     let MissionSummary { mission, duration_s, ok, end, rejected_events, workers, outcome, expectations, .. } = summary;
-    Ok(Trial {
+    Ok(ScenarioResult {
         spec: spec.to_string(),
         scenario: scenario.name.clone(),
         ok,
@@ -205,7 +209,7 @@ pub fn run_mission(spec: &str, mission: &MissionProgram, scenario: &MissionScena
         passed: Vec::new(),
         faults: Vec::new(),
         rough: BTreeMap::new(),
-        mission: Some(MissionTrial { name: mission, end, rejected_events, outcome, workers, trouble }),
+        mission: Some(MissionResult { name: mission, end, rejected_events, outcome, workers, trouble }),
         expectations,
     })
 }
@@ -309,13 +313,13 @@ pub fn compiled(specs: &[PathBuf], settings: &Settings) -> Vec<Tested> {
 ///
 /// # Errors
 /// A program cannot be executed, which never happens for a compiled one.
-pub fn all(specs: &[Tested], name: Option<&str>, seed: Option<u64>) -> Result<Vec<Trial>, String> {
+pub fn all(specs: &[Tested], name: Option<&str>, seed: Option<u64>) -> Result<Vec<ScenarioResult>, String> {
     let mut chosen: Vec<(&Tested, Found)> = Vec::new();
     for t in specs {
         chosen.extend(scenarios(t.program.as_ref(), &t.missions).map(|found| (t, found)));
     }
     chosen.retain(|(_, found)| name.is_none_or(|n| found.name() == n));
-    let trial = |(t, found): &(&Tested, Found)| match (*found, seed) {
+    let result = |(t, found): &(&Tested, Found)| match (*found, seed) {
         (Found::Controller(program, scenario), None) => run(&t.spec, program, scenario),
         (Found::Controller(program, scenario), Some(seed)) => run(&t.spec, program, &seeded(scenario, seed)),
         (Found::Mission(mission, scenario), None) => run_mission(&t.spec, mission, scenario),
@@ -323,5 +327,5 @@ pub fn all(specs: &[Tested], name: Option<&str>, seed: Option<u64>) -> Result<Ve
             run_mission(&t.spec, mission, &MissionScenarioProgram { seed, ..scenario.clone() })
         }
     };
-    in_parallel(&chosen, trial).into_iter().collect()
+    in_parallel(&chosen, result).into_iter().collect()
 }

@@ -12,7 +12,7 @@ use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, Seq
 use super::{MAX_ROWS, MAX_VARIABLES, Refusal};
 
 /// A tick as written, unchecked.
-pub struct Tick {
+pub struct LoggedProblem {
     pub id: String,
     pub kind: Option<String>,
     pub n: u64,
@@ -49,7 +49,7 @@ pub enum Matrix {
 }
 
 /// Parses a line.
-pub fn parse(line: &[u8]) -> Result<Tick, Refusal> {
+pub fn parse(line: &[u8]) -> Result<LoggedProblem, Refusal> {
     let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
     let Ok(text) = std::str::from_utf8(line) else {
         return Err(Refusal::new("this is not UTF-8", "save the file as UTF-8"));
@@ -119,17 +119,17 @@ fn once<'de, A: MapAccess<'de>, T: Deserialize<'de>>(
     Ok(())
 }
 
-impl<'de> Deserialize<'de> for Tick {
+impl<'de> Deserialize<'de> for LoggedProblem {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Keys;
         impl<'de> Visitor<'de> for Keys {
-            type Value = Tick;
+            type Value = LoggedProblem;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("an object with `id`, `n` and `levels`")
             }
 
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Tick, A::Error> {
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<LoggedProblem, A::Error> {
                 let (mut id, mut n, mut levels) = (None, None::<Whole>, None::<List<Level>>);
                 // Optional keys may be missing or null.
                 let (mut kind, mut reference, mut x, mut viol) = (None, None, None, None);
@@ -151,7 +151,7 @@ impl<'de> Deserialize<'de> for Tick {
                         }
                     }
                 }
-                Ok(Tick {
+                Ok(LoggedProblem {
                     id: id.ok_or_else(|| A::Error::missing_field("id"))?,
                     kind: kind.flatten(),
                     n: n.ok_or_else(|| A::Error::missing_field("n"))?.0,
