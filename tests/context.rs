@@ -40,7 +40,7 @@ fn bad_plans_are_refused_until_one_is_good() {
         "nobody performs `pick_and_plac`; did you mean `pick_and_place`?",
         "no object is `beam`",
         "attempt 2: refused",
-        "in a circle",
+        "in a cycle",
         "attempt 3: refused",
         "the text ends",
         "attempt 4: taken",

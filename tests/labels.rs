@@ -105,7 +105,7 @@ fn a_compiled_label_that_commands_is_refused() {
     let folder = folder("labels_compiled");
     let file = spec(&folder, "spec.hq", FIELD);
     let compiled = good(&["compile", &file, "--format", "json"]);
-    for (bad, said) in [("a\\u001b[2J", "commands"), ("Тележка", "same text")] {
+    for (bad, said) in [("a\\u001b[2J", "control character"), ("Тележка", "same label")] {
         let damaged = spec(&folder, "spec.json", &compiled.replace("Łukasz", bad));
         let out = hierarq(&["plan", &damaged]);
         assert_eq!(out.status.code(), Some(1));

@@ -43,7 +43,8 @@ fn a_plan_says_who_does_what_and_how_sure_it_is() {
     let out = hierarq(&["plan", &file]);
     assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
     let printed = text(&out.stdout);
-    for part in ["mission harvest: 3 services", "planned by orders", "proven", "checked", "anna.2", "picker.1", "cost"]
+    for part in
+        ["mission harvest: 3 services", "planned by orders", "optimal", "validated", "anna.2", "picker.1", "cost"]
     {
         assert!(printed.contains(part), "`{part}` is missing:\n{printed}");
     }
@@ -221,7 +222,7 @@ fn layers_are_planned_one_after_the_other() {
         assert_eq!(json(&hierarq(&["plan", other, "--json"]))["activities"], data["activities"]);
     }
     let printed = text(&hierarq(&["plan", &file]).stdout);
-    for part in ["3 tasks", "planned by branch", "proven", "checked", "right_foot", "cube_3", "cost"] {
+    for part in ["3 tasks", "planned by branch", "optimal", "validated", "right_foot", "cube_3", "cost"] {
         assert!(printed.contains(part), "`{part}` is missing:\n{printed}");
     }
     let shown = text(&hierarq(&["compile", &file]).stdout);

@@ -83,6 +83,6 @@ impl<'de> Visitor<'de> for Reader {
                 None => drop(map.next_value::<IgnoredAny>()?),
             }
         }
-        found.ok_or_else(|| A::Error::custom("a mission has none of the kinds that there are"))
+        found.ok_or_else(|| A::Error::custom("the mission has an unknown kind"))
     }
 }

@@ -361,7 +361,7 @@ impl Labels {
             why: why.to_string(),
         };
         self.check().map_err(unfit)?;
-        Mistake::unless(self.mistaken(members).is_none(), "labels", "two agents are shown by the same text")
+        Mistake::unless(self.mistaken(members).is_none(), "labels", "two members have the same label")
     }
 }
 

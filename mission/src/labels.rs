@@ -31,16 +31,16 @@ pub struct Labels {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unfit {
     /// No character of it is visible.
-    #[error("nothing of it is seen")]
+    #[error("it has no visible character")]
     Empty,
     /// It begins or ends with space.
     #[error("it begins or ends with space")]
     Edge,
     /// It contains a control character for terminals or pages, or one that changes the direction of writing.
-    #[error("the character U+{:04X} is not shown: it commands what shows the text", u32::from(*.0))]
+    #[error("U+{:04X} is a control character", u32::from(*.0))]
     Command(char),
     /// It is longer than [`LONGEST`].
-    #[error("it has {0} characters, and {LONGEST} is the most that pages and charts have room for")]
+    #[error("it has {0} characters, and the maximum is {LONGEST}")]
     Long(usize),
 }
 

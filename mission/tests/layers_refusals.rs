@@ -283,7 +283,7 @@ fn the_three_modes_share_the_work_differently() {
         import(&text.replace(", \"start\"", ", \"description\": \"\", \"start\""), &problem, Mode::Allocated);
     let faults = allocated.unwrap_err();
     assert_eq!(faults.len(), 2 * problem.tasks.len(), "start and end have no meaning");
-    assert!(faults.iter().all(|fault| fault.fix == "leave it out: times are planned"), "{faults:?}");
+    assert!(faults.iter().all(|fault| fault.fix == "remove it: times are planned"), "{faults:?}");
     let scheduled = import(&text, &problem, Mode::Scheduled).unwrap();
     let again = plan(&scheduled.problem, &Options::default()).unwrap();
     assert!((again.cost - best.cost).abs() < 1e-9 * best.cost, "the scales are those of the free problem");
@@ -317,7 +317,7 @@ fn names_command_nothing() {
     };
     for bad in ["a\u{1b}[2J", "a\nb", "a\u{202e}b", "a\u{9b}2J", "\u{7f}"] {
         let told = with(bad, bad, bad);
-        assert_eq!(told.iter().filter(|fault| fault.contains("this is no name")).count(), 2, "{told:?}");
+        assert_eq!(told.iter().filter(|fault| fault.contains("this is not a name")).count(), 2, "{told:?}");
         assert_eq!(told.len(), 3, "{told:?}");
         assert!(!told.concat().chars().any(hierarq_mission::characters::commands), "{told:?}");
     }

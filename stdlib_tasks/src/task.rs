@@ -170,7 +170,7 @@ impl PersonVelocityUse {
     /// For a row that keeps a number above a bound: every rate is used.
     pub const LIMIT: PersonVelocityUse = PersonVelocityUse {
         uses_rate: |_, _| true,
-        consequence: "a row that lacks it lets whoever comes get inside the limit, by their speed over `gain`",
+        consequence: "without the person's velocity the distance can fall below the limit by up to their speed / `gain`",
         alternative: None,
     };
 }

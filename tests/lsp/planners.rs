@@ -49,8 +49,8 @@ fn hover_and_definition() {
         ("  field near|ness", "nearness", "How far away people are."),
         ("mo|st 0.2 m", "most", "greatest deviation"),
         ("always gua|rd.scaling", "guard", "task"),
-        ("guard.scal|ing > 0.5", "scaling", "how fast the clock goes"),
-        ("separation.ro|om >", "room", "it is to stand"),
+        ("guard.scal|ing > 0.5", "scaling", "the rate of the clock"),
+        ("separation.ro|om >", "room", "must stop"),
     ]);
     doc.definitions(&[
         ("safety_planner(rea|ch)", "task |reach"),

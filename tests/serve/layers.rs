@@ -165,7 +165,7 @@ fn somebody_leaves_and_an_arm_breaks_down() {
         (json!({ "what": "back", "member": LEFT }), "is not lost"),
         (json!({ "what": "lost", "member": 3 }), "no member with this number"),
         (json!({ "what": "lost" }), "no member with this number"),
-        (json!({ "what": "moved", "member": SHE, "to": [1, 1] }), "stays where it is"),
+        (json!({ "what": "moved", "member": SHE, "to": [1, 1] }), "does not move"),
         (json!({ "what": "explode", "member": SHE }), "has no event `explode`"),
         (json!({ "what": "lost", "member": SHE, "x": 1 }), "no key `x`"),
         (json!({ "what": "replan", "member": SHE }), "of the whole mission"),

@@ -84,8 +84,7 @@ pub(crate) fn check_batch(declared: &DeclaredMission, batch: Option<usize>, rema
     let Some(size) = batch.filter(|size| *size > MAX_BATCH) else { return };
     let Some(at) = declared.settings.origin("batch") else { return };
     let text = format!("a batch has at most {MAX_BATCH} operations, and this is {size}");
-    let help =
-        Help::with("a few at a time are planned best: leave it out, or write {}", [Snippet::entry("batch", "4")]);
+    let help = Help::with("small batches are best: remove it, or write {}", [Snippet::entry("batch", "4")]);
     remarks.push(Remark::error("HQ0904", at, text).help(help));
 }
 

@@ -47,7 +47,7 @@ crate::params! {
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
     name: "admittance",
-    summary: "follows a target pose, and gives way to a wrench like a mass on a spring with a damper",
+    summary: "follows a target pose, and yields to a wrench like a mass on a spring with a damper",
     docs: "Six equality rows, three for the position and three for the orientation, in the world's axes. They \
 let the frame move like a body with mass, damping and stiffness,\n\n\
 ```text\n\

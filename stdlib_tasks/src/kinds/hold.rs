@@ -23,7 +23,7 @@ crate::params! {
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
     name: "hold",
-    summary: "keeps frames where they were when the stack became active",
+    summary: "keeps frames at their poses at the entry of the stack",
     docs: "Six equality rows for each frame, in the world's axes: those of `frame_pose` with a constant target,\n\n\
 ```text\n\
 J_p v = K_linear  (p_0 - p)        [m/s]\n\

@@ -150,23 +150,19 @@ impl DeviationParams {
 
 /// Outputs of a planner. The controller computes them, since the decision is made outside of this task.
 pub const OUTPUTS: [TaskOutput; 5] = [
-    TaskOutput { name: "scaling", dimension: NONE, description: "u_c, how fast the clock goes" },
-    TaskOutput {
-        name: "deviation",
-        dimension: LENGTH,
-        description: "the size of the largest deviation; rad count as m",
-    },
+    TaskOutput { name: "scaling", dimension: NONE, description: "u_c, the rate of the clock" },
+    TaskOutput { name: "deviation", dimension: LENGTH, description: "size of the largest deviation; rad count as m" },
     TaskOutput {
         name: "slack",
         dimension: VELOCITY,
-        description: "w, what bounds, weights and limits above did not let the inputs give",
+        description: "w, the part of the demand that bounds, weights and limits above prevent",
     },
     TaskOutput {
         name: "withheld",
         dimension: VELOCITY,
-        description: "how much faster the field would rise if the rest of the hierarchy let the robot move as planned",
+        description: "rate of the field that the rest of the hierarchy prevents",
     },
-    TaskOutput { name: "field", dimension: LENGTH, description: "F; absent while there is nobody" },
+    TaskOutput { name: "field", dimension: LENGTH, description: "F; absent without people" },
 ];
 
 /// People move its field, so the rate of `field` counts.
@@ -176,7 +172,7 @@ const PERSON_VELOCITY: PersonVelocityUse =
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
     name: "safety_planner",
-    summary: "lets another task give way so that a safety field stays above a threshold",
+    summary: "delays and deviates another task so that a safety field stays above a threshold",
     docs: "Equality rows `v = u_n`, one for each degree of freedom: the motion that the protected task leaves \
 free. The target of the protected task no longer follows the time, but a clock `c` of its own, and it may \
 deviate from its path:\n\n\

@@ -58,32 +58,32 @@ const OUTPUTS: [TaskOutput; 4] = [
     TaskOutput {
         name: "distance",
         dimension: LENGTH,
-        description: "d, of the part for which it exceeds `required` by the least",
+        description: "d of the part with the smallest excess over `required`",
     },
     TaskOutput {
         name: "required",
         dimension: LENGTH,
-        description: "S_p of that part, at the velocity that the hierarchy gave",
+        description: "S_p of that part, at the velocity that the hierarchy returned",
     },
     TaskOutput {
         name: "room",
         dimension: LENGTH,
-        description: "by how much d exceeds the S_p of a robot at rest, the least of all parts; below zero it is to stand",
+        description: "smallest excess of d over the S_p of a robot at rest, of all parts; below zero the robot must stop",
     },
-    TaskOutput { name: "speed_limit", dimension: VELOCITY, description: "v_max, the least of all parts" },
+    TaskOutput { name: "speed_limit", dimension: VELOCITY, description: "smallest v_max of all parts" },
 ];
 
 /// The velocity of people is measured unless it is assumed.
 const PERSON_VELOCITY: PersonVelocityUse = PersonVelocityUse {
     uses_rate: |_, params| !matches!(params.get("human"), Some(Bound::Choice(human)) if human == "assumed"),
-    consequence: "nothing is added to the distance for how fast they come",
+    consequence: "the required distance does not include the person's motion",
     alternative: Some("`human assumed` here"),
 };
 
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
     name: "speed_separation",
-    summary: "slows parts of the robot towards a person, so that they stand before they are too near",
+    summary: "limits the speed of parts of the robot towards a person, so that they can stop in time",
     docs: "Speed and separation monitoring: the distance `d` between a part and the person must not be less than \
 the protective separation distance\n\n\
 ```text\n\

@@ -31,12 +31,12 @@ impl Mistake {
                 let wanted: Vec<&str> = features.iter().map(String::as_str).collect();
                 let fix = nearest.map_or("add such an object".into(), |nearest| {
                     let has: Vec<&str> = problem.objects[nearest].features.iter().map(String::as_str).collect();
-                    format!("ask for less; the nearest, `{}`, is {}", object(nearest), list(&has))
+                    format!("require fewer features; the nearest, `{}`, is {}", object(nearest), list(&has))
                 });
-                (format!("no object is all of {}", list(&wanted)), fix)
+                (format!("no object has all features {}", list(&wanted)), fix)
             }
             Reason::LacksFeature { object: index, feature } => {
-                (format!("`{}`, which is named, is not {feature}", object(*index)), "name another object".into())
+                (format!("the named object `{}` is not {feature}", object(*index)), "name another object".into())
             }
             Reason::TooFewObjects { tasks, objects } => {
                 let tasks_named: Vec<&str> = tasks.iter().map(|index| task(*index)).collect();
@@ -48,9 +48,9 @@ impl Mistake {
                     objects.len(),
                     list(&named)
                 );
-                (what, "ask for other features in some of them, or leave tasks out".into())
+                (what, "require other features in some of them, or remove tasks".into())
             }
-            Reason::EmptyLayer => ("the layer has no task".into(), "leave it out, or give it tasks".into()),
+            Reason::EmptyLayer => ("the layer has no task".into(), "remove it, or give it tasks".into()),
             Reason::NoTask => ("there is no task".into(), "give at least one".into()),
             Reason::NoSkill { agent, action } => {
                 let who = problem.agents.get(*agent).map_or("?", |who| who.name.as_str());

@@ -14,7 +14,7 @@ pub(super) fn typed(problem: &Problem, of: &Named) -> Result<Event, String> {
         return Ok(Event::Replan);
     }
     let agent = of.member.filter(|member| *member < problem.agents.len());
-    let agent = agent.ok_or_else(|| format!("`{name}` is of nobody who exists"))?;
+    let agent = agent.ok_or_else(|| format!("`{name}` names a member that does not exist"))?;
     Ok(match name {
         "begun" => Event::Begun { agent },
         "done" => Event::Done { agent },

@@ -88,7 +88,7 @@ pub struct Obstacle {
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "the message says what each field is")]
 pub enum ObstacleKind {
-    #[error("it takes no part any more")]
+    #[error("it is lost")]
     Lost,
     #[error("another agent is named")]
     Another,

@@ -24,62 +24,70 @@ fn agent(of: &LayersExecution, index: usize) -> Option<(AgentView, AgentOutcome)
 
 /// Everything that is measured of missions of layers; the index is that of the agent.
 pub(super) const MEASURES: &MeasureTable<LayersWorld> = &[
-    (Measure::whole("done", Form::Truth, "Every task is done. `done` alone says the same."), |of, _| {
+    (Measure::whole("done", Form::Truth, "True once every task is done; `done` alone is the same."), |of, _| {
         Some(truth(of.done()))
     }),
     (
-        Measure::whole("stranded", Form::Truth, "There is no plan for everything any more: nobody is left for a task."),
+        Measure::whole("stranded", Form::Truth, "True once no complete plan is feasible: no agent is left for a task."),
         |of, _| Some(truth(of.stranded().is_some())),
     ),
-    (Measure::whole("makespan", Form::Number(TIME), "From the start to the end of the last task so far."), |of, _| {
-        Some(number(of.statistics().makespan))
-    }),
-    (Measure::whole("cost", Form::Number(NONE), "What the plan costs, as it stands."), |of, _| {
-        Some(number(of.plan().cost))
-    }),
+    (
+        Measure::whole("makespan", Form::Number(TIME), "Time from the start to the end of the last finished task."),
+        |of, _| Some(number(of.statistics().makespan)),
+    ),
+    (Measure::whole("cost", Form::Number(NONE), "Cost of the current plan."), |of, _| Some(number(of.plan().cost))),
     (
         Measure::whole(
             "energy",
             Form::Number(ENERGY),
-            "The energy of all robots, in tasks that have ended or were dropped.",
+            "Energy of all robots in tasks that have ended or were dropped.",
         ),
         |of, _| Some(number(of.statistics().agents.iter().map(|agent| agent.energy).sum())),
     ),
-    (Measure::whole("workload", Form::Number(WORKLOAD), "The workload of all people."), |of, _| {
+    (Measure::whole("workload", Form::Number(WORKLOAD), "Workload of all people."), |of, _| {
         Some(number(of.statistics().agents.iter().map(|agent| agent.workload).sum()))
     }),
-    (Measure::whole("layer", Form::Number(NONE), "How many layers are done."), |of, _| {
+    (Measure::whole("layer", Form::Number(NONE), "Number of layers that are done."), |of, _| {
         Some(number(of.statistics().layers as f64))
     }),
-    (Measure::whole("tasks", Form::Number(NONE), "How many tasks are done."), |of, _| {
+    (Measure::whole("tasks", Form::Number(NONE), "Number of tasks that are done."), |of, _| {
         Some(number(of.statistics().tasks as f64))
     }),
     (
-        Measure::whole("dropped", Form::Number(NONE), "How often a task failed, or was dropped by who was lost."),
+        Measure::whole(
+            "dropped",
+            Form::Number(NONE),
+            "Number of times that a task failed, or was dropped by an agent that was lost.",
+        ),
         |of, _| Some(number(of.statistics().dropped as f64)),
     ),
     (
         Measure::whole(
             "reschedules",
             Form::Number(NONE),
-            "How often times of the plan moved, and who does what stayed.",
+            "Number of times that the plan was rescheduled with unchanged assignments.",
         ),
         |of, _| Some(number(of.statistics().reschedules as f64)),
     ),
-    (Measure::whole("reallocations", Form::Number(NONE), "How often what had not begun was planned anew."), |of, _| {
-        Some(number(of.statistics().reallocations as f64))
-    }),
-    (Measure::of(EVERYBODY, "working", Form::Truth, "It is at work."), |of, index| {
+    (
+        Measure::whole(
+            "reallocations",
+            Form::Number(NONE),
+            "Number of times that activities which had not begun were replanned.",
+        ),
+        |of, _| Some(number(of.statistics().reallocations as f64)),
+    ),
+    (Measure::of(EVERYBODY, "working", Form::Truth, "True while it is at work."), |of, index| {
         Some(truth(of.agent(index)?.doing == Doing::Working))
     }),
-    (Measure::of(EVERYBODY, "lost", Form::Truth, "It takes no part any more."), |of, index| {
+    (Measure::of(EVERYBODY, "lost", Form::Truth, "True while it is lost."), |of, index| {
         Some(truth(of.agent(index)?.doing == Doing::Lost))
     }),
-    (Measure::of(EVERYBODY, "tasks", Form::Number(NONE), "How many tasks it has done."), |of, index| {
+    (Measure::of(EVERYBODY, "tasks", Form::Number(NONE), "Number of tasks that it has done."), |of, index| {
         Some(number(agent(of, index)?.1.tasks as f64))
     }),
     (
-        Measure::of(EVERYBODY, "worked", Form::Number(TIME), "How long it was at work, the task under way with it."),
+        Measure::of(EVERYBODY, "worked", Form::Number(TIME), "Time at work, including the task under way."),
         |of, index| {
             let (view, so_far) = agent(of, index)?;
             Some(number(so_far.worked + view.work.map_or(0.0, |work| of.time() - work.start)))
@@ -90,7 +98,7 @@ pub(super) const MEASURES: &MeasureTable<LayersWorld> = &[
             EVERYBODY,
             "position",
             Form::Point,
-            "Where it is: on its way from its base to the object, along the path and back, or at its base.",
+            "Position of its hand: on the way from its base to the object, along the path and back, or at the base.",
         ),
         |of, index| Some(of.agent(index)?.position),
     ),
@@ -99,11 +107,11 @@ pub(super) const MEASURES: &MeasureTable<LayersWorld> = &[
             EVERYBODY,
             "travelled",
             Form::Number(LENGTH),
-            "The way that it has gone, in tasks that have ended or were dropped.",
+            "Distance covered in tasks that have ended or were dropped.",
         ),
         |of, index| Some(number(agent(of, index)?.1.travelled)),
     ),
-    (Measure::of(&["robot"], "energy", Form::Number(ENERGY), "The energy that these ways took."), |of, index| {
+    (Measure::of(&["robot"], "energy", Form::Number(ENERGY), "Energy for this distance."), |of, index| {
         Some(number(agent(of, index)?.1.energy))
     }),
     (

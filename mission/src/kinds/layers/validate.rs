@@ -46,7 +46,7 @@ pub enum Rule {
 impl Constraint<usize> for Rule {
     fn text(&self) -> &'static str {
         match self {
-            Rule::Form => "names are the problem's, times are finite, and each activity is of somebody",
+            Rule::Form => "names are those of the problem, times are finite, and each activity has an agent",
             Rule::Once => "each task is performed once (6.11)",
             Rule::Layers => "a task begins after all tasks of the layers before (6.8)",
             Rule::Object => "a task has one object with its features, if it needs one (6.9)",
@@ -55,8 +55,8 @@ impl Constraint<usize> for Rule {
             Rule::Overlap => "an agent performs one task at a time (6.12)",
             Rule::Speed => "a speed is one that the agent has (6.13)",
             Rule::Duration => "a task takes its time (6.14)",
-            Rule::Begun => "what has begun stays as it is",
-            Rule::Past => "nothing new begins before the plan is made",
+            Rule::Begun => "activities that have begun are unchanged",
+            Rule::Past => "no other activity begins before the time of planning",
             Rule::Cost => "the cost is what the plan costs (6.7)",
         }
     }

@@ -28,7 +28,7 @@ pub fn of_event(event: &Event, problem: &Problem) -> String {
         Event::Failed { agent } => format!("the task of {} fails", name(agent)),
         Event::Lost { agent } => format!("{} is lost", name(agent)),
         Event::Back { agent } => format!("{} is back", name(agent)),
-        Event::Replan => "a new plan is asked for".to_string(),
+        Event::Replan => "a new plan is requested".to_string(),
     }
 }
 

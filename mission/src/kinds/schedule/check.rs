@@ -128,7 +128,7 @@ pub enum Reason {
     Unknown { index: usize },
     #[error("is given twice")]
     Twice,
-    #[error("no robot has any way to go to any agent, so that waits have no scale")]
+    #[error("no robot has a distance to travel to any agent, so that waits have no scale")]
     NoWay,
     #[error("the instants do not ascend")]
     NotAscending,

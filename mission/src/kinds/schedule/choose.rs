@@ -146,15 +146,16 @@ fn choice(problem: &Problem, options: &Options) -> Choice {
     let count = instance.jobs.len();
     let chosen = |formulation, why: String| Choice { formulation, why };
     if let Some(formulation) = options.formulation {
-        return chosen(formulation, "it was asked for".into());
+        return chosen(formulation, "as requested".into());
     }
     if subsets::is_applicable(&instance) {
-        let why = format!("each agent has one service to come, {count} in all");
+        let why = format!("each agent has one remaining service, {count} in total");
         return chosen(Formulation::Subsets, why);
     }
     if orders::is_applicable(&instance) {
-        let speeds = if instance.is_fixed() { "every way takes a fixed time" } else { "speeds are decided" };
-        let why = format!("{speeds}, agents have several services to come, and {count} are few enough");
+        let speeds =
+            if instance.is_fixed() { "the times of all paths are fixed" } else { "speeds are decision variables" };
+        let why = format!("{speeds}, agents have several services, and {count} are few enough");
         return chosen(Formulation::Orders, why);
     }
     let (exact, most, name) = match options.engine {
@@ -165,13 +166,13 @@ fn choice(problem: &Problem, options: &Options) -> Choice {
         Engine::Highs => (Formulation::Position, MOST_HIGHS, "HiGHS"),
     };
     if count > most {
-        let why = format!("{count} operations are to be served, and {name} is given {most} at once");
+        let why = format!("{count} operations remain, and {name} plans at most {most} at once");
         return chosen(Formulation::Batches, why);
     }
     let why = match exact {
-        Formulation::Constraint => "every way takes a fixed time",
+        Formulation::Constraint => "the times of all paths are fixed",
         _ if instance.is_fixed() => "the constraint program is too slow for so many operations",
-        _ => "speeds are decided",
+        _ => "speeds are decision variables",
     };
     chosen(exact, format!("{why}, and {count} operations are few enough for {name}"))
 }

@@ -50,7 +50,7 @@ pub(super) fn typed(problem: &Problem, of: &Named) -> Result<Typed, String> {
         return Ok(Typed::Event(Event::Replan));
     }
     let who = of.member.and_then(|member| actor(problem, member));
-    let who = who.ok_or_else(|| format!("`{name}` is of nobody who exists"))?;
+    let who = who.ok_or_else(|| format!("`{name}` names a member that does not exist"))?;
     let by = || of.number("by").filter(|by| by.abs() <= MAX_NUMBER).ok_or_else(|| format!("`{name}` needs `by`"));
     let agent = match (name, who) {
         ("lost", who) => return Ok(Typed::Event(Event::Lost { who })),

@@ -37,46 +37,54 @@ pub(super) const MEASURES: &MeasureTable<ScheduleWorld> = &[
         Measure::whole(
             "done",
             Form::Truth,
-            "Everything is served that can be, and every robot is back at its depot. `done` alone says the same.",
+            "True once all possible services are done and every robot is back at its depot; `done` alone is the same.",
         ),
         |of, _| Some(truth(of.done())),
     ),
     (
-        Measure::whole("stranded", Form::Truth, "There is no plan any more: no robot is left, or none was found."),
+        Measure::whole(
+            "stranded",
+            Form::Truth,
+            "True once no plan is feasible: no robot is left, or no plan was found.",
+        ),
         |of, _| Some(truth(of.stranded().is_some())),
     ),
     (
-        Measure::whole("makespan", Form::Number(TIME), "From the start to the end of the last service so far."),
+        Measure::whole("makespan", Form::Number(TIME), "Time from the start to the end of the last finished service."),
         |of, _| Some(number(of.statistics().makespan)),
     ),
-    (Measure::whole("cost", Form::Number(NONE), "What the plan costs, as it stands."), |of, _| {
-        Some(number(of.plan().cost))
-    }),
-    (Measure::whole("energy", Form::Number(ENERGY), "The energy of all robots, for ways that have ended."), |of, _| {
+    (Measure::whole("cost", Form::Number(NONE), "Cost of the current plan."), |of, _| Some(number(of.plan().cost))),
+    (Measure::whole("energy", Form::Number(ENERGY), "Energy of all robots for trips that have ended."), |of, _| {
         Some(number(of.statistics().energy()))
     }),
     (
         Measure::whole(
             "reschedules",
             Form::Number(NONE),
-            "How often times of the plan moved, and who serves whom stayed.",
+            "Number of times that the plan was rescheduled with unchanged assignments.",
         ),
         |of, _| Some(number(of.statistics().reschedules as f64)),
     ),
-    (Measure::whole("reallocations", Form::Number(NONE), "How often what had not begun was planned anew."), |of, _| {
-        Some(number(of.statistics().reallocations as f64))
-    }),
     (
-        Measure::of(AGENTS, "waited", Form::Number(TIME), "All its waits so far, the one under way with them."),
+        Measure::whole(
+            "reallocations",
+            Form::Number(NONE),
+            "Number of times that activities which had not begun were replanned.",
+        ),
+        |of, _| Some(number(of.statistics().reallocations as f64)),
+    ),
+    (
+        Measure::of(AGENTS, "waited", Form::Number(TIME), "Sum of its waits so far, including the current one."),
         |of, index| Some(number(agent(of, index)?.1.waited())),
     ),
-    (Measure::of(AGENTS, "served", Form::Number(NONE), "How many of its operations have been served."), |of, index| {
-        Some(number(agent(of, index)?.1.served as f64))
-    }),
-    (Measure::of(AGENTS, "working", Form::Truth, "It is at work."), |of, index| {
+    (
+        Measure::of(AGENTS, "served", Form::Number(NONE), "Number of its operations that have been served."),
+        |of, index| Some(number(agent(of, index)?.1.served as f64)),
+    ),
+    (Measure::of(AGENTS, "working", Form::Truth, "True while it is at work."), |of, index| {
         Some(truth(of.agent(index)?.doing == Doing::Working))
     }),
-    (Measure::of(AGENTS, "lost", Form::Truth, "It has left."), |of, index| {
+    (Measure::of(AGENTS, "lost", Form::Truth, "True while it is lost: it has left."), |of, index| {
         Some(truth(of.agent(index)?.doing == Doing::Lost))
     }),
     (
@@ -84,11 +92,11 @@ pub(super) const MEASURES: &MeasureTable<ScheduleWorld> = &[
             AGENTS,
             "faulted",
             Form::OfController,
-            "The controller that it runs has broken down, so that it is lost.",
+            "True if the controller that it runs has broken down, so that it is lost.",
         ),
         |_, _| None,
     ),
-    (Measure::of(AGENTS, "position", Form::Point, "Where it works and is served."), |of, index| {
+    (Measure::of(AGENTS, "position", Form::Point, "Position at which it works and is served."), |of, index| {
         let [x, y] = of.agent(index)?.place;
         Some([x, y, 0.0])
     }),
@@ -97,12 +105,17 @@ pub(super) const MEASURES: &MeasureTable<ScheduleWorld> = &[
             AGENTS,
             "adaptation",
             Form::Number(NONE),
-            "How well its waits followed what it said of them: the adaptation index, 1 at the start, more where they did.",
+            "Adaptation index of its waits: 1 at the start; larger if its waits changed as its feedback asked.",
         ),
         |of, index| Some(number(agent(of, index)?.1.wait_index)),
     ),
     (
-        Measure::of(AGENTS, "speed_adaptation", Form::Number(NONE), "The same of the speeds of robots that came."),
+        Measure::of(
+            AGENTS,
+            "speed_adaptation",
+            Form::Number(NONE),
+            "Adaptation index of the approach speeds of robots.",
+        ),
         |of, index| Some(number(agent(of, index)?.1.speed_index)),
     ),
     (
@@ -110,7 +123,7 @@ pub(super) const MEASURES: &MeasureTable<ScheduleWorld> = &[
             AGENTS,
             "wait_satisfaction",
             Form::Number(NONE),
-            "What it says of its waits, smoothed: from -1, too short, to 1, too long; 0 before it said anything.",
+            "Smoothed feedback about its waits: from -1, too short, to 1, too long; 0 without feedback.",
         ),
         |of, index| Some(number(of.satisfaction(index).wait)),
     ),
@@ -119,32 +132,32 @@ pub(super) const MEASURES: &MeasureTable<ScheduleWorld> = &[
             AGENTS,
             "approach_satisfaction",
             Form::Number(NONE),
-            "What it says of approaches, smoothed: from -1, very fast, to 1, very slow; 0 before it said anything.",
+            "Smoothed feedback about approaches: from -1, very fast, to 1, very slow; 0 without feedback.",
         ),
         |of, index| Some(number(of.satisfaction(index).approach)),
     ),
-    (Measure::of(ROBOTS, "position", Form::Point, "Where it is."), |of, index| {
+    (Measure::of(ROBOTS, "position", Form::Point, "Its position."), |of, index| {
         let [x, y] = of.robot(index)?.position;
         Some([x, y, 0.0])
     }),
-    (Measure::of(ROBOTS, "speed", Form::Number(VELOCITY), "How fast it is; never negative."), |of, index| {
+    (Measure::of(ROBOTS, "speed", Form::Number(VELOCITY), "Its speed, zero or more."), |of, index| {
         Some(number(speed(&of.robot(index)?)))
     }),
     (
-        Measure::of(ROBOTS, "travelled", Form::Number(LENGTH), "The way that it has gone, in ways that have ended."),
+        Measure::of(ROBOTS, "travelled", Form::Number(LENGTH), "Distance covered in trips that have ended."),
         |of, index| Some(number(robot(of, index)?.1.travelled)),
     ),
-    (Measure::of(ROBOTS, "energy", Form::Number(ENERGY), "The energy that these ways took."), |of, index| {
+    (Measure::of(ROBOTS, "energy", Form::Number(ENERGY), "Energy for this distance."), |of, index| {
         Some(number(robot(of, index)?.1.energy))
     }),
     (
-        Measure::of(ROBOTS, "busy", Form::Truth, "It is under way, waits for an agent, serves, or unloads."),
+        Measure::of(ROBOTS, "busy", Form::Truth, "True while it is under way, waits for an agent, serves, or unloads."),
         |of, index| Some(truth(!matches!(of.robot(index)?.stage, Stage::Home | Stage::Lost))),
     ),
-    (Measure::of(ROBOTS, "served", Form::Number(NONE), "How many operations it has served."), |of, index| {
+    (Measure::of(ROBOTS, "served", Form::Number(NONE), "Number of operations that it has served."), |of, index| {
         Some(number(robot(of, index)?.1.served as f64))
     }),
-    (Measure::of(ROBOTS, "lost", Form::Truth, "It has broken down."), |of, index| {
+    (Measure::of(ROBOTS, "lost", Form::Truth, "True while it is lost: it has broken down."), |of, index| {
         Some(truth(of.robot(index)?.stage == Stage::Lost))
     }),
 ];

@@ -56,7 +56,7 @@ pub enum Rule {
 impl Constraint<Target> for Rule {
     fn text(&self) -> &'static str {
         match self {
-            Rule::Form => "names are the problem's, times are finite, and each activity is of somebody",
+            Rule::Form => "names are those of the problem, times are finite, and each activity has an agent",
             Rule::Assignment => "each operation is served once, by one robot (5.6)",
             Rule::Going => "going respects the robot's speeds (5.7)",
             Rule::Proximity => "the approach respects the speeds near the agent (5.8)",
@@ -68,8 +68,8 @@ impl Constraint<Target> for Rule {
             Rule::Sequence => "an operation begins after the service before it (5.12b)",
             Rule::OperationTime => "an operation takes its time at the confidence (5.12c)",
             Rule::Overlap => "a robot does one service at a time (5.14)",
-            Rule::Begun => "what has begun stays as it is",
-            Rule::Past => "nothing new begins before the plan is made",
+            Rule::Begun => "activities that have begun are unchanged",
+            Rule::Past => "no other activity begins before the time of planning",
             Rule::Absent => "a robot that is absent leaves for no new service",
             Rule::Speed => "a speed is the length of the way over its time",
         }

@@ -50,7 +50,7 @@ pub fn of_event(event: &Event, problem: &Problem) -> String {
         Event::Feedback(feedback) => format!("{} says what the service was like", name(feedback.agent)),
         Event::Lost { who: lost } => format!("{} is lost", who(problem, *lost)),
         Event::Back { who: back } => format!("{} is back", who(problem, *back)),
-        Event::Replan => "a new plan is asked for".to_string(),
+        Event::Replan => "a new plan is requested".to_string(),
     }
 }
 
@@ -81,7 +81,7 @@ pub fn of_log_entry(what: &LogEntry, problem: &Problem) -> String {
         }
         LogEntry::HeldUp { robot, agent, by: lost } => {
             let to = agent.map_or_else(|| "home".to_string(), |agent| format!("to {}", agent_name(problem, agent)));
-            format!("{} stands on its way {to}: {}, out of order, stands in its way", by(*robot), by(*lost))
+            format!("{} has stopped on its way {to}: {}, which is out of order, blocks it", by(*robot), by(*lost))
         }
         LogEntry::BrokenOff { robot, agent, operation } => {
             format!("{} breaks off the service of {}", by(*robot), of(*agent, *operation))

@@ -46,10 +46,10 @@ pub enum Refusal {
     #[error("{}", of_plan(.0))]
     Plan(choose::Refusal),
     /// The plan breaks constraints of the problem.
-    #[error("the plan is none of this problem: {} constraints are broken", .0.len())]
+    #[error("the plan does not belong to this problem: {} constraints are violated", .0.len())]
     Violations(Vec<Violation>),
     /// Something has begun.
-    #[error("something has begun already: an execution stands at the start of its mission")]
+    #[error("an execution must begin at the start of its mission, and an activity has begun already")]
     Begun,
     /// The threshold is no number of zero or more.
     #[error("`reallocate_above` must be zero or more, and is {0}")]

@@ -156,8 +156,8 @@ fn ordered(reader: &mut Reader<'_>, tree: &mut Tree) {
         Err(circle) => {
             let first = &tree.tasks[circle[0]];
             let in_circle: Vec<&str> = circle.iter().map(|task| names[*task].as_str()).collect();
-            let what = format!("the tasks {} come after each other in a circle", listed(&in_circle));
-            let fix = "take one of them out of the other's `after`".into();
+            let what = format!("the tasks {} are in a cycle of `after`", listed(&in_circle));
+            let fix = "remove one of them from the other's `after`".into();
             let at = first.keys.get("after").copied().unwrap_or(first.at);
             reader.fault(at, &join(&first.path, "after"), FaultKind::Cycle, what, fix);
         }

@@ -80,7 +80,7 @@ fn fault(problem: &Problem, tasks: &[ReadTask], violation: &Violation) -> Fault 
     let (key, what, fix) = match (read, other) {
         (Some(read), Some(other)) => of_two(problem, read, other, violation),
         (Some(read), None) => of_one(problem, read, violation),
-        (None, _) => ("", format!("this is no plan: {}", violation.rule.text()), "give each task once".into()),
+        (None, _) => ("", format!("this is not a plan: {}", violation.rule.text()), "give each task once".into()),
     };
     Fault {
         at: read.map_or(super::Position { line: 1, column: 1 }, |read| read.keys.get(key).copied().unwrap_or(read.at)),
@@ -117,7 +117,7 @@ fn of_one(problem: &Problem, read: &ReadTask, violation: &Violation) -> (&'stati
             let what = format!("`{name}` does not have an object with its features");
             ("object", what, "give an object that has all of them".into())
         }
-        other => ("", format!("not so of `{name}`: {}", other.text()), "change the task".into()),
+        other => ("", format!("violated by `{name}`: {}", other.text()), "change the task".into()),
     }
 }
 
@@ -148,7 +148,7 @@ fn of_two(
             let what = format!("`{name}` and `{second}` use the same object");
             ("object", what, "give each an object of its own".into())
         }
-        rule => ("", format!("not so of `{name}` and `{second}`: {}", rule.text()), "change one of them".into()),
+        rule => ("", format!("violated by `{name}` and `{second}`: {}", rule.text()), "change one of them".into()),
     }
 }
 

@@ -63,12 +63,12 @@ impl Reader<'_> {
             let here = join(path, key);
             if !keys.contains(&key.as_str()) && key != "description" {
                 let fix = match key.as_str() {
-                    "start" | "end" if keys.contains(&"action") => "leave it out: times are planned".into(),
+                    "start" | "end" if keys.contains(&"action") => "remove it: times are planned".into(),
                     _ => suggest(key, keys.iter().copied()),
                 };
                 self.fault(*at, &here, FaultKind::UnknownKey, format!("`{key}` has no meaning here"), fix);
             } else if found.insert(key.as_str(), value).is_some() {
-                let fix = "leave one of them out".into();
+                let fix = "remove one of them".into();
                 self.fault(*at, &here, FaultKind::Twice, format!("`{key}` is given twice"), fix);
             }
         }
@@ -89,8 +89,8 @@ impl Reader<'_> {
         match &node.value {
             Value::Text(text) if text.chars().any(commands) => {
                 let number = text.chars().find(|c| commands(*c)).map_or(0, u32::from);
-                let what = format!("this is no name: it holds U+{number:04X}, which commands and is not shown");
-                let fix = "give a name of letters, digits and signs that are shown".into();
+                let what = format!("this is not a name: it contains the control character U+{number:04X}");
+                let fix = "give a name of visible characters".into();
                 self.fault(node.at, path, FaultKind::Type, what, fix);
                 None
             }
@@ -198,9 +198,9 @@ impl Reader<'_> {
             let wanted: Vec<&String> = features.iter().collect();
             let fix = near.map_or("there is no object".into(), |near| {
                 let has: Vec<&String> = near.features.iter().collect();
-                format!("ask for fewer features; the nearest, `{}`, is {}", near.name, listed(&has))
+                format!("require fewer features; the nearest, `{}`, is {}", near.name, listed(&has))
             });
-            let what = format!("no object is all of {}", listed(&wanted));
+            let what = format!("no object has all features {}", listed(&wanted));
             self.fault(node.at, path, FaultKind::NoObject, what, fix);
         }
         features

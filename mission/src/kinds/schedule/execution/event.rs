@@ -97,7 +97,7 @@ pub enum EventError {
     NotServed { name: String },
     #[error("a robot is near {name}, who stays where it is until it has been served")]
     RobotNear { name: String },
-    #[error("lengths come from a table: nobody has another place")]
+    #[error("lengths come from a table, so no agent can move")]
     NoPlaces,
     #[error("a step of feedback lies between -2 and 2, and is {step}")]
     Step { step: i8 },
@@ -105,6 +105,6 @@ pub enum EventError {
     Feedback(#[from] NoFeedback),
     #[error("a time must be a number of at most a million seconds, and is {value}")]
     Time { value: f64 },
-    #[error("the mission cannot be planned then: {why}")]
+    #[error("the mission could not be planned after it: {why}")]
     Impossible { why: String },
 }

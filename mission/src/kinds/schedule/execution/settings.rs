@@ -110,13 +110,13 @@ pub enum Refusal {
     #[error(transparent)]
     Plan(#[from] choose::Refusal),
     /// The plan breaks constraints of the problem.
-    #[error("the plan is none of this problem: {} constraints are broken, first {}", .0.len(), first(.0))]
+    #[error("the plan does not belong to this problem: {} constraints are violated, first {}", .0.len(), first(.0))]
     Violations(Vec<Violation>),
     /// The plan lacks activities.
     #[error("the plan is no schedule: {0}")]
     NoSchedule(String),
     /// Something has begun.
-    #[error("something has begun already: an execution stands at the start of its mission")]
+    #[error("an execution must begin at the start of its mission, and an activity has begun already")]
     Begun,
     /// A number of the settings is out of its range.
     #[error("`{name}` must lie between {low} and {high}, and is {value}")]
@@ -131,7 +131,7 @@ pub enum Refusal {
         high: f64,
     },
     /// Bases need to know where things are.
-    #[error("bases need to know where things are, and the lengths of the ways come from a table")]
+    #[error("bases need positions, and the lengths of the paths come from a table")]
     NoPlaces,
     /// A robot could never get there.
     #[error("the obstacle at ({:.2}, {:.2}) m covers {what}", .obstacle.place[0], .obstacle.place[1])]
