@@ -144,7 +144,7 @@ const OTHER_WORDS: &[&str] = &[
     "there is no kind of mission",
     "there is no distribution",
     "there is no skill",
-    "nothing called `makspan` is measured",
+    "`makspan` is not a measure",
     // A pattern names several joints.
     "no joint of robot `canopies` that moves by itself fits",
     // The arms exist, and have no `points`.

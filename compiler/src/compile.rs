@@ -11,7 +11,7 @@ use dsl::{Diagnostic, Fix, SourceId, Sources, Syntax, Topic};
 
 use crate::checks::{self, size_limits};
 use crate::cli_overrides;
-use crate::diagnostics::follow_ons;
+use crate::diagnostics::cascading_errors;
 use crate::diagnostics::report::Report;
 use crate::expand::{Expanded, declared, expand};
 use crate::input::{Compiled, Input, Part, Texts};
@@ -64,7 +64,7 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
         checks::controller(controller, &expanded, &report.sources, &mut diagnostics);
     }
 
-    follow_ons::remove(&mut diagnostics, form, &whole, &report.sources);
+    cascading_errors::remove(&mut diagnostics, form, &whole, &report.sources);
     removals(&mut diagnostics, &whole);
     // Without the missions, names that only missions use would be reported as unused.
     diagnostics.retain(|d| !left_out || d.topic != Topic::Unused);

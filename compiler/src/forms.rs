@@ -39,7 +39,7 @@ pub fn unknown_key(told: usize, block: &Block, i: usize, keys: &[&str], what: &s
     }
     let before = i.checked_sub(1).map(|k| &block.entries[k]);
     if ["and", "or", "not"].contains(&key.value.as_str()) {
-        d = d.help(format!("between conditions `{}` stands inside brackets, as in `(a < b and b < c)`", key.value));
+        d = d.help(format!("use brackets around `{}` between conditions, as in `(a < b and b < c)`", key.value));
     } else if let Some(meant) = synonym(&key.value).filter(|m| keys.contains(m)) {
         d = d.write(meant);
     } else if let Some(near) = suggest(&key.value, keys.iter().copied()) {

@@ -109,7 +109,7 @@ impl Constants<'_> {
             && min > max
         {
             let d = Diagnostic::error("HQ0315", *at, format!("nothing lies between {min} and {max}"));
-            diagnostics.push(d.here("min").label(*other, "max").help("write the smaller bound behind `min`"));
+            diagnostics.push(d.here("min").label(*other, "max").help("write the smaller bound after `min`"));
             return None;
         }
         Some(bounds)

@@ -62,7 +62,7 @@ fn text_of(path: &Spanned<String>, folder: &Path) -> Result<String, Refused> {
         return Err(Box::new(d.help("keep the part that the scenario needs, or fewer lines for each second")));
     }
     String::from_utf8(bytes).map_err(|e| {
-        let why = format!("it is no UTF-8 text, byte {} is none", e.utf8_error().valid_up_to());
+        let why = format!("it is not UTF-8 text: byte {} is invalid", e.utf8_error().valid_up_to());
         Box::new(cannot(&why).help("save it as comma-separated values"))
     })
 }
@@ -178,7 +178,7 @@ fn number((text, at): &Cell) -> Result<f64, Refused> {
             };
             let d = Diagnostic::error("HQ0805", *at, what);
             Err(Box::new(
-                d.help("leave lines out in which the person was not seen; between two lines the way is straight"),
+                d.help("remove lines in which the person was not seen; between two lines the motion is linear"),
             ))
         }
     }
@@ -206,7 +206,7 @@ mod tests {
     fn cells_may_stand_in_quotes() {
         let text = "\"time\",\"p,1\"\"\n\".x, \"p,1\"\"\n\".y ,\"p,1\"\"\n\".z\"\r\n0,1,2,3\r\n";
         // Here the suffix of each name follows its closing quote.
-        assert!(parsed(text, &["p,1\"\n"]).unwrap_err().contains("behind the quotes"));
+        assert!(parsed(text, &["p,1\"\n"]).unwrap_err().contains("after the quotes"));
         let text = "\"time\",\"p,1\"\"\n.x\", \"p,1\"\"\n.y\" ,\"p,1\"\"\n.z\"\r\n\"0\",1,\" 2 \",3\r\n";
         assert_eq!(parsed(text, &["p,1\"\n"]), Ok(vec![Track(vec![(0.0, [1.0, 2.0, 3.0])])]));
         assert!(parsed("time,p.x,p.y,p.z\n0,1,2,\"3\n", &["p"]).unwrap_err().contains("does not end"));

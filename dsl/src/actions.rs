@@ -41,6 +41,6 @@ pub(crate) fn call(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &mut
 
 /// Returns the diagnostic for an action without a verb.
 pub(crate) fn nothing(word: &str, span: Span) -> Diagnostic {
-    Diagnostic::error("HQ0142", span, format!("`{word}` says nothing to do"))
-        .help(format!("write what is to be done, for instance `{word} say \"text\"` or `{word} gripper(close)`"))
+    Diagnostic::error("HQ0142", span, format!("`{word}` has no action"))
+        .help(format!("write an action, for instance `{word} say \"text\"` or `{word} gripper(close)`"))
 }

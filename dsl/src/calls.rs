@@ -46,11 +46,11 @@ pub(crate) fn parameters(
             continue;
         };
         if all.len() == MAX_PARAMETERS {
-            let text = format!("more than {MAX_PARAMETERS} parameters stand here");
+            let text = format!("more than {MAX_PARAMETERS} parameters");
             diags.push(
                 Diagnostic::error("HQ0190", name.span, text)
                     .here("read up to here")
-                    .help("give numbers that belong together as one vector, or name what never differs with `param`"),
+                    .help("combine numbers into vectors, or declare constants with `param`"),
             );
             break;
         }
@@ -85,9 +85,9 @@ pub(crate) fn arguments(
             (None, None) => args.push(value),
             (None, Some(first)) => {
                 diags.push(
-                    Diagnostic::error("HQ0123", value.span, "an argument without a name stands behind one with a name")
-                        .label(first.key.span, "the first one with a name")
-                        .help("write those without names first, or give this one its name too"),
+                    Diagnostic::error("HQ0123", value.span, "a positional argument follows a named one")
+                        .label(first.key.span, "first named argument")
+                        .help("write positional arguments first, or name this one too"),
                 );
                 args.push(value);
             }

@@ -112,10 +112,10 @@ pub(crate) fn changes(stack: &mut Stack, at: Span, from: bool, diags: &mut Vec<D
                 Diagnostic::error(
                     "HQ0126",
                     level.name.span,
-                    "a stack that is made from another one lists changes only",
+                    "a stack that is derived from another one may only list changes",
                 )
-                .label(stack.base.as_ref().map_or(at, |base| base.span), "its levels come from here")
-                .help(format!("say what it changes: `add {name} {{ .. }}`, `replace {name} {{ .. }}`")),
+                .label(stack.base.as_ref().map_or(at, |base| base.span), "derived from this stack")
+                .help(format!("write a change: `add {name} {{ .. }}`, `replace {name} {{ .. }}`")),
             );
         }
     } else if let Some(change) = stack.changes.first() {
@@ -125,9 +125,13 @@ pub(crate) fn changes(stack: &mut Stack, at: Span, from: bool, diags: &mut Vec<D
             crate::tree::Change::Remove(removal) => ("remove", removal.level.span),
         };
         diags.push(
-            Diagnostic::error("HQ0126", span, format!("`{word}` changes a level of another stack, and none is named"))
-                .label(at, "this stack is made from no other")
-                .help("name it: `stack NAME from OTHER { .. }`; a level of its own is written `level NAME { .. }`"),
+            Diagnostic::error(
+                "HQ0126",
+                span,
+                format!("`{word}` changes a level of a base stack, and this stack has none"),
+            )
+            .label(at, "this stack has no base")
+            .help("write `stack NAME from OTHER { .. }`, or a new level, `level NAME { .. }`"),
         );
         stack.changes.clear();
     }
@@ -141,12 +145,12 @@ pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: 
             let key = &entry.key.value;
             diags.push(
                 Diagnostic::error("HQ0121", entry.key.span, format!("`{key}` cannot be a setting of a {what}"))
-                    .note("the word has a meaning of its own there in one of the two syntaxes")
+                    .note("the word is a keyword there in one of the two syntaxes")
                     .help(match what {
-                        "robot" => "a robot is made from another one by `robot NAME from OTHER { .. }`",
+                        "robot" => "derive a robot from another one by `robot NAME from OTHER { .. }`",
                         "stack" => "levels are written `level NAME { .. }`, in YAML as the sequence `levels:`",
-                        "level" => "the tasks of a level stand in its braces, in YAML in the sequence `tasks:`",
-                        "signal" => "the type of a signal stands behind its name: `signal NAME : point`",
+                        "level" => "write the tasks of a level in its braces, in YAML in the sequence `tasks:`",
+                        "signal" => "the type of a signal follows its name: `signal NAME : point`",
                         "scenario" => "an expectation is written `expect FORMULA`, in YAML in the sequence `expect:`",
                         _ => "take another word",
                     }),
@@ -165,8 +169,8 @@ pub(crate) fn reserved(settings: &mut Block, words: &[&str], what: &str, diags: 
 /// Returns the diagnostic for `level hard { .. }`: a level that was meant to be hard would be a soft one with that
 /// name.
 pub(crate) fn hard_is_no_name(span: Span) -> Diagnostic {
-    Diagnostic::incomplete("HQ0116", span, "this level has no name: `hard` says what it is")
-        .help("give the level a name of its own before `hard`, in YAML behind `name:`")
+    Diagnostic::incomplete("HQ0116", span, "this level has no name: `hard` is a keyword")
+        .help("write a name before `hard`, in YAML after `name:`")
 }
 
 /// Sorts the diagnostics by location, and keeps the first hundred.
@@ -179,8 +183,8 @@ pub(crate) fn finish(mut diags: Vec<Diagnostic>) -> Vec<Diagnostic> {
         let span = diags[MAX_DIAGNOSTICS].primary.span;
         diags.truncate(MAX_DIAGNOSTICS);
         diags.push(
-            Diagnostic::error("HQ0192", span, format!("{left} more mistakes are not shown"))
-                .help("mend the first ones; the rest may follow from them"),
+            Diagnostic::error("HQ0192", span, format!("{left} more errors are not shown"))
+                .help("fix the first errors; the others may be consequences"),
         );
     }
     diags

@@ -71,7 +71,7 @@ pub(crate) fn unquoted_pattern(text: &str, at: usize, after: After<'_>) -> Optio
 
 /// Returns the diagnostic for a pattern without quotes.
 pub(crate) fn needs_quotes(word: &str, span: crate::Span) -> Diagnostic {
-    Diagnostic::unreadable("HQ0113", span, "a pattern of names stands in quotes").write(format!("\"{word}\""))
+    Diagnostic::unreadable("HQ0113", span, "a name pattern must be in quotes").write(format!("\"{word}\""))
 }
 
 /// Returns the diagnostic for the character at byte `at` of the piece `start..end`.
@@ -98,7 +98,7 @@ fn at_place(
         '\'' => {
             let close = rest[1..].find('\'').map_or(end, |n| at + n + 2);
             let inner = text[at + 1..close].trim_end_matches('\'');
-            Diagnostic::error("HQ0109", place.span(at, close), "single quotes do not make a text")
+            Diagnostic::error("HQ0109", place.span(at, close), "a text needs double quotes")
                 .write(format!("\"{inner}\""))
                 .certain()
         }
@@ -108,12 +108,12 @@ fn at_place(
                 .help("end the text with `\"`; a line break inside it is written `\\n`")
         }
         '#' => Diagnostic::error("HQ0110", place.span(at, end), "`#` does not begin a comment here")
-            .help(Help::each("comments in a `.hq` file begin with `//`", "a comment stands outside the quotes"))
+            .help(Help::each("comments in a `.hq` file begin with `//`", "write the comment outside the quotes"))
             .fix(Fix::edit("Begin the comment with `//`", one, "//").certain()),
         '_' if glued_to_digit(text, at) => {
             let from = text[..at].rfind(|c: char| !c.is_ascii_digit()).map_or(0, |n| n + 1);
             let plain: String = text[from..word_end].chars().filter(|c| *c != '_').collect();
-            let diagnostic = Diagnostic::error("HQ0111", place.span(from, word_end), "a number has no `_` inside");
+            let diagnostic = Diagnostic::error("HQ0111", place.span(from, word_end), "a number must not contain `_`");
             if plain.bytes().all(|b| b.is_ascii_digit()) { diagnostic.write(plain).certain() } else { diagnostic }
         }
         '.' if rest[1..].starts_with(|c: char| c.is_ascii_digit()) && !glued_to_digit(text, at) => {
@@ -131,7 +131,7 @@ fn at_place(
             }
             let behind = rest[1..].trim_start();
             let readable = if behind.is_empty() { "" } else { " readable" };
-            let message = format!("`{first}` has nothing{readable} behind it");
+            let message = format!("expected a value{readable} after `{first}`");
             let diagnostic = Diagnostic::unreadable("HQ0114", one, message).here("expects a value on both sides");
             match behind.chars().next() {
                 Some(c) if !"})],;".contains(c) => {
@@ -150,16 +150,16 @@ fn at_place(
         }
         '*' | '/' | '+' | '^' => Diagnostic::unreadable("HQ0114", one, format!("`{first}` has no value before it"))
             .here("expects a value on both sides"),
-        ':' | '=' => Diagnostic::error("HQ0108", one, format!("`{first}` has no place here"))
+        ':' | '=' => Diagnostic::error("HQ0108", one, format!("`{first}` is unexpected here"))
             .help(Help::each(
-                "in a block, key and value stand side by side: `d_min 0.5 m`",
-                "one key and one value stand on a line; quote a text as `'\"..\"'`",
+                "in a block, the value follows its key: `d_min 0.5 m`",
+                "write one key and one value per line; quote a text as `'\"..\"'`",
             ))
             .fix(Fix::delete(one, &first.to_string())),
         ')' | ']' | '}' if follows_operator => {
             let op = before.len() - 1;
             let sign = &before[op..];
-            Diagnostic::unreadable("HQ0114", place.span(op, op + 1), format!("`{sign}` has nothing behind it"))
+            Diagnostic::unreadable("HQ0114", place.span(op, op + 1), format!("expected a value after `{sign}`"))
                 .here("expects a value on both sides")
                 .help("delete it, or write the second value")
         }
@@ -169,7 +169,7 @@ fn at_place(
                 .help(format!("write `{}` first, or check the brackets", closer(c))),
             None => loose(one, first)
                 .fix(Fix::delete(one, &first.to_string()))
-                .help("delete it, or look for the opening bracket that was lost"),
+                .help("delete it, or add the missing opening bracket"),
         },
         '(' | '[' if opener(text, at, end).is_some() => {
             let (open, c) = left_open(text, at, end).unwrap_or((at, first));
@@ -187,26 +187,27 @@ fn at_place(
                 if inside > at {
                     at_place(text, start, inside, end, place, After::Key("this argument"), unit_only)
                 } else {
-                    Diagnostic::unreadable("HQ0113", one, "`(` has no place here")
+                    Diagnostic::unreadable("HQ0113", one, "`(` is unexpected here")
                 }
             }
-            _ => Diagnostic::unreadable("HQ0113", one, "`(` has no place here")
-                .note("arguments stand directly behind the name they belong to, without a space"),
+            _ => Diagnostic::unreadable("HQ0113", one, "`(` is unexpected here")
+                .note("arguments follow the function name directly, without a space"),
         },
-        ',' => Diagnostic::unreadable("HQ0113", one, "`,` has no place here").note("a value stands between two commas"),
+        ',' => Diagnostic::unreadable("HQ0113", one, "`,` is unexpected here")
+            .note("a value is expected between two commas"),
         '{' => match after {
             After::Start(what) => {
                 Diagnostic::unreadable("HQ0113", one, format!("{what} is expected here, not a block"))
             }
-            _ => Diagnostic::unreadable("HQ0113", one, "no block can stand here")
+            _ => Diagnostic::unreadable("HQ0113", one, "a block is not allowed here")
                 .note("a block follows a key, a kind (`target { .. }`) or, in a task, its arguments"),
         },
         c if c.is_ascii_alphanumeric() || c == '_' => word(text, start, at, word_end, place, after, unit_only),
         '%' | '&' | '|' | '<' | '>' | '!' | '~' | '?' | '@' | '$' | '\\' | '`' => {
-            Diagnostic::unreadable("HQ0113", one, format!("`{first}` is no sign of the language"))
+            Diagnostic::unreadable("HQ0113", one, format!("`{first}` is not an operator"))
                 .note("expressions have `+ - * / ^`, parentheses, calls such as `sin(x)`, lists and fields")
         }
-        c if c.is_control() => Diagnostic::unreadable("HQ0113", one, "a control character has no place here"),
+        c if c.is_control() => Diagnostic::unreadable("HQ0113", one, "unexpected control character"),
         _ => {
             let until = rest.find(char::is_whitespace).map_or(end, |n| at + n);
             // For a letter beyond ASCII, the diagnostic shows the whole word.
@@ -220,7 +221,7 @@ fn at_place(
             let diagnostic = Diagnostic::unreadable(
                 "HQ0113",
                 place.span(at, until),
-                format!("`{}` has no place here", clip(&text[at..until])),
+                format!("`{}` is unexpected here", clip(&text[at..until])),
             );
             if first.is_alphabetic() {
                 diagnostic.note("names consist of the letters A to Z, digits and `_`")
@@ -269,13 +270,13 @@ fn word(
         return match letters {
             Some(n) if word[n..].bytes().all(|b| b.is_ascii_digit() || b == b'_') => {
                 let plain: String = word.chars().filter(|c| *c != '_').collect();
-                Diagnostic::error("HQ0111", place.span(at, end), "a number has no `_` inside").write(plain)
+                Diagnostic::error("HQ0111", place.span(at, end), "a number must not contain `_`").write(plain)
             }
             Some(n) => unknown_unit(&word[n..], place.span(at + n, end)),
             None => Diagnostic::unreadable(
                 "HQ0113",
                 place.span(at, number_end(text, end)),
-                format!("`{}` has no place here", clip(&text[at..number_end(text, end)])),
+                format!("`{}` is unexpected here", clip(&text[at..number_end(text, end)])),
             )
             .note(match after {
                 After::Value(_) => "the value before it is complete".to_owned(),
@@ -293,7 +294,7 @@ fn word(
         return unknown_unit(word, place.span(at, end));
     }
     let diagnostic =
-        Diagnostic::unreadable("HQ0113", place.span(at, end), format!("`{}` has no place here", clip(word)));
+        Diagnostic::unreadable("HQ0113", place.span(at, end), format!("`{}` is unexpected here", clip(word)));
     match after {
         After::Value(tree::Value { kind: tree::ValueKind::Unit(_, unit), .. }) => {
             diagnostic.note(format!("the value before it ends with its unit `{}`", unit_text(unit)))
@@ -336,7 +337,7 @@ fn ends_early(text: &str, start: usize, end: usize, place: Place, after: After<'
     let before = text[..end].trim_end();
     if let Some(sign) = before.chars().next_back().filter(|c| "+-*/^".contains(*c)) {
         let at = before.len() - 1;
-        return Diagnostic::unreadable("HQ0114", place.span(at, at + 1), format!("`{sign}` has nothing behind it"))
+        return Diagnostic::unreadable("HQ0114", place.span(at, at + 1), format!("expected a value after `{sign}`"))
             .here("expects a value on both sides")
             .help("delete it, or write the second value");
     }
@@ -367,7 +368,7 @@ pub(crate) fn unclosed(place: Place, open: usize, bracket: char) -> Diagnostic {
 /// Returns the diagnostic for a key without a value.
 pub(crate) fn no_value(key: &str, span: crate::Span) -> Diagnostic {
     Diagnostic::incomplete("HQ0107", span, format!("`{}` has no value", clip(key)))
-        .help(format!("write the value behind it, as in `{} 0.5`, or delete the key", clip(key)))
+        .help(format!("write the value after it, as in `{} 0.5`, or delete the key", clip(key)))
 }
 
 fn closer(bracket: char) -> char {

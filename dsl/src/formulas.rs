@@ -83,8 +83,8 @@ pub(crate) fn formula(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &
     if operators > MAX_OPERATORS {
         diags.push(
             Diagnostic::error("HQ0195", whole, "this formula is too long")
-                .note(format!("at most {MAX_OPERATORS} words of time and logic in a row"))
-                .help("say it in several expectations"),
+                .note(format!("at most {MAX_OPERATORS} temporal and logical operators in a row"))
+                .help("split it into several expectations"),
         );
         return missing(whole);
     }
@@ -92,8 +92,8 @@ pub(crate) fn formula(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &
     let formula = climber.climb(IMPLIES);
     if let Some(Token::Colon(span)) = climber.tokens.next() {
         climber.diags.push(
-            Diagnostic::error("HQ0143", span, "no `:` stands here")
-                .note("a `:` stands behind a window of time, and behind what follows `after`")
+            Diagnostic::error("HQ0143", span, "unexpected `:`")
+                .note("a `:` follows a time window, and the condition of `after`")
                 .help("write `after in(ask) : within 25 s : in(grasp)`"),
         );
         return missing(whole);
@@ -145,7 +145,7 @@ fn window(pair: Pair<'_>, place: Place, read: ReadExpr<'_>, diags: &mut Vec<Diag
     let mut open: Option<(&str, Span)> = None;
     let lacks = |open: Option<(&str, Span)>, diags: &mut Vec<Diagnostic>| {
         if let Some((word, span)) = open {
-            let text = format!("`{word}` does not say when");
+            let text = format!("`{word}` needs a time");
             diags.push(Diagnostic::error("HQ0143", span, text).help(format!("write for instance `{word} 25 s`")));
         }
     };
@@ -224,10 +224,10 @@ impl<I: Iterator<Item = Token>> Climber<'_, I> {
             Some(Token::Window(window)) => self.windowed(window),
             Some(Token::After(span)) => self.after(span),
             _ => {
-                let text = "a formula is missing here";
+                let text = "expected a formula";
                 self.diags.push(
                     Diagnostic::error("HQ0143", self.end, text)
-                        .help("write what must hold, for instance `margin(deck) >= 0 m` or `in(home)`"),
+                        .help("write a formula, for instance `margin(deck) >= 0 m` or `in(home)`"),
                 );
                 missing(self.end)
             }
@@ -256,8 +256,8 @@ impl<I: Iterator<Item = Token>> Climber<'_, I> {
         }
         if window.from.is_some() {
             self.diags.push(
-                Diagnostic::error("HQ0143", start, "this window belongs to no word of time")
-                    .help("say `always`, `eventually` or `never` before it, as in `always from 2 s to 5 s : ..`"),
+                Diagnostic::error("HQ0143", start, "this time window belongs to no temporal operator")
+                    .help("write `always`, `eventually` or `never` before it, as in `always from 2 s to 5 s : ..`"),
             );
         }
         self.temporal(Word::Eventually, window, start)
@@ -269,7 +269,7 @@ impl<I: Iterator<Item = Token>> Climber<'_, I> {
         if !matches!(self.tokens.peek(), Some(Token::Colon(_))) {
             self.diags.push(
                 Diagnostic::error("HQ0143", span, "`after` lacks its `:`")
-                    .note("the formula behind `:` holds from each moment on at which the one before it becomes true")
+                    .note("the formula after `:` must hold from each time at which the condition becomes true")
                     .help("write `after in(ask) : within 25 s : in(grasp)`"),
             );
             return missing(span.to(first.span));

@@ -87,11 +87,11 @@ pub(crate) fn in_order(members: &[MissionMember], repeats: &[MissionRepeat], dia
         let behind = |m: &&MissionMember| m.span.start > repeat.span.start && repeats_role(repeat, &m.role);
         if let Some(member) = members.iter().find(behind) {
             let role = &member.role.value;
-            let text = format!("the {role} `{}` stands behind a `for` with {role}s in it", clip(&member.name.value));
+            let text = format!("the {role} `{}` follows a `for` with {role}s in it", clip(&member.name.value));
             let word = Span { end: repeat.span.start + "for".len() as u32, ..repeat.span };
             diags.push(
                 Diagnostic::unknown_key("HQ0145", member.name.span, text)
-                    .label(word, "what is repeated comes last, and the order counts")
+                    .label(word, "repetitions must come last, because the order of members matters")
                     .help(format!("write it before the `for`, or write the {role}s of the `for` out")),
             );
         }
@@ -106,7 +106,7 @@ fn repeats_role(repeat: &MissionRepeat, role: &str) -> bool {
 /// Returns the diagnostic for a mission without a kind.
 pub(crate) fn no_kind(name: &str, span: Span) -> Diagnostic {
     let name = clip(name);
-    Diagnostic::error("HQ0144", span, format!("the mission `{name}` does not say what it plans")).help(format!(
+    Diagnostic::error("HQ0144", span, format!("the mission `{name}` has no kind")).help(format!(
         "write its kind: `mission {name} : schedule {{ .. }}`, in YAML `{name}: {{ schedule: {{ .. }} }}`"
     ))
 }
@@ -114,7 +114,7 @@ pub(crate) fn no_kind(name: &str, span: Span) -> Diagnostic {
 /// Returns the diagnostic for a task without an action.
 pub(crate) fn no_action(name: &str, span: Span) -> Diagnostic {
     let name = clip(name);
-    Diagnostic::incomplete("HQ0107", span, format!("the task `{name}` does not say what is done"))
+    Diagnostic::incomplete("HQ0107", span, format!("the task `{name}` has no action"))
         .help(format!("write `task {name} = ACTION {{ .. }}`, in YAML `{name}: {{ ACTION: {{ .. }} }}`"))
 }
 
@@ -125,7 +125,7 @@ pub(crate) fn says_action(key: &str) -> bool {
 
 /// Returns the diagnostic for a YAML task with a key for its action in place of the action itself.
 pub(crate) fn keyed_action(key: &Spanned<String>, fix: &str) -> Diagnostic {
-    let text = format!("`{}` is no part of a task: the action itself stands above its parts", clip(&key.value));
+    let text = format!("`{}` is not a setting of a task: its settings are indented below the action", clip(&key.value));
     Diagnostic::error("HQ0131", key.span, text).help(format!("write `{fix}`"))
 }
 
@@ -136,7 +136,7 @@ pub(crate) fn action_inside(name: &Spanned<String>, action: &str, alone: bool) -
     Diagnostic::incomplete(
         "HQ0107",
         name.span,
-        format!("the action of the task `{}` stands before its braces", name.value),
+        format!("the action of the task `{}` must precede its braces", name.value),
     )
     .help(format!("write `task {} = {action}{block}`", name.value))
 }
@@ -160,7 +160,7 @@ pub(crate) fn meant_action(settings: &mut Block) -> Option<String> {
 /// Returns the diagnostic for a member without a name.
 pub(crate) fn no_name(role: &str, span: Span) -> Diagnostic {
     Diagnostic::incomplete("HQ0116", span, format!("this `{role}` has no name"))
-        .help(format!("write the name behind `{role}`: letters, digits and `_`"))
+        .help(format!("write the name after `{role}`: letters, digits and `_`"))
 }
 
 /// Returns the diagnostic for a member without a block.
@@ -172,7 +172,7 @@ pub(crate) fn no_block(role: &str, span: Span) -> Diagnostic {
 /// Returns the diagnostic for a repeated element that is no member.
 pub(crate) fn not_repeated(key: &Spanned<String>) -> Diagnostic {
     Diagnostic::error("HQ0125", key.span, format!("`{}` cannot be repeated", clip(&key.value)))
-        .note("inside the `for` of a mission stand members, such as `robot NAME { .. }`, and `for`")
+        .note("a `for` in a mission can repeat members, such as `robot NAME { .. }`, and `for`")
         .help("write it outside the `for`")
 }
 

@@ -19,7 +19,7 @@ pub(crate) fn point(text: &str, at: usize, end: usize, place: Place) -> Diagnost
         return diagnostic.help(format!("write for instance `{whole}`"));
     }
     let span = place.span(from, at + 1);
-    Diagnostic::error("HQ0111", span, "a digit is missing behind the point")
+    Diagnostic::error("HQ0111", span, "a digit is missing after the point")
         .help(format!("write `{whole}.0` or `{whole}`"))
         .fix(Fix::replace(span, format!("{whole}.0")).certain())
         .fix(Fix::replace(span, whole))
@@ -39,7 +39,7 @@ fn range(text: &str, at: usize, end: usize, place: Place) -> Diagnostic {
                 .help(range.clone())
                 .fix(Fix::snippet(place.span(from, until), range))
         }
-        (_, None) => error("no number stands behind `..`")
+        (_, None) => error("expected a number after `..`")
             .help("a `for` counts through `1..4`; the range of a value is a list, `[0.05, 0.2] m/s`"),
         _ => error("`..` makes no range of a value").help("write the two ends as a list, `[0.05, 0.2] m/s`"),
     }

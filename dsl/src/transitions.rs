@@ -26,11 +26,11 @@ pub(crate) fn transition_settings(settings: &mut Block, diags: &mut Vec<Diagnost
         let (key, at) = (entry.key.value.as_str(), entry.key.span);
         let reserved = STATE_WORDS.contains(&key) || TRANSITION_WORDS.contains(&key);
         if key == "for" {
-            let text = "`for` stands behind the condition that holds so long, before `->`";
+            let text = "`for` belongs between its condition and `->`";
             diags.push(Diagnostic::error("HQ0141", at, text).help("write `when CONDITION for 3 s -> STATE`"));
         } else if reserved {
             let text = format!("`{key}` cannot be a setting of a transition");
-            let note = "the word has a meaning of its own there in one of the two syntaxes";
+            let note = "the word is a keyword there in one of the two syntaxes";
             diags.push(Diagnostic::error("HQ0121", at, text).note(note));
         }
         !reserved
@@ -55,14 +55,14 @@ pub(crate) fn distinct_states(states: &mut Vec<State>, diags: &mut Vec<Diagnosti
 
 /// Returns the diagnostic for states that are nested too deeply.
 pub(crate) fn too_deep(span: Span) -> Diagnostic {
-    Diagnostic::error("HQ0191", span, format!("states stand more than {MAX_STATE_NESTING} deep inside each other"))
+    Diagnostic::error("HQ0191", span, format!("states are nested more than {MAX_STATE_NESTING} deep"))
         .here("one too many")
         .help("move an inner state out, or close a brace that was left open")
 }
 
 /// Returns the diagnostic for `for` after a trigger without a condition.
 pub(crate) fn no_hold(word: &str, span: Span) -> Diagnostic {
-    let diagnostic = Diagnostic::error("HQ0141", span, format!("`for` has no meaning behind `{word}`"));
+    let diagnostic = Diagnostic::error("HQ0141", span, format!("`for` is not allowed after `{word}`"));
     diagnostic
         .note("`on` waits for an event, `after` for a time in the state; only a condition can hold for a time")
         .help("write `when CONDITION for 3 s -> STATE`")
@@ -75,35 +75,34 @@ pub(crate) fn no_condition(word: &str, span: Span) -> Diagnostic {
         "when" => "when x < 3 N",
         _ => "after 10 s",
     };
-    Diagnostic::error("HQ0141", span, format!("`{word}` does not say what it waits for"))
+    Diagnostic::error("HQ0141", span, format!("`{word}` has no trigger"))
         .help(format!("write for instance `{example} -> STATE`"))
 }
 
 /// Returns the diagnostic for a transition without a target state.
 pub(crate) fn no_target(span: Span) -> Diagnostic {
     Diagnostic::error("HQ0141", span, "this transition names no next state")
-        .help("write `-> STATE` behind what it waits for, in YAML `to: STATE`")
+        .help("write `-> STATE` after the trigger, in YAML `to: STATE`")
 }
 
 /// Returns the diagnostic for text in place of the type of a signal.
 pub(crate) fn bad_type(text: &str, span: Span) -> Diagnostic {
     let diagnostic = Diagnostic::error("HQ0140", span, format!("`{}` is no type of a signal", clip(text)));
-    diagnostic
-        .help("write for instance `point`, `force` or `event`, with a `?` behind it where it may be absent: `point?`")
+    diagnostic.help("write for instance `point`, `force` or `event`, with a `?` after it if it may be absent: `point?`")
 }
 
 /// Returns the diagnostic for a variable without a type.
 pub(crate) fn no_variable_type(name: &str, span: Span) -> Diagnostic {
     let name = clip(name);
     Diagnostic::error("HQ0140", span, format!("the variable `{name}` has no type")).help(format!(
-        "write what it holds: `variable {name} : number = 0`, in YAML `{name}: {{ type: number, value: 0 }}`"
+        "write its type and initial value: `variable {name} : number = 0`, in YAML `{name}: {{ type: number, value: 0 }}`"
     ))
 }
 
 /// Returns the diagnostic for a signal without a type.
 pub(crate) fn no_type(name: &str, span: Span) -> Diagnostic {
     Diagnostic::error("HQ0140", span, format!("the signal `{}` has no type", clip(name))).help(format!(
-        "write what it carries: `signal {} : point`, in YAML `{}: point`",
+        "write its type: `signal {} : point`, in YAML `{}: point`",
         clip(name),
         clip(name)
     ))

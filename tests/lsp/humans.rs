@@ -49,7 +49,7 @@ fn hover_and_definition() {
         ("- oper|ator.hand", "operator", "Who works here. 🤖 ü"),
         ("operator.ha|nd)) { min 0.3", "hand", "point of a human `hand`"),
         ("lo|st hold", "lost", "readings stop"),
-        ("uncer|tainty(operator)", "uncertainty", "nobody sees"),
+        ("uncer|tainty(operator)", "uncertainty", "not observed"),
         ("sha|pe {", "shape", "Where each point is"),
         ("  humans { oper|ator {", "operator", "Who works here"),
     ]);

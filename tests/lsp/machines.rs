@@ -86,7 +86,7 @@ fn hover_and_definition() {
         ("on g|o ->", "go", "signal go : event"),
         ("do cap|ture", "capture", "`found` or `not_found`"),
         ("  |do capture", "do", "called off on leaving"),
-        ("rea|ched(reach", "reached", "stands still"),
+        ("rea|ched(reach", "reached", "at rest"),
         ("fault(a|ny)", "any", "Every fault"),
         ("fa|ult(any)", "fault", "`fault(KIND)`"),
         ("infea|sible(limits)", "infeasible", "hard levels"),

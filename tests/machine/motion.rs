@@ -215,7 +215,7 @@ fn misuse_is_told() {
         ("speed(2 m) > 3 m/s", "HQ0304", "a name is needed here"),
         ("reversals(all)", "HQ0304", "a condition is true or false"),
         ("margin(swing) > 0", "HQ0312", "no controller knows it"),
-        ("initial(speed(joint_2)) > 1 rad/s", "HQ0312", "behind `when` in a machine"),
+        ("initial(speed(joint_2)) > 1 rad/s", "HQ0312", "after `when` in a machine"),
     ] {
         let said = condition(written);
         assert!(said.contains(code) && said.contains(word), "{written}\n{said}");
@@ -223,5 +223,5 @@ fn misuse_is_told() {
     let task = text("final state go { stack swing }")
         .replace("stack calm", "task odd = keep(speed(joint_2)) { max 1 rad/s }\nstack calm");
     let said = said(&task);
-    assert!(said.contains("HQ0312") && said.contains("behind `when` in a machine"), "{said}");
+    assert!(said.contains("HQ0312") && said.contains("after `when` in a machine"), "{said}");
 }

@@ -19,7 +19,7 @@ use crate::expr::{Graph, Kind, Lowering, Typed, root};
 use crate::forms::path_of;
 
 /// Help for an argument that cannot be captured.
-const USE: &str = "name what the robot does, such as `initial(frame(LINK).position)`, `initial(joint(NAME))` or `initial(distance(a, b))`, or a value of the task itself";
+const USE: &str = "name a quantity of the robot's state, such as `initial(frame(LINK).position)`, `initial(joint(NAME))` or `initial(distance(a, b))`, or a value of the task itself";
 
 impl TaskScope<'_> {
     /// Lowers `initial(ARGUMENT)`.
@@ -32,7 +32,7 @@ impl TaskScope<'_> {
     ) -> Option<Typed> {
         if self.capturing {
             let d = Diagnostic::error("HQ0311", span, "an `initial(..)` inside another");
-            diagnostics.push(d.help("leave it out: all that stands in the outer one is captured at the same moment"));
+            diagnostics.push(d.help("remove it: everything inside the outer one is captured at the same time"));
             return None;
         }
         let found = match self.own(argument) {
@@ -90,7 +90,8 @@ impl TaskScope<'_> {
             None if self.owner.is_none_or(|o| o.param != name) => Err(None),
             None => {
                 let d = Diagnostic::error("HQ0311", span, format!("`{name}` cannot be captured inside itself"));
-                let help = "name what the robot does, such as `initial(frame(F).position)` or `initial(joint(J))`";
+                let help =
+                    "name a quantity of the robot's state, such as `initial(frame(F).position)` or `initial(joint(J))`";
                 Err(Some(Box::new(d.help(help))))
             }
         }
@@ -174,7 +175,7 @@ impl TaskScope<'_> {
         Some(if let Some(near) = suggest(&path, own.iter().copied()) {
             d.help(format!("did you mean `initial({near})`?")).fix(Fix::name(argument.span, near))
         } else if own.is_empty() {
-            d.help("name what the robot does, such as `initial(frame(LINK).position)` or `initial(joint(NAME))`")
+            d.help("name a quantity of the robot's state, such as `initial(frame(LINK).position)` or `initial(joint(NAME))`")
         } else {
             d.help(format!("it has {}", list(own.iter().copied(), 8).replace("`*`", "`angle.ARM`")))
         })
@@ -184,8 +185,8 @@ impl TaskScope<'_> {
     fn own_inside(&self, value: &Value) -> Option<Diagnostic> {
         let names = |v: &&Value| matches!(&v.kind, ValueKind::Name(n) if self.params.knows(n));
         if let Some((path, _)) = Some(value).filter(|v| !names(v)).and_then(|v| self.own(v)) {
-            let d = Diagnostic::error("HQ0311", value.span, format!("`{path}` stands alone in `initial(..)`")).note(
-                "it is a value of the task itself, and only expressions of what the robot does are captured as a whole",
+            let d = Diagnostic::error("HQ0311", value.span, format!("`{path}` must be alone in `initial(..)`")).note(
+                "it is a value of the task itself; only expressions of the robot's state can be captured as a whole",
             );
             return Some(d.help(format!("capture it by itself, and write the rest outside: `initial({path})`")));
         }

@@ -39,13 +39,13 @@ impl Binder<'_> {
         }
         let (ops, _) = self.graph.extract(&typed.nodes);
         if self.graph.moves_along(&typed.nodes) {
-            let d = Diagnostic::error("HQ0312", value.span, "a trajectory has no meaning in a condition");
+            let d = Diagnostic::error("HQ0312", value.span, "a trajectory is not allowed in a condition");
             let note = "it begins when a stack is entered, and a condition belongs to no stack";
             self.diagnostics.push(d.note(note).help("wait for the task that it moves: `on reached(TASK, ..)`"));
             return None;
         }
         if ops.iter().any(|op| matches!(op, Op::Input(_))) {
-            let d = Diagnostic::error("HQ0311", value.span, "`initial(..)` has no meaning in a condition");
+            let d = Diagnostic::error("HQ0311", value.span, "`initial(..)` is not allowed in a condition");
             self.diagnostics.push(
                 d.note("it captures a value when a stack becomes active, and a condition belongs to no stack").help(
                     "compare with a value that is known, or let the task `track` it and wait for `reached(TASK, ..)`",
@@ -72,7 +72,7 @@ impl Binder<'_> {
         }
         let (ops, _) = self.graph.extract(&typed.nodes);
         if ops.iter().any(|op| matches!(op, Op::Input(_))) {
-            let d = Diagnostic::error("HQ0311", value.span, "`initial(..)` has no meaning in an action");
+            let d = Diagnostic::error("HQ0311", value.span, "`initial(..)` is not allowed in an action");
             self.diagnostics.push(
                 d.note("it captures a value when a stack becomes active, and an action belongs to no stack")
                     .help("write the value itself: an action works it out once, at its tick"),

@@ -85,7 +85,7 @@ impl Binder<'_> {
             return None;
         }
         if !state {
-            let text = format!("`{}` does not depend on what the robot does, so no motion changes it", info.name);
+            let text = format!("`{}` does not depend on the robot's state, so no motion changes it", info.name);
             self.diagnostics.push(
                 Diagnostic::error("HQ0313", value.span, text)
                     .note("`initial(..)` and params are constants, `t` is the time, and a link that does not move is a constant too")

@@ -41,7 +41,7 @@ pub(crate) fn named<'v>(
         None if matches!(argument.kind, ValueKind::Missing) => Err(None),
         None => {
             let d = Diagnostic::error("HQ0304", argument.span, "a name is needed here");
-            let help = format!("the form is `{form}`; a name with other signs in it stands in quotes");
+            let help = format!("the form is `{form}`; write a name with other characters in quotes");
             Err(Some(Box::new(d.help(help))))
         }
     }

@@ -26,7 +26,8 @@ impl TaskScope<'_> {
         let (part, people) = match (self.names_people(a), self.names_people(b)) {
             (false, false) => return Ok(None),
             (true, true) => {
-                let d = Diagnostic::error("HQ0304", b.span, "a distance between two people is none of the robot's");
+                let d =
+                    Diagnostic::error("HQ0304", b.span, "a distance between two people does not depend on the robot");
                 return refuse(d.label(a.span, "a person too").help("name a part of the robot on one side"));
             }
             (true, false) => (b, a),
@@ -76,8 +77,11 @@ impl TaskScope<'_> {
             _ => (item, None),
         };
         let Some((name, human)) = self.person(who) else {
-            let d =
-                Diagnostic::error("HQ0304", item.span, "people stand on one side of a distance, and this is no person");
+            let d = Diagnostic::error(
+                "HQ0304",
+                item.span,
+                "all entries on this side of a distance must be people, and this is none",
+            );
             return refuse(d.help("name parts of the robot on the other side"));
         };
         let Some(human) = human else { return Err(None) };

@@ -81,7 +81,8 @@ impl Binder<'_> {
                     [Snippet::block(name, [Snippet::entry("JOINT", "value"), Snippet::dots()])],
                 )
             };
-            let d = Diagnostic::error("HQ0310", value.span, format!("`{name}` does not say whose values these are"));
+            let d =
+                Diagnostic::error("HQ0310", value.span, format!("`{name}` does not name the joints of these values"));
             self.diagnostics.push(d.here(format!("{count} values and no joint")).help(help));
             return None;
         }

@@ -38,7 +38,7 @@ impl Binder<'_> {
         };
         let kind = stdlib_tasks::find(&definition.kind.value)?;
         let why = match kind.row_kind {
-            RowKind::Inequality => "it is a limit, which has no path that could wait or give way",
+            RowKind::Inequality => "it is a limit, which has no path to delay or to deviate from",
             RowKind::Equality if kind.name == owner.kind.name => "it is a safety planner itself",
             RowKind::Equality => return Some(index),
         };
@@ -107,7 +107,8 @@ impl Binder<'_> {
                 let keys: Vec<&str> = infos.iter().filter(|p| may(p)).map(|p| p.name).collect();
                 self.diagnostics.push(if keys.is_empty() {
                     let text = format!("{what} has nothing that can deviate");
-                    Diagnostic::error("HQ0609", e.key.span, text).help("leave `deviate` out: the clock gives way alone")
+                    Diagnostic::error("HQ0609", e.key.span, text)
+                        .help("remove `deviate`: then only the clock is slowed")
                 } else {
                     unknown_key(self.diagnostics.len(), block, i, &keys, &what)
                 });
@@ -133,7 +134,7 @@ impl Binder<'_> {
                     let text = format!("`{path}` of task `{name}` is an expression of any kind, and cannot deviate");
                     self.diagnostics.push(
                         Diagnostic::error("HQ0609", e.key.span, text)
-                            .note("a deviation turns or moves a target in the world, and a written value may be anything")
+                            .note("a deviation moves or rotates a target in the world, and an expression need not be one")
                             .help(
                                 "track a frame with `frame_position(F) { position .. }` or `frame_pose(F)`, whose targets \
                                  deviate; or leave `deviate` out: the clock and the motion in its null space give way",
@@ -147,7 +148,7 @@ impl Binder<'_> {
                     let keys: Vec<&str> = infos.iter().filter(|p| may(p)).map(|p| p.name).collect();
                     let d = Diagnostic::error("HQ0609", e.key.span, text);
                     self.diagnostics.push(match keys.is_empty() {
-                        true => d.help("leave `deviate` out: the clock gives way alone"),
+                        true => d.help("remove `deviate`: then only the clock is slowed"),
                         false => d.help(format!("it may be {}", list(keys.iter().copied(), 8))),
                     });
                     None

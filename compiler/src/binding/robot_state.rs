@@ -35,8 +35,8 @@ pub(super) fn axes_of(model: &Model, link: LinkId) -> Frame {
 /// Diagnostic for the robot's current state in a parameter that cannot depend on it.
 pub(super) fn misplaced(kind: Option<&TaskKind>, span: Span) -> Diagnostic {
     let place = kind.map_or_else(|| "here".to_string(), |k| format!("in this parameter of `{}`", k.name));
-    Diagnostic::error("HQ0312", span, format!("what the robot does now cannot stand {place}"))
-        .note("its row would lack the part by which this value follows the robot's own motion")
+    Diagnostic::error("HQ0312", span, format!("the robot's state cannot be used {place}"))
+        .note("its row would not include the effect of the robot's own motion on this value")
         .help("write the task as an expression, with `track` or `keep`; or `initial(..)` around it for its value at the moment the stack becomes active")
 }
 
@@ -253,8 +253,8 @@ impl TaskScope<'_> {
         let normal = Vector3::from(plane.normal);
         let offset = normal.dot(&Vector3::from(plane.point));
         if !offset.is_finite() {
-            let d = Diagnostic::error("HQ0309", plane.span, "this plane is too far away to be reckoned with");
-            return Err(Box::new(d.help("look for a factor that is far too large")));
+            let d = Diagnostic::error("HQ0309", plane.span, "this plane is too far away for double precision");
+            return Err(Box::new(d.help("check for a factor that is far too large")));
         }
         let moves = |part: &&Geometry| match link {
             Some(link) => model.moves_between(part.link, link),

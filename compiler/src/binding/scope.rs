@@ -111,7 +111,7 @@ impl Scope for TaskScope<'_> {
         }
         if self.owner.is_some_and(|o| o.param == "sampled_margin") && name == "auto" {
             return Some(
-                "how far a written value can bend is not worked out: write a size, or leave it out; `self_collision` and \
+                "the curvature of an expression is not bounded: write a length, or remove it; `self_collision` and \
                  `virtual_wall` know `auto`"
                     .into(),
             );
@@ -121,13 +121,15 @@ impl Scope for TaskScope<'_> {
         }
         if model.link(name).is_some() || self.robot.arms.iter().any(|a| a.name == name) {
             return Some(
-                format!("for where it is write `frame({name}).position`, for how it stands `.orientation`").into(),
+                format!("write `frame({name}).position` for its position, `.orientation` for its orientation").into(),
             );
         }
         let part = self.robot.groups.contains_key(name) || self.robot.geometries.iter().any(|g| g.name == name);
         part.then(|| {
-            format!("it is a part of the robot, and no value: write `distance({name}, OTHER)` for how far it is from another")
-                .into()
+            format!(
+                "it is a part of the robot, not a value: write `distance({name}, OTHER)` for how far it is from another"
+            )
+            .into()
         })
     }
 

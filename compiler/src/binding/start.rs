@@ -20,7 +20,7 @@ impl TaskScope<'_> {
     ) -> Option<Start> {
         if self.capturing || !self.moving {
             let text = match self.capturing {
-                true => "a trajectory has no meaning in `initial(..)`: it begins when the stack is entered",
+                true => "a trajectory is not allowed in `initial(..)`: it begins when the stack is entered",
                 false => "this parameter must not move, and a trajectory does",
             };
             let help = if self.capturing { "name its start" } else { "write a constant" };

@@ -104,8 +104,8 @@ impl Binder<'_> {
             let (is, needed) = (typed.kind.describe(), wanted.0.describe());
             let d = Diagnostic::error("HQ0304", value.span, format!("{what} is {needed}, and this is {is}")).here(is);
             self.diagnostics.push(d.help(match wanted.0 {
-                Kind::Vector if typed.kind == Kind::Pose => "write `.position` behind it".to_string(),
-                Kind::Rotation if typed.kind == Kind::Pose => "write `.orientation` behind it".to_string(),
+                Kind::Vector if typed.kind == Kind::Pose => "write `.position` after it".to_string(),
+                Kind::Rotation if typed.kind == Kind::Pose => "write `.orientation` after it".to_string(),
                 Kind::Scalar => format!("write one number{}", unit_behind(wanted.1)),
                 Kind::Vector => format!("write `[x, y, z]{}`", suffix(wanted.1)),
                 Kind::Rotation => {
@@ -147,7 +147,7 @@ impl Binder<'_> {
                 Some(x) if !x.is_finite() => {
                     self.diagnostics.push(
                         Diagnostic::error("HQ0309", value.span, format!("{what} is not a finite number"))
-                            .help("look for a division by zero, or for factors that are far too large"),
+                            .help("check for a division by zero, or factors that are far too large"),
                     );
                     return None;
                 }

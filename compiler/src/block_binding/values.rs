@@ -132,7 +132,7 @@ impl BlockBinder<'_> {
             return Some(x);
         }
         let d = Diagnostic::error("HQ0308", value.span, format!("`{name}` is a whole number, and this is {x}"));
-        self.diagnostics.push(d.help("leave out what stands behind the point"));
+        self.diagnostics.push(d.help("remove the part after the point"));
         None
     }
 
@@ -307,7 +307,7 @@ impl BlockBinder<'_> {
                 }
                 Named::SignalThere => ("signal", "write the name that it has in the other spec".into()),
                 Named::StateThere => ("state", "write the name that it has in the other spec".into()),
-                _ => (name, format!("write the name that stands behind `{name}` where it is declared")),
+                _ => (name, format!("write the name of its declaration, as after `{name}` there")),
             };
             let d = Diagnostic::error("HQ0304", value.span, format!("`{name}` is the name of a {noun}"));
             self.diagnostics.push(d.help(help));

@@ -226,7 +226,7 @@ fn warning(program: &Program, places: &SourceMap, found: &Unbounded) -> Diagnost
         d = d.label(places.tasks[mover].span, "this moves the robot");
     }
     if let Some(low) = bounds.ineffective {
-        d = d.label(places.tasks[low].span, "this bounds only what the levels above it leave");
+        d = d.label(places.tasks[low].span, "this bounds only the freedom that the levels above leave");
     }
     d.note("a target that jumps or a limit that becomes active changes velocities within one tick, by up to twice the speed limit")
         .help(help(program, stack, bounds))

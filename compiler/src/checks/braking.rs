@@ -212,7 +212,7 @@ fn of_positions(
         .here(format!("{} at most", shown(weak.acceleration, acceleration)))
         .label(places.tasks[barrier].span, format!("this lets it brake with {needed} at {}", shown(weak.speed, speed)))
         .note(format!(
-            "a joint that runs along `v = φ h` brakes with `φ v`{others}; with less a hard level ends in a fault"
+            "on `v = φ h` a joint brakes with `φ v`{others}; with a smaller limit a hard level can become infeasible, which is a fault"
         ))
         .help(format!(
             "write `max` from {needed}, a gain up to {} /s, or put this task on a soft level",

@@ -86,9 +86,9 @@ fn loose_speeds(
         let why = if !limits || (l.hard && k <= level) {
             continue;
         } else if l.hard {
-            "the speed limits of this level do not count: it stands below"
+            "the speed limits of this level do not count: it is below"
         } else {
-            "the speed limits of this level do not count: it is soft and may give way"
+            "the speed limits of this level do not count: it is soft and may be violated"
         };
         d = d.label(*span, why);
     }

@@ -46,7 +46,7 @@ pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
                 t.spans.get("position").copied().unwrap_or(t.span)
             };
             let name = |l: LinkId| &program.robot.model.link_ref(l).name;
-            let text = format!("`{}` is wanted where `{}` is", name(link), name(other));
+            let text = format!("the target of `{}` is at `{}`", name(link), name(other));
             let d = Diagnostic::warning("HQ0624", at(task), text);
             let d = if at(task) == at(first) { d } else { d.label(at(first), "the same place") };
             diagnostics.push(
@@ -54,7 +54,7 @@ pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
                     "tasks `{}` and `{}` of one stack",
                     program.tasks[first].name, program.tasks[task].name
                 ))
-                .help("two frames cannot both be there: look for a sign or an offset that one side lacks"),
+                .help("two frames cannot both be there: check signs and offsets"),
             );
         }
     }

@@ -37,7 +37,7 @@ pub(crate) fn check(context: &RangeContext, program: &Program, places: &SourceMa
             };
             diagnostics.push(
                 Diagnostic::warning("HQ0521", at, format!("`{param}` jumps {size}"))
-                    .note("what jumps is followed by a jolt: the velocity changes within one tick by the jump times the gain")
+                    .note("a jump causes a jolt: within one tick the velocity changes by the jump times the gain")
                     .help(
                         "go over smoothly: `lerp(a, b, smoothstep(x))`, where x rises from 0 to 1, such as `(t - 1 s)/(0.5 s)`",
                     ),

@@ -93,10 +93,10 @@ pub(super) fn start(program: &Program, stack: usize, places: &SourceMap, diagnos
         let mut d = match hard {
             true => Diagnostic::error("HQ0502", at, text)
                 .label(places.home, "the robot starts here")
-                .note("a barrier function keeps a limit only from inside it"),
+                .note("a barrier function keeps a limit only from inside"),
             false => Diagnostic::warning("HQ0502", at, text)
                 .label(places.home, "the robot starts here")
-                .note("the level is soft: the robot first moves back inside, as far as the levels above let it"),
+                .note("the level is soft: the robot first moves back inside, as far as the levels above allow"),
         };
         if bad.len() > 1 {
             let shown = bad.iter().take(8).cloned().collect::<Vec<_>>().join(", ");
@@ -167,9 +167,9 @@ fn hard_levels(
     let text = fault.map(|f| controller.describe(&f)).unwrap_or_default();
     let d = Diagnostic::error("HQ0504", places.stacks[written].1[level], format!("{place}, {text}"));
     let d = if written == stack { d.label(places.home, "the robot starts here") } else { d };
-    diagnostics.push(d.note("a hard level takes no slack, so the first tick would be a fault").help(
+    diagnostics.push(d.note("a hard level has no slack, so the first tick would be a fault").help(
         if program.stacks[stack].levels[level].damping > 0.0 {
-            "remove the level's `damping`: it trades the rows against the size of the velocity, and a hard level may not"
+            "remove the level's `damping`: a damped level does not meet its rows exactly, and a hard level must"
         } else {
             "relax the level, or remove `hard`"
         },
@@ -203,9 +203,9 @@ fn freedom(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
             d.label(levels[k - 1], "this level and those above it fix every degree of freedom")
         };
         diagnostics.push(d.help(if program.levels[..k].iter().any(|l| l.damping > 0.0) {
-            "remove `damping` from the level above: a damped level decides every direction, and leaves none to those below"
+            "remove `damping` from the level above: a damped level uses all degrees of freedom"
         } else {
-            "ask less of the levels above, or unlock joints"
+            "reduce the tasks of the levels above, or unlock joints"
         }));
         // The levels below have no freedom for the same reason.
         break;
@@ -231,7 +231,7 @@ fn reserves(evaluator: &Evaluator, program: &Program, places: &SourceMap, diagno
             n => format!(", and {n} more rows with theirs"),
         };
         let text = format!(
-            "`{}` starts inside its reserve: {} has a margin of {}, and {} are held back{more}",
+            "`{}` starts inside its reserve: {} has a margin of {}, and its reserve is {}{more}",
             m.name,
             row.name,
             text(margin),
@@ -245,7 +245,7 @@ fn reserves(evaluator: &Evaluator, program: &Program, places: &SourceMap, diagno
         let written = program.tasks[m.program_index].params.get("sampled_margin");
         diagnostics.push(d.help(match written {
             Some(Bound::Choice(_)) => smaller_reserve(margin, reserve, program.robot.period),
-            _ => "start further away, or hold less back".to_string(),
+            _ => "start further away, or reduce the reserve".to_string(),
         }));
     }
 }

@@ -40,8 +40,8 @@ pub(crate) fn spec(expanded: &Expanded, program: &Program, diagnostics: &mut Vec
                     diagnostics.push(
                         Diagnostic::warning("HQ0622", at, message)
                             .here(format!("a weight of {weight:e}"))
-                            .note("next to it this task has no influence beyond the rounding of numbers")
-                            .help("what matters so much more stands on a level of its own, above"),
+                            .note("relative to it, the influence of this task is below rounding")
+                            .help("put the more important task on a level of its own, above"),
                     );
                 }
             }
@@ -55,9 +55,9 @@ fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &m
     let mut bare: BTreeMap<&str, &Member> = BTreeMap::new();
     let mut warn = |first: &Member, second: &Member| {
         diagnostics.push(
-            Diagnostic::warning("HQ0621", second.span, "this task says the same as another one of the stack")
+            Diagnostic::warning("HQ0621", second.span, "this task duplicates another one of the stack")
                 .label(first.span, "the other one")
-                .note("on its own level it only counts twice; on a lower one it has nothing left to do")
+                .note("on the same level it counts twice; on a lower one it has no effect")
                 .help(Help::with("keep one of them; {} makes a task count twice", [Snippet::entry("weight", "2")])),
         );
     };
@@ -123,7 +123,7 @@ fn targets(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnost
             diagnostics.push(
                 Diagnostic::warning("HQ0520", at, format!("`{}` cannot go to {}", d.name, shown(x, dimension)))
                     .here(format!("allowed are {allowed}"))
-                    .note("the task pulls the joint against its limit and never arrives")
+                    .note("the task pulls the joint against its limit and never reaches its target")
                     .help("choose a target within that range"),
             );
         }
@@ -160,14 +160,12 @@ fn unmoved(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
         let task = &places.tasks[m.program_index];
         let named = ["frame", "frames", "joints", "arm", "points"].iter().find_map(|p| task.spans.get(*p));
         let at = named.copied().unwrap_or(task.span);
-        let d = Diagnostic::warning("HQ0620", at, format!("nothing moves what task `{}` is about", m.name));
+        let d = Diagnostic::warning("HQ0620", at, format!("no joint affects task `{}`", m.name));
         diagnostics.push(if m.kind == "track" {
-            d.note(
-                "value and target move alike, or all of it belongs to one rigid part: no motion changes the difference",
-            )
-            .help("name a part that moves against the others, or remove the task")
+            d.note("value and target move together, so no motion changes their difference")
+                .help("name a part that moves against the others, or remove the task")
         } else if evaluator.locked().is_empty() {
-            d.note("no joint stands between it and the ground, so the task can change nothing")
+            d.note("no joint is between it and the ground, so the task has no effect")
                 .help("name a part of the robot that moves, or remove the task")
         } else {
             d.label(places.stacks[stack].0, "this stack locks joints")

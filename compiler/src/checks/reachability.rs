@@ -104,9 +104,9 @@ fn between(range: Interval, dimension: Dimension) -> String {
 }
 
 fn warning(at: Span, text: String, value: &Typed, is: String) -> Diagnostic {
-    Diagnostic::warning("HQ0520", at, text)
-        .label(value.span, is)
-        .note("so it is wherever the joints stand within their limits: the task pulls the robot and never arrives")
+    Diagnostic::warning("HQ0520", at, text).label(value.span, is).note(
+        "this holds at all joint positions within the limits: the task pulls the robot and never reaches its target",
+    )
 }
 
 fn target(ranges: &mut Ranges, graph: &Graph, value: &Typed, target: &Typed, at: Span) -> Option<Diagnostic> {
@@ -134,12 +134,12 @@ fn target(ranges: &mut Ranges, graph: &Graph, value: &Typed, target: &Typed, at:
         let c = own.centre.map(|x| runtime::text::number((x * 1e3).round() / 1e3));
         let behind = if dimension == LENGTH { " m" } else { "" };
         let is = format!("within {} of [{}, {}, {}]{behind}", shown(own.radius, dimension), c.x, c.y, c.z);
-        let text = format!("this value cannot get to the target, {} away from there", shown(away, dimension));
+        let text = format!("this value cannot reach the target, {} away", shown(away, dimension));
         return Some(warning(at, text, value, is).help("choose a target that can be reached"));
     }
     let (own, goal) = (ranges.length(&value.nodes), ranges.length(&target.nodes));
     if own.gap(goal) > LENGTH_SLIP * (own.smallest() + goal.smallest()) {
-        let text = format!("this value cannot get to the target, whose length is {}", between(goal, dimension));
+        let text = format!("this value cannot reach the target, whose length is {}", between(goal, dimension));
         let d = warning(at, text, value, format!("its length is {}", between(own, dimension)));
         let direction = own.gap(Interval::point(1.0)).abs() < SLIP && own.high - own.low < SLIP;
         return Some(d.help(match direction {
@@ -164,7 +164,7 @@ fn limit(ranges: &Ranges, value: &Typed, side: &Typed, least: bool, at: Span) ->
     Some(
         Diagnostic::error("HQ0520", at, text)
             .label(value.span, is)
-            .note("so it is wherever the joints stand within their limits: nothing can keep this limit")
+            .note("this holds at all joint positions within the limits: the limit cannot be kept")
             .help(if least { "choose a smaller limit" } else { "choose a larger limit" }),
     )
 }

@@ -55,12 +55,10 @@ pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
                 diagnostics.push(match level_of(stack, task) {
                     None => d(format!("`{own}` protects `{other}`, which is not in stack `{}`", stack.name))
                         .help(format!("add `{other}` to a level above that of `{own}`, or take `{own}` out")),
-                    Some(there) if there >= level => {
-                        d(format!("`{own}` does not stand below `{other}`, which it protects"))
-                            .label(levels.get(there).copied().unwrap_or(*name), format!("`{other}` stands here"))
-                            .note("a planner decides about what its task leaves free: the motion in its null space")
-                            .help(format!("put `{own}` on a level of its own behind that of `{other}`"))
-                    }
+                    Some(there) if there >= level => d(format!("`{own}` is not below `{other}`, which it protects"))
+                        .label(levels.get(there).copied().unwrap_or(*name), format!("`{other}` is here"))
+                        .note("a planner decides about the null-space motion of its task")
+                        .help(format!("put `{own}` on a level of its own below that of `{other}`")),
                     Some(_) => match first {
                         Some(first) => {
                             d(format!("`{other}` is protected twice, by `{}` and `{own}`", program.tasks[first].name))
@@ -103,13 +101,11 @@ fn out_of_reach(program: &Program, guard: usize, places: &SourceMap, diagnostics
     let moves = program.values.tape.outputs.iter().any(|o| o.at == min.at);
     let Some(threshold) = program.values.initial.get(min.at).copied().filter(|t| !moves && *t >= reach) else { return };
     let (threshold, reach) = (shown(threshold, LENGTH), shown(reach, LENGTH));
-    let text = format!(
-        "no position of the joints and of people meets `min`: it asks for {threshold} of a field below {reach}"
-    );
+    let text = format!("no configuration meets `min`: it requires {threshold} of a field that is below {reach}");
     diagnostics.push(
         Diagnostic::error("HQ0520", place(places, guard, "min"), text)
-            .note(format!("the distance of `{name}` ends at {reach}, however far away everybody is"))
-            .help("choose a smaller `min`, or let the field see farther"),
+            .note(format!("the field `{name}` is at most {reach}, at any distance"))
+            .help("choose a smaller `min`, or a larger range of the field"),
     );
 }
 
@@ -127,8 +123,7 @@ fn target(
     let moving = program.values.tape.only(&slots).signals().into_iter().filter_map(|at| signals.signal_of(at));
     let moving = moving.filter_map(|s| signals.signals.get(s)).find(|s| s.motion.is_some());
     if let Some(person) = moving {
-        let text =
-            format!("the target of `{}` follows `{}`, and cannot wait for a clock of its own", t.name, person.name);
+        let text = format!("the target of `{}` follows `{}`, so it cannot be delayed", t.name, person.name);
         let d = Diagnostic::error("HQ0608", place(places, guard, "task"), text);
         diagnostics.push(d.help("let a task without a planner follow a person"));
     }
@@ -143,16 +138,19 @@ fn target(
     for (path, slot) in all {
         if deviates(model, &program.robot.home, &program.values.initial, own.as_mut(), slot).is_none() {
             let text = match own.remembers_target() {
-                true => format!("the target of `{}` has a mass behind it, and cannot deviate", t.name),
+                true => format!("the target of `{}` moves a simulated mass, and cannot deviate", t.name),
                 false => {
-                    format!("`{path}` of `{}` is no target that three of its rows follow, and cannot deviate", t.name)
+                    format!(
+                        "`{path}` of `{}` is not a target that three of its rows follow, and cannot deviate",
+                        t.name
+                    )
                 }
             };
             let d = Diagnostic::error("HQ0609", place(places, guard, "deviate"), text);
             diagnostics.push(match own.remembers_target() {
                 true => d
-                    .note("its rows go on from how fast the target moved at the tick before, which a deviation is no part of")
-                    .help("leave `deviate` out: the clock and the motion in its null space give way; or protect a `frame_pose`"),
+                    .note("its rows depend on the previous velocity of the target, which does not include a deviation")
+                    .help("remove `deviate`: then only the clock and the null-space motion are adapted; or protect a `frame_pose`"),
                 false => d.help("name a target position or orientation"),
             });
         }

@@ -180,10 +180,10 @@ impl Start {
         let d = d.note(format!("of {POSES} poses within the joints' limits{there} the best one has {}", short(best)));
         Some(d.help(match (best < min, back) {
             (_, Some(([x, y], by))) => format!(
-                "start with the base {by:.2} m farther away, {x:+.2} m along x and {y:+.2} m along y; or ask for less, or let the people stand farther away"
+                "start with the base {by:.2} m farther away, {x:+.2} m along x and {y:+.2} m along y; or reduce the demand, or place the people farther away"
             ),
-            (true, None) => "no pose that was found gives so much while the people stand there: ask for less, or let them stand farther away".to_string(),
-            (false, None) => "start in a pose that is farther away, or let the people stand farther away".to_string(),
+            (true, None) => "no pose was found that meets it with the people there: reduce the demand, or place them farther away".to_string(),
+            (false, None) => "start in a pose that is farther away, or place the people farther away".to_string(),
         }))
     }
 }
@@ -206,9 +206,9 @@ fn outside(program: &Program, scenario: &ScenarioProgram, start: Start, at: Span
         let text = format!("scenario `{}` starts outside `{}`: {row} by {by}{more}", scenario.name, m.name);
         return Some(
             Diagnostic::warning("HQ0806", at, text)
-                .note("a barrier function keeps a limit only from inside it; from outside, the robot first has to come back")
+                .note("a barrier function keeps a limit only from inside; from outside, the robot first has to return")
                 .help(match moved {
-                    true => "move the start, or who stands there at the beginning",
+                    true => "move the start, or the person who is there at the start",
                     false => "let people begin further away, or give the robot another `start`",
                 }),
         );

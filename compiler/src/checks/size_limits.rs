@@ -24,7 +24,7 @@ const MAX_ROWS: usize = 2_000;
 fn too_many(span: Span, what: &str, most: usize) -> Diagnostic {
     Diagnostic::error("HQ0190", span, format!("this spec has more than {most} {what}"))
         .here("read up to here")
-        .help("split the spec, or generate it closer to what the robot needs")
+        .help("split the spec, or generate a smaller one")
 }
 
 /// Diagnostic for a spec with too many parts, before expansion.
@@ -97,7 +97,7 @@ pub(crate) fn pairs(program: &Program, stack: &StackProgram, places: &SourceMap)
     let text = format!("this task compares more than {MAX_ROWS} pairs of parts");
     Some(
         Diagnostic::error("HQ0623", places.tasks[large].span, text)
-            .note("every pair is looked at in every tick")
+            .note("every pair is evaluated in every tick")
             .help("name the parts that can really meet, or use points and segments in the place of links"),
     )
 }

@@ -27,7 +27,7 @@ pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
             1 => ", and so does one other task".to_string(),
             n => format!(", and so do {n} other tasks"),
         };
-        let text = format!("`{}` takes `{}` to stand{more}", t.name, human.name);
+        let text = format!("`{}` assumes that `{}` does not move{more}", t.name, human.name);
         let at = places.tasks.get(task).map(|b| b.spans.get(param).copied().unwrap_or(b.span)).unwrap_or_default();
         let note = format!("with `velocity none` the points of `{}` have no speed: {}", human.name, how.consequence);
         diagnostics.push(Diagnostic::warning("HQ0524", at, text).note(note).help(Help::with(

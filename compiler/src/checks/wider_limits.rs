@@ -42,7 +42,7 @@ pub(super) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
             diagnostics.push(
                 Diagnostic::warning("HQ0506", at, format!("`{}` is wider than the limit of the robot", param))
                     .here(format!("{x}; `{}` has {own}{more}", d.name))
-                    .note("the rows allow what the joint cannot do, and the robot then falls behind its reference")
+                    .note("the rows allow more than the joint can do, so the robot lags behind its reference")
                     .help(format!("stay within {own}, or change the robot's `limits` if the URDF is wrong")),
             );
         }

@@ -80,7 +80,7 @@ impl Report {
         let left = all - self.diagnostics.len();
         if let Some((span, severity)) = last {
             let more = Diagnostic::error("HQ0192", span, format!("{left} more are not shown"))
-                .help("mend the first ones; the rest may follow from them");
+                .help("fix the first errors; the others may be consequences");
             self.diagnostics.push(Diagnostic { severity, ..more });
         }
     }
@@ -129,7 +129,7 @@ impl Report {
                     }
                 }
                 if uses.len() > USES {
-                    d.notes.push(format!("so it is in {} more uses", uses.len() - USES));
+                    d.notes.push(format!("the same applies to {} more uses", uses.len() - USES));
                     uses.truncate(USES);
                 }
                 d.labels.extend(uses);

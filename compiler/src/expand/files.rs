@@ -83,7 +83,7 @@ impl Expander<'_> {
         let from_spec = tidy(&self.modules[importer].folder.join(&path.value), self.input.folder);
         let on_disk = self.input.folder.join(&from_spec);
         let Some(syntax) = Syntax::of_path(&from_spec) else {
-            let text = format!("`{}` is no spec: its name ends neither in .hq nor in .yaml", path.value);
+            let text = format!("`{}` is not a spec: its name must end in .hq or .yaml", path.value);
             return refuse(self, Diagnostic::error("HQ0211", at, text).help("import a spec"));
         };
         let cannot = |e: &std::io::Error| {
@@ -101,15 +101,16 @@ impl Expander<'_> {
         match self.files.get(&canonical) {
             Some(Some(known)) => return Some(*known),
             Some(None) => {
-                let d = Diagnostic::error("HQ0212", at, format!("`{}` imports itself in the end", path.value));
-                let d = d.note("a file that is imported, and those that it imports, cannot import the first one again");
-                return refuse(self, d.help("move what both need to a file of its own"));
+                let d =
+                    Diagnostic::error("HQ0212", at, format!("`{}` imports itself, directly or indirectly", path.value));
+                let d = d.note("imports must not form a cycle");
+                return refuse(self, d.help("move the shared declarations to a file of their own"));
             }
             None => {}
         }
         if self.files.len() >= MAX_FILES || depth >= MAX_DEPTH {
             let text = format!("more than {MAX_FILES} files are imported, or {MAX_DEPTH} through each other");
-            return refuse(self, Diagnostic::error("HQ0218", at, text).help("bring some of them together in one file"));
+            return refuse(self, Diagnostic::error("HQ0218", at, text).help("merge some of them into one file"));
         }
         let instead = self.texts.get(&canonical).map(|text| Ok(text.clone().into_bytes()));
         let bytes = match instead.unwrap_or_else(|| read_file(&on_disk)) {

@@ -147,7 +147,7 @@ impl Expander<'_> {
                             Some(None) => {
                                 circle = true;
                                 let d = Diagnostic::error("HQ0216", at, format!("`{}` is defined by itself", used.2));
-                                self.fail(d.help("write what it is without naming it"));
+                                self.fail(d.help("write the value without this name"));
                             }
                             None => open.push((other, at)),
                         }

@@ -214,7 +214,7 @@ impl Expander<'_> {
                 self.fail(d.help("choose another name"));
             }
             if p.name.value.contains("${") {
-                let d = Diagnostic::error("HQ0219", p.name.span, "nothing fills this hole in the name of a parameter");
+                let d = Diagnostic::error("HQ0219", p.name.span, "the name of a parameter cannot have a hole");
                 self.fail(d.help("write the name out"));
             }
             if !TYPES.iter().any(|t| t.name == p.ty.value) {

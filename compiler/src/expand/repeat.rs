@@ -104,8 +104,11 @@ impl Expander<'_> {
                 let (a, b) = (self.whole(&first), self.whole(&last));
                 let (a, b) = (a?, b?);
                 if b < a {
-                    let d =
-                        Diagnostic::error("HQ0219", first.span.to(last.span), format!("nothing lies from {a} to {b}"));
+                    let d = Diagnostic::error(
+                        "HQ0219",
+                        first.span.to(last.span),
+                        format!("the range from {a} to {b} is empty"),
+                    );
                     self.fail(d.help("write the smaller number first; both ends belong to the range"));
                     return None;
                 }
@@ -140,8 +143,8 @@ impl Expander<'_> {
         }
         let d = Diagnostic::error("HQ0219", value.span, "the ends of a range are whole numbers, written out");
         self.fail(
-            d.note("how often something is repeated must be known before any value is worked out")
-                .help("write for instance `1..4`; inside a declaration a parameter of type `number` may stand there"),
+            d.note("the number of repetitions must be known before values are evaluated")
+                .help("write for instance `1..4`; inside a declaration, a parameter of type `number` is allowed too"),
         );
         None
     }

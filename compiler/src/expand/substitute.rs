@@ -113,11 +113,11 @@ impl Expander<'_> {
                         Some(Factor::Name(name)) => name,
                         _ => hole,
                     };
-                    let d = Diagnostic::error("HQ0219", span, format!("nothing is called `{name}` in `${{{hole}}}`"));
+                    let d = Diagnostic::error("HQ0219", span, format!("there is no `{name}` in `${{{hole}}}`"));
                     let near = suggest(name, frame.bound.keys().map(String::as_str)).map(str::to_string);
                     self.fail(match near {
                         Some(near) => d.meant(format!("${{{}}}", hole.replace(name, &near))),
-                        None => d.help("name what a `for` around it runs over, or a parameter of the declaration"),
+                        None => d.help("use the variable of an enclosing `for`, or a parameter of the declaration"),
                     });
                     out.push_str("missing");
                 }
@@ -145,14 +145,16 @@ impl Expander<'_> {
             if let Some(Bound::Value(value) | Bound::Joints(value)) = frame.bound.get(bad) {
                 d = d.label(value.span, "this");
             }
-            return Err(Some(Box::new(d.help("reckon with what runs over whole numbers, `for i in 1..4`"))));
+            return Err(Some(Box::new(
+                d.help("only the variable of a range of whole numbers can be used in arithmetic: `for i in 1..4`"),
+            )));
         }
         match holes::number(&sum, whole).filter(|n| !name || *n >= 0) {
             Some(n) => Ok(n.to_string()),
             None => {
                 let text = format!("`${{{hole}}}` is negative or too large, and no part of a name");
                 let d = Diagnostic::error("HQ0219", span, text);
-                Err(Some(Box::new(d.help("change the numbers that it runs over, or what is added to them"))))
+                Err(Some(Box::new(d.help("change the range, or the number that is added"))))
             }
         }
     }
@@ -171,11 +173,7 @@ impl Expander<'_> {
         };
         let part = |t: &String| !name || (!t.is_empty() && t.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_'));
         text.filter(part).ok_or_else(|| {
-            let d = Diagnostic::error(
-                "HQ0219",
-                span,
-                format!("`${{{hole}}}` is filled by something that is no part of a name"),
-            );
+            let d = Diagnostic::error("HQ0219", span, format!("`${{{hole}}}` does not give a part of a name"));
             let d = match frame.bound.get(hole) {
                 Some(Bound::Value(value) | Bound::Joints(value)) => d.label(value.span, "this"),
                 _ => d,
@@ -249,7 +247,7 @@ impl Expander<'_> {
             }
             Some(Bound::Task(_)) => {
                 let d = Diagnostic::error("HQ0215", span, format!("`{name}` is a task, and a value is needed here"));
-                self.fail(d.help("a task stands in a level"));
+                self.fail(d.help("add a task to a level"));
                 return Value { kind: ValueKind::Missing, span };
             }
             None => {}
@@ -290,7 +288,7 @@ impl Expander<'_> {
         let mut open = vec![(value, 1)];
         while let Some((part, depth)) = open.pop() {
             if depth > MAX_HEIGHT {
-                let text = format!("more than {MAX_HEIGHT} operations stand inside each other here");
+                let text = format!("more than {MAX_HEIGHT} nested operations");
                 self.fail(Diagnostic::error("HQ0218", value.span, text).help("name a part of it with `let`"));
                 return false;
             }

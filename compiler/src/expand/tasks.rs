@@ -151,7 +151,7 @@ impl Expander<'_> {
         }
         if self.active.len() >= MAX_DEPTH {
             let text = format!("declarations use each other more than {MAX_DEPTH} deep");
-            self.fail(Diagnostic::error("HQ0218", at, text).help("bring some of them together in one"));
+            self.fail(Diagnostic::error("HQ0218", at, text).help("merge some of them"));
             return true;
         }
         false

@@ -89,8 +89,9 @@ impl Lowering<'_> {
         let exponent = self.graph.constant(b.nodes[0]).filter(|_| b.kind == Kind::Scalar && b.dimension == NONE);
         if b.kind == Kind::Scalar && b.dimension != NONE {
             let d = Diagnostic::error("HQ0304", b.span, "an exponent has no unit").here(b.dimension.describe());
-            return self
-                .fail(d.help("a unit behind an exponent is the exponent's: put the power in brackets, `(2^3) m`"));
+            return self.fail(
+                d.help("a unit after an exponent belongs to the exponent: put the power in brackets, `(2^3) m`"),
+            );
         }
         let (Kind::Scalar, Some(exponent)) = (a.kind, exponent) else {
             return self.fail(

@@ -96,11 +96,11 @@ impl Lowering<'_> {
                     Diagnostic::error("HQ0306", a.span, format!("`{}` needs {wanted}, and this is {is}", known.name))
                         .here(is);
                 if wanted == "an angle" && a.dimension == TIME {
-                    d = d.note("a time alone is no angle: something must say how fast the angle grows").help(
+                    d = d.note("a time is not an angle: multiply it with a rate").help(
                         "divide by a time, such as `2*pi*t/(25 s)`, or multiply with a rate, such as `0.5 rad/s * t`",
                     );
                 } else if known.name == "slerp" && a.kind == Kind::Pose {
-                    d = d.help("between poses stands `lerp(from, to, share)`");
+                    d = d.help("interpolate poses by `lerp(from, to, share)`");
                 } else {
                     d = d.help(format!("the form is `{}`", known.form));
                 }
@@ -117,7 +117,7 @@ impl Lowering<'_> {
                 frames::different(&typed[first], &typed[second], span, self.scope.follows())
             }
             CallError::Undefined(text) => {
-                Diagnostic::error("HQ0309", span, text).help(format!("`{}`: change what it is given", known.form))
+                Diagnostic::error("HQ0309", span, text).help(format!("`{}`: change its arguments", known.form))
             }
         };
         self.fail(d)

@@ -50,8 +50,8 @@ impl Scope for ParamsOnly<'_> {
 
     fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame> {
         diagnostics.push(
-            Diagnostic::error("HQ0314", name.span, "axes of the robot have no meaning here")
-                .note("a param and the description of a robot stand before any task; the numbers of a point count along its own link")
+            Diagnostic::error("HQ0314", name.span, "axes of the robot are not available here")
+                .note("params and the description of a robot are evaluated before any task; the numbers of a point are in the axes of its link")
                 .help(format!("leave `in {0}` out here, and write it where the value is used", name.value)),
         );
         None
@@ -65,7 +65,7 @@ impl Scope for ParamsOnly<'_> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Typed> {
         diagnostics.push(
-            Diagnostic::error("HQ0312", span, "what the robot does now has no meaning here")
+            Diagnostic::error("HQ0312", span, "the robot's state is not available here")
                 .note("this value is needed before the robot moves")
                 .help("write a constant here, or the expression in the parameters of a task `keep` or `track`"),
         );
@@ -102,7 +102,7 @@ impl Constants<'_> {
                         Diagnostic::error(
                             "HQ0307",
                             typed.span,
-                            "this value depends on time or on a signal, and it is needed before time begins",
+                            "this value depends on time or on a signal, and it is needed before the run",
                         )
                         .help("leave `t`, `time` and signals out"),
                     );
@@ -110,7 +110,7 @@ impl Constants<'_> {
                 Some(x) if !x.is_finite() => {
                     return Some(
                         Diagnostic::error("HQ0309", typed.span, "this value is not a finite number")
-                            .help("look for a division by zero, or for factors that are far too large"),
+                            .help("check for a division by zero, or factors that are far too large"),
                     );
                 }
                 Some(_) => {}

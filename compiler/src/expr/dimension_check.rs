@@ -75,13 +75,13 @@ pub fn bare_angle(graph: &Graph, typed: &Typed, wanted: Dimension) -> Diagnostic
             .here(format!("{turns:.1} turns{}", unit.trim_start_matches("rad")))
             .about(Topic::BareAngle)
             .note("angles without a unit are radians, and this one looks like degrees")
-            .help(format!("write `{degrees}` behind it, or `{unit}` if it is meant"))
+            .help(format!("write `{degrees}` after it, or `{unit}` for radians"))
             .fix(Fix::unit(typed.span, &degrees))
             .fix(Fix::unit(typed.span, &unit))
     } else {
         Diagnostic::warning("HQ0305", typed.span, format!("without a unit this is read as `{unit}`"))
             .about(Topic::BareAngle)
-            .help(format!("write `{unit}` behind it, or `{degrees}` if degrees are meant"))
+            .help(format!("write `{unit}` after it, or `{degrees}` for degrees"))
             .fix(Fix::unit(typed.span, &unit))
             .fix(Fix::unit(typed.span, &degrees))
     }
@@ -98,7 +98,7 @@ pub fn merge_bare(diagnostics: &mut Vec<Diagnostic>, from: usize, span: Span) {
         if let Some((start, rest)) = one.message.split_once("read as ").filter(|_| !one.notes.is_empty()) {
             one.message = format!("{start}read as radians, one of them as {rest}");
         }
-        one.help = one.help.map(|h| h.replace("behind it", "behind them").into());
+        one.help = one.help.map(|h| h.replace("after it", "after them").into());
         one.fixes.clear();
         diagnostics.push(one);
     } else {

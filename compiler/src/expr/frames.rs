@@ -168,8 +168,8 @@ pub fn different(a: &Typed, b: &Typed, span: Span, follows: bool) -> Diagnostic 
 pub fn turned(a: &Typed, b: &Typed, span: Span, follows: bool) -> Diagnostic {
     let wanted = a.axes.from.written();
     let (text, other) = match a.kind {
-        Kind::Pose => ("this pose moves what is expressed in other axes", "leave the pose out"),
-        _ => ("this orientation turns what is expressed in other axes", "leave the orientation out"),
+        Kind::Pose => ("this pose applies to vectors in other axes", "leave the pose out"),
+        _ => ("this orientation applies to vectors in other axes", "leave the orientation out"),
     };
     mismatch(text, a, b, span)
         .help(format!("bring the second to the axes of its frame: {}; or {other}", brought(wanted, follows)))
@@ -210,8 +210,9 @@ impl Lowering<'_> {
         let (typed, frame) = (typed?, frame?);
         if matches!(typed.kind, Kind::Scalar | Kind::Truth) {
             let text = format!("{} has no axes", typed.kind.describe());
-            return self
-                .fail(Diagnostic::error("HQ0304", span, text).help("`in` stands behind vectors, orientations and poses, and belongs to the value just before it: bracket what it is meant for"));
+            return self.fail(Diagnostic::error("HQ0304", span, text).help(
+                "`in` follows a vector, orientation or pose and applies to the value directly before it: use brackets",
+            ));
         }
         if typed.axes.to == Frame::Any {
             let axes = Axes { to: frame, ..typed.axes };
@@ -238,7 +239,7 @@ impl Lowering<'_> {
             Some(o) => Ok(o),
             None => self.fail(
                 Diagnostic::error("HQ0314", typed.span, "this is neither a point nor a direction")
-                    .note("a point moves with the origin of the axes that it is expressed in, a direction does not; what was multiplied with a number that moves, or turned, is neither")
+                    .note("a point moves with the origin of its axes, a direction does not; a vector that was scaled by a moving number or rotated is neither")
                     .help("bring the points to these axes first, one by one"),
             ),
         }

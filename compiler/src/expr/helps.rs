@@ -66,7 +66,7 @@ pub(super) fn help_for_kinds(op: BinaryOp, a: Kind, b: Kind) -> &'static str {
     match (op, a, b) {
         (BinaryOp::Mul, Kind::Vector, Kind::Vector) => "write `dot(a, b)` or `cross(a, b)`",
         (BinaryOp::Add | BinaryOp::Sub, Kind::Rotation, Kind::Rotation) => "one turn after another is a product: `a*b`",
-        (BinaryOp::Mul, Kind::Vector, Kind::Rotation) => "the orientation stands first: `rpy(..)*[x, y, z]`",
+        (BinaryOp::Mul, Kind::Vector, Kind::Rotation) => "the orientation comes first: `rpy(..)*[x, y, z]`",
         (BinaryOp::Add | BinaryOp::Sub, Kind::Pose, _) | (BinaryOp::Add | BinaryOp::Sub, _, Kind::Pose) => {
             "one pose after another is a product: `a*b`; sums are of `.position`"
         }
@@ -74,7 +74,7 @@ pub(super) fn help_for_kinds(op: BinaryOp, a: Kind, b: Kind) -> &'static str {
             "a pose moves poses and points, vectors in m; for other vectors and orientations write `.orientation*..`"
         }
         (BinaryOp::Mul, Kind::Rotation, Kind::Pose) => "for a turn about the origin write `pose([0, 0, 0] m, r)*..`",
-        (BinaryOp::Mul, _, Kind::Pose) => "the pose stands first: `frame(F).pose*[x, y, z] m`",
+        (BinaryOp::Mul, _, Kind::Pose) => "the pose comes first: `frame(F).pose*[x, y, z] m`",
         (BinaryOp::Mul, ..) => "a number scales numbers and vectors; an orientation turns vectors and orientations",
         (BinaryOp::Div, ..) => "divide by a number",
         _ => "both sides are numbers, or both are vectors",

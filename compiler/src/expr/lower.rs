@@ -95,7 +95,7 @@ impl Lowering<'_> {
                 // `2^2 m`: the unit was probably meant for the whole.
                 let meant = bracketed(op.value, left, right).filter(|_| op.value == BinaryOp::Pow && result.is_err());
                 if let (Some(meant), Some(d)) = (meant, self.diagnostics.last_mut()) {
-                    d.help = Some(format!("a unit behind an exponent is the exponent's: write `{meant}`").into());
+                    d.help = Some(format!("a unit after an exponent belongs to the exponent: write `{meant}`").into());
                 }
                 result
             }

@@ -40,9 +40,9 @@ impl Lowering<'_> {
             Meaning::Failed => return Err(Failed),
             Meaning::Later => {
                 let written = crate::forms::written(name);
-                let text = format!("`{written}` is made of what the robot does, and this value is needed before");
+                let text = format!("`{written}` depends on the robot's state, and this value is needed before the run");
                 let d = Diagnostic::error("HQ0312", span, text);
-                return self.fail(d.help("write a constant here; such a `let` may stand in the parameters of tasks"));
+                return self.fail(d.help("write a constant here; such a `let` can be used in parameters of tasks"));
             }
             Meaning::Wrench => {
                 let written = crate::forms::written(name);
@@ -83,7 +83,7 @@ impl Lowering<'_> {
         } else if function(name).is_some() {
             d = d.help(format!("`{name}` is a function: write `{name}(..)`"));
         } else if units::symbols().any(|u| u == name) {
-            d = d.note("a unit stands behind a number or a bracket").help(Help::with(
+            d = d.note("a unit must follow a number or a bracket").help(Help::with(
                 &format!("for the unit write `1 {name}` or `1 /{name}`; for a value declare {{}}"),
                 [Snippet::defined("param", name, "..")],
             ));

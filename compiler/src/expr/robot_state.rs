@@ -112,8 +112,8 @@ impl Lowering<'_> {
             return self.fail(misspelt);
         }
         self.fail(
-            Diagnostic::unknown_name(span, "the value of a task stands only inside `initial(..)`")
-                .note("of what the robot does now there is `frame(F).position`, `.orientation`, `.pose`, `point(F, ..)`, `joint(J)`, `distance(a, b)`, `com`, `field(F)`")
+            Diagnostic::unknown_name(span, "the value of a task can be used only inside `initial(..)`")
+                .note("the robot's state is read by `frame(F).position`, `.orientation`, `.pose`, `point(F, ..)`, `joint(J)`, `distance(a, b)`, `com`, `field(F)`")
                 .help("write `initial(..)` around it for its value at the moment the stack becomes active"),
         )
     }
@@ -184,7 +184,7 @@ impl Lowering<'_> {
             (Some((args, at)), None) => (b, args, at),
             (None, Some((args, at))) => (a, args, at),
             _ => {
-                let d = Diagnostic::error("HQ0304", span, "a distance between two planes is none of the robot's");
+                let d = Diagnostic::error("HQ0304", span, "a distance between two planes does not depend on the robot");
                 return self.fail(d.help("name a part of the robot on one side"));
             }
         };

@@ -124,10 +124,10 @@ pub(crate) fn not_measured(function: &Spanned<String>, span: Span) -> Diagnostic
     if MOTION.contains(&function.value.as_str()) {
         return d
             .note("it is measured in scenarios, and by the controller for the conditions of its machine")
-            .help("write it behind `expect` in a scenario, or behind `when` in a machine");
+            .help("use it after `expect` in a scenario, or after `when` in a machine");
     }
     d.note("it is measured from outside while a scenario runs, and no controller knows it")
-        .help("write it behind `expect` in a scenario")
+        .help("use it after `expect` in a scenario")
 }
 
 /// Functions in expectations that are measured while a scenario runs.

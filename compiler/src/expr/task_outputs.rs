@@ -32,12 +32,12 @@ impl Lowering<'_> {
         }
         let mut has = |output: &str| matches!(self.scope.name(&output_symbol(target(name), output)), Meaning::Value(_));
         let kind = KINDS.iter().find(|k| !k.outputs.is_empty() && k.outputs.iter().all(|t| has(t.name)))?;
-        let text = format!("`{}`, a `{}`, tells no `{}`", written(name), kind.name, field.value);
+        let text = format!("`{}`, a `{}`, has no output `{}`", written(name), kind.name, field.value);
         let d = Diagnostic::unknown_name(field.span, text);
         let names = || kind.outputs.iter().map(|t| t.name);
         Some(self.fail(match suggest(&field.value, names()) {
             Some(near) => d.meant(near),
-            None => d.help(format!("it tells {}", list(names(), 8))),
+            None => d.help(format!("its outputs are {}", list(names(), 8))),
         }))
     }
 }

@@ -50,7 +50,7 @@ static ANGULAR_ACCELERATION: Named =
     named("angular_acceleration", "of a pose: the largest angular acceleration of its orientation", true);
 static ANGULAR_JERK: Named = named("angular_jerk", "of a pose: the largest angular jerk of its orientation", true);
 static CORNER: Named = named("corner", "how far from a point between it may pass; 0 where it is left out", true);
-static HOLD: Named = named("hold", "how long it stands at each point between; 0 where it is left out", true);
+static HOLD: Named = named("hold", "time of rest at each inner point; default 0", true);
 static FROM: Named = named(
     "from",
     "where it begins, read when the stack is entered; where it is left out, at the task's own value, as that moves then",
@@ -76,7 +76,7 @@ pub static TRAJECTORIES: &[Trajectory] = &[
     Trajectory {
         name: "waypoints",
         form: "waypoints(a, b, c, speed: 0.2 m/s, acceleration: 0.5 m/s^2, corner: 2 cm)",
-        text: "moves over points along straight lines within a speed and an acceleration, passes each point between within `corner`, or stands there for `hold`, and ends at the last",
+        text: "moves over points along straight lines within a speed and an acceleration, passes each inner point within `corner`, or rests there for `hold`, and ends at the last",
         named: &[&SPEED, &ACCELERATION, &CORNER, &HOLD, &FROM],
         motion: Motion::Waypoints,
     },
@@ -134,7 +134,7 @@ impl Lowering<'_> {
         for arg in args {
             let ValueKind::Named(name, value) = &arg.kind else {
                 if call.given.iter().any(Option::is_some) {
-                    let d = Diagnostic::error("HQ0310", arg.span, "a goal stands before the arguments that have names");
+                    let d = Diagnostic::error("HQ0310", arg.span, "the goal must precede the named arguments");
                     self.diagnostics.push(d.help(format!("write `{}`", of.form)));
                 } else {
                     call.goals.push(arg);
@@ -259,7 +259,7 @@ impl Lowering<'_> {
             if call.of.motion == Motion::Waypoints && goal.kind != Kind::Vector {
                 let text = format!("waypoints are points, and this is {}", goal.kind.describe());
                 let d = Diagnostic::error("HQ0304", goal.span, text).here(goal.kind.describe());
-                return self.fail(d.help("write positions, `[x, y, z] m`, and a `trapezoid` for what turns"));
+                return self.fail(d.help("write positions, `[x, y, z] m`, and a `trapezoid` for orientations"));
             }
         }
         for i in 1..goals.len() {
@@ -281,9 +281,8 @@ impl Lowering<'_> {
         if !goal.nodes.iter().any(|&n| self.graph.is_state(n)) {
             return Ok(());
         }
-        let d =
-            Diagnostic::error("HQ0312", goal.span, "what the robot does now is no goal and no limit of a trajectory");
-        let note = "a trajectory knows time, signals and what was captured, and its motion would chase itself";
+        let d = Diagnostic::error("HQ0312", goal.span, "the robot's state cannot be a goal or a limit of a trajectory");
+        let note = "a trajectory can depend on time, signals and captured values; a goal that follows the robot would move with it";
         self.fail(
             d.note(note).help("write `initial(..)` around it for its value at the moment the stack becomes active"),
         )

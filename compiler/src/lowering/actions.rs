@@ -36,7 +36,7 @@ pub static VERBS: &[Verb] = &[
         outcomes: &[],
         raises: false,
         own: false,
-        doc: "Says a text to the people around.",
+        doc: "Speaks a text.",
         words: &[],
     },
     Verb {
@@ -46,7 +46,7 @@ pub static VERBS: &[Verb] = &[
         outcomes: &["found", "not_found"],
         raises: false,
         own: false,
-        doc: "Lets perception look with a sensor.",
+        doc: "Starts perception with a sensor.",
         words: &[],
     },
     Verb {
@@ -56,7 +56,7 @@ pub static VERBS: &[Verb] = &[
         outcomes: &["done", "failed"],
         raises: false,
         own: false,
-        doc: "Opens or closes a gripper; behind it the name of one, where there are several.",
+        doc: "Opens or closes a gripper; followed by its name if there are several.",
         words: &["open", "close"],
     },
     Verb {
@@ -66,7 +66,7 @@ pub static VERBS: &[Verb] = &[
         outcomes: &["done", "failed"],
         raises: false,
         own: false,
-        doc: "Lets a tool do what it does.",
+        doc: "Operates a tool.",
         words: &[],
     },
     Verb {
@@ -76,7 +76,7 @@ pub static VERBS: &[Verb] = &[
         outcomes: &["done", "failed"],
         raises: false,
         own: false,
-        doc: "Anything else that the host knows by name.",
+        doc: "Any other action of the host, by name.",
         words: &[],
     },
     Verb {
@@ -126,7 +126,7 @@ pub static VERBS: &[Verb] = &[
         outcomes: &[],
         raises: false,
         own: true,
-        doc: "Lets what a wrench shows now become its bias, so that it shows zero.",
+        doc: "Makes the present reading of a wrench its bias, so that it reads zero.",
         words: &[],
     },
 ];
@@ -157,7 +157,7 @@ pub(super) fn verb(a: &Action) -> Result<&'static Verb, Refused> {
         return Err(Some(Box::new(d.help(format!("write `{}`", verb.form)))));
     }
     if !verb.takes.contains(&a.args.len()) {
-        let text = format!("`{}` is not said like this", verb.name);
+        let text = format!("`{}` has another form", verb.name);
         return Err(Some(Box::new(Diagnostic::error("HQ0310", a.span, text).help(format!("write `{}`", verb.form)))));
     }
     let word = crate::forms::text_of(&a.args[0]);

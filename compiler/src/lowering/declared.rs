@@ -144,7 +144,7 @@ impl Lowerer<'_> {
             if let Some((at, imported)) =
                 place(Class::Task, name).filter(|_| !used && !declared.stacks.is_empty() && declared.whole)
             {
-                let d = Diagnostic::unused(at, format!("task `{}` stands in no stack", name.value));
+                let d = Diagnostic::unused(at, format!("task `{}` is in no stack", name.value));
                 self.push(d.help(advice(imported, "add it to a level, or remove it")));
             }
         }

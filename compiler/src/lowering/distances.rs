@@ -124,9 +124,9 @@ impl Lowerer<'_> {
             if !value.is_finite() || !slope.is_finite() {
                 let text = format!("this function of the distance has no value, or no derivative, at d = {here}");
                 let d = Diagnostic::error("HQ0309", at, text);
-                self.push(
-                    d.help("look for a root of zero, a division by zero, or a logarithm of what is not positive"),
-                );
+                self.push(d.help(
+                    "check for a root of zero, a division by zero, or a logarithm of a number that is not positive",
+                ));
                 return None;
             }
             size = size.max(value.abs());
@@ -135,7 +135,7 @@ impl Lowerer<'_> {
                 let text = format!("this function of the distance falls at d = {here}");
                 let d = Diagnostic::error("HQ0523", at, text)
                     .here(format!("{} there, with the slope {}", shown(round(value), dimension), round(slope)))
-                    .note("the robot would come nearer to people to raise such a field");
+                    .note("to raise such a field, the robot would move towards people");
                 self.push(d.help("write one that rises with `d`, or stays the same where `d` is large: `min(d, 2 m)`"));
                 return None;
             }
@@ -146,7 +146,7 @@ impl Lowerer<'_> {
             let d = Diagnostic::error("HQ0523", at, "this function of the distance never rises");
             self.push(
                 d.note("the field would be the same wherever people are")
-                    .help("write one in which `d` stands: `min(d, 2 m)`"),
+                    .help("write an expression of `d`: `min(d, 2 m)`"),
             );
             return None;
         }

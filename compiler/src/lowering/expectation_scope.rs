@@ -105,7 +105,7 @@ impl Watch<'_> {
         if rest.is_empty() {
             let Some((_, first)) = shape.parts.first() else {
                 let d = Diagnostic::error("HQ0304", at, format!("`{name}` reports no error"));
-                return refuse(d.help("compare what it is about by an expression"));
+                return refuse(d.help("compare the quantity itself by an expression"));
             };
             if shape.parts.iter().any(|p| p.1 != *first) {
                 let text = format!("the errors of `{name}` have several units, and no common size");
@@ -198,7 +198,7 @@ impl Scope for Watch<'_> {
     ) -> Option<Typed> {
         if self.capturing {
             let d = Diagnostic::error("HQ0311", span, "an `initial(..)` inside another");
-            diagnostics.push(d.help("leave it out: all that stands in the outer one is of the same moment"));
+            diagnostics.push(d.help("remove it: everything inside the outer one is captured at the same time"));
             return None;
         }
         self.capturing = true;
@@ -228,7 +228,7 @@ impl Scope for Watch<'_> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Start> {
         diagnostics.push(
-            Diagnostic::error("HQ0312", span, "a trajectory has no meaning in an expectation")
+            Diagnostic::error("HQ0312", span, "a trajectory is not allowed in an expectation")
                 .note("it begins when a stack is entered, and an expectation belongs to no stack")
                 .help("expect something of the robot: `error(TASK) < 1 cm`, or where `frame(F).position` is"),
         );

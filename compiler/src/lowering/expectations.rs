@@ -62,7 +62,7 @@ fn no_value(program: &Program, task: usize, at: Span, of_states: bool) -> Option
     let name = &program.tasks[task].name;
     let text = format!("`{name}` has no value while it does not run");
     let d = Diagnostic::error("HQ0801", at, text)
-        .note("what it asks for depends on when its stack was entered, or on where");
+        .note("its target depends on the time or configuration at which its stack was entered");
     if without.len() == stacks.len() {
         return Some(d.help("run a stack that holds it, or expect something of a task that it does not depend on"));
     }
@@ -77,16 +77,16 @@ fn no_value(program: &Program, task: usize, at: Span, of_states: bool) -> Option
     } else {
         format!("it is not in {}", list(without, 4))
     };
-    Some(d.here(where_).help("say for which states it is meant: `always (in(STATE) implies ..)`"))
+    Some(d.here(where_).help("restrict it to states: `always (in(STATE) implies ..)`"))
 }
 
 /// Diagnostic for a named value that belongs to a stack: a trajectory, or a captured value.
 pub(super) fn of_a_stack(moves: bool, at: Span) -> Diagnostic {
     let help = "a `let` that holds it belongs into the parameters of tasks";
     if moves {
-        return Diagnostic::error("HQ0312", at, "a trajectory has no meaning in an expectation").help(help);
+        return Diagnostic::error("HQ0312", at, "a trajectory is not allowed in an expectation").help(help);
     }
-    Diagnostic::error("HQ0311", at, "a `let` with `initial(..)` has no meaning in an expectation")
+    Diagnostic::error("HQ0311", at, "a `let` with `initial(..)` is not allowed in an expectation")
         .note("there it captures a value when a stack becomes active, and an expectation belongs to no stack")
         .help("write `initial(..)` in the expectation itself: the value at the start of the run")
 }

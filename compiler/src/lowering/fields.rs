@@ -100,7 +100,7 @@ impl Lowerer<'_> {
         for (item, more) in items.iter().zip(found.into_iter().collect::<Option<Vec<_>>>()?) {
             if more.iter().any(|p| points.contains(p)) {
                 let d = Diagnostic::error("HQ0207", item.span, "this point is there already");
-                self.push(d.note("in the mean it would count twice").help("name each point once"));
+                self.push(d.note("it would count twice in the mean").help("name each point once"));
                 return None;
             }
             points.extend(more);
@@ -161,7 +161,7 @@ impl Lowerer<'_> {
             return None;
         }
         if self.graph.moves_along(&typed.nodes) {
-            let d = Diagnostic::error("HQ0312", value.span, "a trajectory has no meaning in a safety field");
+            let d = Diagnostic::error("HQ0312", value.span, "a trajectory is not allowed in a safety field");
             let note = "it begins when a stack is entered, and a field belongs to no stack";
             self.push(d.note(note).help("name where the person is"));
             return None;

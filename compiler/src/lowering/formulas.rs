@@ -70,13 +70,13 @@ impl Lowerer<'_> {
                 Monitor::new(&formula, &source.units(), ticks.count).ok()
             };
             let Some(monitor) = monitor else {
-                let d = Diagnostic::error("HQ0803", expect.span, "this expectation is too large to be watched");
+                let d = Diagnostic::error("HQ0803", expect.span, "this expectation is too large to be monitored");
                 self.push(d.help("shorten its windows, or write it as several"));
                 continue;
             };
             kept = kept.saturating_add(monitor.kept());
             if kept > MAX_KEPT {
-                let text = "the expectations of this scenario are too many to be watched together";
+                let text = "the expectations of this scenario need too much memory together";
                 let d = Diagnostic::error("HQ0803", expect.span, text).here("up to here");
                 self.push(d.help("shorten their windows, or spread them over several scenarios"));
                 break;

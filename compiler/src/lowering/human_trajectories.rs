@@ -43,13 +43,13 @@ impl Lowerer<'_> {
         let said: Vec<&Entry> = ["value", "path", "points", "file"].iter().filter_map(|k| block.get(k)).collect();
         let (first, second) = (said.first().copied(), said.get(1).copied());
         if let (Some(first), Some(second)) = (first, second) {
-            let text = format!("where `{}` is was said by `{}` already", of.name, first.key.value);
+            let text = format!("the position of `{}` is defined by `{}` already", of.name, first.key.value);
             let d = Diagnostic::error("HQ0804", second.key.span, text);
             self.push(d.label(first.key.span, "here").help("keep one of the two"));
             return None;
         }
         let Some(way) = first else {
-            let text = format!("this does not say where `{}` is", of.name);
+            let text = format!("this does not define the position of `{}`", of.name);
             let help = Help::with(
                 "write {} or {} with a `shape`, or {}, or {}",
                 [
@@ -116,10 +116,10 @@ impl Lowerer<'_> {
             if points.len() == 1 {
                 return self.way(way, of, program).map(|track| vec![track]);
             }
-            let text = format!("this says where `{}` is, and not where its points are", of.name);
+            let text = format!("this defines the position of `{}`, but not those of its points", of.name);
             let d = Diagnostic::missing_keys(["shape"], way.key.span, text);
             self.push(d.help(Help::with(
-                "add where they are from there: {}",
+                "add their offsets: {}",
                 [Snippet::block("shape", [Snippet::entry(points[0], "[0, 0, 1.2] m"), Snippet::dots()])],
             )));
             return None;

@@ -116,7 +116,7 @@ impl Lowerer<'_> {
         } else if all.is_empty() && matches!(&entry.value.kind, ValueKind::List(items) if items.is_empty()) {
             let d = Diagnostic::missing_keys([], entry.value.span, format!("`{}` has no points", h.name.value));
             self.push(d.help(Help::with(
-                "name what is tracked: {}",
+                "name the tracked points: {}",
                 [Snippet::entry("points", "[chest, left_wrist, right_wrist]")],
             )));
         }

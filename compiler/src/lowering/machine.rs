@@ -176,8 +176,8 @@ impl MachineLowering<'_, '_> {
             (None, Some(first)) => {
                 let what = if i == 0 { "this machine" } else { "this state holds others, and" };
                 let text = match i {
-                    0 => format!("{what} does not say in which state it begins"),
-                    _ => format!("{what} does not say which of them is entered"),
+                    0 => format!("{what} has no initial state"),
+                    _ => format!("{what} has several states and no initial one"),
                 };
                 self.lowerer
                     .push(Diagnostic::error("HQ0701", self.flat[i].at, text).help(Snippet::entry("initial", first)));

@@ -280,7 +280,7 @@ impl<'a> Lowerer<'a> {
         let stacks = declared.stacks.iter().map(|s| lowering.stack(s)).collect();
         let none = declared.stacks.is_empty() && declared.whole && declared.patterns.is_empty();
         if let (true, Some(robot)) = (none, declared.robots.first()) {
-            let text = "this spec has no stack, so the robot has nothing to hold to";
+            let text = "this spec has no stack";
             self.push(
                 Diagnostic::error("HQ0601", robot.name.span, text).about(Topic::MissingStack).help(Snippet::declared(
                     "stack",

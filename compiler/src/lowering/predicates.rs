@@ -35,7 +35,7 @@ pub(super) fn number(
     if whole.kind != Kind::Truth {
         let is = whole.kind.describe();
         let d = Diagnostic::error("HQ0304", value.span, format!("an expectation is true or false, and this is {is}"));
-        diagnostics.push(d.here(is).help("compare it: write for instance `.. >= 0 m` behind it"));
+        diagnostics.push(d.here(is).help("compare it: write for instance `.. >= 0 m` after it"));
         return None;
     }
     let ValueKind::Binary(op, left, right) = &value.kind else { return Some((whole.nodes[0], Unit::Truth)) };

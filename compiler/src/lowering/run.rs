@@ -44,21 +44,21 @@ pub(super) fn run_settings(
                 Some(name) => settings.stack = Some(Spanned::new(name.to_string(), e.value.span)),
                 None => diagnostics.push(
                     Diagnostic::error("HQ0304", e.value.span, "`stack` is the name of a stack")
-                        .help("write the name that stands behind `stack` where it is declared"),
+                        .help("write the name of the stack as declared"),
                 ),
             },
             "machine" => match text_of(&e.value) {
                 Some(name) => settings.machine = Some(Spanned::new(name.to_string(), e.value.span)),
                 None => diagnostics.push(
                     Diagnostic::error("HQ0304", e.value.span, "`machine` is the name of a machine")
-                        .help("write the name that stands behind `machine` where it is declared"),
+                        .help("write the name of the machine as declared"),
                 ),
             },
             "duration" => {
                 settings.duration = constants.scalar(&e.value, TIME, diagnostics);
                 settings.duration_span = Some(e.value.span);
                 if let Some(d) = settings.duration.filter(|d| *d <= 0.0) {
-                    let text = format!("a run lasts longer than nothing, and this is {d} s");
+                    let text = format!("the duration of a run must be more than 0 s, and this is {d} s");
                     diagnostics.push(
                         Diagnostic::error("HQ0308", e.value.span, text)
                             .help(Help::write_for_instance(Snippet::entry("duration", "10 s"))),
@@ -68,7 +68,7 @@ pub(super) fn run_settings(
             "tick_budget" => {
                 let budget = constants.scalar(&e.value, TIME, diagnostics);
                 if budget.is_some_and(|b| b <= 0.0) {
-                    let d = Diagnostic::error("HQ0308", e.value.span, "the budget of a tick is more than nothing");
+                    let d = Diagnostic::error("HQ0308", e.value.span, "the budget of a tick must be more than 0 s");
                     diagnostics.push(d.help(Help::with(
                         "write for instance {}, or leave it out for any time",
                         [Snippet::entry("tick_budget", "200 us")],
@@ -132,14 +132,14 @@ fn simulator(block: &Block, constants: &mut Constants, diagnostics: &mut Vec<Dia
         }
         // Larger values exceed those of any robot with a velocity controller.
         let (usual, help) = match e.key.value.as_str() {
-            "lag" => (1.0, "actuators lag by 1 ms to 200 ms; write `ms` behind the number if milliseconds are meant"),
+            "lag" => (1.0, "actuators lag by 1 ms to 200 ms; write `ms` after the number if milliseconds are meant"),
             "noise" => {
                 (0.1, "encoders err by 1e-6 rad to 1e-3 rad; this is the standard deviation of every measured position")
             }
             _ => (f64::INFINITY, ""),
         };
         if x > usual {
-            let text = format!("a {} of {} is unlike any robot", e.key.value, units::shown(x, wanted));
+            let text = format!("a {} of {} is implausible", e.key.value, units::shown(x, wanted));
             let d = Diagnostic::warning("HQ0522", e.value.span, text)
                 .here(format!("above {}", units::shown(usual, wanted)));
             diagnostics.push(d.help(help));
@@ -185,7 +185,7 @@ impl Lowerer<'_> {
             Some(name) => match stacks.iter().position(|s| s.name.value == name.value) {
                 Some(i) => i,
                 None if declared.patterns.contains_key(&name.value) => {
-                    let text = format!("stack `{}` has parameters, and nothing is given for them", name.value);
+                    let text = format!("stack `{}` has parameters, and no arguments are given", name.value);
                     let d = Diagnostic::error("HQ0214", name.span, text);
                     let d = d.label(declared.patterns[&name.value], "declared here");
                     let help = Help::with(
@@ -216,7 +216,7 @@ impl Lowerer<'_> {
             None => {
                 let at = settings.span.unwrap_or(stacks[1].name.span);
                 self.push(
-                    Diagnostic::error("HQ0603", at, "several stacks, and nothing says which one to run")
+                    Diagnostic::error("HQ0603", at, "several stacks, and no `run` selects one")
                         .about(Topic::MissingDeclaration)
                         .help(Snippet::block(
                             "run",
@@ -242,7 +242,7 @@ impl Lowerer<'_> {
             && duration / robot.period < 0.5
         {
             let at = settings.duration_span.or(settings.span).unwrap_or(robot.name.span);
-            let d = Diagnostic::error("HQ0308", at, "the run is shorter than one tick, so nothing would happen");
+            let d = Diagnostic::error("HQ0308", at, "the run is shorter than one tick");
             self.push(d.label(robot.rate_span, format!("one tick is {} s", robot.period)).help("make the run longer"));
         }
         let tick_budget = settings.tick_budget.as_ref().map(|budget| budget.value);
@@ -251,7 +251,7 @@ impl Lowerer<'_> {
         {
             let d = Diagnostic::error("HQ0605", budget.span, "the budget of a tick is longer than the tick");
             let d = d.label(robot.rate_span, format!("one tick is {} s", robot.period));
-            self.push(d.help("write a part of it, `us` behind the number for microseconds"));
+            self.push(d.help("write a part of it, `us` after the number for microseconds"));
         }
         let machine = declared.machine.filter(|_| settings.stack.is_none());
         let own = machine.map(|m| &m.name).or(stacks.get(stack).map(|s| &s.name));
@@ -267,7 +267,7 @@ impl Lowerer<'_> {
     fn machine_of(&mut self, settings: &RunSettings, declared: &Declared) -> Option<()> {
         let Some(name) = &settings.machine else { return Some(()) };
         if let Some(stack) = &settings.stack {
-            let d = Diagnostic::unknown_key("HQ0205", stack.span, "a run runs a stack or a machine, and not both");
+            let d = Diagnostic::unknown_key("HQ0205", stack.span, "a run has a stack or a machine, not both");
             self.push(d.label(name.span, "the machine").help("keep one of the two"));
             return None;
         }

@@ -161,7 +161,7 @@ impl Lowerer<'_> {
             let d = Diagnostic::error("HQ0605", at, "the run would have more than a thousand million ticks");
             self.push(d.label(robot.rate_span, tick).help("shorten the run"));
         } else if ticks < 0.5 {
-            let d = Diagnostic::error("HQ0308", at, "the run is shorter than one tick, so nothing would happen");
+            let d = Diagnostic::error("HQ0308", at, "the run is shorter than one tick");
             self.push(d.label(robot.rate_span, tick).help("make the run longer"));
         }
     }

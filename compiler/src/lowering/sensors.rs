@@ -77,8 +77,7 @@ impl Lowerer<'_> {
                     e.key.span,
                     format!("a signal of the type `{ty}` cannot be filtered"),
                 );
-                let d =
-                    d.note("a filter follows numbers and vectors: halfway between two of these there is none of them");
+                let d = d.note("only numbers and vectors can be filtered");
                 self.push(d.help("leave `low_pass` out"));
                 return None;
             }
@@ -86,9 +85,7 @@ impl Lowerer<'_> {
             let x = constants.scalar(&e.value, RATE, self.diagnostics)?;
             if x <= 0.0 {
                 let text = format!("a cutoff is a frequency above zero, and this is {x} Hz");
-                self.push(
-                    Diagnostic::error("HQ0308", e.value.span, text).help("leave it out for the value as it comes"),
-                );
+                self.push(Diagnostic::error("HQ0308", e.value.span, text).help("remove it for the raw value"));
                 return None;
             }
             Some((x, e.value.span))
@@ -139,11 +136,11 @@ impl Lowerer<'_> {
             }
             let rate = 1.0 / robot.period;
             if let Some((cutoff, at)) = sensor.cutoff.filter(|c| c.0 > 0.5 * rate) {
-                let text = format!("a filter at {cutoff} Hz does next to nothing at {rate} ticks a second");
+                let text = format!("a filter at {cutoff} Hz has almost no effect at {rate} ticks per second");
                 let share = 100.0 * (1.0 - (-std::f64::consts::TAU * cutoff * robot.period).exp());
                 self.push(
                     Diagnostic::warning("HQ0711", at, text)
-                        .note(format!("each tick goes {share:.1} % of the way to what is received"))
+                        .note(format!("each tick moves the value {share:.1} % of the way to the reading"))
                         .help(format!("write a cutoff well below half the rate, {} Hz, or leave it out", 0.5 * rate)),
                 );
             }

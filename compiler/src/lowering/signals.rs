@@ -70,9 +70,9 @@ impl Lowerer<'_> {
                 let d = Diagnostic::error(
                     "HQ0308",
                     e.value.span,
-                    format!("a timeout is longer than nothing, and this is {x} s"),
+                    format!("a timeout must be more than 0 s, and this is {x} s"),
                 );
-                self.diagnostics.push(d.help("leave it out for a value that counts for ever"));
+                self.diagnostics.push(d.help("remove it for a value that never becomes stale"));
                 return None;
             }
             Some((x, e.key.span))
@@ -117,10 +117,10 @@ impl Lowerer<'_> {
     fn event(&mut self, s: &Signal, timeout: Option<Span>) {
         if let Some(at) = timeout {
             let d = Diagnostic::unknown_key("HQ0205", at, "an event has no `timeout`");
-            self.push(d.note("it is seen at the tick after it came, and gone").help("leave it out"));
+            self.push(d.note("an event is visible only at the tick after it was raised").help("leave it out"));
         }
         if let Some(at) = s.optional {
-            let d = Diagnostic::unknown_key("HQ0205", at, "an event is never absent: it comes or it does not");
+            let d = Diagnostic::unknown_key("HQ0205", at, "an event cannot be optional");
             self.push(d.help("leave the `?` out"));
         }
         self.params.events.insert(s.name.value.clone(), s.name.span);

@@ -64,7 +64,7 @@ impl Lowerer<'_> {
             let d = Diagnostic::error("HQ0308", value.span, format!("{what} is {wanted}, and this is {x}"));
             self.push(d.help(match included {
                 true => "leave it out for none",
-                false => "to be without the task, take it out of the level",
+                false => "to disable the task, remove it from the level",
             }));
             return None;
         }
@@ -145,9 +145,9 @@ impl Stacks<'_, '_> {
             }
             match (l.hard, soft) {
                 (Some(hard), Some(soft)) => {
-                    let d = Diagnostic::warning("HQ0606", hard, "this hard level stands below a soft one")
+                    let d = Diagnostic::warning("HQ0606", hard, "this hard level is below a soft one")
                         .label(soft, "this level is soft")
-                        .note("what the soft level takes can make the hard one impossible, and that is a fault")
+                        .note("the soft level can make the hard one infeasible, which is a fault")
                         .help("put hard levels first");
                     self.lowerer.push(d);
                 }
@@ -176,10 +176,10 @@ impl Stacks<'_, '_> {
                         Diagnostic::error(
                             "HQ0602",
                             m.span,
-                            format!("task `{}` stands twice in stack `{}`", self.names[task], s.name.value),
+                            format!("task `{}` is twice in stack `{}`", self.names[task], s.name.value),
                         )
                         .label(first, "first here")
-                        .help("keep it where it matters most"),
+                        .help("keep it on the most important level"),
                     );
                     continue;
                 }

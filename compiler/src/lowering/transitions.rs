@@ -159,7 +159,7 @@ impl MachineLowering<'_, '_> {
             ValueKind::Missing => None,
             _ => {
                 let Some(name) = text_of(value) else {
-                    let d = Diagnostic::error("HQ0304", value.span, "`on` waits for an event, and this is none");
+                    let d = Diagnostic::error("HQ0304", value.span, "`on` needs an event, and this is none");
                     self.lowerer.push(d.help("for a condition write `when`"));
                     return None;
                 };
@@ -169,11 +169,11 @@ impl MachineLowering<'_, '_> {
                 }
                 let d = Diagnostic::error("HQ0702", value.span, format!("nothing provides the event `{name}`"));
                 let names: Vec<&str> = self.lowerer.interface.events.iter().map(String::as_str).collect();
-                let d = d.note("a state that waits for it alone would wait for ever");
+                let d = d.note("a state with no other transition would never be left");
                 let d = match suggest(name, names.iter().copied()) {
                     Some(near) => d.meant(near),
                     None if names.is_empty() => d.help(Help::with(
-                        "declare what the host raises, {}; or begin an action that has it as outcome",
+                        "declare it as an event of the host, {}, or begin an action with this outcome",
                         [Snippet::of_type("signal", name, "event")],
                     )),
                     None => d.help(Help::with(

@@ -60,14 +60,14 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
             ("limit", Some(_)) => {
                 let task = task_of(args.first(), at, known.tasks).map_err(Some)?;
                 if !known.limits[task] {
-                    let text = format!("`{}` is no limit that could be passed", known.tasks[task]);
+                    let text = format!("`{}` is not a limit", known.tasks[task]);
                     let d = Diagnostic::error("HQ0703", args[0].span, text);
                     return refuse(d.help("name a task that keeps a limit"));
                 }
                 Ok(FaultPattern::Limit(task))
             }
             (other, _) => {
-                let d = Diagnostic::error("HQ0310", value.span, format!("`{other}(..)` is no kind of fault"));
+                let d = Diagnostic::error("HQ0310", value.span, format!("`{other}(..)` is not a kind of fault"));
                 refuse(d.help("write `stale(SIGNAL)`, `infeasible(LEVEL)`, `limit(TASK)`, or a kind alone"))
             }
         };
@@ -76,7 +76,7 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
         if matches!(value.kind, ValueKind::Missing) {
             return Err(None);
         }
-        let d = Diagnostic::error("HQ0304", value.span, "this is no kind of fault");
+        let d = Diagnostic::error("HQ0304", value.span, "this is not a kind of fault");
         return refuse(d.help(format!("kinds are `any`, {}", list(words(), 12))));
     };
     if word == "any" {
@@ -100,8 +100,7 @@ fn no_hard_level(name: &str, at: Span, all: &[(&str, bool)]) -> Option<Diagnosti
         return None;
     }
     if all.contains(&(name, false)) {
-        let d =
-            Diagnostic::error("HQ0703", at, format!("level `{name}` is soft: it gives way, and is never infeasible"));
+        let d = Diagnostic::error("HQ0703", at, format!("level `{name}` is soft, so it is never infeasible"));
         return Some(d.help("name a level that is `hard` in some stack"));
     }
     let mut hard: Vec<&str> = all.iter().filter(|l| l.1).map(|l| l.0).collect();
@@ -158,14 +157,16 @@ pub(super) fn tolerances(
     };
     for (typed, value, span) in given {
         if !measures.iter().any(|m| accepts(m.dimension, typed)) {
-            let text = format!("`{task}` has no error that this tolerance is for");
+            let text = format!("`{task}` has no error of this dimension");
             return Err(Box::new(
                 Diagnostic::error("HQ0301", *span, text).here(typed.dimension.describe()).help(form()),
             ));
         }
         if value.is_some_and(|x| x <= 0.0) {
-            let d = Diagnostic::error("HQ0308", *span, "a tolerance is more than zero");
-            return Err(Box::new(d.help("an error is hardly ever exactly zero: write how much is small enough")));
+            let d = Diagnostic::error("HQ0308", *span, "a tolerance must be more than zero");
+            return Err(Box::new(
+                d.help("an error is rarely exactly zero: write the largest error that is acceptable"),
+            ));
         }
     }
     let mut out = Vec::with_capacity(measures.len());
@@ -176,7 +177,7 @@ pub(super) fn tolerances(
             continue;
         }
         let name = if m.name.is_empty() { "its error".to_string() } else { format!("its error `{}`", m.name) };
-        let text = format!("`reached` says nothing of how small {name} must be");
+        let text = format!("`reached` has no tolerance for {name}");
         let d = Diagnostic::error("HQ0703", at, text);
         return Err(Box::new(d.note(format!("it is {}", m.dimension.describe())).help(form())));
     }

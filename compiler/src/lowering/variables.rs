@@ -67,9 +67,9 @@ impl Lowerer<'_> {
             Some(value) => self.held(&signal, value),
             None => {
                 if v.optional.is_none() {
-                    let text = format!("variable `{}` holds nothing at the start", name.value);
+                    let text = format!("variable `{}` has no initial value", name.value);
                     let d = Diagnostic::error("HQ0206", name.span, text).about(Topic::MissingKeys(Vec::new()));
-                    self.push(d.help("write ` = VALUE` behind its type, or `?` behind it for one that may be absent"));
+                    self.push(d.help("write ` = VALUE` after its type, or `?` after it for one that may be absent"));
                 }
                 None
             }
@@ -130,7 +130,7 @@ impl MachineLowering<'_, '_> {
                 false => (format!("there is no variable `{shown}`"), false),
             };
             let d = Diagnostic::unknown_name(value.span, message);
-            let d = if note { d.note("the machine sets its own variables alone") } else { d };
+            let d = if note { d.note("the machine sets only its own variables") } else { d };
             self.lowerer.push(match suggest(shown, variables.iter().copied()) {
                 Some(near) => d.meant(near),
                 None => d.help("declare it: `variable NAME : number = 0`"),
@@ -162,7 +162,7 @@ impl MachineLowering<'_, '_> {
                 let s = &self.lowerer.interface.signals[variable];
                 if !s.optional {
                     let text = format!("variable `{}` is never absent", s.name);
-                    let help = format!("declare it with `?` behind its type, `variable {} : {}?`", s.name, s.kind);
+                    let help = format!("declare it with `?` after its type, `variable {} : {}?`", s.name, s.kind);
                     self.lowerer.push(Diagnostic::unknown_key("HQ0205", first.span, text).help(help));
                     return None;
                 }

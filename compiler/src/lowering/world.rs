@@ -192,9 +192,9 @@ impl Lowerer<'_> {
             }
         };
         if let Some(e) = block.get("noise").filter(|_| !is_straight(of)) {
-            let text = format!("the numbers of signal `{}` cannot be noisy one by one", of.name);
+            let text = format!("noise cannot be added to the numbers of signal `{}`", of.name);
             let d = Diagnostic::error("HQ0804", e.key.span, text);
-            self.push(d.note("with noise on each of its numbers it would not be one").help("leave the noise out"));
+            self.push(d.note("with noise on each number it would no longer be one").help("leave the noise out"));
         }
         let Sending { from, to, noise, delay, drop, period, nan, .. } = self.sending(block, Self::signal_dimension(of));
         Some(SignalScript { signal, from, to, path: path?, noise, delay, drop, period, nan })
@@ -225,9 +225,13 @@ impl Lowerer<'_> {
 
     pub(super) fn path(&mut self, of: &SignalProgram, value: &Value) -> Option<Vec<(f64, Vec<f64>)>> {
         if !is_straight(of) {
-            let d = Diagnostic::error("HQ0804", value.span, format!("signal `{}` has no straight lines", of.name));
+            let d = Diagnostic::error(
+                "HQ0804",
+                value.span,
+                format!("signal `{}` cannot be interpolated linearly", of.name),
+            );
             self.push(
-                d.note("a path goes on straight lines from value to value").help("write a script for each value"),
+                d.note("a path is interpolated linearly between its values").help("write a script for each value"),
             );
             return None;
         }

@@ -84,7 +84,7 @@ impl<'t> Lines<'t> {
         let rest = &self.text[at..];
         let behind = rest.trim_start_matches(|c: char| c.is_whitespace() && c != '\n');
         if !(behind.is_empty() || behind.starts_with([',', '\n'])) {
-            let d = Diagnostic::error("HQ0805", Span::new(self.source, open, at), "more stands behind the quotes");
+            let d = Diagnostic::error("HQ0805", Span::new(self.source, open, at), "unexpected text after the quotes");
             return Err(Box::new(d.help("put all of the cell into the quotes; one inside is written twice, `\"\"`")));
         }
         self.at = at + (rest.len() - behind.len());

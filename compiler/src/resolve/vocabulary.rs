@@ -45,7 +45,7 @@ pub static BUILT_IN: &[Word] = &[
     ),
     word(
         "plane",
-        "`plane([x, y, z] m, [0, 0, 1])`: a point of a plane and its normal, inside `distance(..)`; with `in LINK` behind \
+        "`plane([x, y, z] m, [0, 0, 1])`: a point of a plane and its normal, inside `distance(..)`; with `in LINK` after \
          one of them the link carries the plane along.",
     ),
     word(
@@ -64,7 +64,7 @@ pub static BUILT_IN: &[Word] = &[
     ),
     word(
         "uncertainty",
-        "`uncertainty(HUMAN)`, `uncertainty(HUMAN.POINT)`: how far a person whom nobody sees may be from where they were \
+        "`uncertainty(HUMAN)`, `uncertainty(HUMAN.POINT)`: largest distance of a person who is not observed from their last position \
          seen last, in m; of several points the most. Zero while they are seen.",
     ),
     word("true", "The truth value of what holds."),
@@ -75,7 +75,7 @@ pub static BUILT_IN: &[Word] = &[
 pub static TRIGGERS: &[Word] = &[
     word(
         "reached",
-        "`reached(TASK, 5 mm, 2 deg)`: the target of the task stands still, and each of its errors is at most its tolerance.",
+        "`reached(TASK, 5 mm, 2 deg)`: the target of the task is at rest, and each of its errors is at most its tolerance.",
     ),
     word(
         "fault",

@@ -150,7 +150,7 @@ impl Binder<'_, '_> {
             let more = if more > 0 { format!(", and so do {more} more joints") } else { String::new() };
             let d = Diagnostic::error("HQ0404", *span, format!("{text}{more}")).here(range.clone());
             self.diagnostics.push(if bare {
-                d.note("angles without a unit are radians").help("if degrees are meant, write `deg` behind it")
+                d.note("angles without a unit are radians").help("if degrees are meant, write `deg` after it")
             } else {
                 d.help("move the joint inside its limits, or set others under `limits`")
             });
@@ -165,7 +165,7 @@ impl Binder<'_, '_> {
             .map(|(i, d, k)| format!("`{}` at {}", d.name, units::shown(q[k], joint_dimension(&self.model, i))))
             .collect();
         if !moved.is_empty() {
-            let text = format!("joints that cannot stand at zero are left out of home: {}", moved.join(", "));
+            let text = format!("joints whose range excludes zero are missing in home: {}", moved.join(", "));
             self.diagnostics.push(
                 Diagnostic::warning("HQ0405", span, text)
                     .note("a joint that `home` does not name starts at zero, or at the limit nearest to it")

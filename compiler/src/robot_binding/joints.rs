@@ -46,12 +46,8 @@ pub(super) fn joint_groups(block: Option<&Block>, model: &Model, diagnostics: &m
 
 /// Diagnostic for a pattern as the name of a declaration.
 pub(super) fn pattern_as_name(key: &Spanned<String>) -> Diagnostic {
-    Diagnostic::error(
-        "HQ0202",
-        key.span,
-        format!("`{}` is a pattern, and a name is needed for what is declared here", key.value),
-    )
-    .help("choose a name without `*` and `?`; a pattern can stand behind it")
+    Diagnostic::error("HQ0202", key.span, format!("`{}` is a pattern, and a declaration needs a name", key.value))
+        .help("choose a name without `*` and `?`; its value can be a pattern")
 }
 
 impl JointGroups {

@@ -50,10 +50,10 @@ pub fn unknown_joint(model: &Model, name: &str, span: Span, offered: &[&str], lo
                 ("the robot's `lock` holds it still", "take it out of `lock`, or leave it out here")
             }
             Drive::Locked(_) if joint.lower == joint.upper => (
-                "its limits in the URDF are one and the same position",
+                "its lower and upper limit in the URDF are equal",
                 "leave it out, or write the `<limit>` of a joint that moves into the URDF",
             ),
-            Drive::Locked(_) => ("it mimics a joint that stands still", "leave it out"),
+            Drive::Locked(_) => ("it mimics a joint that does not move", "leave it out"),
             Drive::Dof(_) => ("it cannot be named here", "leave it out"),
         };
         let text = format!("joint `{name}` does not move by itself: {why}");
@@ -182,7 +182,7 @@ pub fn joints(
 /// Help for a pattern without quotes.
 pub(super) fn pattern_in_quotes() -> Help {
     Help::each(
-        "a pattern stands in quotes, as in `\"arm_*_joint\"`",
+        "write the name pattern in quotes, as in `\"arm_*_joint\"`",
         "a pattern stands as a text, as in `\"arm_*_joint\"`",
     )
 }

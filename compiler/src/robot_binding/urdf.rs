@@ -86,7 +86,7 @@ pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, f
         Err(e) => {
             let at = e.utf8_error().valid_up_to();
             files.diagnostics.push(
-                Diagnostic::error("HQ0402", span, format!("`{path_text}` is not UTF-8 text: byte {at} is none"))
+                Diagnostic::error("HQ0402", span, format!("`{path_text}` is not UTF-8 text: byte {at} is invalid"))
                     .help("save the URDF as UTF-8"),
             );
             return None;
@@ -165,7 +165,7 @@ pub(super) fn positions(
         if dofs.is_empty() {
             let d = Diagnostic::unknown_name(name.span, "the base cannot be locked here");
             diagnostics.push(d.help(Help::with(
-                "write {} for a robot that stands, or {} in a stack",
+                "write {} for a robot that does not move, or {} in a stack",
                 [Snippet::entry("base", "fixed"), Snippet::entry("lock", "[base]")],
             )));
         }

@@ -89,7 +89,7 @@ pub static HUMAN_SCRIPT: BlockSchema = BlockSchema {
         Key::optional(
             "lost",
             ValueType::Blocks(&LOST),
-            "Intervals in which nobody sees the person, who continues to move.",
+            "Intervals in which the person is not observed, but continues to move.",
         ),
     ],
 };

@@ -85,4 +85,4 @@ pub static EVENT: BlockSchema = BlockSchema {
 };
 
 /// Feedback of a person about a service.
-pub static REPLY: BlockSchema = BlockSchema { name: "what is said of a service", keys: &[WAIT, APPROACH, DISTANCE] };
+pub static REPLY: BlockSchema = BlockSchema { name: "feedback of a service", keys: &[WAIT, APPROACH, DISTANCE] };

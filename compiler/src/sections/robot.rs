@@ -96,7 +96,7 @@ pub static ARM: BlockSchema = BlockSchema {
         ),
         Key::optional("elbow", ValueType::Link, "The link at the elbow; `swivel_angle` needs it."),
         Key::optional("wrist", ValueType::Link, "The link at the wrist; `swivel_angle` needs it."),
-        Key::required("tip", ValueType::Link, "The link at the end. The arm's name stands for it in place of a frame."),
+        Key::required("tip", ValueType::Link, "The link at the end. The arm's name can be used as a frame."),
         Key::optional(
             "points",
             ValueType::Geometries,

@@ -78,7 +78,7 @@ pub static LEVEL: BlockSchema = BlockSchema {
     name: "a level",
     keys: &[
         Key::required("name", ValueType::NewName, "The name of the level, for tables and logs.").at(Place::Yaml),
-        Key::or("hard", ValueType::Flag, "false", "A hard level takes no slack: it is met, or the run has a fault.")
+        Key::or("hard", ValueType::Flag, "false", "A hard level has no slack: it is met, or the run has a fault.")
             .at(Place::Word),
         Key::or(
             "damping",

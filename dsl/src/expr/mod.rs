@@ -55,8 +55,8 @@ pub(crate) fn value(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, b
     let mut value = expr(pair, place, diags, blocks).0;
     if let Some(span) = stray_block(&value, true) {
         diags.push(
-            Diagnostic::unreadable("HQ0113", span, "no block can stand inside an expression")
-                .note("blocks stand behind keys, and in lists that are a value of their own"),
+            Diagnostic::unreadable("HQ0113", span, "a block is not allowed inside an expression")
+                .note("blocks are allowed as values of keys, and in lists that are values of keys"),
         );
         value.kind = ValueKind::Missing;
     }
@@ -127,7 +127,7 @@ fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Block
                 if let Some(args) = args {
                     let inside = args.as_str().trim_matches(['(', ')', ' ']);
                     diags.push(
-                        Diagnostic::unreadable("HQ0113", span, "behind `in` stands the name of a link alone")
+                        Diagnostic::unreadable("HQ0113", span, "only the name of a link can follow `in`")
                             .help(format!("write `in {inside}`")),
                     );
                 }
@@ -157,7 +157,7 @@ fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Block
     }
     if let Some((at, span)) = equality {
         diags.push(
-            Diagnostic::error("HQ0122", span, "numbers are not tested for being equal, or not equal")
+            Diagnostic::error("HQ0122", span, "numbers cannot be compared by `==` or `!=`")
                 .note("two numbers that were computed differ by rounding where they should be equal")
                 .help(tolerance(&tokens, at)),
         );
@@ -168,7 +168,7 @@ fn expr(pair: Pair<'_>, place: Place, diags: &mut Vec<Diagnostic>, blocks: Block
     let (value, height) = climb(&mut tokens, 0, whole, &mut chain);
     if let Some(span) = chain {
         diags.push(
-            Diagnostic::error("HQ0122", span, "comparisons do not follow one another")
+            Diagnostic::error("HQ0122", span, "comparisons cannot be chained")
                 .here("compares a truth value")
                 .help("write `(a < b and b < c)`"),
         );

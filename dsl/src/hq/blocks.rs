@@ -28,9 +28,8 @@ impl Reader<'_> {
             }
             Rule::single => {
                 let said = pair.as_str().trim_matches('\'').to_owned();
-                self.diags.push(
-                    Diagnostic::error("HQ0109", span, "single quotes do not make a text").write(format!("\"{said}\"")),
-                );
+                self.diags
+                    .push(Diagnostic::error("HQ0109", span, "a text needs double quotes").write(format!("\"{said}\"")));
                 Value { kind: ValueKind::Text(said), span }
             }
             _ => self.expr(pair),
@@ -144,7 +143,7 @@ impl Reader<'_> {
             let said = value.as_ref().map_or("0.5 m", |v| v.as_str());
             let said = if said.contains('\n') || said.len() > 40 { ".." } else { said };
             self.diags.push(
-                Diagnostic::error("HQ0108", mark, format!("no `{sign}` stands between a key and its value"))
+                Diagnostic::error("HQ0108", mark, format!("unexpected `{sign}` between a key and its value"))
                     .help(format!("write `{} {said}`", key.value))
                     .fix(Fix::delete(mark, sign).certain()),
             );

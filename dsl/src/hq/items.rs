@@ -35,10 +35,10 @@ pub(crate) const KEYWORDS: &[&str] = &[
 /// Returns the diagnostic for a missing header; `line` is the line to write.
 pub(crate) fn no_header(span: Span, line: &str) -> Diagnostic {
     let top = Span { start: 0, end: 0, ..span };
-    Diagnostic::error("HQ0101", span, "the spec does not say its language version")
+    Diagnostic::error("HQ0101", span, "the spec has no language version")
         .about(Topic::Header)
         .fix(Fix::edit(format!("Write `{line}` at the top"), top, format!("{line}\n")).certain())
-        .note("the version lets a later Hierarq read this file as it was meant")
+        .note("with the version, a later Hierarq can read this file unchanged")
         .help(format!("write `{line}` at the top"))
 }
 
@@ -47,7 +47,7 @@ pub(crate) fn bad_version(span: Span, written: &str) -> Diagnostic {
     Diagnostic::error("HQ0102", span, format!("language version `{}` is not known", clip(written)))
         .about(Topic::Header)
         .here("this Hierarq reads version 1")
-        .help("write `1`, or read the spec with the Hierarq it was written for")
+        .help("write `1`, or use the Hierarq version that the spec was written for")
 }
 
 impl Reader<'_> {
@@ -57,8 +57,8 @@ impl Reader<'_> {
         if let Some(first) = header {
             let first = *first;
             let twice = spec.version.is_some();
-            let diagnostic =
-                Diagnostic::error("HQ0101", word, "the language version stands once, at the top").about(Topic::Header);
+            let diagnostic = Diagnostic::error("HQ0101", word, "the language version must appear once, at the top")
+                .about(Topic::Header);
             if twice {
                 self.diags.push(diagnostic.label(first, "already said here").help("delete this line"));
             } else {
@@ -100,7 +100,7 @@ impl Reader<'_> {
         }
         if !said {
             self.diags.push(
-                Diagnostic::error("HQ0102", word, "`hierarq` lacks its number")
+                Diagnostic::error("HQ0102", word, "`hierarq` has no version number")
                     .about(Topic::Header)
                     .help("write `hierarq 1`")
                     .fix(Fix::insert("Write `1`", word, " 1").certain()),
@@ -201,7 +201,7 @@ impl Reader<'_> {
                 if let Some(call) = base.as_ref().filter(|call| call.span != call.name.span) {
                     let at = Span::new(self.source, call.name.span.range().end, call.span.range().end);
                     let diagnostic = Diagnostic::error("HQ0128", at, "a robot takes nothing in parentheses");
-                    self.diags.push(diagnostic.help("write what differs in braces: `{ home { .. } }`"));
+                    self.diags.push(diagnostic.help("write the changes in braces: `{ home { .. } }`"));
                 }
                 let mut body = self.body(parts, keyword, "robot", comments);
                 checks::reserved(&mut body, &["from"], "robot", &mut self.diags);
@@ -250,11 +250,11 @@ impl Reader<'_> {
             return;
         }
         let keyword = self.span(start, start + length);
-        let diagnostic = Diagnostic::error("HQ0103", keyword, format!("`{}` begins no declaration", clip(word)));
+        let diagnostic = Diagnostic::error("HQ0103", keyword, format!("`{}` is not a declaration", clip(word)));
         let Some(meant) = nearest(word, KEYWORDS) else {
             self.unread.push(span);
             self.diags.push(if word == "level" {
-                diagnostic.note("a level stands inside the braces of a stack").help("write `stack NAME { level .. }`")
+                diagnostic.note("levels are declared inside a stack").help("write `stack NAME { level .. }`")
             } else {
                 let words =
                     "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `mission`, `scenario`, `for` or `run`";

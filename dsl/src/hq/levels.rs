@@ -44,7 +44,7 @@ impl Reader<'_> {
             (_, Some(beside)) => {
                 let message = "a level that is replaced keeps its place";
                 let diagnostic = Diagnostic::error("HQ0126", beside.level.span, message);
-                self.diags.push(diagnostic.help("to move a level, remove it and add it where it belongs"));
+                self.diags.push(diagnostic.help("to move a level, remove it and add it at its new place"));
                 Some(Change::Replace(level))
             }
             _ => Some(Change::Replace(level)),
@@ -60,7 +60,7 @@ impl Reader<'_> {
         if level.is_none() {
             let at = self.span(span.range().start, span.range().start + "remove".len());
             let diagnostic = Diagnostic::incomplete("HQ0116", at, "`remove` names no level");
-            self.diags.push(diagnostic.help("write the name of the level behind `remove`"));
+            self.diags.push(diagnostic.help("write the name of the level after `remove`"));
         }
         self.pool.behind(span.range().end, &[',', ';'], &mut comments.behind);
         Some(Change::Remove(Removal { level: level?, span, comments }))
@@ -74,7 +74,7 @@ impl Reader<'_> {
         if level.is_none() {
             let word = if before { "before" } else { "after" };
             let diagnostic = Diagnostic::incomplete("HQ0116", span, format!("`{word}` names no level"));
-            self.diags.push(diagnostic.help(format!("write the name of a level behind `{word}`")));
+            self.diags.push(diagnostic.help(format!("write the name of a level after `{word}`")));
         }
         Some(Beside { before, level: level? })
     }
@@ -118,7 +118,7 @@ impl Reader<'_> {
         if name.is_none() {
             self.diags.push(
                 Diagnostic::incomplete("HQ0116", keyword, format!("this `{word}` has no name"))
-                    .help(format!("write the name behind `{word}`: letters, digits and `_`")),
+                    .help(format!("write the name after `{word}`: letters, digits and `_`")),
             );
         }
         if members.is_none() {
@@ -171,7 +171,7 @@ impl Reader<'_> {
         if let Some(mark) = mark {
             let sign = &self.text[mark.range()];
             self.diags.push(
-                Diagnostic::error("HQ0108", mark, format!("no `{sign}` stands between a key and its value"))
+                Diagnostic::error("HQ0108", mark, format!("unexpected `{sign}` between a key and its value"))
                     .help(format!("write `{} 0.01`, with the value you mean", key.value))
                     .fix(Fix::delete(mark, sign).certain()),
             );
@@ -217,7 +217,7 @@ impl Reader<'_> {
     fn no_block(&mut self, value: &mut Value) {
         if has_block(value) {
             self.diags.push(
-                Diagnostic::unreadable("HQ0113", value.span, "no block can stand here")
+                Diagnostic::unreadable("HQ0113", value.span, "a block is not allowed here")
                     .note("the setting of a level, and a weight, is a single value"),
             );
             value.kind = crate::tree::ValueKind::Missing;
@@ -307,7 +307,7 @@ impl Reader<'_> {
                 value = Some(read);
             } else {
                 let at = self.of(&part);
-                let diagnostic = Diagnostic::error("HQ0108", at, "no sign stands between a key and its value");
+                let diagnostic = Diagnostic::error("HQ0108", at, "unexpected sign between a key and its value");
                 self.diags
                     .push(diagnostic.help("write `weight 2`").fix(Fix::edit("Delete the sign", at, "").certain()));
             }

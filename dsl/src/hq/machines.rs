@@ -35,14 +35,14 @@ impl Reader<'_> {
         let name = self.needed_name(name, keyword)?;
         match (mark, &ty) {
             (Some(mark), _) if &self.text[mark.range()] != ":" => self.diags.push(
-                Diagnostic::error("HQ0104", mark, "`:` stands between the name of a signal and its type, not `=`")
+                Diagnostic::error("HQ0104", mark, "expected `:` between the name of a signal and its type, found `=`")
                     .help(format!("write `signal {} : point`", name.value))
                     .fix(Fix::replace(mark, ":").certain()),
             ),
             (None, Some(ty)) => {
                 let at = name.span.range().end;
                 self.diags.push(
-                    Diagnostic::error("HQ0104", self.span(at, at), format!("`:` is missing behind `{}`", name.value))
+                    Diagnostic::error("HQ0104", self.span(at, at), format!("`:` is missing after `{}`", name.value))
                         .help(format!("write `signal {} : {}`", name.value, ty.value))
                         .fix(Fix::insert("Write `:`", name.span, " :").certain()),
                 );
@@ -93,12 +93,12 @@ impl Reader<'_> {
         let form = format!("write `variable {} : number = 0`", name.value);
         let colon = mark.is_some_and(|m| &self.text[m.range()] == ":");
         if let Some(mark) = mark.filter(|_| !colon) {
-            let text = "`:` and a type stand between the name of a variable and its value";
+            let text = "expected `:` and a type between the name of a variable and its value";
             let fix = Fix::replace(mark, ":").certain();
             self.diags.push(Diagnostic::error("HQ0104", mark, text).help(form).fix(fix));
         } else if let (None, Some(ty)) = (mark, &ty) {
             let at = name.span.range().end;
-            let text = format!("`:` is missing behind `{}`", name.value);
+            let text = format!("`:` is missing after `{}`", name.value);
             let d = Diagnostic::error("HQ0104", self.span(at, at), text);
             self.diags.push(
                 d.help(format!("write `variable {} : {}`", name.value, ty.value))
@@ -125,14 +125,14 @@ impl Reader<'_> {
         }
         let mark = mark?;
         if &self.text[mark.range()] == ":" {
-            let text = "`=` stands before the value of a variable, not `:`";
+            let text = "expected `=` before the value of a variable, found `:`";
             let fix = Fix::replace(mark, "=").certain();
             self.diags.push(Diagnostic::error("HQ0104", mark, text).help("write `= 0`").fix(fix));
         }
         let Some(value) = value else {
-            let text = "behind this `=` the value is missing";
+            let text = "expected a value after `=`";
             self.diags
-                .push(Diagnostic::incomplete("HQ0107", mark, text).help("write what the variable holds at the start"));
+                .push(Diagnostic::incomplete("HQ0107", mark, text).help("write the initial value of the variable"));
             return None;
         };
         let value = self.expr(value);
@@ -146,7 +146,7 @@ impl Reader<'_> {
             let word = self.text.get(keyword.range()).unwrap_or("").to_owned();
             self.diags.push(
                 Diagnostic::incomplete("HQ0116", keyword, format!("this `{word}` has no name"))
-                    .help(format!("write the name behind `{word}`: letters, digits and `_`")),
+                    .help(format!("write the name after `{word}`: letters, digits and `_`")),
             );
             return None;
         }
@@ -175,7 +175,7 @@ impl Reader<'_> {
         if let Some(mark) = mark {
             let sign = &self.text[mark.range()];
             self.diags.push(
-                Diagnostic::error("HQ0108", mark, format!("no `{sign}` stands between a key and its value"))
+                Diagnostic::error("HQ0108", mark, format!("unexpected `{sign}` between a key and its value"))
                     .help(format!("write `{} 0.5`, with the value you mean", key.value))
                     .fix(Fix::delete(mark, sign).certain()),
             );
@@ -191,7 +191,7 @@ impl Reader<'_> {
             Some(block) => self.no_brace(&format!("`{what}`"), keyword, block),
             None => self.diags.push(
                 Diagnostic::incomplete("HQ0117", keyword, format!("this `{what}` has no block"))
-                    .help("write `{ .. }` behind its name"),
+                    .help("write `{ .. }` after its name"),
             ),
         }
         block
@@ -201,7 +201,7 @@ impl Reader<'_> {
     pub(super) fn head(&mut self, mark: Option<Span>, junk: &[Span], what: &str) {
         if let Some(mark) = mark {
             let sign = &self.text[mark.range()];
-            let text = format!("no `{sign}` stands behind the name of a {what}");
+            let text = format!("unexpected `{sign}` after the name of a {what}");
             self.diags.push(
                 Diagnostic::error("HQ0104", mark, text)
                     .help("delete it; the block follows the name")

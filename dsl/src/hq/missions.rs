@@ -64,13 +64,13 @@ impl Reader<'_> {
         match mark {
             Some(mark) if &self.text[mark.range()] == ":" => {}
             Some(mark) => {
-                let text = "`:` stands between the name of a mission and its kind, not `=`";
+                let text = "expected `:` between the name of a mission and its kind, found `=`";
                 let fix = Fix::replace(mark, ":").certain();
                 self.diags.push(Diagnostic::error("HQ0104", mark, text).help(help).fix(fix));
             }
             None => {
                 let at = name.span.range().end;
-                let text = format!("`:` is missing behind `{}`", name.value);
+                let text = format!("`:` is missing after `{}`", name.value);
                 let fix = Fix::insert("Write `:`", name.span, " :").certain();
                 self.diags.push(Diagnostic::error("HQ0104", self.span(at, at), text).help(help).fix(fix));
             }
@@ -184,7 +184,7 @@ impl Reader<'_> {
         if role.value != "task" {
             if let Some(mark) = mark {
                 let sign = &self.text[mark.range()];
-                let text = format!("no `{sign}` stands behind the name of a {}", role.value);
+                let text = format!("unexpected `{sign}` after the name of a {}", role.value);
                 let diagnostic = Diagnostic::error("HQ0104", mark, text);
                 self.diags.push(
                     diagnostic.help("delete it; the block follows the name").fix(Fix::delete(mark, sign).certain()),
@@ -194,7 +194,7 @@ impl Reader<'_> {
         }
         match (&action, mark) {
             (Some(action), Some(mark)) if &self.text[mark.range()] == ":" => {
-                let text = "`=` stands behind the name of a task, not `:`";
+                let text = "expected `=` after the name of a task, found `:`";
                 let help = format!("write `task {} = {}`", name.value, action.value);
                 let fix = Fix::sign(name.span, mark, "=").certain();
                 self.diags.push(Diagnostic::error("HQ0104", mark, text).help(help).fix(fix));
@@ -248,7 +248,7 @@ impl Reader<'_> {
                 }
                 _ => match missions::misspelt(&entry) {
                     Some((role, inner)) => {
-                        let text = format!("`{key}` begins no member of a mission");
+                        let text = format!("`{key}` is not a role of a mission");
                         let diagnostic = Diagnostic::unknown_key("HQ0145", entry.key.span, text);
                         self.diags.push(diagnostic.meant(role));
                         let mut own = Body::empty(inner.value.span);
@@ -284,7 +284,7 @@ impl Reader<'_> {
         let action = match action {
             Some(entry) => {
                 let at = name.span.range().end;
-                let text = format!("`=` is missing behind `{}`", name.value);
+                let text = format!("`=` is missing after `{}`", name.value);
                 let help = format!("write `task {} = {}`", name.value, entry.key.value);
                 let fix = Fix::insert("Write `=`", name.span, " =").certain();
                 self.diags.push(Diagnostic::error("HQ0104", self.span(at, at), text).help(help).fix(fix));

@@ -153,8 +153,8 @@ impl<'t> Reader<'t> {
         let mut diagnostic = crate::explain::unclosed(Place::Exact(self.source, 0), open, '{');
         if let Some((from, to)) = blocks::misaligned(self.text, open + 1, end) {
             diagnostic = diagnostic
-                .label(self.span(from, from + 1), "perhaps this one was meant to be closed earlier")
-                .label(self.span(to, to + 1), "its partner stands in another column");
+                .label(self.span(from, from + 1), "this one may be closed too late")
+                .label(self.span(to, to + 1), "its closing brace is in another column");
         }
         self.diags.push(diagnostic);
     }

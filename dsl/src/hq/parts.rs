@@ -28,7 +28,7 @@ impl Reader<'_> {
             let word = self.text.get(keyword.range()).unwrap_or("").to_owned();
             self.diags.push(
                 Diagnostic::incomplete("HQ0116", keyword, format!("this `{word}` has no name"))
-                    .help(format!("write the name behind `{word}`: letters, digits and `_`")),
+                    .help(format!("write the name after `{word}`: letters, digits and `_`")),
             );
         }
         parts.name.clone()
@@ -59,14 +59,14 @@ impl Reader<'_> {
         match parts.mark {
             Some(mark) if &self.text[mark.range()] == "=" => {}
             Some(mark) => self.diags.push(
-                Diagnostic::error("HQ0104", mark, format!("`=` stands behind the name of a {what}, not `:`"))
+                Diagnostic::error("HQ0104", mark, format!("expected `=` after the name of a {what}, found `:`"))
                     .help(format!("write `{what} {} = ..`", name.value))
                     .fix(Fix::sign(name.span, mark, "=").certain()),
             ),
             None if parts.body.is_some() || parts.junk.is_some() => {
                 let at = name.span.range().end;
                 self.diags.push(
-                    Diagnostic::error("HQ0104", self.span(at, at), format!("`=` is missing behind `{}`", name.value))
+                    Diagnostic::error("HQ0104", self.span(at, at), format!("`=` is missing after `{}`", name.value))
                         .label(name.span, format!("the name of the {what}"))
                         .help(format!("write `{what} {} = ..`", name.value))
                         .fix(Fix::insert("Write `=`", name.span, " =").certain()),
@@ -80,7 +80,7 @@ impl Reader<'_> {
         if let Some(mark) = parts.mark {
             let sign = &self.text[mark.range()];
             let diagnostic =
-                Diagnostic::error("HQ0104", mark, format!("no `{sign}` stands behind the name of a {what}"));
+                Diagnostic::error("HQ0104", mark, format!("unexpected `{sign}` after the name of a {what}"));
             self.diags
                 .push(diagnostic.help("delete it; the block follows the name").fix(Fix::delete(mark, sign).certain()));
         }
@@ -193,7 +193,7 @@ impl Reader<'_> {
             (None, Some(junk)) => {
                 if what == "run" && self.text[junk.range()].starts_with(|c: char| c.is_ascii_alphabetic()) {
                     self.diags.push(
-                        Diagnostic::unreadable("HQ0113", junk, "a run has no name")
+                        Diagnostic::unreadable("HQ0113", junk, "`run` takes no name")
                             .help("write `run { stack NAME  duration 10 s }`"),
                     );
                 } else {
@@ -202,7 +202,7 @@ impl Reader<'_> {
             }
             (None, None) => self.diags.push(
                 Diagnostic::incomplete("HQ0117", keyword, format!("this `{what}` has no block"))
-                    .help(format!("write `{{ .. }}` behind {}", if what == "run" { "`run`" } else { "its name" })),
+                    .help(format!("write `{{ .. }}` after {}", if what == "run" { "`run`" } else { "its name" })),
             ),
         }
         Block { span: keyword, ..Block::default() }
@@ -225,7 +225,7 @@ impl Reader<'_> {
             }
             (None, None) => self.diags.push(
                 Diagnostic::incomplete("HQ0117", keyword, "this `stack` has no block")
-                    .help("write `{ level NAME { .. } }` behind its name"),
+                    .help("write `{ level NAME { .. } }` after its name"),
             ),
         }
         checks::duplicates(&stack.settings.entries, &mut self.diags);

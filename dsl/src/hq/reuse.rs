@@ -49,7 +49,7 @@ impl<'t> Reader<'t> {
             let word = Span::new(whole.source, whole.range().start, whole.range().start + "from".len());
             self.diags.push(
                 Diagnostic::incomplete("HQ0116", word, format!("`from` names no {what}"))
-                    .help(format!("write the name of the {what} behind `from`")),
+                    .help(format!("write the name of the {what} after `from`")),
             );
             return None;
         };
@@ -81,7 +81,7 @@ impl<'t> Reader<'t> {
         } else if let Some(junk) = junk {
             let help = format!("{form}, with the names that you need");
             self.diags.push(
-                Diagnostic::error("HQ0124", junk, "the names to import stand in braces behind the file").help(help),
+                Diagnostic::error("HQ0124", junk, "the names to import must be in braces after the file").help(help),
             );
         } else if body.is_none() {
             let help = format!("{form}, with the names that you need");
@@ -159,7 +159,7 @@ impl<'t> Reader<'t> {
         } else if head.body.is_none() {
             self.diags.push(
                 Diagnostic::incomplete("HQ0117", keyword, "this `for` has no block")
-                    .help("write `{ .. }` behind its values"),
+                    .help("write `{ .. }` after its values"),
             );
         }
         head
@@ -182,7 +182,7 @@ impl<'t> Reader<'t> {
             if open {
                 self.unclosed(span.range().start, span.range().end);
                 if let Some(last) = self.diags.last_mut() {
-                    last.help = Some("write the missing `}`; what stands inside a `for` is indented".into());
+                    last.help = Some("write the missing `}`; the contents of a `for` are indented".into());
                 }
             } else {
                 self.pool.before(span.range().end - 1, &mut closing_comments.before);
@@ -200,7 +200,7 @@ impl<'t> Reader<'t> {
             self.diags.push(
                 Diagnostic::error("HQ0125", span, format!("`{word}` cannot be repeated"))
                     .note(
-                        "inside `for` stand `param`, `let`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `mission`, `scenario` and `for`",
+                        "`for` can repeat `param`, `let`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `mission`, `scenario` and `for`",
                     )
                     .help("write it outside the `for`"),
             );

@@ -111,8 +111,8 @@ impl Reader<'_> {
                 }
             }
             (None, None) => self.diags.push(
-                Diagnostic::error("HQ0143", keyword, "`expect` does not say what must hold")
-                    .help("write a formula behind it, for instance `expect always margin(deck) >= 0 m`"),
+                Diagnostic::error("HQ0143", keyword, "`expect` has no formula")
+                    .help("write a formula after it, for instance `expect always margin(deck) >= 0 m`"),
             ),
             _ => {}
         }

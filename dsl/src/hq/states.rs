@@ -87,7 +87,7 @@ impl Reader<'_> {
         if name.is_none() {
             self.diags.push(
                 Diagnostic::incomplete("HQ0116", keyword, "this state has no name")
-                    .help("write the name behind `state`: letters, digits and `_`"),
+                    .help("write the name after `state`: letters, digits and `_`"),
             );
         }
         if self.states >= MAX_STATE_NESTING {
@@ -111,7 +111,7 @@ impl Reader<'_> {
             }
             None if final_.is_none() && junk.is_none() => self.diags.push(
                 Diagnostic::incomplete("HQ0117", keyword, "this state has no block")
-                    .help("write `{ stack NAME  on found -> STATE }` behind its name; a last one is written `final state NAME`"),
+                    .help("write `{ stack NAME  on found -> STATE }` after its name; a last one is written `final state NAME`"),
             ),
             None => {}
         }
@@ -143,10 +143,11 @@ impl Reader<'_> {
             (_, Some(junk)) => {
                 self.explain(junk, After::Start("a stack, such as `reach_to(left)`,"), false);
             }
-            (None, None) => self.diags.push(
-                Diagnostic::incomplete("HQ0116", keyword, "`stack` names no stack")
-                    .help("write the name of a stack behind it; its levels stand in a declaration of its own"),
-            ),
+            (None, None) => self
+                .diags
+                .push(Diagnostic::incomplete("HQ0116", keyword, "`stack` names no stack").help(
+                    "write the name of a stack after it; declare its levels in a `stack` at the top of the spec",
+                )),
             _ => {}
         }
         self.pool.before(end, &mut body.stack_comments.before);
@@ -198,7 +199,7 @@ impl Reader<'_> {
             let message = format!("`{}` cannot be read in an action", clip(text));
             self.diags.push(
                 Diagnostic::error("HQ0142", at, message)
-                    .note("without parentheses stand texts, names and numbers; everything else stands in parentheses")
+                    .note("texts, names and numbers need no parentheses; write everything else in parentheses")
                     .help("write `VERB(a + b, [0, 0, 1] m)`"),
             );
         } else if done.is_none() {

@@ -176,7 +176,7 @@ impl<'t> Build<'t> {
                 if self.documents == 2 {
                     self.diags.push(
                         Diagnostic::error("HQ0133", span, "a second YAML document begins here")
-                            .note("a spec is one document; what follows is not read")
+                            .note("a spec is one document; the rest is not read")
                             .help("delete the `---`, or move the rest to a file of its own"),
                     );
                 }
@@ -225,8 +225,8 @@ impl<'t> Build<'t> {
                 Some(&node) => self.attach(node),
                 None => {
                     self.diags.push(
-                        Diagnostic::error("HQ0134", span, "this alias stands inside the node that it repeats")
-                            .help("write out what you mean here"),
+                        Diagnostic::error("HQ0134", span, "this alias is inside the node that it repeats")
+                            .help("write out the repeated node"),
                     );
                     let node = add(self, Kind::Broken, false);
                     self.attach(node);
@@ -234,7 +234,7 @@ impl<'t> Build<'t> {
             },
             Event::UnresolvedAlias(name) => {
                 self.diags.push(
-                    Diagnostic::error("HQ0134", span, format!("no `&{name}` stands before this alias"))
+                    Diagnostic::error("HQ0134", span, format!("no anchor `&{name}` precedes this alias"))
                         .note("a value that begins with `*` is an alias of YAML")
                         .help(format!("put a text such as `\"*{name}\"` in quotes, or mark a node with `&{name}`")),
                 );

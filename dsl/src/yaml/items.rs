@@ -95,8 +95,11 @@ impl Reader<'_> {
                     } else {
                         nearest(other, SECTIONS)
                     };
-                    let diagnostic =
-                        Diagnostic::unknown_key("HQ0132", key.span, format!("`{}` is no part of a spec", clip(other)));
+                    let diagnostic = Diagnostic::unknown_key(
+                        "HQ0132",
+                        key.span,
+                        format!("`{}` is not a key of a spec", clip(other)),
+                    );
                     let Some(meant) = meant else {
                         self.diags
                             .push(diagnostic.note(
@@ -147,7 +150,7 @@ impl Reader<'_> {
             Some(text) if text == "1" => {}
             Some(text) if !text.is_empty() => self.diags.push(bad_version(span, text)),
             _ => self.diags.push(
-                Diagnostic::error("HQ0102", key.span, "`hierarq` lacks its number")
+                Diagnostic::error("HQ0102", key.span, "`hierarq` has no version number")
                     .about(Topic::Header)
                     .help("write `hierarq: 1`"),
             ),
@@ -227,7 +230,7 @@ impl Reader<'_> {
     pub(super) fn too_far_left(&mut self, owner: &Spanned<String>, first: Span) {
         self.diags.push(
             Diagnostic::incomplete("HQ0117", owner.span, format!("`{}` has nothing below it", clip(&owner.value)))
-                .label(first, "this line stands beside it, and belongs below")
+                .label(first, "this line must be indented below it")
                 .help("indent the lines that belong to it by two more spaces"),
         );
     }

@@ -112,7 +112,7 @@ impl Reader<'_> {
             // A misspelt required key is reported once, and read as the intended one.
             let meant = nearest(&key.value, &absent).filter(|_| key.value != "hard");
             if let Some(meant) = meant {
-                let text = format!("`{}` is no part of a level", clip(&key.value));
+                let text = format!("`{}` is not a key of a level", clip(&key.value));
                 self.diags.push(Diagnostic::unknown_key("HQ0132", key.span, text).meant(meant));
             }
             match meant.unwrap_or(key.value.as_str()) {
@@ -221,9 +221,9 @@ impl Reader<'_> {
                         Diagnostic::unknown_key(
                             "HQ0132",
                             key.span,
-                            format!("`{}` is no part of a member", clip(other)),
+                            format!("`{}` is not a key of a member", clip(other)),
                         )
-                        .help("a member has `task` and `weight`; parameters stand below the kind of the task"),
+                        .help("a member has `task` and `weight`; write parameters below the kind of the task"),
                     ),
                 }
             }

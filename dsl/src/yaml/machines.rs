@@ -34,7 +34,7 @@ impl Reader<'_> {
         if !matches!(self.node(id).kind, Kind::Mapping(_)) {
             let help = "write `stack: NAME`, `transitions:` and the like below the name";
             if self.is_null(id) {
-                let text = format!("the {what} `{}` says nothing", clip(&owner.value));
+                let text = format!("the {what} `{}` is empty", clip(&owner.value));
                 self.diags.push(Diagnostic::incomplete("HQ0117", owner.span, text).help(help));
             } else {
                 self.wrong_shape(id, &format!("a mapping with the parts of the {what}"), help);
@@ -57,9 +57,9 @@ impl Reader<'_> {
                     body.stack_comments = self.key_comments(key.span);
                     if self.is_null(value) {
                         let diagnostic = Diagnostic::incomplete("HQ0116", key.span, "`stack` names no stack");
-                        self.diags.push(diagnostic.help("write the name of a stack behind `stack:`"));
+                        self.diags.push(diagnostic.help("write the name of a stack after `stack:`"));
                     } else if self.scalar(value).is_none() {
-                        let help = "write `stack: NAME`, or `stack: NAME(left)`; the levels stand below `stacks:`";
+                        let help = "write `stack: NAME`, or `stack: NAME(left)`; declare its levels below `stacks:`";
                         self.wrong_shape(value, "the name of a stack", help);
                     } else {
                         body.stack = self.call(value, key.span);
@@ -90,7 +90,7 @@ impl Reader<'_> {
         settings.entries.retain(|entry| {
             let meant = nearest(&entry.key.value, STATE_KEYS).filter(|_| has_block(&entry.value));
             if let Some(meant) = meant {
-                let text = format!("`{}` is no part of a state", clip(&entry.key.value));
+                let text = format!("`{}` is not a key of a state", clip(&entry.key.value));
                 let diagnostic = Diagnostic::unknown_key("HQ0132", entry.key.span, text);
                 self.diags.push(diagnostic.meant(meant));
                 self.unread.push(entry.value.span);
@@ -192,7 +192,7 @@ impl Reader<'_> {
             let start = rest + text[rest..].len() - text[rest..].trim_start().len();
             self.diags.push(
                 Diagnostic::error("HQ0142", place.span(start, start + said.len()), message)
-                    .note("without parentheses stand texts, names and numbers; everything else stands in parentheses")
+                    .note("texts, names and numbers need no parentheses; write everything else in parentheses")
                     .help("write `VERB(a + b, [0, 0, 1] m)`"),
             );
         }

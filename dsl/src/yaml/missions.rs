@@ -24,7 +24,7 @@ impl Reader<'_> {
             let help =
                 format!("write `{}: {{ schedule: {{ .. }} }}`, with the kind above its parts", clip(&name.value));
             if self.is_null(id) {
-                let text = format!("the mission `{}` says nothing", clip(&name.value));
+                let text = format!("the mission `{}` is empty", clip(&name.value));
                 self.diags.push(Diagnostic::incomplete("HQ0117", name.span, text).help(help));
             } else {
                 self.wrong_shape(id, "a mapping with the kind of the mission", &help);
@@ -80,12 +80,12 @@ impl Reader<'_> {
             Diagnostic::error(
                 "HQ0131",
                 second.span,
-                format!("`{}` stands beside `{}`", clip(&second.value), kind.value),
+                format!("`{}` is not below `{}`", clip(&second.value), kind.value),
             )
-            .label(kind.span, "everything else belongs below this")
+            .label(kind.span, "everything else must be below this")
             .help(match second.span.start < kind.span.start {
                 true => format!("move it below `{}:`, and indent it", clip(&kind.value)),
-                false => format!("indent it, so that it stands below `{}:`", clip(&kind.value)),
+                false => format!("indent it below `{}:`", clip(&kind.value)),
             }),
         );
     }
@@ -94,7 +94,7 @@ impl Reader<'_> {
     fn body_of(&mut self, id: NodeId, owner: &Spanned<String>, what: &str) -> Body {
         let span = self.span(id);
         if !matches!(self.node(id).kind, Kind::Mapping(_)) {
-            let help = "write its parts below it, indented, as `key: value`; or `{}` where there are none";
+            let help = "write its keys below it, indented, as `key: value`; or `{}` if there are none";
             if self.is_null(id) {
                 let text = format!("`{}` says nothing", clip(&owner.value));
                 self.diags.push(Diagnostic::incomplete("HQ0117", owner.span, text).help(help));
@@ -139,7 +139,7 @@ impl Reader<'_> {
         let same = ROLES.iter().find(|role| **role == key.value).copied();
         let near = || nearest(&key.value, MEMBER_KEYS).and_then(missions::role_below).filter(|_| !below.is_empty());
         let role = same.or_else(|| near().filter(|_| members))?;
-        let text = format!("`{}` holds no members of a mission", clip(&key.value));
+        let text = format!("`{}` has no members", clip(&key.value));
         self.diags.push(Diagnostic::unknown_key("HQ0132", key.span, text).meant(format!("{role}s")));
         Some(role)
     }

@@ -360,7 +360,7 @@ impl Reader<'_> {
             Kind::Scalar(..) if self.is_null(id) => {
                 let name = key.map_or("this item", |k| k.value.as_str());
                 let at = if span.is_empty() { key.map_or(span, |k| k.span) } else { span };
-                let help = "write the value behind the colon, or delete the line";
+                let help = "write the value after the colon, or delete the line";
                 self.diags.push(explain::no_value(name, at).help(help));
                 missing(at)
             }

@@ -38,7 +38,7 @@ pub(super) fn no_text(key: &str, text: &str, span: Span) -> Diagnostic {
     if raw.starts_with('{') || raw.contains('\n') {
         return diagnostic.help("write the text in quotes");
     }
-    let why = "without quotes YAML takes what stands before `: ` for a key";
+    let why = "without quotes YAML reads the text before `: ` as a key";
     let raw = quoted(raw);
     diagnostic.note(why).help(format!("put quotes around it: `{raw}`")).fix(Fix::edit("Put it in quotes", span, raw))
 }
@@ -73,8 +73,7 @@ pub(super) fn mend(source: SourceId, text: &str, nodes: &mut Vec<Node>, id: Node
         && let whole = text[found.clone()].split_whitespace().collect::<Vec<_>>().join(" ")
         && reads(&whole)
     {
-        let diag =
-            diagnostic(source, found.clone(), &whole, "without quotes YAML takes what stands before `: ` for a key");
+        let diag = diagnostic(source, found.clone(), &whole, "without quotes YAML reads the text before `: ` as a key");
         let span = Span::new(source, found.start, found.end);
         nodes[id] = Node { kind: Kind::Scalar(whole, Style::Plain), span, flow: false };
         return vec![diag];
@@ -95,7 +94,7 @@ pub(super) fn mend(source: SourceId, text: &str, nodes: &mut Vec<Node>, id: Node
         if taken == 0 || !reads(&value) {
             return None;
         }
-        let why = "in `[..]` and `{..}` YAML divides what has no quotes at each comma";
+        let why = "in `[..]` and `{..}` YAML splits unquoted text at each comma";
         diags.push(diagnostic(source, found.clone(), &value, why));
         let span = Span::new(source, found.start, found.end);
         nodes.push(Node { kind: Kind::Scalar(value, Style::Plain), span, flow: false });

@@ -105,7 +105,7 @@ impl Reader<'_> {
     ) -> Option<(Spanned<String>, Values)> {
         let form = "write `{ name: side, in: [left, right], tasks: .. }`, or `in: 1..4`";
         if !matches!(self.node(id).kind, Kind::Mapping(_)) {
-            self.wrong_shape(id, "a mapping with `name`, `in` and what is repeated", form);
+            self.wrong_shape(id, "a mapping with `name`, `in` and the declarations to repeat", form);
             return None;
         }
         let at = self.first_character(id);
@@ -126,7 +126,10 @@ impl Reader<'_> {
                 self.diags.push(match nearest(&key.value, &known) {
                     Some(near) => diagnostic.meant(near),
                     None => diagnostic
-                        .note(format!("inside `for` stand `name`, `in` and what is repeated: `{}`", words.join("`, `")))
+                        .note(format!(
+                            "`for` takes `name`, `in` and the declarations to repeat: `{}`",
+                            words.join("`, `")
+                        ))
                         .help("write it outside the `for`"),
                 });
             }

@@ -71,7 +71,7 @@ impl Reader<'_> {
         crate::expr::value(pair, place, &mut self.diags, &mut |block, diags| {
             let span = place.of(&block);
             diags.push(
-                Diagnostic::unreadable("HQ0113", span, "no block of the native syntax can stand in YAML")
+                Diagnostic::unreadable("HQ0113", span, "a block of the native syntax is not allowed in YAML")
                     .help("write a YAML mapping"),
             );
             missing(span)
@@ -125,7 +125,7 @@ impl Reader<'_> {
             ValueKind::Missing => None,
             _ => {
                 let diagnostic = Diagnostic::incomplete("HQ0116", entry.value.span, "`from` names no robot");
-                self.diags.push(diagnostic.help("write the name of the robot behind `from:`"));
+                self.diags.push(diagnostic.help("write the name of the robot after `from:`"));
                 None
             }
         }
@@ -136,7 +136,7 @@ impl Reader<'_> {
         if self.scalar(id).is_none() || self.is_null(id) {
             let span = if self.is_null(id) { key } else { self.span(id) };
             let diagnostic = Diagnostic::incomplete("HQ0116", span, "`from` names no stack");
-            self.diags.push(diagnostic.help("write the name of the stack behind `from:`"));
+            self.diags.push(diagnostic.help("write the name of the stack after `from:`"));
             return None;
         }
         let span = self.span(id);
@@ -177,7 +177,7 @@ impl Reader<'_> {
             }
             None => {
                 let at = self.first_character(id);
-                self.diags.push(Diagnostic::error("HQ0126", at, "this says nothing of what changes").help(help));
+                self.diags.push(Diagnostic::error("HQ0126", at, "expected `replace`, `add` or `remove`").help(help));
                 None
             }
         }

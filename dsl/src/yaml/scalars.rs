@@ -50,7 +50,8 @@ impl Reader<'_> {
                 }
                 b')' | b']' | b'}' => depth = depth.saturating_sub(1),
                 b'/' if bytes.get(at + 1) == Some(&b'/') => {
-                    let diagnostic = Diagnostic::unreadable("HQ0113", place.span(at, at + 2), "`//` has no place here");
+                    let diagnostic =
+                        Diagnostic::unreadable("HQ0113", place.span(at, at + 2), "`//` is unexpected here");
                     return Some(
                         diagnostic.help("comments in YAML begin with ` #`; a text needs quotes of its own: `'\"..\"'`"),
                     );

@@ -49,7 +49,7 @@ impl Reader<'_> {
         if !matches!(self.node(id).kind, Kind::Mapping(_)) {
             let help = "write `machine: NAME`, `duration: 10 s` and `expect: [..]` below the name";
             if self.is_null(id) {
-                let text = format!("the scenario `{}` says nothing", clip(&name.value));
+                let text = format!("the scenario `{}` is empty", clip(&name.value));
                 self.diags.push(Diagnostic::incomplete("HQ0117", name.span, text).help(help));
             } else {
                 self.wrong_shape(id, "a mapping with the parts of the scenario", help);
@@ -106,7 +106,7 @@ impl Reader<'_> {
             said = value;
         }
         let formula = if self.is_null(said) {
-            let diagnostic = Diagnostic::error("HQ0143", self.later(said, key.span), "no formula stands here");
+            let diagnostic = Diagnostic::error("HQ0143", self.later(said, key.span), "expected a formula");
             self.diags.push(diagnostic.help(help));
             Formula { kind: FormulaKind::Missing, span }
         } else if self.scalar(said).is_some() {
@@ -150,8 +150,8 @@ impl Reader<'_> {
                 self.diags.push(diagnostic);
             }
         } else if formula.is_none() {
-            let diagnostic = Diagnostic::error("HQ0143", span, "no formula stands here");
-            self.diags.push(diagnostic.help("write what must hold, for instance `always margin(deck) >= 0 m`"));
+            let diagnostic = Diagnostic::error("HQ0143", span, "expected a formula");
+            self.diags.push(diagnostic.help("write a formula, for instance `always margin(deck) >= 0 m`"));
         }
         formula.unwrap_or(missing)
     }

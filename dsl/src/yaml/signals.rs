@@ -54,7 +54,7 @@ impl Reader<'_> {
                     }
                     other => {
                         value.get_or_insert(Value { kind: ValueKind::Missing, span: key.span });
-                        let text = format!("`{}` is no part of a variable", clip(other));
+                        let text = format!("`{}` is not a key of a variable", clip(other));
                         let d = Diagnostic::error("HQ0121", key.span, text);
                         self.diags.push(match nearest(other, &["type", "value"]) {
                             Some(near) => d.meant(near),
@@ -73,7 +73,7 @@ impl Reader<'_> {
         let (ty, optional) = read.flatten().unwrap_or_else(|| (calls::nameless(name.span), None));
         if let Some(Value { kind: kind @ ValueKind::Block(_), span }) = &mut value {
             let d = Diagnostic::error("HQ0104", *span, "a variable holds a value, and these are keys");
-            self.diags.push(d.help("write what it holds at the start, such as `value: 0`"));
+            self.diags.push(d.help("write the initial value, such as `value: 0`"));
             *kind = ValueKind::Missing;
         }
         Variable { name: name.clone(), ty, optional, value }

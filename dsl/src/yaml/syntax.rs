@@ -25,7 +25,7 @@ pub(super) fn explain(source: SourceId, text: &str, current: &str, at: usize, me
     if let Some(tab) = tab_in_indentation(current, at) {
         let diagnostic = error(tab..tab + 1, "a tab in the indentation")
             .here("a tab")
-            .note("YAML allows only spaces there, since a tab has no certain width")
+            .note("YAML allows only spaces there")
             .help("replace it by two spaces");
         return (diagnostic, tab);
     }
@@ -61,7 +61,7 @@ pub(super) fn explain(source: SourceId, text: &str, current: &str, at: usize, me
     } else if missing_colon(content) {
         let start = line.start + text[line.clone()].len() - text[line.clone()].trim_start().len();
         error(start..start + content.len(), "this line is neither `key: value` nor `- value`")
-            .help("write a `:` and a space behind the key")
+            .help("write a `:` and a space after the key")
     } else if let Some((own, left, right)) = odd_indentation(current, &line) {
         error(line.start..line.start + own, "the indentation fits no line above")
             .here(format!("{own} spaces"))

@@ -63,9 +63,9 @@ impl Reader<'_> {
                 match (word, &first) {
                     ("for", _) => hold = Some((key.span, read)),
                     (_, Some((other, at, _))) => self.diags.push(
-                        Diagnostic::error("HQ0141", key.span, "a transition waits for one thing")
-                            .label(*at, format!("`{other}` says already for what"))
-                            .help("join conditions by `and` behind one `when`, or write two transitions"),
+                        Diagnostic::error("HQ0141", key.span, "a transition has one trigger")
+                            .label(*at, format!("it has `{other}` already"))
+                            .help("join conditions by `and` after one `when`, or write two transitions"),
                     ),
                     ("when", None) => first = Some(("when", key.span, read)),
                     ("after", None) => first = Some(("after", key.span, read)),
@@ -91,7 +91,7 @@ impl Reader<'_> {
             Some(("after", _, value)) => Trigger::After(value),
             Some((_, _, value)) => Trigger::On(value),
             None => {
-                let text = "this transition does not say what it waits for";
+                let text = "this transition has no trigger";
                 self.diags.push(Diagnostic::error("HQ0141", at, text).help(help));
                 Trigger::Missing
             }

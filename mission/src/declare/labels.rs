@@ -56,12 +56,11 @@ pub fn mistaken<'n>(
         member.map_or(declared.at, |member| member.settings.origin("label").unwrap_or(member.at))
     };
     let (one, other) = (name(first), name(second));
-    let text =
-        format!("people cannot tell `{one}` and `{other}` apart: both are shown as \"{}\"", labels.member(other));
+    let text = format!("`{one}` and `{other}` have the same label, \"{}\"", labels.member(other));
     remarks.push(
         Remark::error("HQ0916", place(other), text)
             .label(place(one), "the other one")
-            .note("case, wide spaces and characters without a form of their own make no difference to a reader")
+            .note("letter case, wide spaces and invisible characters do not distinguish labels")
             .help("give one of them a label of its own, with a surname or a number"),
     );
 }
@@ -69,11 +68,9 @@ pub fn mistaken<'n>(
 fn unfit(text: &str, why: Unfit, at: Origin) -> Remark {
     let remark = Remark::error("HQ0915", at, format!("this label cannot be shown: {why}"));
     match why {
-        Unfit::Empty => remark.help("write a text, or leave `label` out: then the name is shown"),
+        Unfit::Empty => remark.help("write a text, or remove `label` to show the name"),
         Unfit::Edge => remark.help(Snippet::entry("label", format!("\"{}\"", text.trim()))),
-        Unfit::Command(_) => {
-            remark.help("write letters, digits and signs that are seen; the direction of a script needs no mark")
-        }
-        Unfit::Long(_) => remark.help("write the name by which people call it"),
+        Unfit::Command(_) => remark.help("write visible characters; the direction of a script needs no mark"),
+        Unfit::Long(_) => remark.help("write the name that people use"),
     }
 }

@@ -5,13 +5,13 @@
 
 pub mod common;
 mod labels;
-mod places;
+mod origins;
 mod remark;
 
 use blocks::{BoundBlock, Located, Origin};
 
 pub use labels::{labels, mistaken};
-pub use places::Places;
+pub use origins::Origins;
 pub use remark::{About, Advice, Remark, RemarkLabel, Remarks};
 
 /// A mission that a spec declares.

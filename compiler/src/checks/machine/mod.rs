@@ -72,10 +72,9 @@ impl Checked<'_> {
             let named = self.machine.states.iter().flat_map(|o| &o.transitions).any(|t| t.target == s);
             let d = Diagnostic::warning("HQ0704", self.places.states[s], text);
             diagnostics.push(if named {
-                d.note("transitions lead to it, and none of them can be taken")
-                    .help("let a state that is entered lead to it, or remove it")
+                d.note("no transition to it can be taken").help("add a transition from a reachable state, or remove it")
             } else {
-                d.help(format!("let a transition lead to it, `-> {}`, or remove it", self.name(s)))
+                d.help(format!("add a transition to it, `-> {}`, or remove it", self.name(s)))
             });
         }
     }
@@ -97,7 +96,7 @@ impl Checked<'_> {
             if s == 0 || own.initial.is_some() || ended || self.machine.path(s).any(leads) {
                 continue;
             }
-            let text = format!("nothing leads out of state `{}`", self.name(s));
+            let text = format!("state `{}` has no exit", self.name(s));
             let d = Diagnostic::warning("HQ0705", self.places.states[s], text);
             diagnostics
                 .push(d.help("write where it goes from here, or `final state` where the machine has come to its end"));
@@ -112,7 +111,7 @@ impl Checked<'_> {
                 let place = &self.places.transitions[s][i];
                 if place.constant == Some(false) {
                     let d = Diagnostic::warning("HQ0706", place.trigger, "this condition never holds");
-                    diagnostics.push(d.help("remove the transition, or look at what it compares"));
+                    diagnostics.push(d.help("remove the transition, or check its comparison"));
                     continue;
                 }
                 if let Some(d) = self.already_there(s, i) {
@@ -132,7 +131,7 @@ impl Checked<'_> {
                 if let Some(k) = before {
                     let d = Diagnostic::warning("HQ0706", place.trigger, "this transition is never taken");
                     diagnostics.push(
-                        d.label(self.places.transitions[s][k].trigger, "this one always comes before it")
+                        d.label(self.places.transitions[s][k].trigger, "this one always takes precedence")
                             .help("remove it, or write it first"),
                     );
                 } else if place.constant == Some(true) && immediate(&t.trigger) {
@@ -141,7 +140,7 @@ impl Checked<'_> {
                         true => format!("the machine goes to `{}` at once, and is kept there", self.name(t.target)),
                         false => "the state is left at the tick after it is entered".to_string(),
                     };
-                    diagnostics.push(d.note(note).help("look at what it compares"));
+                    diagnostics.push(d.note(note).help("check its comparison"));
                 }
             }
         }
@@ -152,8 +151,10 @@ impl Checked<'_> {
         let (t, place) = (&self.machine.states[s].transitions[i], &self.places.transitions[s][i]);
         let never = || Diagnostic::warning("HQ0706", place.trigger, "this transition is never taken");
         if self.machine.restarts(s, t) && place.constant == Some(true) && immediate(&t.trigger) {
-            let text =
-                format!("it enters `{}` anew when its condition becomes true, which always holds", self.name(t.target));
+            let text = format!(
+                "it re-enters `{}` when its condition becomes true, and the condition always holds",
+                self.name(t.target)
+            );
             return Some(never().note(text).help("write for how long it holds before that, `for 1 s`, or `after 1 s`"));
         }
         let leaves = self.reached.iter().copied().filter(|&l| self.machine.states[l].initial.is_none());
@@ -162,11 +163,9 @@ impl Checked<'_> {
         if !self.machine.keeps(s, t) || inside.peek().is_none() || !inside.all(there) {
             return None;
         }
-        let text = format!("the machine is in `{}` already wherever this is looked at", self.name(t.target));
-        let d = never()
-            .label(place.target, text)
-            .note("a condition or a time does not enter anew the state that the machine is in");
-        Some(d.help("remove it; an event, `on NAME`, enters the state anew"))
+        let text = format!("the machine is already in `{}` whenever this is evaluated", self.name(t.target));
+        let d = never().label(place.target, text).note("a condition or a time does not re-enter the current state");
+        Some(d.help("remove it; an event, `on NAME`, re-enters the state"))
     }
 
     fn faults(&self, diagnostics: &mut Vec<Diagnostic>) {
@@ -177,8 +176,8 @@ impl Checked<'_> {
         let text = format!("machine `{}` answers no fault", self.name(0));
         diagnostics.push(
             Diagnostic::warning("HQ0707", self.places.states[0], text)
-                .note("at a fault the robot is stopped at once, and stands until the controller is started again")
-                .help("say what is to happen: `on fault(any) -> STATE`"),
+                .note("at a fault the robot stops at once, and stays stopped until the controller is restarted")
+                .help("write a transition: `on fault(any) -> STATE`"),
         );
     }
 
@@ -194,10 +193,10 @@ impl Checked<'_> {
                     continue;
                 }
                 let name = &self.program.tasks[task].name;
-                let text = format!("`{name}` does not run in state `{}`, and is never reached there", self.name(s));
+                let text = format!("`{name}` does not run in state `{}`, so it is never reached there", self.name(s));
                 let mut d = Diagnostic::error("HQ0703", self.places.transitions[s][i].trigger, text);
                 if let Some(at) = self.places.stacks[s] {
-                    d = d.label(at, format!("this stack does not hold `{name}`"));
+                    d = d.label(at, format!("this stack does not contain `{name}`"));
                 }
                 diagnostics.push(d.help("name a task of the state's own stack, or add this one to it"));
             }
@@ -219,9 +218,9 @@ impl Checked<'_> {
                 let d = Diagnostic::warning(
                     "HQ0706",
                     self.places.transitions[s][i].trigger,
-                    format!("`{}` is final, and this leads out of it", self.name(s)),
+                    format!("`{}` is final, and has a transition", self.name(s)),
                 );
-                diagnostics.push(d.help("remove it, or leave `final` out"));
+                diagnostics.push(d.help("remove it, or remove `final`"));
             }
         }
     }

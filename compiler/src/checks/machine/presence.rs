@@ -83,8 +83,8 @@ impl Checked<'_> {
                 let at = self.places.stacks[owner].unwrap_or(self.places.states[owner]);
                 diagnostics.push(
                     Diagnostic::warning("HQ0710", at, text)
-                        .note("its stack needs the value, and would be the fault `stale` without it")
-                        .help(format!("come here only `when present({0})`, as in `when present({0}) -> ..`", s.name)),
+                        .note("its stack needs the value; without it the fault is `stale`")
+                        .help(format!("enter it only `when present({0})`, as in `when present({0}) -> ..`", s.name)),
                 );
             }
         }

@@ -50,12 +50,12 @@ impl Checked<'_> {
                 continue;
             }
             told.push(stack);
-            let text = format!("state `{}` drops limits that others keep: {}", self.name(s), list(missing, 6));
+            let text = format!("state `{}` lacks limits of other states: {}", self.name(s), list(missing, 6));
             let at = self.places.stacks[s].unwrap_or(self.places.states[s]);
             diagnostics.push(
                 Diagnostic::warning("HQ0708", at, text)
-                    .note("in this state nothing keeps the robot inside them")
-                    .help("let the stack hold them too: `stack B from A { replace .. }` keeps what it does not name"),
+                    .note("in this state the robot may violate them")
+                    .help("add them to the stack too: `stack B from A { replace .. }` keeps all other levels"),
             );
         }
     }
@@ -134,8 +134,8 @@ impl Checked<'_> {
         };
         diagnostics.push(
             Diagnostic::warning("HQ0709", first, text)
-                .note("another stack takes over at once, and asks for another velocity")
-                .help("write `blend 0.3 s` in the machine, in a state or behind a transition; `blend 0 s` where it is meant"),
+                .note("the next stack starts at once, with another velocity")
+                .help("write `blend 0.3 s` in the machine, in a state or after a transition; `blend 0 s` if this is intended"),
         );
     }
 }

@@ -31,13 +31,13 @@ impl Checked<'_> {
                 let silent = tasks.into_iter().find(|&task| !runs(task) && !inside.is_empty());
                 let Some(task) = silent else { continue };
                 let name = &self.program.tasks[task].name;
-                let text = format!("`{name}` does not run in state `{}`, and tells nothing there", self.name(s));
+                let text = format!("`{name}` does not run in state `{}`, so it has no outputs there", self.name(s));
                 let mut d = Diagnostic::warning("HQ0713", self.places.transitions[s][i].trigger, text);
                 if let Some(at) = self.places.stacks[s] {
-                    d = d.label(at, format!("this stack does not hold `{name}`"));
+                    d = d.label(at, format!("this stack does not contain `{name}`"));
                 }
                 diagnostics.push(
-                    d.note("a comparison with a value that is absent does not hold")
+                    d.note("a comparison with an absent value is false")
                         .help(format!("add `{name}` to the state's stack, on the level where the other stack has it")),
                 );
             }

@@ -51,7 +51,7 @@ impl Lowerer<'_> {
         let on_disk = self.input.folder.join(&from_spec);
         let refused = |text: String| Diagnostic::error("HQ0931", at, text);
         let Some(syntax) = Syntax::of_path(&from_spec) else {
-            let text = format!("`{path}` is no spec: its name ends neither in .hq nor in .yaml");
+            let text = format!("`{path}` is not a spec: its name must end in .hq or .yaml");
             self.push(refused(text).help("name the spec of a robot's controller"));
             return None;
         };
@@ -119,7 +119,7 @@ impl Lowerer<'_> {
         if program.run.subject != Subject::Machine {
             let name = path.display();
             let text = match &program.machine {
-                None => format!("`{name}` has no machine, which could begin and end operations"),
+                None => format!("`{name}` has no machine to begin and end operations"),
                 Some(_) => format!("`{name}` runs a stack, and not its machine"),
             };
             let d = Diagnostic::error("HQ0931", at, text).note("an operation ends when a machine enters a state").help(

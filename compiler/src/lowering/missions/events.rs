@@ -37,7 +37,7 @@ impl Lowerer<'_> {
             return all;
         }
         for item in items {
-            let Some(block) = block_of(item, "what happens", self.diagnostics) else { continue };
+            let Some(block) = block_of(item, "the event", self.diagnostics) else { continue };
             let bound = self.block_binder(&Scope::default()).block(block, &EVENT, item.span);
             let at = self.happens_at(&bound, duration);
             let what = self.event_of_mission(block, &bound, of);
@@ -52,8 +52,7 @@ impl Lowerer<'_> {
     fn happens_at(&mut self, bound: &BoundBlock, duration: f64) -> Option<f64> {
         let at: Located<f64> = bound.read("at")?;
         if at.value > duration {
-            let text =
-                format!("this never happens, because the run is over after {} s", runtime::text::number(duration));
+            let text = format!("this event is after the end of the run at {} s", runtime::text::number(duration));
             let d = Diagnostic::warning("HQ0923", self.origins.span(at.at), text);
             self.push(d.help("write an earlier time, or a longer `duration`"));
         }
@@ -67,7 +66,7 @@ impl Lowerer<'_> {
         let e = self.said(block, bound, &names)?;
         let name = e.key.value.as_str();
         let Some(info) = kind.event(name) else {
-            let d = Diagnostic::error("HQ0922", e.key.span, format!("`{name}` makes no sense in {}", kind.title));
+            let d = Diagnostic::error("HQ0922", e.key.span, format!("`{name}` is not an event of {}", kind.title));
             let why = kind.absent.iter().find(|absent| absent.0 == name).map(|absent| absent.1);
             let d = why.map_or(d.clone(), |why| d.note(why));
             self.push(d.help(format!("leave it out; there is {}", list(names.iter().copied(), 9))));
@@ -79,9 +78,9 @@ impl Lowerer<'_> {
         let who: Located<String> = bound.read(name)?;
         let (member, role) = self.participant(&who.value, e.value.span, of)?;
         if let Some(not) = info.not_of.iter().find(|not| not.role == role) {
-            let text = format!("`{name}` makes no sense for {}", not.who);
+            let text = format!("`{name}` is not possible for {}", not.who);
             let d = Diagnostic::error("HQ0922", e.value.span, text).note(not.why);
-            self.push(d.help("name somebody else, or leave it out"));
+            self.push(d.help("name another member, or remove it"));
             return None;
         }
         let mut event = Event::of(name, member);
@@ -97,7 +96,7 @@ impl Lowerer<'_> {
             let d = Diagnostic::error("HQ0922", e.key.span, format!("this {name} says nothing"));
             self.push(
                 d.help(Help::with(
-                    "say what of it was how: {}, {}, {}",
+                    "rate at least one part: {}, {}, {}",
                     [("wait", "too_long"), ("approach", "very_fast"), ("distance", "close")]
                         .map(|(k, v)| Snippet::entry(k, v)),
                 )),
@@ -124,7 +123,7 @@ impl Lowerer<'_> {
             [] => "leave it out".to_string(),
             with => format!("it says more with {}", list(with.iter().map(|further| further.key), 4)),
         };
-        self.push(d.label(e.key.span, "what happens").help(has));
+        self.push(d.label(e.key.span, "the event").help(has));
         false
     }
 
@@ -135,7 +134,7 @@ impl Lowerer<'_> {
         }
         if !bound.is_wrong(key) {
             let d = Diagnostic::missing_keys([key], e.key.span, format!("`{}` needs `{key}`", e.key.value));
-            self.push(d.help(Help::with("write for instance {} behind it", [Snippet::entry(key, example)])));
+            self.push(d.help(Help::with("write for instance {} after it", [Snippet::entry(key, example)])));
         }
         true
     }
@@ -150,12 +149,11 @@ impl Lowerer<'_> {
                 return None;
             }
             let d = Diagnostic::error("HQ0922", self.origins.span(bound.at), "nothing happens here");
-            self.push(d.help(format!("say what, and to whom: {}", list(names.iter().copied(), 9))));
+            self.push(d.help(format!("write an event with its member: {}", list(names.iter().copied(), 9))));
             return None;
         };
         if let Some(other) = events.next() {
-            let d =
-                Diagnostic::error("HQ0922", other.key.span, "two things happen here, and each has a time of its own");
+            let d = Diagnostic::error("HQ0922", other.key.span, "write one event per entry");
             self.push(d.label(e.key.span, "the first").help(Help::with(
                 "write it as an entry of its own, {}",
                 [Snippet::braces([Snippet::entry("at", ".."), Snippet::dots()])],
@@ -180,7 +178,7 @@ impl Lowerer<'_> {
     fn nobody_called(&mut self, name: &str, at: Span, of: Executed) {
         let members = of.members();
         let names = || members.iter().copied();
-        let d = Diagnostic::unknown_name(at, format!("nobody in the mission is called `{name}`"));
+        let d = Diagnostic::unknown_name(at, format!("the mission has no member `{name}`"));
         self.push(match suggest(name, names()) {
             Some(near) => d.meant(near),
             None => d.help(format!("there are {}", list(names(), 12))),
@@ -196,13 +194,13 @@ impl Lowerer<'_> {
         for e in &block.entries {
             let Some((member, role)) = self.participant(&e.key.value, e.key.span, of) else { continue };
             if let Some(not) = info.not_of.iter().find(|not| not.role == role) {
-                let text = format!("`feedback` makes no sense for {}", not.who);
+                let text = format!("`feedback` is not possible for {}", not.who);
                 self.push(Diagnostic::error("HQ0922", e.key.span, text).note(not.why).help("name a person"));
                 continue;
             }
             let mut services = Vec::new();
             for item in e.value.items() {
-                let Some(block) = block_of(item, "what is said of a service", self.diagnostics) else { continue };
+                let Some(block) = block_of(item, "feedback of a service", self.diagnostics) else { continue };
                 let bound = self.block_binder(&Scope::default()).block(block, &REPLY, item.span);
                 services.extend(reply(&bound, member));
             }

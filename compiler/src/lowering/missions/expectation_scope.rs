@@ -31,7 +31,7 @@ pub(super) struct Watch<'s> {
     pub done: usize,
 }
 
-const PRESENT: &str = "of a mission is measured what its agents and robots come to, and no robot's joints or tasks";
+const PRESENT: &str = "a mission has measures of its members; joints and tasks of robots are not measured";
 
 impl Watch<'_> {
     /// The owner of a name.
@@ -190,7 +190,7 @@ impl Scope for Watch<'_> {
         let who = self.who(name)?;
         let has = |name: &&str| self.of.kind().measure(who.role(), name).is_some();
         let example = ["makespan", "waited", "position"].into_iter().find(has).unwrap_or("lost");
-        Some(format!("name what of it is meant, for instance `{name}.{example}`").into())
+        Some(format!("name a measure, for instance `{name}.{example}`").into())
     }
 
     fn presence(&mut self, _: &str) -> Option<usize> {
@@ -214,7 +214,7 @@ impl Scope for Watch<'_> {
         };
         let kind = self.of.kind();
         let Some(q) = kind.measure(who.role(), &field.value) else {
-            let text = format!("nothing called `{}` is measured of {}", field.value, who.describe(kind));
+            let text = format!("`{}` is not a measure of {}", field.value, who.describe(kind));
             let names = || self.of.measures(who).map(|measure| measure.name);
             let d = Diagnostic::unknown_name(field.span, text);
             diagnostics.push(match suggest(&field.value, names()) {
@@ -232,8 +232,8 @@ impl Scope for Watch<'_> {
     }
 
     fn initial(&mut self, _: &mut Graph, _: &Value, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
-        let d = Diagnostic::error("HQ0311", span, "`initial(..)` has no meaning in an expectation");
-        diagnostics.push(d.note(PRESENT).help("write the value that is meant as a constant"));
+        let d = Diagnostic::error("HQ0311", span, "`initial(..)` is not allowed in an expectation");
+        diagnostics.push(d.note(PRESENT).help("write the value as a constant"));
         None
     }
 
@@ -244,7 +244,7 @@ impl Scope for Watch<'_> {
         span: Span,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Start> {
-        let d = Diagnostic::error("HQ0312", span, "a trajectory has no meaning in an expectation");
+        let d = Diagnostic::error("HQ0312", span, "a trajectory is not allowed in an expectation");
         diagnostics.push(
             d.note(PRESENT).help(format!("expect something of where a robot is: `{}.position`", self.of.example().0)),
         );
@@ -252,8 +252,9 @@ impl Scope for Watch<'_> {
     }
 
     fn frame(&mut self, name: &Spanned<String>, diagnostics: &mut Vec<Diagnostic>) -> Option<Frame> {
-        let d = Diagnostic::error("HQ0312", name.span, "axes of a robot have no meaning in a mission");
-        diagnostics.push(d.note(PRESENT).help(format!("leave `in {}` out: all counts along the ground", name.value)));
+        let d = Diagnostic::error("HQ0312", name.span, "axes of a robot are not available in a mission");
+        diagnostics
+            .push(d.note(PRESENT).help(format!("remove `in {}`: positions of a mission have no axes", name.value)));
         None
     }
 
@@ -265,7 +266,7 @@ impl Scope for Watch<'_> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Typed> {
         let RobotStateTerm::Distance(a, b) = what else {
-            let d = Diagnostic::error("HQ0312", span, "what a robot's links and joints do has no meaning in a mission");
+            let d = Diagnostic::error("HQ0312", span, "links and joints of a robot are not available in a mission");
             let (a, b) = self.of.example();
             diagnostics
                 .push(d.note(PRESENT).help(format!("write for instance `{a}.position` or `distance({a}, {b})`")));
@@ -298,7 +299,7 @@ impl Scope for Watch<'_> {
         if function.value == "in" {
             return self.state_of(graph, args, span, diagnostics);
         }
-        let text = format!("`{}(..)` has no meaning in a scenario of a mission", function.value);
+        let text = format!("`{}(..)` is not allowed in a scenario of a mission", function.value);
         let d = Diagnostic::error("HQ0312", span, text).note(PRESENT);
         let (a, b) = self.of.example();
         let works = self.of.mission.members().iter().any(|member| member.role == "worker");

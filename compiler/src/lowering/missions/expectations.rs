@@ -69,11 +69,10 @@ impl Source for OfMissions<'_> {
         let layout = PredicateTable { signals: 0, measures: 0 };
         let Some(p) = predicate((node, unit), Graphs { graph, table, width }, layout, (&self.measures, used)) else {
             self.scenario.measures.truncate(before);
-            let text = "what one robot's controller knows has no meaning in a scenario of a mission";
+            let text = "values of a robot's controller are not available in a scenario of a mission";
             let d = Diagnostic::error("HQ0312", value.span, text);
             let example = self.of.example().0;
-            lowerer
-                .push(d.help(format!("compare what is measured of the mission, `{example}.position`, with constants")));
+            lowerer.push(d.help(format!("compare measures of the mission, `{example}.position`, with constants")));
             return None;
         };
         let known = self.scenario.predicates.iter().position(|k| *k == p);

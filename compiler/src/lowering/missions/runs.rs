@@ -107,7 +107,7 @@ impl Lowerer<'_> {
         if s.is_variable() || s.kind != "flag" {
             let what = if s.is_variable() { "a variable of the machine" } else { "no flag" };
             let d = Diagnostic::error("HQ0932", at, format!("`{name}` of `{spec}` is {what}"))
-                .note("it is told whether an operation goes on: true or false, by the mission");
+                .note("the mission sets it: true while an operation is under way, false otherwise");
             self.push(match flags.is_empty() {
                 true => d.help(Help::with(
                     &format!("declare a signal for it in `{spec}`: {{}}"),
@@ -121,8 +121,8 @@ impl Lowerer<'_> {
             self.unused_is_told(spec, name);
             let d =
                 Diagnostic::warning("HQ0934", at, format!("no transition of the machine of `{spec}` reads `{name}`"))
-                    .note("it begins to work, or not, whatever the mission says");
-            self.push(d.help(format!("let the state in which it waits be left by it: `when {name} -> STATE`")));
+                    .note("the robot does not react to the mission");
+            self.push(d.help(format!("use it to leave the waiting state: `when {name} -> STATE`")));
         }
         Some(signal)
     }
@@ -170,7 +170,7 @@ impl Lowerer<'_> {
             let d = Diagnostic::unknown_name(at, format!("`{spec}` has no scenario `{name}` of its robot"));
             self.push(match suggest(name, names()) {
                 Some(near) => d.meant(near),
-                None if names().next().is_none() => d.help("leave it out: then nothing happens around the robot"),
+                None if names().next().is_none() => d.help("remove it to run without a scenario"),
                 None => d.help(format!("there is {}", list(names(), 12))),
             });
             return None;

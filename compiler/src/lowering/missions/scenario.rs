@@ -43,13 +43,13 @@ pub(in crate::lowering) fn check_scenario_keys(body: &Block, of_mission: bool, d
         }
         let d = if of_mission {
             let d = Diagnostic::error("HQ0921", e.key.span, format!("a scenario of a mission has no `{key}`"))
-                .note("it is of a robot's controller: a mission is executed as a whole, with agents and robots in place of links and signals")
+                .note("it belongs to scenarios of a robot's controller; a mission has members in place of links and signals")
                 .help("leave it out, or write it in a scenario of its own, without `mission`");
             body.get("mission").map(|m| m.key.span).map_or(d.clone(), |at| d.label(at, "this runs a mission"))
         } else {
             Diagnostic::error("HQ0921", e.key.span, format!("a scenario of a robot's controller has no `{key}`"))
-                .note("it is of a mission: a controller knows no other robots, and serves nobody")
-                .help(Help::with("say which mission runs, {}, or leave it out", [Snippet::entry("mission", "NAME")]))
+                .note("it belongs to missions, and this scenario runs a single robot")
+                .help(Help::with("name the mission, {}, or remove it", [Snippet::entry("mission", "NAME")]))
         };
         diagnostics.push(d);
     }
@@ -87,11 +87,11 @@ impl Lowerer<'_> {
     /// Reports scenarios of a spec of missions alone that do not say which of these they run.
     pub(in crate::lowering) fn nothing_runs(&mut self, expanded: &Expanded) {
         for (s, _) in expanded.scenarios.iter().filter(|(s, _)| !runs_mission(s)) {
-            let text = format!("nothing says what the scenario `{}` runs", s.name.value);
+            let text = format!("the scenario `{}` has nothing to run", s.name.value);
             let d = Diagnostic::missing_keys(["mission"], s.name.span, text)
-                .note("this spec declares missions and no robot, whose controller could run");
+                .note("this spec declares missions and no robot");
             let first = expanded.missions.first().map_or("NAME", |m| &m.name.value);
-            self.push(d.help(Help::with("say which mission it executes: {}", [Snippet::entry("mission", first)])));
+            self.push(d.help(Help::with("name the mission: {}", [Snippet::entry("mission", first)])));
         }
     }
 
@@ -101,7 +101,7 @@ impl Lowerer<'_> {
         let Some(name) = text_of(&e.value) else {
             if !matches!(e.value.kind, dsl::tree::ValueKind::Missing) {
                 let d = Diagnostic::error("HQ0304", e.value.span, "`mission` is the name of a mission");
-                self.push(d.help("write the name that stands behind `mission` where it is declared"));
+                self.push(d.help("write the name of the mission as declared"));
             }
             return None;
         };
@@ -195,7 +195,7 @@ impl Lowerer<'_> {
             number(whole - step)
         );
         let d = Diagnostic::error("HQ0925", at, text).label(end, "how long it runs");
-        let d = d.note("what happens after the last instant is in no expectation and in no log");
+        let d = d.note("events after the last instant are neither evaluated nor logged");
         self.push(d.help(format!("a run of {} s ends with such a step, or leave `step` out", number(whole))));
     }
 
@@ -204,7 +204,7 @@ impl Lowerer<'_> {
             if !bound.is_wrong("duration") {
                 let at = self.origins.span(bound.at);
                 let d = Diagnostic::missing_keys(["duration"], at, "a scenario of a mission needs `duration`");
-                let d = d.note("a mission may wait for somebody who never comes back");
+                let d = d.note("a mission may wait for a member that never comes back");
                 self.push(d.help(Help::with(
                     "write how long it runs, for instance {}: longer than the plan",
                     [Snippet::entry("duration", "4000 s")],

@@ -12,14 +12,14 @@ use super::mission::{Layers, members};
 use super::problem::{Agent, Body, Object, Problem, Skill, Task};
 use super::{refusals, warnings};
 use crate::declare::common::{PlaceBlock, check_batch};
-use crate::declare::{DeclaredMember, DeclaredMission, Places, Remark, Remarks, labels, mistaken};
+use crate::declare::{DeclaredMember, DeclaredMission, Origins, Remark, Remarks, labels, mistaken};
 
 /// Number of mistakes of a file that are reported at once.
 const MOST: usize = 20;
 
 /// Builds the mission.
 pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Layers {
-    let mut places = Places::new(declared, Item::Mission);
+    let mut places = Origins::new(declared, Item::Mission);
     let settings = LayersBlock::read(&declared.settings);
     let mut problem = Problem {
         agents: Vec::new(),
@@ -57,7 +57,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Layers
     if let Some(at) = declared.settings.key_origin("layers_from")
         && let Some(layer) = declared.of("layer").next()
     {
-        let remark = Remark::error("HQ0912", at, "the layers are written here and in a file");
+        let remark = Remark::error("HQ0912", at, "the layers are defined here and in a file");
         remarks.push(remark.label(layer.at, "written here").help("keep one of the two"));
     } else if declared.settings.is_wrong("layers_from") {
         // Nothing is known of the layers.
@@ -92,7 +92,7 @@ fn robot(member: &DeclaredMember) -> Agent {
     }
 }
 
-fn human(member: &DeclaredMember, item: Item, places: &mut Places<Item>, remarks: &mut Remarks) -> Agent {
+fn human(member: &DeclaredMember, item: Item, places: &mut Origins<Item>, remarks: &mut Remarks) -> Agent {
     let block = HumanBlock::read(&member.settings);
     let mut skills = skills(&block.skills);
     for pace in &block.paces {
@@ -125,7 +125,7 @@ fn skills(written: &[ByName<f64>]) -> Vec<Skill> {
 }
 
 /// Adds the layers and all tasks in their order. A task is named after its layer too if another one has its name.
-fn layers<'m>(declared: &'m DeclaredMission, problem: &mut Problem, places: &mut Places<'m, Item>) {
+fn layers<'m>(declared: &'m DeclaredMission, problem: &mut Problem, places: &mut Origins<'m, Item>) {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for task in declared.of("layer").flat_map(|layer| &layer.members) {
         *counts.entry(&task.name).or_default() += 1;
@@ -166,7 +166,7 @@ fn imported(file: &Located<String>, problem: Problem, remarks: &mut Remarks) -> 
     for fault in faults.iter().take(MOST) {
         let remark = Remark::error("HQ0912", file.at, fault.what.clone()).inside(token(&file.value, fault.at));
         let remark = match fault.kind {
-            FaultKind::Syntax | FaultKind::Truncated => remark.note("from here on the file is not read"),
+            FaultKind::Syntax | FaultKind::Truncated => remark.note("the file is invalid from here on"),
             _ => remark,
         };
         remarks.push(remark.label(file.at, "the file is named here").help(fault.fix.clone()));

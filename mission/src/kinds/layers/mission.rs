@@ -44,11 +44,11 @@ pub static KIND: Kind = Kind {
         EventInfo { name: "done", with: &[], not_of: &[] },
     ],
     absent: &[
-        ("travel", "agents of layers go the ways of their tasks, each from its base and back"),
-        ("moved", "every task begins and ends at the base of its agent, which stays where it is"),
+        ("travel", "agents of layers travel from their base along the path of the task and back"),
+        ("moved", "every task begins and ends at the base of its agent, which does not move"),
         ("begun", "an agent begins its next task as soon as it is free and the layers before are done"),
-        ("served", "in a mission of layers nobody is served"),
-        ("feedback", "people say what a service was like, and in a mission of layers nobody is served"),
+        ("served", "a mission of layers has no services"),
+        ("feedback", "feedback rates a service, and a mission of layers has no services"),
     ],
     formulations: || Formulation::ALL.map(Formulation::name).to_vec(),
     plan_keys: include_str!("plan.schema.json"),
@@ -140,7 +140,7 @@ impl kind::Mission for Layers {
             return Err(mistake.describe(&self.problem).0);
         }
         if how.bases || !how.replies.is_empty() {
-            return Err("nobody travels as bases or is served in a mission of layers".into());
+            return Err("a mission of layers has no bases and no services".into());
         }
         self.settings(how).check(&self.problem).map_err(|why| why.to_string())
     }

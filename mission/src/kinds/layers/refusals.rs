@@ -6,14 +6,14 @@ use names::suggest;
 use super::check::{Declaration, Item, Key, Mistake};
 use super::problem::Problem;
 use super::reason::Reason;
-use crate::declare::{DeclaredMission, Places, Remark, Remarks};
+use crate::declare::{DeclaredMission, Origins, Remark, Remarks};
 
 /// Number of other tasks of a mistake that are shown.
 const MOST_LABELS: usize = 4;
 
 /// Adds the mistakes of a problem, apart from those that follow from reported ones. If the mission `waits` for its layers,
 /// it may have no task.
-pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Places<Item>, waits: bool, remarks: &mut Remarks) {
+pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Origins<Item>, waits: bool, remarks: &mut Remarks) {
     for mistake in problem.check() {
         if waits && mistake.reason == Reason::NoTask {
             continue;
@@ -28,12 +28,12 @@ pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Places<Item>,
 }
 
 /// Place of a declaration; if its key is not written, of its entry.
-fn at_of(places: &Places<Item>, of: Declaration) -> Origin {
+fn at_of(places: &Origins<Item>, of: Declaration) -> Origin {
     places.of(of.item, of.key.map_or(&[], Key::names))
 }
 
 /// Place at which a task asks for a feature.
-fn feature(places: &Places<Item>, task: Item, word: &str) -> Option<Origin> {
+fn feature(places: &Origins<Item>, task: Item, word: &str) -> Option<Origin> {
     let words = places.block(task)?.items("features");
     words.iter().find(|item| matches!(&item.value, Bound::Text(text) if text == word)).map(|item| item.at)
 }
@@ -56,41 +56,38 @@ fn is_of_all(reason: &Reason) -> bool {
 }
 
 /// The error for a mistake.
-fn refusal(m: &DeclaredMission, problem: &Problem, mistake: &Mistake, places: &Places<Item>) -> Remark {
+fn refusal(m: &DeclaredMission, problem: &Problem, mistake: &Mistake, places: &Origins<Item>) -> Remark {
     let at = at_of(places, mistake.at);
     let (what, fix) = mistake.describe(problem);
     let name = &m.name;
     let place_of_task = |task: &usize| places.of(Item::Task(*task), Key::Features.names());
     let d = match &mistake.reason {
-        Reason::NoAgent => Remark::lacking("HQ0901", at, format!("nobody acts in mission `{name}`: it has no agent"))
-            .help(Help::with(
-                "declare one: {}",
-                [Snippet::declared(
-                    "robot",
-                    "NAME",
-                    [
-                        Snippet::entry("place", "[0, 0, 0] m"),
-                        Snippet::entry("speed", "[0.1, 0.4] m/s"),
-                        Snippet::block("skills", [Snippet::entry("SKILL", "2 s")]),
-                    ],
-                )],
-            )),
-        Reason::NoTask => {
-            Remark::lacking("HQ0901", at, format!("there is nothing to do in mission `{name}`")).help(Help::with(
-                "declare tasks: {}, or name a file of them with `layers_from`",
-                [Snippet::declared("layer", "NAME", [Snippet::typed("task", "NAME", "SKILL", [Snippet::dots()])])],
-            ))
-        }
+        Reason::NoAgent => Remark::lacking("HQ0901", at, format!("mission `{name}` has no agent")).help(Help::with(
+            "declare one: {}",
+            [Snippet::declared(
+                "robot",
+                "NAME",
+                [
+                    Snippet::entry("place", "[0, 0, 0] m"),
+                    Snippet::entry("speed", "[0.1, 0.4] m/s"),
+                    Snippet::block("skills", [Snippet::entry("SKILL", "2 s")]),
+                ],
+            )],
+        )),
+        Reason::NoTask => Remark::lacking("HQ0901", at, format!("mission `{name}` has no task")).help(Help::with(
+            "declare tasks: {}, or name a file of them with `layers_from`",
+            [Snippet::declared("layer", "NAME", [Snippet::typed("task", "NAME", "SKILL", [Snippet::dots()])])],
+        )),
         Reason::EmptyLayer => Remark::lacking("HQ0901", at, "this layer has no task").help(fix),
         Reason::NoTime => Remark::error("HQ0902", at, "no task takes any time")
-            .note("what a plan costs is measured against the time of its tasks")
-            .help("give skills their times, or tasks ways to go"),
+            .note("the cost of a plan is relative to the time of its tasks")
+            .help("give skills a time, or tasks a path"),
         Reason::TooSmall { .. } | Reason::Reversed { .. } if mistake.at.key == Some(Key::Speed) => {
             Remark::error("HQ0903", at, format!("this speed {what}"))
-                .help("write the least speed first, from 0.001 m/s")
+                .help("write the lower speed first, at least 0.001 m/s")
         }
         Reason::TooLarge { .. } => {
-            Remark::error("HQ0904", at, format!("this {what}")).help("look at the unit behind the number")
+            Remark::error("HQ0904", at, format!("this {what}")).help("check the unit after the number")
         }
         Reason::TooMany { .. } => Remark::error("HQ0904", at, what).help("split the mission into several"),
         Reason::NobodyHasSkill { action } => {

@@ -7,10 +7,10 @@ use names::suggest;
 
 use super::check::{Item, Key};
 use super::problem::{Body, Problem};
-use crate::declare::{Places, Remark, Remarks};
+use crate::declare::{Origins, Remark, Remarks};
 
 /// Warns of a cost that is always zero, and of features that agents cannot handle and that nothing has.
-pub(super) fn add(problem: &Problem, places: &Places<Item>, remarks: &mut Remarks) {
+pub(super) fn add(problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
     let (weights, agents) = (problem.weights, &problem.agents);
     let robots = agents.iter().any(|agent| matches!(agent.body, Body::Robot { .. }));
     let people = agents.iter().any(|agent| matches!(agent.body, Body::Human { .. }));
@@ -18,7 +18,7 @@ pub(super) fn add(problem: &Problem, places: &Places<Item>, remarks: &mut Remark
         [weights.makespan, if robots { weights.energy } else { 0.0 }, if people { weights.workload } else { 0.0 }];
     if costs.iter().all(|cost| *cost == 0.0) {
         let at = places.of(Item::Mission, Key::Weights.names());
-        let text = "nothing costs anything, so that every plan is as good as any other";
+        let text = "all weights are zero, so all plans have equal cost";
         remarks.push(
             Remark::warning("HQ0908", at, text)
                 .help(Help::with("write a weight above zero, such as {}", [Snippet::entry("makespan", "1")])),

@@ -9,14 +9,14 @@ use super::mission::{Schedule, members};
 use super::problem::{AgentKind, Approach, Distances, Problem, Robot, WorkingAgent};
 use super::{refusals, warnings};
 use crate::declare::common::check_batch;
-use crate::declare::{DeclaredMember, DeclaredMission, Places, Remark, Remarks, labels, mistaken};
+use crate::declare::{DeclaredMember, DeclaredMission, Origins, Remark, Remarks, labels, mistaken};
 
 /// Number of missing ways that are named.
 const MOST_NAMED: usize = 6;
 
 /// Builds the mission.
 pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Schedule {
-    let mut places = Places::new(declared, Item::Mission);
+    let mut places = Origins::new(declared, Item::Mission);
     let settings = ScheduleBlock::read(&declared.settings);
     let (mut robots, mut agents) = (Vec::new(), Vec::new());
     for member in declared.of("robot") {
@@ -115,7 +115,7 @@ fn weights(written: OneOrEach, operations: usize) -> Vec<f64> {
 fn table(
     written: &[ByName<Vec<ByName<f64>>>],
     (robots, agents): (&[Robot], &[WorkingAgent]),
-    places: &mut Places<Item>,
+    places: &mut Origins<Item>,
     remarks: &mut Remarks,
 ) -> Distances {
     let mut table = vec![vec![None; agents.len()]; robots.len()];

@@ -46,7 +46,7 @@ pub static KIND: Kind = Kind {
         EventInfo {
             name: "moved",
             with: &[Further { key: "to", required: Some("[2, 0] m") }],
-            not_of: &[NotOf { role: "robot", who: SERVES, why: "where a robot is comes from its plan" }],
+            not_of: &[NotOf { role: "robot", who: SERVES, why: "the position of a robot follows from its plan" }],
         },
         EventInfo {
             name: "feedback",
@@ -70,12 +70,12 @@ pub static KIND: Kind = Kind {
 };
 
 const SERVES: &str = "a robot that serves";
-const PEOPLE: &str = "only people say what a service was like";
+const PEOPLE: &str = "only people give feedback";
 
 /// An event of those who are served.
 const fn of_agents(name: &'static str, with: &'static [Further]) -> EventInfo {
     const SERVED: &[NotOf] =
-        &[NotOf { role: "robot", who: SERVES, why: "it has no operations: it serves those of agents" }];
+        &[NotOf { role: "robot", who: SERVES, why: "a service robot has no operations: it serves those of agents" }];
     EventInfo { name, with, not_of: SERVED }
 }
 
@@ -160,7 +160,7 @@ impl kind::Mission for Schedule {
         let Adaptation { memory, wait_gain, approach_gain, margin, wait_step } = self.adaptation;
         let share = |x: f64| (0.0..=1.0).contains(&x);
         let good = share(memory) && share(margin) && usual(wait_gain) && usual(approach_gain) && usual(wait_step);
-        Mistake::unless(good, "adaptation", "its numbers are zero or more, memory and margin at most 1")?;
+        Mistake::unless(good, "adaptation", "its numbers must be zero or more, memory and margin at most 1")?;
         Mistake::unless(usual(self.reallocate_above), "reallocate_above", "it is zero or more")?;
         Mistake::unless((1..=MAX_BATCH).contains(&self.batch), "batch", "it is a whole number from 1 to 512")
     }
@@ -172,7 +172,7 @@ impl kind::Mission for Schedule {
             let members = members(&self.problem);
             let person = members.get(replies.member).is_some_and(|member| member.role == "human");
             if !person || seen.contains(&replies.member) || replies.services.is_empty() {
-                return Err("feedback is given by people, by each once".into());
+                return Err("only people give feedback, each in one entry".into());
             }
             seen.push(replies.member);
         }
@@ -182,9 +182,9 @@ impl kind::Mission for Schedule {
     fn check_event(&self, of: &Event) -> Result<(), Impossible> {
         if of.event == "moved" && self.problem.distances != Distances::Straight {
             return Err(Impossible {
-                text: "nobody moves in this mission".into(),
-                note: Some("the lengths of the ways come from `distances`, and say nothing of other places"),
-                help: Some("leave it out, or leave `distances` out of the mission for straight lines"),
+                text: "`moved` is not possible in this mission".into(),
+                note: Some("the lengths of paths come from `distances`, which has no other places"),
+                help: Some("remove it, or remove `distances` from the mission for straight lines"),
             });
         }
         event::typed(&self.problem, of).map(|_| ()).map_err(Impossible::from)

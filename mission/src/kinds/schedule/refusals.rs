@@ -5,11 +5,11 @@ use quantities::number;
 
 use super::check::{Declaration, Item, Key, MAX_OPERATIONS, MAX_ROBOTS, Mistake, Reason};
 use super::problem::Problem;
-use crate::declare::{DeclaredMission, Places, Remark, Remarks};
+use crate::declare::{DeclaredMission, Origins, Remark, Remarks};
 use crate::numbers::{MAX_NUMBER, MIN_SPEED};
 
 /// Adds the mistakes of a problem, apart from those that follow from reported ones.
-pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Places<Item>, remarks: &mut Remarks) {
+pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
     for mistake in problem.check() {
         let known = |of: Declaration| places.is_wrong(of.item, of.key.map(Key::name).as_slice());
         // These are about the whole, which is unknown if a part is wrong.
@@ -23,7 +23,7 @@ pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Places<Item>,
 }
 
 /// Place of the speed of a robot's approach to an agent, if it is written.
-pub(super) fn approach(places: &Places<Item>, agent: usize, robot: usize) -> Option<Origin> {
+pub(super) fn approach(places: &Origins<Item>, agent: usize, robot: usize) -> Option<Origin> {
     let approaches = places.block(Item::Agent(agent))?.each(Key::Approaches.name());
     let own = approaches.iter().find(|e| e.member == Some(robot))?;
     match &own.value.value {
@@ -33,7 +33,7 @@ pub(super) fn approach(places: &Places<Item>, agent: usize, robot: usize) -> Opt
 }
 
 /// Place of the approach that a mistake is about.
-fn own_approach(mistake: &Mistake, places: &Places<Item>) -> Option<Origin> {
+fn own_approach(mistake: &Mistake, places: &Origins<Item>) -> Option<Origin> {
     match (mistake.at, mistake.against) {
         (
             Declaration { item: Item::Agent(agent), key: Some(Key::Approaches) },
@@ -44,19 +44,19 @@ fn own_approach(mistake: &Mistake, places: &Places<Item>) -> Option<Origin> {
 }
 
 /// Place of a declaration; if its key is not written, of its entry.
-fn at_of(places: &Places<Item>, of: Declaration) -> Origin {
+fn at_of(places: &Origins<Item>, of: Declaration) -> Origin {
     places.of(of.item, of.key.map(Key::name).as_slice())
 }
 
 /// The error for a mistake.
-fn refusal(m: &DeclaredMission, problem: &Problem, mistake: &Mistake, places: &Places<Item>) -> Remark {
+fn refusal(m: &DeclaredMission, problem: &Problem, mistake: &Mistake, places: &Origins<Item>) -> Remark {
     let at = own_approach(mistake, places).unwrap_or_else(|| at_of(places, mistake.at));
     let name = &m.name;
     let key = mistake.at.key.map_or("mission", Key::name);
     let error = |code: &'static str, text: String| Remark::error(code, at, text);
     match &mistake.reason {
-        Reason::NoRobot => Remark::lacking("HQ0901", at, format!("nobody serves in mission `{name}`: it has no robot"))
-            .help(Help::with(
+        Reason::NoRobot => {
+            Remark::lacking("HQ0901", at, format!("mission `{name}` has no service robot")).help(Help::with(
                 "declare one: {}",
                 [Snippet::declared(
                     "robot",
@@ -67,64 +67,65 @@ fn refusal(m: &DeclaredMission, problem: &Problem, mistake: &Mistake, places: &P
                         Snippet::entry("serve", "20 s"),
                     ],
                 )],
-            )),
-        Reason::NoOperation => Remark::lacking(
-            "HQ0901",
-            at,
-            format!("there is nobody to serve in mission `{name}`: no agent has an operation"),
-        )
-        .help(Help::with(
-            "declare one: {}",
-            [Snippet::declared(
-                "human",
-                "NAME",
-                [Snippet::entry("place", "[x, y] m"), Snippet::entry("duration", "200 s")],
-            )],
-        )),
-        Reason::NoWay => error("HQ0902", "no robot has any way to go".to_string())
-            .note("every agent is served at every depot, and waits are measured against the longest way")
-            .help("move a depot or an agent: there is nothing to plan where all are at one place"),
+            ))
+        }
+        Reason::NoOperation => {
+            Remark::lacking("HQ0901", at, format!("mission `{name}` has nothing to serve: no agent has an operation"))
+                .help(Help::with(
+                    "declare one: {}",
+                    [Snippet::declared(
+                        "human",
+                        "NAME",
+                        [Snippet::entry("place", "[x, y] m"), Snippet::entry("duration", "200 s")],
+                    )],
+                ))
+        }
+        Reason::NoWay => error("HQ0902", "no robot has a distance to travel".to_string())
+            .note("every agent is at every depot, and waits are relative to the longest path")
+            .help("move a depot or an agent away from the others"),
         Reason::TooSmall { value, least } if *least == MIN_SPEED => {
             error("HQ0903", format!("a speed of {} m/s is too slow to plan with", number(*value)))
-                .note("a way would take longer than any mission")
-                .help(format!("write speeds from {MIN_SPEED} m/s, the least first"))
+                .note("a path would take longer than the longest mission")
+                .help(format!("write speeds of at least {MIN_SPEED} m/s, the lower one first"))
         }
         Reason::Reversed { low, high } => {
             let (low, high) = (number(*low), number(*high));
-            error("HQ0903", format!("this range begins at {low} m/s and ends below, at {high} m/s"))
-                .help(Help::with("write the least speed first: {}", [Snippet::value(format!("[{high}, {low}] m/s"))]))
+            error("HQ0903", format!("this range begins at {low} m/s and ends at {high} m/s, below its beginning"))
+                .help(Help::with("write the lower speed first: {}", [Snippet::value(format!("[{high}, {low}] m/s"))]))
         }
         Reason::OutsideCruise { low, high } => {
             let text = match low == high {
-                true => format!("{} m/s is no speed that the robot may have", number(*low)),
+                true => format!("{} m/s is outside of the robot's speeds", number(*low)),
                 false => {
-                    format!("speeds from {} to {} m/s are none that the robot may have", number(*low), number(*high))
+                    format!(
+                        "the range from {} to {} m/s does not overlap the robot's speeds",
+                        number(*low),
+                        number(*high)
+                    )
                 }
             };
             let d = error("HQ0903", text);
-            let d = d.help("a robot near an agent keeps to its own speeds too: write a range that meets them");
+            let d = d.help("a robot near an agent must also keep to its own speeds: write a range that overlaps them");
             match mistake.against {
-                Some(other) => d.label(at_of(places, other), "how fast the robot may go"),
+                Some(other) => d.label(at_of(places, other), "speeds of the robot"),
                 None => d,
             }
         }
-        Reason::TooLarge { value } => {
-            error("HQ0904", format!("`{key}` is beyond what is planned with: {}", number(*value)))
-                .note(format!("lengths in m, times in s, speeds in m/s and weights go up to {}", number(MAX_NUMBER)))
-                .help("look at the unit behind the number")
-        }
+        Reason::TooLarge { value } => error("HQ0904", format!("`{key}` is too large: {}", number(*value)))
+            .note(format!("lengths in m, times in s, speeds in m/s and weights can be at most {}", number(MAX_NUMBER)))
+            .help("check the unit after the number"),
         Reason::TooMany { count, most } => {
             let (what, known) = match *most {
                 MAX_ROBOTS => ("robots", MAX_ROBOTS),
                 _ => ("operations and agents", MAX_OPERATIONS),
             };
-            error("HQ0904", format!("mission `{name}` has {count} {what}, and {known} are the most"))
-                .help("split it into missions of parts of the team")
+            error("HQ0904", format!("mission `{name}` has {count} {what}, and the maximum is {known}"))
+                .help("split it into several missions")
         }
         Reason::NoTime { seconds } => {
-            let text = format!("an operation would be planned to take {} s", number(*seconds));
+            let text = format!("the planned duration of an operation would be {} s", number(*seconds));
             let d = error("HQ0905", text)
-                .note("it is planned as long as it takes at most with the wanted confidence, and the spread is too large for its mean")
+                .note("the planned duration is the quantile of the distribution at `confidence`, and the standard deviation is too large for its mean")
                 .help("write a smaller standard deviation, or a greater confidence");
             match places.written(Item::Mission, &[Key::Confidence.name()]) {
                 Some(confidence) => d.label(confidence, format!("a confidence of {}", number(problem.confidence))),
@@ -132,7 +133,7 @@ fn refusal(m: &DeclaredMission, problem: &Problem, mistake: &Mistake, places: &P
             }
         }
         Reason::Count { found, expected } => {
-            let d = error("HQ0906", format!("`{key}` has {found} numbers, and {expected} are wanted"))
+            let d = error("HQ0906", format!("`{key}` has {found} numbers, and {expected} are expected"))
                 .help("write one for each operation, or a single one for all");
             d.label(places.of(mistake.at.item, &[Key::Operations.name()]), format!("{expected} operations"))
         }

@@ -6,7 +6,7 @@ use quantities::number;
 use super::check::{Item, Key};
 use super::problem::{AgentKind, Problem};
 use super::refusals::approach;
-use crate::declare::{DeclaredMission, Places, Remark, Remarks};
+use crate::declare::{DeclaredMission, Origins, Remark, Remarks};
 use crate::numbers::Range;
 
 /// A range of speeds, and its place if it is written.
@@ -17,22 +17,22 @@ struct Speed {
 
 /// Warns of robots and agents without anything to do, of a cost that is always zero, of speeds that are not as
 /// written, and of robots that wait behind their depots.
-pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Places<Item>, remarks: &mut Remarks) {
+pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
     for (i, who) in problem.agents.iter().enumerate().filter(|(_, who)| who.operations == 0) {
         let at = places.written(Item::Agent(i), &[Key::Operations.name()]).unwrap_or(m.at);
-        let d = Remark::warning("HQ0907", at, format!("no robot ever comes to `{}`", who.name));
-        remarks.push(d.help("give it operations, or leave it out"));
+        let d = Remark::warning("HQ0907", at, format!("no robot ever serves `{}`", who.name));
+        remarks.push(d.help("give it operations, or remove it"));
     }
     let (robots, services) = (problem.robots.len(), problem.operations());
     if robots > services {
         let count = if services == 1 { "one service".to_string() } else { format!("{services} services") };
         let text = format!("{robots} robots for {count}: some never leave their depot");
         let at = places.of(Item::Robot(services), &[]);
-        remarks.push(Remark::warning("HQ0907", at, text).help("leave robots out, or add operations"));
+        remarks.push(Remark::warning("HQ0907", at, text).help("remove robots, or add operations"));
     }
     if is_free(problem) {
         let at = places.written(Item::Mission, &[Key::Weights.name()]).unwrap_or(m.at);
-        let d = Remark::warning("HQ0908", at, "nothing costs anything, so that every plan is as good as any other");
+        let d = Remark::warning("HQ0908", at, "all weights are zero, so all plans have equal cost");
         remarks.push(d.help(Help::with("write a weight above zero, such as {}", [Snippet::entry("makespan", "1")])));
     }
     clamped(problem, places, remarks);
@@ -40,7 +40,7 @@ pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Places<Item>,
 }
 
 /// Warns of robots that wait farther from an agent than their depot is.
-fn behind(problem: &Problem, places: &Places<Item>, remarks: &mut Remarks) {
+fn behind(problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
     for (k, who) in problem.agents.iter().enumerate().filter(|(_, who)| who.operations > 0) {
         for (i, robot) in problem.robots.iter().enumerate() {
             let (far, near) = (problem.lengths(k, i).depositing, problem.approach(who, i).1);
@@ -55,8 +55,8 @@ fn behind(problem: &Problem, places: &Places<Item>, remarks: &mut Remarks) {
                 .or_else(|| places.written(Item::Agent(k), &[Key::Place.name()]))
                 .unwrap_or(places.of(Item::Agent(k), &[]));
             let d = Remark::warning("HQ0914", at, text)
-                .note("it goes away from the agent first, and comes back to serve")
-                .help(format!("wait at most {depot} m away, or put the depot elsewhere"));
+                .note("the robot first moves away from the agent")
+                .help(format!("wait at most {depot} m away, or move the depot"));
             remarks.push(d);
             break;
         }
@@ -64,7 +64,7 @@ fn behind(problem: &Problem, places: &Places<Item>, remarks: &mut Remarks) {
 }
 
 /// Warns of speeds near an agent that are cut to those of the robot.
-fn clamped(problem: &Problem, places: &Places<Item>, remarks: &mut Remarks) {
+fn clamped(problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
     for (i, robot) in problem.robots.iter().enumerate() {
         let written = |key: Key| places.written(Item::Robot(i), &[key.name()]);
         let cruise = Speed { range: robot.speed, at: written(Key::Speed) };
@@ -85,15 +85,15 @@ fn cut(near: &Speed, cruise: &Speed, remarks: &mut Remarks) {
     };
     let low = number(near.range.low.max(cruise.range.low));
     let high = number(near.range.high.min(cruise.range.high));
-    let remark = Remark::warning(
-        "HQ0909",
-        at,
-        format!("the robot comes at {low} to {high} m/s, and not at all speeds of this range"),
-    )
-    .note("near an agent a robot keeps to its own range of speeds too")
-    .help(Help::with("write {}, or widen the speeds of the robot", [Snippet::value(format!("[{low}, {high}] m/s"))]));
+    let remark =
+        Remark::warning("HQ0909", at, format!("the robot approaches at {low} to {high} m/s, a part of this range"))
+            .note("near an agent a robot must also keep to its own speeds")
+            .help(Help::with(
+                "write {}, or widen the speeds of the robot",
+                [Snippet::value(format!("[{low}, {high}] m/s"))],
+            ));
     remarks.push(match cruise.at {
-        Some(at) => remark.label(at, "how fast the robot may go"),
+        Some(at) => remark.label(at, "speeds of the robot"),
         None => remark,
     });
 }

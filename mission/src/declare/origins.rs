@@ -1,4 +1,4 @@
-//! Places of the entries of a problem in the declaration that it was built from.
+//! Origins of the entries of a problem in the declaration that it was built from.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,10 +6,10 @@ use blocks::{BoundBlock, Origin};
 
 use super::DeclaredMission;
 
-/// Places of the entries `I` of a problem. A key of an entry is given by the names of the keys of its block that it was
+/// Origins of the entries `I` of a problem. A key of an entry is given by the names of the keys of its block that it was
 /// read from, the most specific first.
 #[derive(Debug)]
-pub struct Places<'m, I> {
+pub struct Origins<'m, I> {
     mission: &'m DeclaredMission,
     blocks: BTreeMap<I, &'m BoundBlock>,
     /// Parts of entries that are no keys.
@@ -18,11 +18,11 @@ pub struct Places<'m, I> {
     wrong: BTreeSet<(I, &'static str)>,
 }
 
-impl<'m, I: Copy + Ord> Places<'m, I> {
+impl<'m, I: Copy + Ord> Origins<'m, I> {
     /// Knows the entry that stands for the whole mission.
     pub fn new(mission: &'m DeclaredMission, whole: I) -> Self {
         let blocks = BTreeMap::from([(whole, &mission.settings)]);
-        Places { mission, blocks, parts: BTreeMap::new(), wrong: BTreeSet::new() }
+        Origins { mission, blocks, parts: BTreeMap::new(), wrong: BTreeSet::new() }
     }
 
     /// Adds an entry with its block.
