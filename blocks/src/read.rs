@@ -139,6 +139,16 @@ pub enum OneOrEach {
     Each(Vec<f64>),
 }
 
+impl OneOrEach {
+    /// Returns the numbers.
+    pub fn numbers(&self) -> &[f64] {
+        match self {
+            OneOrEach::One(x) => std::slice::from_ref(x),
+            OneOrEach::Each(all) => all,
+        }
+    }
+}
+
 impl FromBound for OneOrEach {
     fn from_bound(bound: &Bound) -> Option<OneOrEach> {
         match bound {

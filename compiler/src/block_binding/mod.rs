@@ -6,14 +6,14 @@ mod origins;
 mod scope;
 mod values;
 
-use dsl::tree::Block;
+use dsl::tree::{Block, Value};
 use dsl::{Diagnostic, Help, Severity, Span};
 
 use blocks::{BlockSchema, Bound, BoundBlock, Key, Located};
 use stdlib_tasks::params::Presence;
 
 use crate::expr::constants::Constants;
-use crate::forms::{check_keys, meant_keys};
+use crate::forms::{block_of, check_keys, meant_keys};
 
 pub(crate) use files::TextFiles;
 pub(crate) use origins::Origins;
@@ -39,6 +39,18 @@ impl BlockBinder<'_> {
     pub fn block(&mut self, block: &Block, schema: &'static BlockSchema, named: Span) -> BoundBlock {
         check_keys(block, schema, self.diagnostics);
         self.entries(block, schema, named, |_| true)
+    }
+
+    /// Binds a block, or a list of blocks.
+    pub fn blocks(&mut self, value: &Value, schema: &'static BlockSchema) -> Vec<Located<Bound>> {
+        let mut all = Vec::new();
+        for item in value.items() {
+            if let Some(block) = block_of(item, schema.name, self.diagnostics) {
+                let value = Bound::Block(self.block(block, schema, item.span));
+                all.push(Located { at: self.origins.add(item.span), value });
+            }
+        }
+        all
     }
 
     /// Binds those entries of a block that are `wanted`. The caller reports other keys.

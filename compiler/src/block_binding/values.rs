@@ -57,7 +57,7 @@ impl BlockBinder<'_> {
             ValueType::Vector(dimension) => Bound::Vector(self.vector(value, *dimension)?),
             ValueType::Spot => Bound::Vector(self.spot(value)?),
             ValueType::Text => Bound::Text(self.text(value, asked)?),
-            ValueType::Spec => Bound::Text(self.text(value, asked)?),
+            ValueType::Spec | ValueType::Urdf => Bound::Text(self.text(value, asked)?),
             ValueType::File => return self.file(value, asked),
             ValueType::Flag => Bound::Flag(self.flag(value, name)?),
             ValueType::Choice(words) => Bound::Word(self.word(value, name, words)?),
@@ -67,11 +67,12 @@ impl BlockBinder<'_> {
             ValueType::List(inner) => Bound::List(self.items(value, asked, inner)),
             ValueType::Each(inner) => Bound::Each(self.each(value, asked, inner, None)?),
             ValueType::Of(Named::Own(members), inner) => Bound::Each(self.each(value, asked, inner, Some(members))?),
-            ValueType::Of(_, inner) => Bound::Each(self.each(value, asked, inner, None)?),
+            ValueType::Of(_, inner) | ValueType::PerJoint(inner) => Bound::Each(self.each(value, asked, inner, None)?),
             ValueType::Block(schema) => {
                 let block = block_of(value, &format!("`{name}`"), self.diagnostics)?;
                 Bound::Block(self.block(block, schema, asked.at))
             }
+            ValueType::Blocks(schema) => Bound::List(self.blocks(value, schema)),
             _ => Bound::Unbound,
         };
         Some(Located { at: self.origins.add(value.span), value: bound })

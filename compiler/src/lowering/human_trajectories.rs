@@ -2,14 +2,15 @@
 
 use dsl::tree::{Block, Entry};
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
-use runtime::program::{HumanProgram, HumanScript, Program, Track};
+use runtime::program::{HumanProgram, HumanScript, Program, Sending, Track};
 use stdlib_tasks::dimension::LENGTH;
 
 use super::Lowerer;
+use super::world::numbers;
 use crate::expr::constants::Constants;
 use crate::forms::{block_of, check_keys, text_of};
 use crate::recording;
-use crate::sections::{HUMAN_POINT, HUMAN_SCRIPT};
+use crate::sections::{HUMAN_POINT, HumanScriptBlock, LostBlock};
 
 impl Lowerer<'_> {
     pub(super) fn human_scripts(&mut self, body: &Block, program: &Program) -> Vec<HumanScript> {
@@ -20,22 +21,27 @@ impl Lowerer<'_> {
             let found = self.one_of("human", &e.key.value, e.key.span, &names);
             let block = block_of(&e.value, "the script of a human", self.diagnostics);
             let (Some(human), Some(block)) = (found, block) else { continue };
-            check_keys(block, &HUMAN_SCRIPT, self.diagnostics);
+            let script: HumanScriptBlock = self.read(block, e.key.span);
             let points: Vec<&str> = (humans[human].points.iter())
                 .map(|&s| program.interface.signals[s].name.rsplit('.').next().unwrap_or_default())
                 .collect();
             let tracks = self.tracks(block, &humans[human], &points, program);
-            let mut sending = self.sending(block, LENGTH);
-            if let Some(e) = block.get("lost") {
-                for gap in self.blocks(&e.value, "a time out of sight", &crate::sections::LOST) {
-                    let (from, to) = self.span_of_time(gap);
-                    let there = (self.needed(gap, "from", "3 s"), self.needed(gap, "to", "4 s"));
-                    sending.gaps.extend(there.0.and(there.1).and(to).map(|to| (from, to)));
-                }
-            }
+            let sending = self.sending(&script);
             all.extend(tracks.map(|tracks| HumanScript { human, sending, tracks }));
         }
         all
+    }
+
+    /// Transmission of the readings of a human.
+    fn sending(&mut self, block: &HumanScriptBlock) -> Sending {
+        self.ends_after(block.from, block.to.as_ref());
+        for LostBlock { from, to } in &block.lost {
+            self.ends_after(*from, Some(to));
+        }
+        let HumanScriptBlock { from, noise, delay, drop, period, .. } = *block;
+        let to = block.to.as_ref().map(|to| to.value);
+        let gaps = block.lost.iter().map(|lost| (lost.from, lost.to.value)).collect();
+        Sending { from, to, noise, delay, drop, period, nan: numbers(block.nan.as_ref()), gaps }
     }
 
     /// Lowers the path of each point.

@@ -35,6 +35,7 @@ mod world;
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use ::blocks::Block as _;
 use dsl::tree::{Stack, TaskDefinition};
 use dsl::{Diagnostic, Help, Snippet, SourceId, Span, Topic};
 use runtime::program::{
@@ -50,6 +51,7 @@ use crate::expr::Graph;
 use crate::expr::constants::{Constants, Params};
 use crate::input::{CompilePart, Input, Texts};
 use crate::robot_binding::{self, BoundRobot, Files};
+use crate::sections::{RobotBlock, RunBlock};
 use crate::source_map::{MachinePlaces, SourceMap};
 pub use actions::{VERBS, Verb};
 use declared::Declared;
@@ -59,7 +61,6 @@ pub(crate) use missions::scenario::runs_mission;
 use params::NamedValues;
 pub use params::ParamValue;
 pub(crate) use params::params;
-use run::run_settings;
 pub use signals::signal_types;
 use stack::Stacks;
 
@@ -196,8 +197,10 @@ impl<'a> Lowerer<'a> {
         }
         let NamedValues { later, sensors, mut variables } = self.named_values(expanded, &declared);
         let robot = self.robot(&declared);
-        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        let run = declared.runs.first().map(|(r, span)| run_settings(r, *span, &mut constants, self.diagnostics));
+        let run = match declared.runs.first() {
+            Some((run, span)) => (self.read(&run.body, *span), Some(*span)),
+            None => (RunBlock::empty(), None),
+        };
         if let Some(robot) = &robot {
             self.sensors(&sensors, robot);
         }
@@ -257,14 +260,17 @@ impl<'a> Lowerer<'a> {
 
     /// Binds the robot to its URDF.
     fn robot(&mut self, declared: &Declared) -> Option<BoundRobot> {
+        let robot = declared.robots.first()?;
+        let block: RobotBlock = self.read(&robot.body, robot.name.span);
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let mut files = Files {
             folder: self.input.folder,
             package_paths: self.input.package_paths,
             sources: self.sources,
+            origins: &self.origins,
             diagnostics: self.diagnostics,
         };
-        robot_binding::bind(declared.robots.first()?, &mut files, &mut constants)
+        robot_binding::bind(robot, &block, &mut files, &mut constants)
     }
 
     /// Lowers the stacks.

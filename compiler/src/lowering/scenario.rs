@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use blocks::{Block as _, BoundBlock, Located};
 use dsl::tree::{Block, Scenario};
-use dsl::{Diagnostic, Help, Snippet, Span};
-use names::{list, suggest};
+use dsl::{Diagnostic, Span};
 use runtime::program::{Program, ScenarioProgram, Subject, WorldProgram};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
 
@@ -20,19 +19,6 @@ use crate::forms::block_of;
 use crate::robot_binding::{BoundRobot, joints};
 use crate::sections::{SCENARIO, ScenarioBlock, ScenarioSimulator};
 use crate::units;
-
-/// Maximum seed. Larger integers are not all representable as `f64`.
-const MAX_SEED: f64 = 9e15;
-
-/// Converts a non-negative number to a seed; `None` if it is not a valid seed, which is reported.
-pub(super) fn whole_seed(x: f64, at: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<u64> {
-    if x.fract() == 0.0 && x <= MAX_SEED {
-        return Some(x as u64);
-    }
-    let text = format!("a seed is a whole number from 0, and this is {x}");
-    diagnostics.push(Diagnostic::error("HQ0308", at, text).help(Help::write_for_instance(Snippet::entry("seed", "7"))));
-    None
-}
 
 impl Lowerer<'_> {
     /// Lowers the scenarios of a spec whose program is otherwise complete. `starts` gets the span of the start of each.
@@ -77,8 +63,7 @@ impl Lowerer<'_> {
         let block = ScenarioBlock::read(&bound);
         let mut run = program.run.clone();
         let subject = self.subject(&block, &bound, program);
-        run.simulator.seed =
-            whole_seed(block.seed.value, self.origins.span(block.seed.at), self.diagnostics).unwrap_or(0);
+        run.simulator.seed = block.seed as u64;
         if let Some(Located { at, value }) = block.duration {
             run.duration = value;
             self.duration_fits(value, self.origins.span(at), robot);
@@ -92,7 +77,7 @@ impl Lowerer<'_> {
         Some(ScenarioProgram {
             name: s.name.value.clone(),
             start: self.start(&s.body, robot),
-            world: self.world(&s.body, program, robot),
+            world: self.world(&s.body, &block, program, robot),
             run,
             measures: Vec::new(),
             predicates: Vec::new(),
@@ -102,10 +87,8 @@ impl Lowerer<'_> {
 
     /// Stack or machine that runs. Returns `None` if it is invalid, with diagnostics.
     fn subject(&mut self, block: &ScenarioBlock, bound: &BoundBlock, program: &Program) -> Option<Subject> {
-        let (stacks, machines) = (
-            program.stacks.iter().map(|s| s.name.as_str()),
-            program.machine.iter().filter_map(|m| m.states.first()).map(|s| s.name.as_str()),
-        );
+        let stacks: Vec<&str> = program.stacks.iter().map(|s| s.name.as_str()).collect();
+        let machine = program.machine.iter().filter_map(|m| m.states.first()).map(|s| s.name.as_str());
         match (&block.stack, &block.machine) {
             (Some(_), Some(_)) => {
                 let key = |name: &str| self.origins.span(bound.key_origin(name).unwrap_or(bound.at));
@@ -114,31 +97,16 @@ impl Lowerer<'_> {
                 self.push(d);
                 None
             }
-            (Some(name), None) => self.named_subject(name, "stack", stacks).map(Subject::Stack),
-            (None, Some(name)) => self.named_subject(name, "machine", machines).map(|_| Subject::Machine),
+            (Some(name), None) => {
+                self.one_of("stack", &name.value, self.origins.span(name.at), &stacks).map(Subject::Stack)
+            }
+            (None, Some(name)) => {
+                let machines: Vec<&str> = machine.collect();
+                self.one_of("machine", &name.value, self.origins.span(name.at), &machines).map(|_| Subject::Machine)
+            }
             (None, None) if bound.is_wrong("stack") || bound.is_wrong("machine") => None,
             (None, None) => Some(program.run.subject),
         }
-    }
-
-    fn named_subject<'n>(
-        &mut self,
-        name: &Located<String>,
-        what: &str,
-        mut names: impl Iterator<Item = &'n str> + Clone,
-    ) -> Option<usize> {
-        let (name, at) = (name.value.as_str(), self.origins.span(name.at));
-        let all = names.clone();
-        let found = names.position(|n| n == name);
-        if found.is_none() {
-            let d = Diagnostic::unknown_name(at, format!("there is no {what} `{name}`"));
-            self.push(match suggest(name, all.clone()) {
-                Some(near) => d.meant(near),
-                None if all.clone().next().is_none() => d.help(format!("this spec declares no {what}")),
-                None => d.help(format!("declared are {}", list(all, 8))),
-            });
-        }
-        found
     }
 
     /// A constant number that is zero or more.
@@ -152,18 +120,6 @@ impl Lowerer<'_> {
             return None;
         }
         Some(x)
-    }
-
-    fn duration_fits(&mut self, duration: f64, at: Span, robot: &BoundRobot) {
-        let ticks = duration / robot.period;
-        let tick = format!("one tick is {} s", robot.period);
-        if ticks > 1e9 {
-            let d = Diagnostic::error("HQ0605", at, "the run would have more than a thousand million ticks");
-            self.push(d.label(robot.rate_span, tick).help("shorten the run"));
-        } else if ticks < 0.5 {
-            let d = Diagnostic::error("HQ0308", at, "the run is shorter than one tick");
-            self.push(d.label(robot.rate_span, tick).help("make the run longer"));
-        }
     }
 
     /// Start configuration of the robot.
@@ -209,15 +165,15 @@ impl Lowerer<'_> {
     }
 
     /// Lowers the behaviour of the world.
-    fn world(&mut self, body: &Block, program: &Program, robot: &BoundRobot) -> WorldProgram {
+    fn world(&mut self, body: &Block, block: &ScenarioBlock, program: &Program, robot: &BoundRobot) -> WorldProgram {
         WorldProgram {
             signals: self.signal_scripts(body, program),
             humans: self.human_scripts(body, program),
-            events: self.scenario_events(body, program),
+            events: self.scenario_events(&block.events, program),
             outcomes: self.outcome_scripts(body, program),
             pushes: self.push_scripts(body, program, robot),
-            late: self.late_ticks(body),
-            lost: self.lost_readings(body, robot),
+            late: block.late.iter().map(|late| (late.at, late.by)).collect(),
+            lost: self.lost_readings(&block.lost, robot),
         }
     }
 }

@@ -4,13 +4,11 @@
 use dsl::tree::{Entry, Signal, Value};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use runtime::program::Conditioning;
-use stdlib_tasks::dimension::{FORCE, MOMENT, RATE};
 
 use super::Lowerer;
-use crate::expr::constants::Constants;
-use crate::forms::{block_of, check_keys, text_of};
+use crate::forms::text_of;
 use crate::robot_binding::{BoundRobot, unknown_link};
-use crate::sections::WRENCH;
+use crate::sections::SignalBlock;
 
 /// Settings of a signal that depend on the robot.
 #[derive(Debug)]
@@ -45,7 +43,7 @@ pub(super) struct Conditioned {
 
 impl Lowerer<'_> {
     /// Conditioning of the signal that is declared next; settings that depend on the robot are postponed.
-    pub(super) fn conditioning(&mut self, s: &Signal, carried: Carried) -> Conditioned {
+    pub(super) fn conditioning(&mut self, s: &Signal, block: &SignalBlock, carried: Carried) -> Conditioned {
         let mut all = Conditioned::default();
         let ty = &s.ty.value;
         let wrench = |e: &&Entry| match carried {
@@ -61,7 +59,7 @@ impl Lowerer<'_> {
         };
         let frame = s.settings.get("frame").as_ref().map(wrench).transpose();
         let bias = s.settings.get("bias").as_ref().map(wrench).transpose();
-        let (frame, bias) = match (frame, bias) {
+        let (frame, entry) = match (frame, bias) {
             (Ok(frame), Ok(bias)) => (frame, bias),
             (frame, bias) => {
                 self.diagnostics.extend(frame.err().map(|d| *d));
@@ -69,54 +67,29 @@ impl Lowerer<'_> {
                 return all;
             }
         };
-        all.conditioning.bias = bias.and_then(|e| self.bias(&e.value));
-        let cutoff = s.settings.get("low_pass").and_then(|e| {
-            if matches!(carried, Carried::Event | Carried::Other) {
-                let d = Diagnostic::unknown_key(
-                    "HQ0205",
-                    e.key.span,
-                    format!("a signal of the type `{ty}` cannot be filtered"),
-                );
-                let d = d.note("only numbers and vectors can be filtered");
-                self.push(d.help("leave `low_pass` out"));
-                return None;
+        if let Some(bias) = &block.bias {
+            all.conditioning.bias = Some(bias.numbers());
+            if let Some(e) = entry.filter(|e| e.value.block().is_some_and(|b| b.entries.is_empty())) {
+                let d = Diagnostic::missing_keys(["force"], e.value.span, "this bias says nothing");
+                self.push(d.help(Help::with(
+                    "write {}, or leave it out",
+                    [Snippet::block("bias", [Snippet::entry("force", "[0, 0, 1.2] N")])],
+                )));
             }
-            let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-            let x = constants.scalar(&e.value, RATE, self.diagnostics)?;
-            if x <= 0.0 {
-                let text = format!("a cutoff is a frequency above zero, and this is {x} Hz");
-                self.push(Diagnostic::error("HQ0308", e.value.span, text).help("remove it for the raw value"));
-                return None;
-            }
-            Some((x, e.value.span))
-        });
+        }
+        if let (Some(e), Carried::Event | Carried::Other) = (s.settings.get("low_pass"), carried) {
+            let text = format!("a signal of the type `{ty}` cannot be filtered");
+            let d = Diagnostic::unknown_key("HQ0205", e.key.span, text);
+            self.push(d.note("only numbers and vectors can be filtered").help("leave `low_pass` out"));
+            return all;
+        }
+        let cutoff = block.low_pass.as_ref().map(|cutoff| (cutoff.value, self.origins.span(cutoff.at)));
         all.conditioning.low_pass = cutoff.map(|c| c.0);
         if frame.is_some() || cutoff.is_some() {
             let signal = self.interface.signals.len();
             all.sensor = Some(Sensor { signal, frame: frame.map(|e| e.value), cutoff });
         }
         all
-    }
-
-    fn bias(&mut self, value: &Value) -> Option<[f64; 6]> {
-        let block = block_of(value, "`bias`", self.diagnostics)?;
-        check_keys(block, &WRENCH, self.diagnostics);
-        if block.entries.is_empty() {
-            let d = Diagnostic::missing_keys(["force"], value.span, "this bias says nothing");
-            self.push(d.help(Help::with(
-                "write {}, or leave it out",
-                [Snippet::block("bias", [Snippet::entry("force", "[0, 0, 1.2] N")])],
-            )));
-            return None;
-        }
-        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        let mut part = |key: &str, dimension| match block.get(key) {
-            Some(e) => constants.vector(&e.value, dimension, self.diagnostics),
-            None => Some([0.0; 3]),
-        };
-        let (f, m) = (part("force", FORCE), part("moment", MOMENT));
-        let (f, m) = (f?, m?);
-        Some([f[0], f[1], f[2], m[0], m[1], m[2]])
     }
 
     /// Resolves the settings of signals that depend on the robot.

@@ -1,18 +1,17 @@
 //! Signals: their contents, and the names that expressions use for them.
 
+use dsl::Diagnostic;
 use dsl::tree::Signal;
-use dsl::{Diagnostic, Span};
 use names::{list, suggest};
 use runtime::program::{Conditioning, Op, SignalProgram};
-use stdlib_tasks::dimension::{Dimension, FORCE, MOMENT, NONE, TIME};
+use stdlib_tasks::dimension::{Dimension, FORCE, MOMENT, NONE};
 
 use super::Lowerer;
 use super::sensors::{Carried, Conditioned, Sensor};
 use crate::expand::{TYPES, quantity};
-use crate::expr::constants::{Constants, is_word};
+use crate::expr::constants::is_word;
 use crate::expr::{Axes, Frame, Kind, Typed};
-use crate::forms::check_keys;
-use crate::sections::SIGNAL;
+use crate::sections::SignalBlock;
 
 /// Types of signals in addition to the quantities of parameters.
 const OWN_TYPES: [&str; 3] = ["event", "flag", "wrench"];
@@ -50,7 +49,7 @@ impl Lowerer<'_> {
             let d = Diagnostic::error("HQ0202", name.span, format!("`{}` is a word of the language", name.value));
             self.push(d.help("choose another name"));
         }
-        check_keys(&s.settings, &SIGNAL, self.diagnostics);
+        let block: SignalBlock = self.read(&s.settings, name.span);
         let Some(carries) = carries(&s.ty.value) else {
             // The parser reported an unreadable type.
             if !s.ty.value.is_empty() {
@@ -63,37 +62,23 @@ impl Lowerer<'_> {
             self.params.failed.insert(name.value.clone());
             return None;
         };
-        let timeout = s.settings.get("timeout").and_then(|e| {
-            let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-            let x = constants.scalar(&e.value, TIME, self.diagnostics)?;
-            if x <= 0.0 {
-                let d = Diagnostic::error(
-                    "HQ0308",
-                    e.value.span,
-                    format!("a timeout must be more than 0 s, and this is {x} s"),
-                );
-                self.diagnostics.push(d.help("remove it for a value that never becomes stale"));
-                return None;
-            }
-            Some((x, e.key.span))
-        });
         let carried = match &carries {
             Carries::Event => Carried::Event,
             Carries::Wrench => Carried::Wrench,
             Carries::Quantity(Kind::Scalar | Kind::Vector, _) => Carried::Numbers,
             Carries::Quantity(..) => Carried::Other,
         };
-        let Conditioned { conditioning, sensor } = self.conditioning(s, carried);
+        let Conditioned { conditioning, sensor } = self.conditioning(s, &block, carried);
         match carries {
-            Carries::Event => self.event(s, timeout.map(|t| t.1)),
+            Carries::Event => self.event(s),
             Carries::Wrench => {
-                let at = self.place(s, 6, timeout.map(|t| t.0), conditioning);
+                let at = self.place(s, 6, block.timeout, conditioning);
                 self.params.wrenches.insert(name.value.clone());
                 self.vector(s, "force", at + 1, FORCE);
                 self.vector(s, "moment", at + 4, MOMENT);
             }
             Carries::Quantity(kind, dimension) => {
-                let at = self.place(s, kind.width(), timeout.map(|t| t.0), conditioning);
+                let at = self.place(s, kind.width(), block.timeout, conditioning);
                 self.quantity(name, kind, dimension, at + 1);
             }
         }
@@ -114,9 +99,9 @@ impl Lowerer<'_> {
         self.params.put(name, Some(value));
     }
 
-    fn event(&mut self, s: &Signal, timeout: Option<Span>) {
-        if let Some(at) = timeout {
-            let d = Diagnostic::unknown_key("HQ0205", at, "an event has no `timeout`");
+    fn event(&mut self, s: &Signal) {
+        if let Some(timeout) = s.settings.get("timeout") {
+            let d = Diagnostic::unknown_key("HQ0205", timeout.key.span, "an event has no `timeout`");
             self.push(d.note("an event is visible only at the tick after it was raised").help("leave it out"));
         }
         if let Some(at) = s.optional {

@@ -2,24 +2,23 @@
 
 use std::collections::BTreeSet;
 
+use blocks::{Block as BlockOf, ByName, Located, OneOrEach};
 use dsl::tree::{Block, Entry, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
 use runtime::program::{
-    Force, LostReading, OutcomeProgram, OutcomeScript, Program, PushScript, Sending, SignalProgram, SignalScript,
+    Force, LostReading, OutcomeProgram, OutcomeScript, Program, PushScript, SignalProgram, SignalScript,
 };
-use stdlib_tasks::dimension::{Dimension, FORCE, LENGTH, MOMENT, NONE, TIME};
+use stdlib_tasks::dimension::{Dimension, FORCE, NONE};
 
 use super::Lowerer;
+use crate::block_binding::Scope;
 use crate::expand::quantity;
 use crate::expr::Kind;
 use crate::expr::constants::Constants;
-use crate::forms::{block_of, check_keys, text_of};
+use crate::forms::{block_of, text_of};
 use crate::robot_binding::{BoundRobot, joints, unknown_link};
-use crate::sections::{BlockSchema, LATE, LOST, OUTCOME, PUSH, SIGNAL_SCRIPT, WAYPOINT};
-
-const STIFFNESS: Dimension = Dimension { m: 0, kg: 1, s: -2, rad: 0 };
-const DAMPING: Dimension = Dimension { m: 0, kg: 1, s: -1, rad: 0 };
+use crate::sections::{LostBlock, OutcomeBlock, PushBlock, SignalScriptBlock, WRENCH, WaypointBlock, WrenchBlock};
 
 /// Word for an action without an end.
 const NEVER: &str = "never";
@@ -30,23 +29,13 @@ fn is_straight(signal: &SignalProgram) -> bool {
 }
 
 impl Lowerer<'_> {
-    /// A required key of a block.
-    pub(super) fn needed<'b>(&mut self, block: &'b Block, key: &str, example: &str) -> Option<&'b Entry> {
-        let found = block.get(key);
-        if found.is_none() {
-            let d = Diagnostic::missing_keys([key], block.span, format!("`{key}` is missing here"));
-            self.push(d.help(Help::write_for_instance(Snippet::entry(key, example))));
-        }
-        found
-    }
-
-    /// Blocks of a key: one, or a list of them.
-    pub(super) fn blocks<'v>(&mut self, value: &'v Value, what: &str, section: &BlockSchema) -> Vec<&'v Block> {
+    /// Reads the blocks of a key: one, or a list of them. Those with a mistake are left out.
+    pub(super) fn read_all<'v, B: BlockOf>(&mut self, value: &'v Value) -> Vec<(&'v Block, B)> {
         let mut all = Vec::new();
         for item in value.items() {
-            if let Some(block) = block_of(item, what, self.diagnostics) {
-                check_keys(block, section, self.diagnostics);
-                all.push(block);
+            if let Some(block) = block_of(item, B::schema().name, self.diagnostics) {
+                let bound = self.block_binder(&Scope::default()).block(block, B::schema(), item.span);
+                all.extend((!bound.has_wrong()).then(|| (block, B::read(&bound))));
             }
         }
         all
@@ -58,27 +47,13 @@ impl Lowerer<'_> {
         block.map_or(&[], |b| &b.entries)
     }
 
-    /// A non-negative number of a block, or the default.
-    pub(super) fn number_of(&mut self, block: &Block, key: &str, dimension: Dimension, default: f64) -> f64 {
-        let found = block.get(key).and_then(|e| self.scenario_number(&e.value, dimension));
-        found.unwrap_or(default)
-    }
-
-    /// One time or a list of times.
-    pub(super) fn times(&mut self, value: &Value) -> Vec<f64> {
-        let items = crate::expr::constants::with_units(value).unwrap_or_else(|| vec![value.clone()]);
-        items.iter().filter_map(|v| self.scenario_number(v, TIME)).collect()
-    }
-
-    /// Keys `from` and `to` of a block.
-    pub(super) fn span_of_time(&mut self, block: &Block) -> (f64, Option<f64>) {
-        let from = self.number_of(block, "from", TIME, 0.0);
-        let to = block.get("to").and_then(|e| Some((e.value.span, self.scenario_number(&e.value, TIME)?)));
-        if let Some((at, to)) = to.filter(|(_, to)| *to <= from) {
-            let d = Diagnostic::error("HQ0804", at, format!("this ends at {to} s, before it begins at {from} s"));
+    /// Reports an end that is not after the beginning.
+    pub(super) fn ends_after(&mut self, from: f64, to: Option<&Located<f64>>) {
+        if let Some(Located { at, value: to }) = to.filter(|to| to.value <= from) {
+            let text = format!("this ends at {to} s, before it begins at {from} s");
+            let d = Diagnostic::error("HQ0804", self.origins.span(*at), text);
             self.push(d.help("write a later end, or an earlier beginning"));
         }
-        (from, to.map(|t| t.1))
     }
 
     /// Index of a name among `names`; reports an unknown one.
@@ -117,18 +92,8 @@ impl Lowerer<'_> {
     pub(super) fn signal_value(&mut self, signal: &SignalProgram, value: &Value) -> Option<Vec<f64>> {
         if signal.kind == "wrench" {
             let block = block_of(value, "a wrench", self.diagnostics)?;
-            let keys = ["force", "moment"];
-            if let Some(i) = block.entries.iter().position(|e| !keys.contains(&e.key.value.as_str())) {
-                self.push(crate::forms::unknown_key(self.diagnostics.len(), block, i, &keys, "a wrench"));
-                return None;
-            }
-            let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-            let mut part = |key: &str, dimension| match block.get(key) {
-                Some(e) => constants.vector(&e.value, dimension, self.diagnostics),
-                None => Some([0.0; 3]),
-            };
-            let (force, moment) = (part("force", FORCE), part("moment", MOMENT));
-            return Some(force?.into_iter().chain(moment?).collect());
+            let bound = self.block_binder(&Scope::default()).block(block, &WRENCH, value.span);
+            return (!bound.has_wrong()).then(|| WrenchBlock::read(&bound).numbers().to_vec());
         }
         self.constant_of(signal, value, &format!("a value of signal `{}`", signal.name))
     }
@@ -170,19 +135,25 @@ impl Lowerer<'_> {
         let mut all = Vec::new();
         for e in self.named_entries(body, "signals") {
             let Some(signal) = self.signal_named(&e.key, program) else { continue };
-            for block in self.blocks(&e.value, "the script of a signal", &SIGNAL_SCRIPT) {
-                all.extend(self.signal_script(signal, &program.interface.signals[signal], block));
+            for (tree, block) in self.read_all(&e.value) {
+                all.extend(self.signal_script(signal, &program.interface.signals[signal], tree, &block));
             }
         }
         all
     }
 
-    fn signal_script(&mut self, signal: usize, of: &SignalProgram, block: &Block) -> Option<SignalScript> {
-        let path = match (block.get("value"), block.get("path")) {
+    fn signal_script(
+        &mut self,
+        signal: usize,
+        of: &SignalProgram,
+        tree: &Block,
+        block: &SignalScriptBlock,
+    ) -> Option<SignalScript> {
+        let path = match (tree.get("value"), tree.get("path")) {
             (Some(e), None) => self.signal_value(of, &e.value).map(|value| vec![(0.0, value)]),
             (None, Some(e)) => self.path(of, &e.value),
             (first, second) => {
-                let at = first.zip(second).map_or(block.span, |(_, path)| path.key.span);
+                let at = first.zip(second).map_or(tree.span, |(_, path)| path.key.span);
                 let d = Diagnostic::error("HQ0804", at, "a signal is sent a `value`, or values along a `path`");
                 self.push(d.help(Help::with(
                     "write one of the two, such as {}",
@@ -191,36 +162,26 @@ impl Lowerer<'_> {
                 None
             }
         };
-        if let Some(e) = block.get("noise").filter(|_| !is_straight(of)) {
+        let noise = tree.get("noise");
+        if let Some(e) = noise.filter(|_| !is_straight(of)) {
             let text = format!("noise cannot be added to the numbers of signal `{}`", of.name);
             let d = Diagnostic::error("HQ0804", e.key.span, text);
             self.push(d.note("with noise on each number it would no longer be one").help("leave the noise out"));
         }
-        let Sending { from, to, noise, delay, drop, period, nan, .. } = self.sending(block, Self::signal_dimension(of));
-        Some(SignalScript { signal, from, to, path: path?, noise, delay, drop, period, nan })
-    }
-
-    /// Lowers the transmission of values; `dimension` is that of their noise.
-    pub(super) fn sending(&mut self, block: &Block, dimension: Dimension) -> Sending {
-        let (from, to) = self.span_of_time(block);
-        let drop = self.number_of(block, "drop", NONE, 0.0);
-        if let Some(e) = block.get("drop").filter(|_| drop > 1.0) {
-            let d =
-                Diagnostic::error("HQ0308", e.value.span, format!("a share lies between 0 and 1, and this is {drop}"));
-            self.push(
-                d.help(Help::with("write for instance {} for one value in twenty", [Snippet::entry("drop", "0.05")])),
-            );
-        }
-        Sending {
+        let noise = noise.and_then(|e| self.scenario_number(&e.value, Self::signal_dimension(of)));
+        let SignalScriptBlock { from, delay, drop, period, .. } = *block;
+        self.ends_after(from, block.to.as_ref());
+        Some(SignalScript {
+            signal,
             from,
-            to,
-            noise: self.number_of(block, "noise", dimension, 0.0),
-            delay: self.number_of(block, "delay", TIME, 0.0),
-            drop: drop.min(1.0),
-            period: self.number_of(block, "period", TIME, 0.0),
-            nan: block.get("nan").map(|e| self.times(&e.value)).unwrap_or_default(),
-            gaps: Vec::new(),
-        }
+            to: block.to.as_ref().map(|to| to.value),
+            path: path?,
+            noise: noise.unwrap_or(0.0),
+            delay,
+            drop,
+            period,
+            nan: numbers(block.nan.as_ref()),
+        })
     }
 
     pub(super) fn path(&mut self, of: &SignalProgram, value: &Value) -> Option<Vec<(f64, Vec<f64>)>> {
@@ -236,27 +197,29 @@ impl Lowerer<'_> {
             return None;
         }
         let mut all: Vec<(f64, Vec<f64>)> = Vec::new();
-        for block in self.blocks(value, "a waypoint", &WAYPOINT) {
-            let at = self.needed(block, "at", "3 s").and_then(|e| Some((self.scenario_number(&e.value, TIME)?, e)));
-            let value = self.needed(block, "value", "[0, 0, 1] m").and_then(|e| self.signal_value(of, &e.value));
-            let ((at, e), value) = (at?, value?);
-            if all.last().is_some_and(|l| l.0 >= at) {
-                let d =
-                    Diagnostic::error("HQ0804", e.value.span, "this waypoint does not come after the one before it");
+        for (tree, WaypointBlock { at, .. }) in self.read_all(value) {
+            let value = tree.get("value").and_then(|e| self.signal_value(of, &e.value))?;
+            if all.last().is_some_and(|last| last.0 >= at.value) {
+                let text = "this waypoint does not come after the one before it";
+                let d = Diagnostic::error("HQ0804", self.origins.span(at.at), text);
                 self.push(d.help("write the waypoints of a path in the order of their times"));
                 return None;
             }
-            all.push((at, value));
+            all.push((at.value, value));
         }
         (!all.is_empty()).then_some(all)
     }
 
-    pub(super) fn scenario_events(&mut self, body: &Block, program: &Program) -> Vec<(usize, Vec<f64>)> {
+    pub(super) fn scenario_events(
+        &mut self,
+        events: &[ByName<OneOrEach>],
+        program: &Program,
+    ) -> Vec<(usize, Vec<f64>)> {
         let names: Vec<&str> = program.interface.events.iter().map(String::as_str).collect();
         let mut all = Vec::new();
-        for e in self.named_entries(body, "events") {
-            let times = self.times(&e.value);
-            all.extend(self.one_of("event", &e.key.value, e.key.span, &names).map(|event| (event, times)));
+        for ByName { name, value, .. } in events {
+            let event = self.one_of("event", &name.value, self.origins.span(name.at), &names);
+            all.extend(event.map(|event| (event, value.value.numbers().to_vec())));
         }
         all
     }
@@ -278,9 +241,9 @@ impl Lowerer<'_> {
             let of = with_outcomes.clone().filter(|a| a.verb == *key || a.arguments.first() == Some(key));
             let words: BTreeSet<&str> = of.flat_map(|a| &a.outcomes).map(|o| o.0.as_str()).collect();
             let words: Vec<&str> = words.into_iter().chain([NEVER]).collect();
-            let blocks = self.blocks(&e.value, "an outcome", &OUTCOME);
+            let blocks = self.read_all(&e.value);
             let requests: Vec<OutcomeProgram> =
-                blocks.into_iter().filter_map(|b| self.outcome(b, &words, program)).collect();
+                blocks.iter().filter_map(|(tree, block)| self.outcome(tree, block, &words, program)).collect();
             if !requests.is_empty() {
                 all.push(OutcomeScript { key: key.clone(), requests });
             }
@@ -288,19 +251,23 @@ impl Lowerer<'_> {
         all
     }
 
-    fn outcome(&mut self, block: &Block, words: &[&str], program: &Program) -> Option<OutcomeProgram> {
-        let e = self.needed(block, "outcome", words[0])?;
-        let word = text_of(&e.value).unwrap_or_default();
-        let known = self.one_of("outcome", word, e.value.span, words);
-        let after = self.number_of(block, "after", TIME, 0.0);
+    fn outcome(
+        &mut self,
+        tree: &Block,
+        OutcomeBlock { outcome, after, .. }: &OutcomeBlock,
+        words: &[&str],
+        program: &Program,
+    ) -> Option<OutcomeProgram> {
+        let word = outcome.value.as_str();
+        let known = self.one_of("outcome", word, self.origins.span(outcome.at), words);
         let mut sets = Vec::new();
-        for e in self.named_entries(block, "sets") {
+        for e in self.named_entries(tree, "sets") {
             let Some(signal) = self.signal_named(&e.key, program) else { continue };
             let value = self.signal_value(&program.interface.signals[signal], &e.value);
             sets.extend(value.map(|value| (signal, value)));
         }
         known?;
-        Some(OutcomeProgram { outcome: (word != NEVER).then(|| word.to_string()), after, sets })
+        Some(OutcomeProgram { outcome: (word != NEVER).then(|| word.to_string()), after: *after, sets })
     }
 
     pub(super) fn push_scripts(&mut self, body: &Block, program: &Program, robot: &BoundRobot) -> Vec<PushScript> {
@@ -312,10 +279,11 @@ impl Lowerer<'_> {
                 self.push(d.help("name a signal of the type `wrench`"));
                 continue;
             }
-            for block in self.blocks(&e.value, "a push", &PUSH) {
-                let (from, to) = self.span_of_time(block);
-                let force = self.force(block, robot);
-                all.extend(force.map(|force| PushScript { signal, from, to, force }));
+            for (tree, block) in self.read_all::<PushBlock>(&e.value) {
+                self.ends_after(block.from, block.to.as_ref());
+                let to = block.to.as_ref().map(|to| to.value);
+                let force = self.force(tree, &block, robot);
+                all.extend(force.map(|force| PushScript { signal, from: block.from, to, force }));
             }
         }
         all
@@ -326,9 +294,9 @@ impl Lowerer<'_> {
         constants.vector(&e.value, dimension, self.diagnostics)
     }
 
-    fn force(&mut self, block: &Block, robot: &BoundRobot) -> Option<Force> {
-        let of_hand = ["towards", "link", "stiffness", "damping", "most"].map(|k| block.get(k));
-        let (force, moment) = (block.get("force"), block.get("moment"));
+    fn force(&mut self, tree: &Block, block: &PushBlock, robot: &BoundRobot) -> Option<Force> {
+        let of_hand = ["towards", "link", "stiffness", "damping", "most"].map(|k| tree.get(k));
+        let (force, moment) = (tree.get("force"), tree.get("moment"));
         if let (Some(hand), Some(other)) = (of_hand.into_iter().flatten().next(), force.or(moment)) {
             let d = Diagnostic::error("HQ0804", other.key.span, "a push is a force, or a hand that pulls, not both");
             self.push(d.label(hand.key.span, "this belongs to a hand").help("write two pushes, in a list"));
@@ -336,7 +304,7 @@ impl Lowerer<'_> {
         }
         if of_hand.iter().all(Option::is_none) {
             if force.is_none() && moment.is_none() {
-                let d = Diagnostic::missing_keys(["force", "link"], block.span, "this push has no force");
+                let d = Diagnostic::missing_keys(["force", "link"], tree.span, "this push has no force");
                 self.push(d.help(Help::with(
                     "write {}, or {}",
                     [
@@ -346,12 +314,18 @@ impl Lowerer<'_> {
                 )));
                 return None;
             }
-            let (f, m) = (force.map(|e| self.vector_of(e, FORCE)), moment.map(|e| self.vector_of(e, MOMENT)));
-            let (f, m) = (f.unwrap_or(Some([0.0; 3]))?, m.unwrap_or(Some([0.0; 3]))?);
-            return Some(Force::Constant([f[0], f[1], f[2], m[0], m[1], m[2]]));
+            let part = |part: &Option<[f64; 3]>| part.unwrap_or([0.0; 3]);
+            let ([fx, fy, fz], [mx, my, mz]) = (part(&block.force), part(&block.moment));
+            return Some(Force::Constant([fx, fy, fz, mx, my, mz]));
         }
-        let point = self.needed(block, "towards", "[0.6, 0, 1.2] m").and_then(|e| self.vector_of(e, LENGTH));
-        let link = self.needed(block, "link", "right_hand").and_then(|e| {
+        if block.towards.is_none() || tree.get("link").is_none() {
+            let missing = if block.towards.is_none() { "towards" } else { "link" };
+            let d = Diagnostic::missing_keys([missing], tree.span, format!("a hand that pulls needs `{missing}`"));
+            let examples = [Snippet::entry("link", "right_hand"), Snippet::entry("towards", "[0.6, 0, 1.2] m")];
+            self.push(d.help(Help::write_for_instance(Snippet::parts(examples))));
+            return None;
+        }
+        let link = tree.get("link").and_then(|e| {
             let name = text_of(&e.value).unwrap_or_default();
             let arm = robot.arms.iter().find(|a| a.name == name).map(|a| a.tip);
             let found = robot.model.link(name).or(arm);
@@ -360,37 +334,28 @@ impl Lowerer<'_> {
             }
             found
         });
-        let stiffness = self.number_of(block, "stiffness", STIFFNESS, 200.0);
-        let damping = self.number_of(block, "damping", DAMPING, 20.0);
-        let most = self.number_of(block, "most", FORCE, 30.0);
-        Some(Force::Towards { link: link?, point: point?, stiffness, damping, most })
+        let PushBlock { stiffness, damping, most, .. } = *block;
+        Some(Force::Towards { link: link?, point: block.towards?, stiffness, damping, most })
     }
 
-    pub(super) fn late_ticks(&mut self, body: &Block) -> Vec<(f64, f64)> {
-        let Some(e) = body.get("late") else { return Vec::new() };
+    pub(super) fn lost_readings(&mut self, lost: &[ByName<Vec<LostBlock>>], robot: &BoundRobot) -> Vec<LostReading> {
         let mut all = Vec::new();
-        for block in self.blocks(&e.value, "a late tick", &LATE) {
-            let at = self.needed(block, "at", "3 s").and_then(|e| self.scenario_number(&e.value, TIME));
-            let by = self.needed(block, "by", "30 ms").and_then(|e| self.scenario_number(&e.value, TIME));
-            all.extend(at.zip(by));
-        }
-        all
-    }
-
-    pub(super) fn lost_readings(&mut self, body: &Block, robot: &BoundRobot) -> Vec<LostReading> {
-        let mut all = Vec::new();
-        for e in self.named_entries(body, "lost") {
-            let key = Value { kind: ValueKind::Text(e.key.value.clone()), span: e.key.span };
+        for ByName { name, value, .. } in lost {
+            let span = self.origins.span(name.at);
+            let key = Value { kind: ValueKind::Text(name.value.clone()), span };
             let model = &robot.model;
             let dofs = joints(std::slice::from_ref(&key), model, &robot.joint_groups, self.diagnostics);
-            for block in self.blocks(&e.value, "a lost reading", &LOST) {
-                let (from, to) = self.span_of_time(block);
-                let there = (self.needed(block, "from", "3 s"), self.needed(block, "to", "3.02 s"));
-                let (Some(_), Some(_), Some(to)) = (there.0, there.1, to) else { continue };
+            for LostBlock { from, to } in &value.value {
+                self.ends_after(*from, Some(to));
                 let measured = dofs.iter().flatten().filter(|d| model.dofs[**d].q_index.is_some());
-                all.extend(measured.map(|&dof| LostReading { dof, from, to }));
+                all.extend(measured.map(|&dof| LostReading { dof, from: *from, to: to.value }));
             }
         }
         all
     }
+}
+
+/// The numbers of a key that may be left out.
+pub(super) fn numbers(of: Option<&OneOrEach>) -> Vec<f64> {
+    of.map_or_else(Vec::new, |of| of.numbers().to_vec())
 }

@@ -9,17 +9,17 @@ mod urdf;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use blocks::Located;
 use dsl::tree::{Block, Robot, Value, ValueKind};
-use dsl::{Diagnostic, Fix, Help, Snippet, Sources, Span, Spanned};
-use names::suggest;
+use dsl::{Diagnostic, Help, Snippet, Sources, Span, Spanned};
 use robot::{Base, LinkId, Model};
 use runtime::program::overshoots;
 use stdlib_tasks::bound::{Arm, Geometry};
-use stdlib_tasks::dimension::{RATE, TIME};
 
+use crate::block_binding::Origins;
 use crate::expr::constants::Constants;
-use crate::forms::{block_of, check_keys, text_of};
-use crate::sections::{BASES, ROBOT};
+use crate::forms::{block_of, text_of};
+use crate::sections::RobotBlock;
 
 use home::Home;
 
@@ -77,70 +77,28 @@ pub struct Files<'a> {
     pub package_paths: &'a [PathBuf],
     /// Sources of the diagnostics' spans.
     pub sources: &'a mut Sources,
+    /// Places of the values that the robot's block was read from.
+    pub origins: &'a Origins,
     /// Receives the diagnostics.
     pub diagnostics: &'a mut Vec<Diagnostic>,
 }
 
-/// Reads and binds a robot. Returns `None` if there is no valid model, with diagnostics.
-pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Option<BoundRobot> {
-    check_keys(&robot.body, &ROBOT, files.diagnostics);
-    let missing = |key: &str, example: Snippet| {
-        Diagnostic::missing_keys([key], robot.name.span, format!("robot `{}` has no `{key}`", robot.name.value))
-            .help(Help::write_for_instance(example))
+/// Binds a robot whose block was read. Returns `None` if there is no valid model, with diagnostics.
+pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mut Constants) -> Option<BoundRobot> {
+    let base = match block.base {
+        "planar" => Base::Planar,
+        "unicycle" => Base::Unicycle,
+        "floating" => Base::Floating,
+        _ => Base::Fixed,
     };
-    let (period, rate_span) = match robot.body.get("rate") {
-        Some(e) => (constants.scalar(&e.value, RATE, files.diagnostics).map(|r| 1.0 / r), e.value.span),
-        None => {
-            files.diagnostics.push(
-                missing("rate", Snippet::entry("rate", "100 Hz"))
-                    .fix(Fix::entries(robot.name.span, vec![("rate".into(), "100 Hz".into())])),
-            );
-            (None, robot.name.span)
-        }
-    };
-    let period = period.filter(|p| {
-        let good = p.is_finite() && (1e-5..=10.0).contains(p);
-        if !good {
-            let text = format!("a control rate lies between 0.1 Hz and 100 kHz, and this is {} Hz", 1.0 / p);
-            files.diagnostics.push(Diagnostic::error("HQ0308", rate_span, text).help("most arms take 100 Hz to 1 kHz"));
-        }
-        good
-    });
-    let base = match robot.body.get("base") {
-        None => Base::Fixed,
-        Some(e) => match text_of(&e.value) {
-            Some("fixed") => Base::Fixed,
-            Some("planar") => Base::Planar,
-            Some("unicycle") => Base::Unicycle,
-            Some("floating") => Base::Floating,
-            other => {
-                let mut d = Diagnostic::unknown_name(e.value.span, "a base is fixed, planar, unicycle or floating");
-                d = match other.and_then(|o| suggest(o, BASES.iter().copied())) {
-                    Some(near) => d.meant(near),
-                    None => d.help("leave `base` out for an arm that is bolted down"),
-                };
-                files.diagnostics.push(d);
-                Base::Fixed
-            }
-        },
-    };
-    let Some(urdf) = robot.body.get("urdf") else {
-        files.diagnostics.push(missing("urdf", urdf::urdf_example()));
-        return None;
-    };
-    let Some(path_text) = text_of(&urdf.value).map(str::to_string) else {
-        if !matches!(urdf.value.kind, ValueKind::Missing) {
-            let d = Diagnostic::error("HQ0304", urdf.value.span, "`urdf` is the path of one file, in quotes");
-            files.diagnostics.push(d.help(Help::write_for_instance(urdf::urdf_example())));
-        }
-        return None;
-    };
+    let path = block.urdf.as_ref()?;
+    let path = Spanned::new(path.value.clone(), files.origins.span(path.at));
     let locks = urdf::locks(&robot.body, files.diagnostics);
-    let file = urdf::open((&path_text, urdf.value.span), base, robot, files)?;
+    let file = urdf::open(&path, base, block.package_path.as_deref(), files)?;
     let whole = file.whole(!locks.is_empty(), files.diagnostics)?;
     let moves = |model: &Model, diagnostics: &mut Vec<Diagnostic>| {
         if model.nv() == 0 {
-            let d = Diagnostic::error("HQ0402", urdf.value.span, "nothing of this robot moves");
+            let d = Diagnostic::error("HQ0402", path.span, "nothing of this robot moves");
             diagnostics.push(
                 d.note("every joint of it is fixed, locked, or held in place by its own limits, and its base is fixed")
                     .help("name another URDF, lock fewer joints, or give it a `base`"),
@@ -151,11 +109,11 @@ pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Opti
     if !moves(&whole, files.diagnostics) {
         return None;
     }
-    let block = |key: &str, diagnostics: &mut Vec<Diagnostic>| {
+    let inner = |key: &str, diagnostics: &mut Vec<Diagnostic>| {
         robot.body.get(key).and_then(|e| block_of(&e.value, &format!("`{key}`"), diagnostics))
     };
-    let groups = joints::joint_groups(block("joints", files.diagnostics), &whole, files.diagnostics);
-    let home_block = block("home", files.diagnostics);
+    let groups = joints::joint_groups(inner("joints", files.diagnostics), &whole, files.diagnostics);
+    let home_block = inner("home", files.diagnostics);
     let mut home = Home::read(home_block, (&whole, &groups), constants, files.diagnostics);
     if let (None, Some(e)) = (home_block, robot.body.get("home")) {
         home.unreadable(e.value.span);
@@ -178,42 +136,39 @@ pub fn bind(robot: &Robot, files: &mut Files, constants: &mut Constants) -> Opti
     let arms = b.arms();
     let groups = b.groups(&geometries);
     let (home, home_span) = b.home(&home);
-    let tracking_gain = match robot.body.get("tracking_gain") {
-        Some(e) => b.constants.scalar(&e.value, RATE, b.diagnostics).unwrap_or(0.0),
-        None => 0.0,
-    };
-    let span = robot.body.get("tracking_gain").map_or(robot.name.span, |e| e.value.span);
-    if tracking_gain < 0.0 {
-        let text = format!("a tracking gain is at least 0, and this is {tracking_gain} /s");
-        b.diagnostics.push(Diagnostic::error("HQ0308", span, text).help("write a rate from 0 up to the control rate"));
-    } else if let Some(p) = period.filter(|p| overshoots(tracking_gain, *p)) {
-        let text = format!("this tracking gain overshoots: {tracking_gain} /s times {p} s is {:.3}", tracking_gain * p);
+    let rate = block.rate.as_ref();
+    let rate_span = rate.map_or(robot.name.span, |rate| files.origins.span(rate.at));
+    let period = rate.map_or(0.01, |rate| 1.0 / rate.value);
+    let tracking_gain = block.tracking_gain.value;
+    if rate.is_some() && overshoots(tracking_gain, period) {
+        let text = format!(
+            "this tracking gain overshoots: {tracking_gain} /s times {period} s is {:.3}",
+            tracking_gain * period
+        );
         b.diagnostics.push(
-            Diagnostic::error("HQ0501", span, text)
-                .label(rate_span, format!("a period of {p} s"))
+            Diagnostic::error("HQ0501", files.origins.span(block.tracking_gain.at), text)
+                .label(rate_span, format!("a period of {period} s"))
                 .note("above 1 the error changes its sign at every tick, above 2 it grows")
-                .help(format!("keep it at or below {} /s, or raise the rate", 1.0 / p)),
+                .help(format!("keep it at or below {} /s, or raise the rate", 1.0 / period)),
         );
     }
-    let period = period.unwrap_or(0.01);
-    let deadline = match robot.body.get("deadline") {
-        Some(e) => b.constants.scalar(&e.value, TIME, b.diagnostics).map(|d| (d, e.value.span)),
-        None => None,
-    };
-    if let Some((d, at)) = deadline.filter(|d| d.0 <= period) {
-        let text = format!("a deadline is longer than a period, and this is {d} s");
+    let deadline = block.deadline.as_ref();
+    if let Some(Located { at, value }) = deadline.filter(|deadline| deadline.value <= period) {
+        let text = format!("a deadline is longer than a period, and this is {value} s");
         b.diagnostics.push(
-            Diagnostic::error("HQ0308", at, text).label(rate_span, format!("a period of {period} s")).help(Help::with(
-                "write for instance {}, or leave it out for two periods",
-                [Snippet::entry("deadline", format!("{} ms", 2e3 * period))],
-            )),
+            Diagnostic::error("HQ0308", files.origins.span(*at), text)
+                .label(rate_span, format!("a period of {period} s"))
+                .help(Help::with(
+                    "write for instance {}, or leave it out for two periods",
+                    [Snippet::entry("deadline", format!("{} ms", 2e3 * period))],
+                )),
         );
     }
-    let deadline = deadline.map_or(2.0 * period, |d| d.0);
+    let deadline = deadline.map_or(2.0 * period, |deadline| deadline.value);
     let (model, failed) = (b.model, b.failed);
     Some(BoundRobot {
         name: robot.name.clone(),
-        urdf: path_text,
+        urdf: path.value,
         model,
         period,
         deadline,

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use dsl::tree::{Block, Robot, Value, ValueKind};
+use dsl::tree::{Block, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, SourceId, Span, Spanned};
 use robot::{Base, Model};
 
@@ -65,7 +65,13 @@ pub(super) fn urdf_example() -> Snippet {
 }
 
 /// Finds the URDF that a robot names, and reads its text.
-pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, files: &mut Files) -> Option<Urdf> {
+pub(super) fn open(
+    Spanned { value: path_text, span }: &Spanned<String>,
+    base: Base,
+    package_path: Option<&str>,
+    files: &mut Files,
+) -> Option<Urdf> {
+    let span = *span;
     if path_text.trim().is_empty() {
         let d = Diagnostic::error("HQ0401", span, "this names no file").here("nothing between the quotes");
         files.diagnostics.push(d.help(Help::with("write the path of the robot's URDF, such as {}", [urdf_example()])));
@@ -94,15 +100,7 @@ pub(super) fn open((path_text, span): (&str, Span), base: Base, robot: &Robot, f
     };
     let source = files.sources.add(path_text, text.clone());
     let mut package_paths: Vec<PathBuf> = files.package_paths.to_vec();
-    if let Some(e) = robot.body.get("package_path") {
-        match text_of(&e.value) {
-            Some(p) => package_paths.insert(0, files.folder.join(p)),
-            None => files.diagnostics.push(
-                Diagnostic::error("HQ0304", e.value.span, "`package_path` is the path of a folder, in quotes")
-                    .help(Help::write_for_instance(Snippet::entry("package_path", "\"..\""))),
-            ),
-        }
-    }
+    package_paths.splice(0..0, package_path.map(|path| files.folder.join(path)));
     let urdf_dir = path.parent().map(Path::to_path_buf);
     let options = robot::Options { base, urdf_dir, package_paths, read_meshes: true, ..robot::Options::default() };
     Some(Urdf { text, source, span, options })

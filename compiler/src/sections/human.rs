@@ -1,10 +1,11 @@
 //! Keys of humans, and of what they do in a scenario.
 
-use blocks::{Unbound, Word, block};
-use stdlib_tasks::dimension::{LENGTH, NONE, RATE, TIME, VELOCITY};
+use blocks::{Located, OneOrEach, Unbound, Word, block};
+use stdlib_tasks::dimension::{LENGTH, RATE, TIME, VELOCITY};
 use stdlib_tasks::params::Quantity;
 
-use super::{BlockSchema, Key, LOST, Named, ValueType, WAYPOINT};
+use super::scenario::{DROP, LOST, LostBlock, TIMES, WAYPOINT};
+use super::{BlockSchema, Key, Named, ValueType};
 
 const A_TIME: ValueType = ValueType::Number(Quantity::at_least(TIME, 0.0));
 const A_SPEED: ValueType = ValueType::Number(Quantity::above(VELOCITY, 0.0));
@@ -34,65 +35,39 @@ block! {
     }
 }
 
-/// Motion of a human in a scenario.
-pub static HUMAN_SCRIPT: BlockSchema = BlockSchema {
-    name: "the script of a human",
-    keys: &[
-        Key::optional(
-            "value",
-            ValueType::Vector(LENGTH),
-            "Constant position of the body; `shape` gives the positions of its points.",
-        ),
-        Key::optional(
-            "path",
-            ValueType::List(&ValueType::Block(&WAYPOINT)),
-            "Path of the body: `[{ at 0 s  value [..] m }, ..]`, along straight lines, without rotation; `shape` gives \
-             the positions of its points.",
-        ),
-        Key::optional(
-            "shape",
-            ValueType::Of(Named::Point, &ValueType::Vector(LENGTH)),
-            "Where each point is relative to the body, along the axes of the world.",
-        ),
-        Key::optional(
-            "points",
-            ValueType::Of(Named::Point, &ValueType::Block(&HUMAN_POINT)),
-            "Instead of a body, a script for each point.",
-        ),
-        Key::optional(
-            "file",
-            ValueType::Text,
-            "Instead of both, a recording as a file of comma-separated values: a header \
-             `time,chest.x,chest.y,chest.z,..`, then lines in s and m.",
-        ),
-        Key::or("from", A_TIME, "0 s", "Time of the first reading."),
-        Key::optional("to", A_TIME, "Time after which no reading is sent; default: the end of the run."),
-        Key::or(
-            "noise",
-            ValueType::Number(Quantity::at_least(LENGTH, 0.0)),
-            "0 m",
-            "Standard deviation of the noise on each number of a position.",
-        ),
-        Key::or("delay", A_TIME, "0 s", "Time from the measurement of a reading to its arrival."),
-        Key::or(
-            "drop",
-            ValueType::Number(Quantity { min: 0.0, max: 1.0, ..Quantity::any(NONE) }),
-            "0",
-            "Fraction of the readings that are lost in transmission, for all points together, from 0 to 1.",
-        ),
-        Key::or("period", A_TIME, "0 s", "Time between two readings; 0 for one at every tick."),
-        Key::optional(
-            "nan",
-            ValueType::Numbers(Quantity::at_least(TIME, 0.0)),
-            "Times at which a reading is sent that is not a number.",
-        ),
-        Key::optional(
-            "lost",
-            ValueType::Blocks(&LOST),
-            "Intervals in which the person is not observed, but continues to move.",
-        ),
-    ],
-};
+block! {
+    /// Motion of a human in a scenario.
+    pub struct HumanScriptBlock = HUMAN_SCRIPT, "the script of a human" {
+        /// Constant position of the body; `shape` gives the positions of its points.
+        value: Option<Unbound> = elsewhere(ValueType::Vector(LENGTH));
+        /// Path of the body: `[{ at 0 s  value [..] m }, ..]`, along straight lines, without rotation; `shape` gives
+        /// the positions of its points.
+        path: Option<Unbound> = elsewhere(ValueType::List(&ValueType::Block(&WAYPOINT)));
+        /// Where each point is relative to the body, along the axes of the world.
+        shape: Option<Unbound> = elsewhere(ValueType::Of(Named::Point, &ValueType::Vector(LENGTH)));
+        /// Instead of a body, a script for each point.
+        points: Option<Unbound> = elsewhere(ValueType::Of(Named::Point, &ValueType::Block(&HUMAN_POINT)));
+        /// Instead of both, a recording as a file of comma-separated values: a header
+        /// `time,chest.x,chest.y,chest.z,..`, then lines in s and m.
+        file: Option<Located<String>> = optional(ValueType::Text);
+        /// Time of the first reading.
+        from: f64 = or(A_TIME, "0 s");
+        /// Time after which no reading is sent; default: the end of the run.
+        to: Option<Located<f64>> = optional(A_TIME);
+        /// Standard deviation of the noise on each number of a position.
+        noise: f64 = or(ValueType::Number(Quantity::at_least(LENGTH, 0.0)), "0 m");
+        /// Time from the measurement of a reading to its arrival.
+        delay: f64 = or(A_TIME, "0 s");
+        /// Fraction of the readings that are lost in transmission, for all points together, from 0 to 1.
+        drop: f64 = or(DROP, "0");
+        /// Time between two readings; 0 for one at every tick.
+        period: f64 = or(A_TIME, "0 s");
+        /// Times at which a reading is sent that is not a number.
+        nan: Option<OneOrEach> = optional(TIMES);
+        /// Intervals in which the person is not observed, but continues to move.
+        lost: Vec<LostBlock> = optional(ValueType::Blocks(&LOST));
+    }
+}
 
 /// Path of a point of a human.
 pub static HUMAN_POINT: BlockSchema = BlockSchema {

@@ -1,14 +1,29 @@
 //! Keys of signals, machines and states. What begins a part of a state is a word that the readers take.
 
+use blocks::{Located, Unbound, block};
 use stdlib_tasks::dimension::{FORCE, MOMENT, RATE, TIME};
 use stdlib_tasks::params::Quantity;
 
 use super::{BlockSchema, Key, Named, ValueType};
 
-/// A signal.
-pub static SIGNAL: BlockSchema = BlockSchema {
-    name: "a signal",
-    keys: &[
+block! {
+    /// A signal.
+    pub struct SignalBlock = SIGNAL, "a signal" {
+        /// How long a value counts after it was received. After this time the signal is absent; if the state needs a
+        /// signal without `?`, this is the fault `stale`.
+        timeout: Option<f64> = optional(ValueType::Number(Quantity::above(TIME, 0.0)));
+        /// Of a wrench: the link in whose axes the sensor gives force and moment, with the moment about the link's
+        /// origin; the name of an arm is that of its tip. The wrench is rotated into the axes of the world at the
+        /// observed configuration. Default: the sensor gives the wrench in the axes of the world.
+        frame: Option<Unbound> = elsewhere(ValueType::Link);
+        /// Of a wrench: the sensor's reading without contact, in the sensor's axes; it is subtracted first.
+        /// `tare(NAME)` replaces it while the machine runs.
+        bias: Option<WrenchBlock> = optional(ValueType::Block(&WRENCH));
+        /// Cutoff frequency of a first-order low-pass filter for a number, a vector or a wrench. It is applied last,
+        /// and starts again after the signal was absent.
+        low_pass: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(RATE, 0.0)));
+    }
+    also [
         Key::required(
             "type",
             ValueType::Choice(&["event", "flag", "wrench", "point", "length"]),
@@ -16,42 +31,26 @@ pub static SIGNAL: BlockSchema = BlockSchema {
              the type, the signal may be absent.",
         )
         .at(super::Place::Yaml),
-        Key::optional(
-            "timeout",
-            ValueType::Number(Quantity::above(TIME, 0.0)),
-            "How long a value counts after it was received. After this time the signal is absent; if the state needs a \
-             signal without `?`, this is the fault `stale`.",
-        ),
-        Key::optional(
-            "frame",
-            ValueType::Link,
-            "Of a wrench: the link in whose axes the sensor gives force and moment, with the moment about the link's \
-             origin; the name of an arm is that of its tip. The wrench is rotated into the axes of the world at the \
-             observed configuration. Default: the sensor gives the wrench in the axes of the world.",
-        ),
-        Key::optional(
-            "bias",
-            ValueType::Block(&WRENCH),
-            "Of a wrench: the sensor's reading without contact, in the sensor's axes; it is subtracted first. \
-             `tare(NAME)` replaces it while the machine runs.",
-        ),
-        Key::optional(
-            "low_pass",
-            ValueType::Number(Quantity::above(RATE, 0.0)),
-            "Cutoff frequency of a first-order low-pass filter for a number, a vector or a wrench. It is applied last, \
-             and starts again after the signal was absent.",
-        ),
-    ],
-};
+    ]
+}
 
-/// The parts of a wrench.
-pub static WRENCH: BlockSchema = BlockSchema {
-    name: "a wrench",
-    keys: &[
-        Key::or("force", ValueType::Vector(FORCE), "[0, 0, 0] N", "The force."),
-        Key::or("moment", ValueType::Vector(MOMENT), "[0, 0, 0] Nm", "The moment."),
-    ],
-};
+block! {
+    /// The parts of a wrench.
+    pub struct WrenchBlock = WRENCH, "a wrench" {
+        /// The force.
+        force: [f64; 3] = or(ValueType::Vector(FORCE), "[0, 0, 0] N");
+        /// The moment.
+        moment: [f64; 3] = or(ValueType::Vector(MOMENT), "[0, 0, 0] Nm");
+    }
+}
+
+impl WrenchBlock {
+    /// Returns the force (N), then the moment (N m).
+    pub fn numbers(&self) -> [f64; 6] {
+        let ([fx, fy, fz], [mx, my, mz]) = (self.force, self.moment);
+        [fx, fy, fz, mx, my, mz]
+    }
+}
 
 /// A variable of the machine.
 pub static VARIABLE: BlockSchema = BlockSchema {

@@ -20,17 +20,17 @@ use dsl::Syntax;
 
 pub use blocks::{BlockSchema, Key, Members, Named, Place, ValueType};
 pub use field::{SAFETY_FIELD, SafetyFieldBlock};
-pub use human::{HUMAN, HUMAN_POINT, HUMAN_SCRIPT, HumanBlock};
-pub use machine::{MACHINE, SIGNAL, STATE, TRANSITION, VARIABLE, WRENCH};
+pub use human::{HUMAN, HUMAN_POINT, HUMAN_SCRIPT, HumanBlock, HumanScriptBlock};
+pub use machine::{MACHINE, SIGNAL, STATE, SignalBlock, TRANSITION, VARIABLE, WRENCH, WrenchBlock};
 pub use mission::declare::common::RUNS;
 pub use mission::kinds::MISSION;
 pub use mission_events::{APPROACHES, DISTANCES, EVENT, REPLY, WAITS};
-pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, SEGMENT};
+pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, RobotBlock, SEGMENT};
 pub use scenario::{
-    LATE, LOST, OF_ALL_SCENARIOS, OF_MISSIONS, OUTCOME, PUSH, SCENARIO, SCENARIO_SIMULATOR, SIGNAL_SCRIPT,
-    ScenarioBlock, ScenarioSimulator, WAYPOINT,
+    LATE, LOST, LateBlock, LostBlock, OF_ALL_SCENARIOS, OF_MISSIONS, OUTCOME, OutcomeBlock, PUSH, PushBlock, SCENARIO,
+    SCENARIO_SIMULATOR, SIGNAL_SCRIPT, ScenarioBlock, ScenarioSimulator, SignalScriptBlock, WAYPOINT, WaypointBlock,
 };
-pub use spec::{PARAM, REPEAT, RUN, SIMULATOR, SPEC};
+pub use spec::{PARAM, REPEAT, RUN, RunBlock, SIMULATOR, SPEC, SimulatorBlock};
 pub use stack::{CHANGE, LEVEL, MEMBER, STACK};
 
 /// All blocks, from the outside in: each is followed by the blocks that its keys hold.

@@ -1,5 +1,6 @@
 //! The keys of a robot and of its parts.
 
+use blocks::{Located, Unbound, Word, block};
 use stdlib_tasks::dimension::{LENGTH, RATE, TIME};
 use stdlib_tasks::params::Quantity;
 
@@ -8,82 +9,49 @@ use super::{BlockSchema, Key, Named, Place, ValueType};
 /// The words for what carries the root link.
 pub static BASES: &[&str] = &["fixed", "planar", "unicycle", "floating"];
 
-/// A robot.
-pub static ROBOT: BlockSchema = BlockSchema {
-    name: "a robot",
-    keys: &[
+block! {
+    /// A robot.
+    pub struct RobotBlock = ROBOT, "a robot" {
+        /// Path of the URDF, relative to the folder of the spec.
+        urdf: Option<Located<String>> = required(ValueType::Urdf, "\"robots/arm7.urdf\"");
+        /// Mobility of the root link.
+        base: Word = or(ValueType::Choice(BASES), "fixed");
+        /// The rate of control, from 0.1 Hz to 100 kHz.
+        rate: Option<Located<f64>> =
+            required(ValueType::Number(Quantity { min: 0.1, max: 1e5, ..Quantity::any(RATE) }), "100 Hz");
+        /// Arms by name: `left { shoulder ..  elbow ..  wrist ..  tip ..  points [..] }`.
+        arms: Option<Unbound> = elsewhere(ValueType::Each(&ValueType::Block(&ARM)));
+        /// Points by name: `NAME LINK`, or `NAME { link LINK  offset [x, y, z] m }`.
+        points: Option<Unbound> = elsewhere(ValueType::Each(&ValueType::LinkOr(&POINT)));
+        /// Segments by name: `NAME { link LINK  from [..] m  to [..] m }`.
+        segments: Option<Unbound> = elsewhere(ValueType::Each(&ValueType::Block(&SEGMENT)));
+        /// Groups of points, segments and links by name.
+        groups: Option<Unbound> = elsewhere(ValueType::Each(&ValueType::Geometries));
+        /// Groups of joints by name: `torso [torso_yaw, torso_lift]  arm "arm_*"`.
+        joints: Option<Unbound> = elsewhere(ValueType::Each(&ValueType::Joints));
+        /// Initial configuration. A joint that is not named starts at zero, or at the limit nearest to it.
+        home: Option<Unbound> = elsewhere(ValueType::Positions);
+        /// Joints that are removed from the model: fixed at `home`, or at a given position.
+        lock: Option<Unbound> = elsewhere(ValueType::Locks);
+        /// Limits that replace those of the URDF: `elbow { lower 0 rad  upper 2 rad  velocity 1 rad/s }`.
+        limits: Option<Unbound> = elsewhere(ValueType::PerJoint(&ValueType::Block(&LIMIT)));
+        /// Maximum time between two ticks; a longer one is the fault `deadline`. More than a period; default: two
+        /// periods.
+        deadline: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0)));
+        /// Gain that pulls the measured configuration to the reference, at most the rate of control.
+        tracking_gain: Located<f64> = or(ValueType::Number(Quantity::at_least(RATE, 0.0)), "0 /s");
+        /// Folder for `package://` addresses of the URDF, relative to the folder of the spec.
+        package_path: Option<String> = optional(ValueType::Text);
+    }
+    also [
         Key::optional(
             "from",
             ValueType::Name(Named::Robot),
             "The robot from which this one is made; keys of this robot replace those of the other.",
         )
         .at(Place::Yaml),
-        Key::required("urdf", ValueType::Urdf, "Path of the URDF, relative to the folder of the spec."),
-        Key::or("base", ValueType::Choice(BASES), "fixed", "Mobility of the root link."),
-        Key::required(
-            "rate",
-            ValueType::Number(Quantity { min: 0.1, max: 1e5, ..Quantity::any(RATE) }),
-            "The rate of control, from 0.1 Hz to 100 kHz.",
-        ),
-        Key::optional(
-            "arms",
-            ValueType::Each(&ValueType::Block(&ARM)),
-            "Arms by name: `left { shoulder ..  elbow ..  wrist ..  tip ..  points [..] }`.",
-        ),
-        Key::optional(
-            "points",
-            ValueType::Each(&ValueType::LinkOr(&POINT)),
-            "Points by name: `NAME LINK`, or `NAME { link LINK  offset [x, y, z] m }`.",
-        ),
-        Key::optional(
-            "segments",
-            ValueType::Each(&ValueType::Block(&SEGMENT)),
-            "Segments by name: `NAME { link LINK  from [..] m  to [..] m }`.",
-        ),
-        Key::optional(
-            "groups",
-            ValueType::Each(&ValueType::Geometries),
-            "Groups of points, segments and links by name.",
-        ),
-        Key::optional(
-            "joints",
-            ValueType::Each(&ValueType::Joints),
-            "Groups of joints by name: `torso [torso_yaw, torso_lift]  arm \"arm_*\"`.",
-        ),
-        Key::optional(
-            "home",
-            ValueType::Positions,
-            "Initial configuration. A joint that is not named starts at zero, or at the limit nearest to it.",
-        ),
-        Key::optional(
-            "lock",
-            ValueType::Locks,
-            "Joints that are removed from the model: fixed at `home`, or at a given position.",
-        ),
-        Key::optional(
-            "limits",
-            ValueType::PerJoint(&ValueType::Block(&LIMIT)),
-            "Limits that replace those of the URDF: `elbow { lower 0 rad  upper 2 rad  velocity 1 rad/s }`.",
-        ),
-        Key::optional(
-            "deadline",
-            ValueType::Number(Quantity::above(TIME, 0.0)),
-            "Maximum time between two ticks; a longer one is the fault `deadline`. More than a period; default: two \
-             periods.",
-        ),
-        Key::or(
-            "tracking_gain",
-            ValueType::Number(Quantity::at_least(RATE, 0.0)),
-            "0 /s",
-            "Gain that pulls the measured configuration to the reference, at most the rate of control.",
-        ),
-        Key::optional(
-            "package_path",
-            ValueType::Text,
-            "Folder for `package://` addresses of the URDF, relative to the folder of the spec.",
-        ),
-    ],
-};
+    ]
+}
 
 /// An arm.
 pub static ARM: BlockSchema = BlockSchema {

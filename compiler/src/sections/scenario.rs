@@ -1,13 +1,13 @@
 //! The keys of a scenario, and of what the world does in it.
 
-use blocks::{Located, Unbound, Word, block};
+use blocks::{ByName, Located, OneOrEach, Unbound, Word, block};
 use stdlib_tasks::dimension::{ANGLE, Dimension, FORCE, LENGTH, MOMENT, NONE, TIME};
 use stdlib_tasks::params::Quantity;
 
 use super::human::HUMAN_SCRIPT;
 use super::mission_events::{EVENT, REPLY};
-use super::spec::{ACTUATOR_ACCELERATION, ACTUATOR_SPEED};
-use super::{BlockSchema, Key, Named, Place, ValueType};
+use super::spec::{ACTUATOR_ACCELERATION, ACTUATOR_SPEED, SEED};
+use super::{Key, Named, Place, ValueType};
 
 const STIFFNESS: Dimension = Dimension { m: 0, kg: 1, s: -2, rad: 0 };
 const DAMPING: Dimension = Dimension { m: 0, kg: 1, s: -1, rad: 0 };
@@ -31,8 +31,8 @@ block! {
         mission: Option<Located<String>> = optional(ValueType::Name(Named::Mission));
         /// Duration of the run; default: that of `run`. Required for a mission.
         duration: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0)));
-        /// Seed of all random numbers of the scenario, a whole number.
-        seed: Located<f64> = or(ValueType::Number(Quantity::at_least(NONE, 0.0)), "0");
+        /// Seed of all random numbers of the scenario.
+        seed: usize = or(SEED, "0");
         /// Initial joint positions; the other joints start at `home`.
         start: Option<Unbound> = elsewhere(ValueType::Positions);
         /// Deviations of the simulated robot from a perfect one; default: those of `run`.
@@ -42,16 +42,16 @@ block! {
         /// Motion of people during the whole run, and the readings of the tracker, by name.
         humans: Option<Unbound> = elsewhere(ValueType::Of(Named::Human, &ValueType::Block(&HUMAN_SCRIPT)));
         /// Times at which the host raises events, by name: `start 1 s`, `start [1, 20] s`.
-        events: Option<Unbound> = elsewhere(ValueType::Of(Named::Event, &ValueType::Numbers(Quantity::at_least(TIME, 0.0))));
+        events: Vec<ByName<OneOrEach>> = optional(ValueType::Of(Named::Event, &TIMES));
         /// Outcomes of actions, by their first argument or their verb. The k-th request has the outcome of the k-th
         /// entry, and the last entry repeats. An action without an entry succeeds immediately.
         outcomes: Option<Unbound> = elsewhere(ValueType::Each(&ValueType::Blocks(&OUTCOME)));
         /// Forces on sensors, by the name of the wrench signal.
         push: Option<Unbound> = elsewhere(ValueType::Of(Named::Signal, &ValueType::Blocks(&PUSH)));
         /// Ticks that are late: the controller is not called, and the robot continues with its last command.
-        late: Option<Unbound> = elsewhere(ValueType::Blocks(&LATE));
+        late: Vec<LateBlock> = optional(ValueType::Blocks(&LATE));
         /// Lost readings of joints: the position is not a number.
-        lost: Option<Unbound> = elsewhere(ValueType::PerJoint(&ValueType::Blocks(&LOST)));
+        lost: Vec<ByName<Vec<LostBlock>>> = optional(ValueType::PerJoint(&ValueType::Blocks(&LOST)));
         /// Of a mission, `sampled`: the durations of operations, or of tasks of layers, are drawn from their
         /// distributions, and those of workers with `runs` result from their controllers. `planned`: all durations
         /// are as planned.
@@ -94,111 +94,97 @@ block! {
     }
 }
 
-/// Values that a signal is sent in a scenario.
-pub static SIGNAL_SCRIPT: BlockSchema = BlockSchema {
-    name: "the script of a signal",
-    keys: &[
-        Key::optional(
-            "value",
-            ValueType::Sent,
-            "The value that is sent; of a wrench `{ force [..] N  moment [..] Nm }`.",
-        ),
-        Key::optional(
-            "path",
-            ValueType::List(&ValueType::Block(&WAYPOINT)),
-            "Instead of one value, values at given times, with linear interpolation: `[{ at 0 s  value [..] m }, ..]`.",
-        ),
-        Key::or("from", A_TIME, "0 s", "Time of the first value."),
-        Key::optional("to", A_TIME, "Time after which no value is sent; default: the end of the run."),
-        Key::or(
-            "noise",
-            ValueType::Bound,
-            "0",
-            "Standard deviation of the noise on each number, in the unit of the value.",
-        ),
-        Key::or("delay", A_TIME, "0 s", "Time from the measurement of a value to its arrival."),
-        Key::or(
-            "drop",
-            ValueType::Number(Quantity { min: 0.0, max: 1.0, ..Quantity::any(NONE) }),
-            "0",
-            "Fraction of the values that are lost in transmission, from 0 to 1.",
-        ),
-        Key::or("period", A_TIME, "0 s", "Time between two values; 0 for one at every tick."),
-        Key::optional(
-            "nan",
-            ValueType::Numbers(Quantity::at_least(TIME, 0.0)),
-            "Times at which a value is sent that is not a number.",
-        ),
-    ],
-};
+/// Fraction of readings that are lost in transmission.
+pub(super) const DROP: ValueType = ValueType::Number(Quantity::between(NONE, 0.0, 1.0));
+/// Times at which a reading is not a number.
+pub(super) const TIMES: ValueType = ValueType::Numbers(Quantity::at_least(TIME, 0.0));
 
-/// A value of a path.
-pub static WAYPOINT: BlockSchema = BlockSchema {
-    name: "a waypoint",
-    keys: &[
-        Key::required("at", A_TIME, "Time of the value, from the beginning of the run."),
-        Key::required("value", ValueType::Sent, "The value at that time."),
-    ],
-};
+block! {
+    /// Values that a signal is sent in a scenario.
+    pub struct SignalScriptBlock = SIGNAL_SCRIPT, "the script of a signal" {
+        /// The value that is sent; of a wrench `{ force [..] N  moment [..] Nm }`.
+        value: Option<Unbound> = elsewhere(ValueType::Sent);
+        /// Instead of one value, values at given times, with linear interpolation: `[{ at 0 s  value [..] m }, ..]`.
+        path: Option<Unbound> = elsewhere(ValueType::List(&ValueType::Block(&WAYPOINT)));
+        /// Time of the first value.
+        from: f64 = or(A_TIME, "0 s");
+        /// Time after which no value is sent; default: the end of the run.
+        to: Option<Located<f64>> = optional(A_TIME);
+        /// Standard deviation of the noise on each number, in the unit of the value.
+        noise: Unbound = or(ValueType::Bound, "0");
+        /// Time from the measurement of a value to its arrival.
+        delay: f64 = or(A_TIME, "0 s");
+        /// Fraction of the values that are lost in transmission, from 0 to 1.
+        drop: f64 = or(DROP, "0");
+        /// Time between two values; 0 for one at every tick.
+        period: f64 = or(A_TIME, "0 s");
+        /// Times at which a value is sent that is not a number.
+        nan: Option<OneOrEach> = optional(TIMES);
+    }
+}
 
-/// Outcome of an action in a scenario.
-pub static OUTCOME: BlockSchema = BlockSchema {
-    name: "an outcome",
-    keys: &[
-        Key::required(
-            "outcome",
-            ValueType::NewName,
-            "Name of the outcome: `found`, `done`; `never` for an action without an end.",
-        ),
-        Key::or("after", A_TIME, "0 s", "Duration of the action."),
-        Key::optional(
-            "sets",
-            ValueType::Of(Named::Signal, &ValueType::Sent),
-            "Values of signals from then on, by name.",
-        ),
-    ],
-};
+block! {
+    /// A value of a path.
+    pub struct WaypointBlock = WAYPOINT, "a waypoint" {
+        /// Time of the value, from the beginning of the run.
+        at: Located<f64> = required(A_TIME, "3 s");
+        /// The value at that time.
+        value: Option<Unbound> = required_elsewhere(ValueType::Sent, "[0, 0, 1] m");
+    }
+}
 
-/// A force on a sensor.
-pub static PUSH: BlockSchema = BlockSchema {
-    name: "a push",
-    keys: &[
-        Key::or("from", A_TIME, "0 s", "Start of the push."),
-        Key::optional("to", A_TIME, "End of the push; default: the end of the run."),
-        Key::optional("force", ValueType::Vector(FORCE), "The force on the robot, in the axes of the world."),
-        Key::optional("moment", ValueType::Vector(MOMENT), "The moment on the robot, in the axes of the world."),
-        Key::optional("link", ValueType::Link, "Instead of a force: the link whose origin a hand pulls."),
-        Key::optional("towards", ValueType::Vector(LENGTH), "The point in the world towards which the hand pulls."),
-        Key::or(
-            "stiffness",
-            ValueType::Number(Quantity::at_least(STIFFNESS, 0.0)),
-            "200 N/m",
-            "Stiffness of the hand: force for each metre from the point.",
-        ),
-        Key::or(
-            "damping",
-            ValueType::Number(Quantity::at_least(DAMPING, 0.0)),
-            "20 N s/m",
-            "Damping of the hand: force against each metre per second.",
-        ),
-        Key::or("most", ValueType::Number(Quantity::at_least(FORCE, 0.0)), "30 N", "The largest force of the hand."),
-    ],
-};
+block! {
+    /// Outcome of an action in a scenario.
+    pub struct OutcomeBlock = OUTCOME, "an outcome" {
+        /// Name of the outcome: `found`, `done`; `never` for an action without an end.
+        outcome: Located<String> = required(ValueType::NewName, "done");
+        /// Duration of the action.
+        after: f64 = or(A_TIME, "0 s");
+        /// Values of signals from then on, by name.
+        sets: Option<Unbound> = elsewhere(ValueType::Of(Named::Signal, &ValueType::Sent));
+    }
+}
 
-/// A late tick.
-pub static LATE: BlockSchema = BlockSchema {
-    name: "a late tick",
-    keys: &[
-        Key::required("at", A_TIME, "Time of the first tick that is late."),
-        Key::required("by", ValueType::Number(Quantity::above(TIME, 0.0)), "Delay of the next tick."),
-    ],
-};
+block! {
+    /// A force on a sensor.
+    pub struct PushBlock = PUSH, "a push" {
+        /// Start of the push.
+        from: f64 = or(A_TIME, "0 s");
+        /// End of the push; default: the end of the run.
+        to: Option<Located<f64>> = optional(A_TIME);
+        /// The force on the robot, in the axes of the world.
+        force: Option<[f64; 3]> = optional(ValueType::Vector(FORCE), "[0, 0, -20] N");
+        /// The moment on the robot, in the axes of the world.
+        moment: Option<[f64; 3]> = optional(ValueType::Vector(MOMENT));
+        /// Instead of a force: the link whose origin a hand pulls.
+        link: Option<Unbound> = elsewhere(ValueType::Link);
+        /// The point in the world towards which the hand pulls.
+        towards: Option<[f64; 3]> = optional(ValueType::Vector(LENGTH), "[0.6, 0, 1.2] m");
+        /// Stiffness of the hand: force for each metre from the point.
+        stiffness: f64 = or(ValueType::Number(Quantity::at_least(STIFFNESS, 0.0)), "200 N/m");
+        /// Damping of the hand: force against each metre per second.
+        damping: f64 = or(ValueType::Number(Quantity::at_least(DAMPING, 0.0)), "20 N s/m");
+        /// The largest force of the hand.
+        most: f64 = or(ValueType::Number(Quantity::at_least(FORCE, 0.0)), "30 N");
+    }
+}
 
-/// A reading that is lost.
-pub static LOST: BlockSchema = BlockSchema {
-    name: "a lost reading",
-    keys: &[
-        Key::required("from", A_TIME, "From when the readings are lost."),
-        Key::required("to", A_TIME, "Time until which the readings are lost."),
-    ],
-};
+block! {
+    /// A late tick.
+    pub struct LateBlock = LATE, "a late tick" {
+        /// Time of the first tick that is late.
+        at: f64 = required(A_TIME, "3 s");
+        /// Delay of the next tick.
+        by: f64 = required(ValueType::Number(Quantity::above(TIME, 0.0)), "30 ms");
+    }
+}
+
+block! {
+    /// A reading that is lost.
+    pub struct LostBlock = LOST, "a lost reading" {
+        /// From when the readings are lost.
+        from: f64 = required(A_TIME, "3 s");
+        /// Time until which the readings are lost.
+        to: Located<f64> = required(A_TIME, "3.02 s");
+    }
+}

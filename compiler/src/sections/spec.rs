@@ -1,5 +1,6 @@
 //! Keywords of declarations, and the keys of declarations other than robots and stacks.
 
+use blocks::{Located, Word, block};
 use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, NONE, TIME};
 use stdlib_tasks::params::Quantity;
 
@@ -210,41 +211,29 @@ pub static REPEAT: BlockSchema = BlockSchema {
     ],
 };
 
-/// A run.
-pub static RUN: BlockSchema = BlockSchema {
-    name: "a run",
-    keys: &[
-        Key::optional(
-            "stack",
-            ValueType::Name(Named::Stack),
-            "The stack that runs from start to end; default: the machine, or else the only stack.",
-        ),
-        Key::optional("machine", ValueType::Name(Named::Machine), "The machine that runs; default: the only one."),
-        Key::or("duration", ValueType::Number(Quantity::above(TIME, 0.0)), "10 s", "Duration of the run."),
-        Key::optional(
-            "title",
-            ValueType::Text,
-            "Title of table and report; default: the name of the stack or machine.",
-        ),
-        Key::or(
-            "solver",
-            ValueType::Choice(&["active_set", "clarabel"]),
-            "active_set",
-            "The solver of the hierarchy; `clarabel` is the slower reference.",
-        ),
-        Key::optional(
-            "tick_budget",
-            ValueType::Number(Quantity::above(TIME, 0.0)),
-            "Time limit of a tick, at most a period. When it is spent, the tick uses the part of the solution that is \
-             known. Default: no limit.",
-        ),
-        Key::optional(
-            "simulator",
-            ValueType::Block(&SIMULATOR),
-            "Deviations of the simulated robot from a perfect one.",
-        ),
-    ],
-};
+block! {
+    /// A run.
+    pub struct RunBlock = RUN, "a run" {
+        /// The stack that runs from start to end; default: the machine, or else the only stack.
+        stack: Option<Located<String>> = optional(ValueType::Name(Named::Stack));
+        /// The machine that runs; default: the only one.
+        machine: Option<Located<String>> = optional(ValueType::Name(Named::Machine));
+        /// Duration of the run.
+        duration: Located<f64> = or(ValueType::Number(Quantity::above(TIME, 0.0)), "10 s");
+        /// Title of table and report; default: the name of the stack or machine.
+        title: Option<String> = optional(ValueType::Text);
+        /// The solver of the hierarchy; `clarabel` is the slower reference.
+        solver: Word = or(ValueType::Choice(&["active_set", "clarabel"]), "active_set");
+        /// Time limit of a tick, at most a period. When it is spent, the tick uses the part of the solution that is
+        /// known. Default: no limit.
+        tick_budget: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0)));
+        /// Deviations of the simulated robot from a perfect one.
+        simulator: SimulatorBlock = optional(ValueType::Block(&SIMULATOR));
+    }
+}
+
+/// A seed. Larger whole numbers are not all representable as `f64`.
+pub(super) const SEED: ValueType = ValueType::Count(Quantity { min: 0.0, max: 9e15, ..Quantity::any(NONE) });
 
 pub(super) const ACTUATOR_SPEED: Key = Key::optional(
     "speed",
@@ -257,24 +246,18 @@ pub(super) const ACTUATOR_ACCELERATION: Key = Key::optional(
     "The largest real acceleration of every joint; for prismatic joints the same number in m/s^2.",
 );
 
-/// The simulated robot.
-pub static SIMULATOR: BlockSchema = BlockSchema {
-    name: "the simulator",
-    keys: &[
-        Key::or(
-            "lag",
-            ValueType::Number(Quantity::at_least(TIME, 0.0)),
-            "0 s",
-            "Time constant of a first-order lag between commanded and real velocity.",
-        ),
-        Key::or(
-            "noise",
-            ValueType::Number(Quantity::at_least(ANGLE, 0.0)),
-            "0 rad",
-            "Standard deviation of the noise on measured joint positions; for prismatic joints the same number in m.",
-        ),
-        Key::or("seed", ValueType::Number(Quantity::at_least(NONE, 0.0)), "0", "Seed of the noise, a whole number."),
-        ACTUATOR_SPEED,
-        ACTUATOR_ACCELERATION,
-    ],
-};
+block! {
+    /// The simulated robot.
+    pub struct SimulatorBlock = SIMULATOR, "the simulator" {
+        /// Time constant of a first-order lag between commanded and real velocity.
+        lag: Located<f64> = or(ValueType::Number(Quantity::at_least(TIME, 0.0)), "0 s");
+        /// Standard deviation of the noise on measured joint positions; for prismatic joints the same number in m.
+        noise: Located<f64> = or(ValueType::Number(Quantity::at_least(ANGLE, 0.0)), "0 rad");
+        /// Seed of the noise.
+        seed: usize = or(SEED, "0");
+        /// Largest real speed.
+        speed: Option<f64> = same(ACTUATOR_SPEED);
+        /// Largest real acceleration.
+        acceleration: Option<f64> = same(ACTUATOR_ACCELERATION);
+    }
+}

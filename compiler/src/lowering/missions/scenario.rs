@@ -11,7 +11,6 @@ use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionProgram, MissionScenari
 use runtime::text::number;
 
 use super::super::Lowerer;
-use super::super::scenario::whole_seed;
 use super::executed::Executed;
 use super::runs::Machines;
 use crate::block_binding::Scope;
@@ -132,7 +131,6 @@ impl Lowerer<'_> {
         let duration = self.mission_duration(&block, &bound);
         let written = s.body.get("step").is_some();
         let longest = block.step;
-        let seed = whole_seed(block.seed.value, at("seed"), self.diagnostics);
         let (sampled, bases) = (block.operations == "sampled", block.travel == "bases");
         let replan = match block.replan {
             "none" => Replan::None,
@@ -173,7 +171,7 @@ impl Lowerer<'_> {
             name: s.name.value.clone(),
             duration,
             step,
-            seed: seed?,
+            seed: block.seed as u64,
             sampled,
             bases,
             replan,
