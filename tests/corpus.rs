@@ -140,7 +140,6 @@ fn the_judge_tells_right_from_wrong() {
 /// Messages of unknown words that name nothing declared: words of the language, fields of values, measures of missions.
 const OTHER_WORDS: &[&str] = &[
     "there is no function",
-    "a base is fixed, planar",
     "there is no kind of mission",
     "there is no distribution",
     "there is no skill",

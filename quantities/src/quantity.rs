@@ -56,6 +56,8 @@ impl Quantity {
             (true, false) if self.min_included => format!("at least {}", self.min),
             (true, false) => format!("more than {}", self.min),
             (false, true) => format!("at most {}", self.max),
+            // `9e15` and not its 16 digits.
+            (true, true) if self.max.abs() >= 1e9 => format!("from {} to {:e}", self.min, self.max),
             (true, true) => format!("from {} to {}", self.min, self.max),
         }
     }

@@ -7,7 +7,7 @@ mod scope;
 mod values;
 
 use dsl::tree::{Block, Value};
-use dsl::{Diagnostic, Help, Severity, Span};
+use dsl::{Diagnostic, Fix, Help, Severity, Span};
 
 use blocks::{BlockSchema, Bound, BoundBlock, Key, Located};
 use stdlib_tasks::params::Presence;
@@ -41,13 +41,15 @@ impl BlockBinder<'_> {
         self.entries(block, schema, named, |_| true)
     }
 
-    /// Binds a block, or a list of blocks.
+    /// Binds the good blocks of a value: one, or a list of blocks.
     pub fn blocks(&mut self, value: &Value, schema: &'static BlockSchema) -> Vec<Located<Bound>> {
         let mut all = Vec::new();
         for item in value.items() {
             if let Some(block) = block_of(item, schema.name, self.diagnostics) {
-                let value = Bound::Block(self.block(block, schema, item.span));
-                all.push(Located { at: self.origins.add(item.span), value });
+                let bound = self.block(block, schema, item.span);
+                if !bound.has_wrong() {
+                    all.push(Located { at: self.origins.add(item.span), value: Bound::Block(bound) });
+                }
             }
         }
         all
@@ -89,6 +91,11 @@ impl BlockBinder<'_> {
 
     fn missing(&mut self, key: &Key, schema: &BlockSchema, named: Span) {
         let d = Diagnostic::missing_keys([key.name], named, format!("{} needs `{}`", schema.name, key.name));
-        self.diagnostics.push(d.help(Help::write_for_instance(key.written())));
+        let d = d.help(Help::write_for_instance(key.written()));
+        // Entries are added to the block after a name; an item of a list has none.
+        let is_name = |text: &str| text.chars().all(|c| c.is_alphanumeric() || c == '_');
+        let fix = (!key.example.is_empty() && is_name(self.files.sources.snippet(named)))
+            .then(|| Fix::entries(named, vec![(key.name.to_string(), key.example.to_string())]));
+        self.diagnostics.push(fix.into_iter().fold(d, Diagnostic::fix));
     }
 }

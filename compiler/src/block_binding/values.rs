@@ -5,7 +5,7 @@ use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
 
 use blocks::{Bound, BoundEntry, Key, Located, Members, Named, ValueType};
-use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, VELOCITY};
+use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, RATE, VELOCITY};
 use stdlib_tasks::params::Quantity;
 
 use super::BlockBinder;
@@ -57,7 +57,11 @@ impl BlockBinder<'_> {
             ValueType::Vector(dimension) => Bound::Vector(self.vector(value, *dimension)?),
             ValueType::Spot => Bound::Vector(self.spot(value)?),
             ValueType::Text => Bound::Text(self.text(value, asked)?),
-            ValueType::Spec | ValueType::Urdf => Bound::Text(self.text(value, asked)?),
+            ValueType::Spec => Bound::Text(self.text(value, asked)?),
+            ValueType::Urdf => Bound::Text(match text_of(value) {
+                Some(path) => path.to_string(),
+                None => self.wrong_form(value, format!("`{name}` is the path of one file, in quotes"), asked)?,
+            }),
             ValueType::File => return self.file(value, asked),
             ValueType::Flag => Bound::Flag(self.flag(value, name)?),
             ValueType::Choice(words) => Bound::Word(self.word(value, name, words)?),
@@ -99,9 +103,16 @@ impl BlockBinder<'_> {
         if q.contains(x) {
             return Some(x);
         }
-        let (range, unit) = (q.describe(), units::written(q.dimension));
+        let in_hertz = q.dimension == RATE && self.files.sources.snippet(value.span).ends_with("Hz");
+        let (unit, shown) = match in_hertz {
+            true => ("Hz".to_string(), format!("{} Hz", runtime::text::number(x))),
+            false => (units::written(q.dimension), units::shown(x, q.dimension)),
+        };
+        let range = q.describe();
         let range = if q.dimension == NONE { range } else { format!("{range} {unit}") };
-        let text = format!("`{name}` is {range}, and this is {}", units::shown(x, q.dimension));
+        // A part of a value has no name of its own: `the mean`.
+        let subject = if name.contains(' ') { name.to_string() } else { format!("`{name}`") };
+        let text = format!("{subject} must be {range}, and this is {shown}");
         let d = Diagnostic::error("HQ0308", value.span, text);
         self.diagnostics.push(d.help(format!("write a number that is {range}")));
         None
@@ -132,7 +143,7 @@ impl BlockBinder<'_> {
         if x.fract() == 0.0 {
             return Some(x);
         }
-        let d = Diagnostic::error("HQ0308", value.span, format!("`{name}` is a whole number, and this is {x}"));
+        let d = Diagnostic::error("HQ0308", value.span, format!("`{name}` must be a whole number, and this is {x}"));
         self.diagnostics.push(d.help("remove the part after the point"));
         None
     }
@@ -308,7 +319,7 @@ impl BlockBinder<'_> {
                 }
                 Named::SignalThere => ("signal", "write the name that it has in the other spec".into()),
                 Named::StateThere => ("state", "write the name that it has in the other spec".into()),
-                _ => (name, format!("write the name of its declaration, as after `{name}` there")),
+                _ => (name, format!("write the name of a declared {name}")),
             };
             let d = Diagnostic::error("HQ0304", value.span, format!("`{name}` is the name of a {noun}"));
             self.diagnostics.push(d.help(help));
