@@ -51,10 +51,10 @@ scenario s {{ mission day  duration {seconds} s  step 10 s  expect always in(w1.
 /// Returns the number of allocations of a run, and the number of ticks of its controller.
 fn run(seconds: u32) -> (usize, u64) {
     let (mission, scenario) = mission(seconds);
-    let before = allocations::so_far();
+    let before = allocations::of_all_threads();
     let run = runtime::missions::run(&mission, &scenario, &mut runtime::missions::NullRecorder, &mut |_| true)
         .expect("a run");
-    let allocations = allocations::so_far() - before;
+    let allocations = allocations::of_all_threads() - before;
     assert!(run.summary.ok, "{:?}", run.summary.expectations);
     (allocations, run.summary.workers[0].ticks)
 }

@@ -13,7 +13,9 @@ use crate::catalogue::{presence, quantity, unit};
 /// Describes the type of a key's value in words.
 pub fn describe(holds: &ValueType) -> String {
     match holds {
-        ValueType::Number(q) | ValueType::Count(q) => quantity(q),
+        ValueType::Number(q) => quantity(q),
+        ValueType::Count(q) if q.describe().is_empty() => "whole number".to_string(),
+        ValueType::Count(q) => format!("whole number, {}", q.describe()),
         ValueType::NumberOr(q, words) => {
             format!("{}, or {}", quantity(q), words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "))
         }

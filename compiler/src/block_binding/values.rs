@@ -127,7 +127,9 @@ impl BlockBinder<'_> {
             _ => ("one of them", numbers.next()),
         };
         let text = format!("`{name}` is one number, and this list has {}", items.len());
-        let d = Diagnostic::error("HQ0310", value.span, text);
+        // The list without the unit after it.
+        let list = if let ValueKind::Unit(list, _) = &value.kind { list } else { value };
+        let d = Diagnostic::error("HQ0310", list.span, text);
         self.diagnostics.push(match x.filter(|x| q.contains(*x)) {
             Some(x) => d.help(Help::with(
                 &format!("write {which}, {{}}"),

@@ -25,7 +25,7 @@ block! {
     pub struct LayersBlock = LAYERS, "a mission of layers" {
         /// Weights of the terms in the cost of a plan.
         weights: Weights = optional(ValueType::Block(&LAYERS_WEIGHTS));
-        /// Number of tasks that are planned at a time, a whole number; default: all at once.
+        /// Number of tasks that are planned at a time; default: all at once.
         batch: Option<usize> = optional(ValueType::Count(Quantity::at_least(NONE, 1.0)));
         /// During the execution of a plan: tasks that have not begun are planned again when the cost has changed by
         /// more than this fraction.

@@ -30,7 +30,7 @@ block! {
         /// During the execution of a plan: it is planned again when the cost of its remaining part has changed by
         /// more than this fraction.
         reallocate_above: f64 = or(A_WEIGHT, "0.1");
-        /// Number of operations that are planned at a time if there are too many for all at once; a whole number.
+        /// Number of operations that are planned at a time if there are too many for all at once.
         batch: usize = or(ValueType::Count(Quantity::at_least(NONE, 1.0)), "4");
         /// Constants of the adaptation of a plan to the feedback of people.
         adaptation: Adaptation = optional(ValueType::Block(&ADAPTATION));
@@ -122,7 +122,7 @@ const OPERATIONS: Key = Key::or(
     "operations",
     ValueType::Count(Quantity::at_least(NONE, 0.0)),
     "1",
-    "Number of its operations, a whole number; a robot comes at the end of each.",
+    "Number of its operations; a robot comes at the end of each.",
 );
 const DURATION: Key = Key::required(
     "duration",
