@@ -56,6 +56,14 @@ fn check_fix_mends_what_is_certain() {
     for (name, before) in [("spec.hq", bad.clone()), ("marked.hq", format!("\u{feff}{bad}"))] {
         let spec = dir.join(name);
         std::fs::write(&spec, &before).expect("writable");
+        // Plain `check` names the option, and leaves the file as it is.
+        let out = hierarq(&["check", spec.to_str().expect("UTF-8")]);
+        assert!(
+            text(&out.stdout).ends_with("of them have a certain fix: `hierarq check --fix` applies them\n"),
+            "{}",
+            text(&out.stdout)
+        );
+        assert_eq!(std::fs::read_to_string(&spec).expect("readable"), before);
         let out = hierarq(&["check", "--fix", spec.to_str().expect("UTF-8")]);
         assert_eq!(out.status.code(), Some(0), "{}{}", text(&out.stdout), text(&out.stderr));
         let (mended, mark) = (std::fs::read_to_string(&spec).expect("readable"), before.starts_with('\u{feff}'));

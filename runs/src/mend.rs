@@ -65,8 +65,8 @@ pub fn mend_text(before: String, compile: impl Fn(&str) -> Compiled) -> Mended {
     Mended { before, text, applied, compiled }
 }
 
-/// Certain fixes of the spec's own text: the best one of each diagnostic.
-fn certain(report: &Report) -> Vec<&Fix> {
+/// Returns the certain fixes of the spec's own text: the best one of each diagnostic.
+pub fn certain(report: &Report) -> Vec<&Fix> {
     let own = |fix: &&Fix| fix.edits().iter().all(|edit| edit.span.source.0 == 0);
     let certain = |fix: &&Fix| fix.applicability == Applicability::Certain;
     report.diagnostics.iter().filter_map(|d| d.fixes.iter().filter(own).find(certain)).collect()

@@ -57,6 +57,15 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
             (Some(count), _) => format!("{name}: {count}\n"),
             (None, _) => format!("{name}: good\n"),
         });
+        // After `--fix`, those that are left mend nothing.
+        match mend::certain(report).len() {
+            0 => {}
+            _ if a.fix => {}
+            1 => output::print("1 of them has a certain fix: `hierarq check --fix` applies it\n"),
+            count => {
+                output::print(&format!("{count} of them have a certain fix: `hierarq check --fix` applies them\n"))
+            }
+        }
     }
     if a.json {
         let data = if files.len() == 1 { files.remove(0) } else { json!({ "version": 1, "files": files }) };
