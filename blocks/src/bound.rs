@@ -68,7 +68,7 @@ pub enum Bound {
     Member(usize),
     /// Content of a file.
     File(String),
-    /// Values in an order.
+    /// A list.
     List(Vec<Located<Bound>>),
     /// Values by name.
     Each(Vec<BoundEntry>),

@@ -115,7 +115,7 @@ pub enum ValueType {
     Positions,
     /// A block.
     Block(&'static BlockSchema),
-    /// A block, or several in an order.
+    /// A block, or a list of blocks.
     Blocks(&'static BlockSchema),
     /// A link, or a block.
     LinkOr(&'static BlockSchema),
@@ -125,7 +125,7 @@ pub enum ValueType {
     Of(Named, &'static ValueType),
     /// Joints, groups or patterns, each with one of these.
     PerJoint(&'static ValueType),
-    /// Some of these in an order; the readers take it.
+    /// A list of these; the readers take it.
     List(&'static ValueType),
     /// Tasks: names, or tasks in place.
     Tasks,

@@ -66,7 +66,7 @@ pub fn describe(holds: &ValueType) -> String {
         ValueType::LinkOr(section) => format!("link, or {}", section.name),
         ValueType::Each(inner) | ValueType::Of(_, inner) => format!("by name: {}", describe(inner)),
         ValueType::PerJoint(inner) => format!("by joint, group or pattern: {}", describe(inner)),
-        ValueType::List(inner) => format!("in an order: {}", describe(inner)),
+        ValueType::List(inner) => format!("list: {}", describe(inner)),
         ValueType::Tasks => "task".to_string(),
         ValueType::Declarations => "declarations".to_string(),
     }
