@@ -371,3 +371,20 @@ fn the_log_has_signals_variables_and_faults() {
         log.lines().skip(1).filter_map(|l| l.rsplit(',').next()).filter(|f| !f.is_empty()).collect();
     assert_eq!(faults.first(), Some(&"stale"));
 }
+
+/// A fault whose transition leads to its own state is not answered, whether or not the machine leaves that state later.
+#[test]
+fn a_fault_that_leads_into_its_own_state_is_not_as_expected() {
+    let lost = "scenario s { lost { joint_3 { from 0.5 s  to 0.52 s } }  expect always margin(gap) >= 0 m }";
+    let states = |around: &str, ways: &str| {
+        format!("machine m {{ initial a  {around}  state a {{ stack work  {ways} }}  final state b }}\n{lost}\n")
+    };
+    for (around, ways, ok, halted) in [
+        ("on fault(any) -> b", "after 5 s -> b", true, false),
+        ("", "on fault(any) -> a  after 5 s -> b", false, true),
+        ("", "on fault(any) -> a  after 0.8 s -> b", false, false),
+    ] {
+        let t = result_of(&program(&format!("{ARM}{}", states(around, ways))));
+        assert_eq!((t.ok, t.halted, t.faults[0].answered), (ok, halted, ok), "{around} {ways}");
+    }
+}

@@ -93,6 +93,11 @@ impl Snippet {
         )
     }
 
+    /// A transition of a state: `on EVENT -> STATE`, in YAML `{ on: EVENT, to: STATE }`.
+    pub fn transition(event: &str, to: impl fmt::Display) -> Snippet {
+        Snippet::each(format!("on {event} -> {to}"), format!("{{ on: {event}, to: {to} }}"))
+    }
+
     /// The piece as an item of a list that the key of its block holds in YAML: `levels: [ .. ]`.
     #[must_use]
     pub fn listed(self, key: &str) -> Snippet {

@@ -35,7 +35,7 @@ pub struct ScenarioResult {
     pub duration_s: f64,
     /// Faults, in order.
     pub faults: Vec<FaultRecord>,
-    /// True if a fault without a transition stopped the robot permanently.
+    /// True if at the end a fault without an answer keeps the robot still.
     pub halted: bool,
     /// Names of limits whose margin fell below zero, if nothing else is expected.
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -38,7 +38,7 @@ pub struct Tick<'a> {
     pub problem: &'a Problem,
     /// Solution of that problem.
     pub solution: &'a Solution,
-    /// Fault that was found at this tick, or that keeps the robot halted.
+    /// Fault that was found at this tick, or that keeps the robot standing still or halted.
     pub fault: Option<Fault>,
     /// Computing time of the controller, in s, by the caller's clock.
     pub elapsed: f64,

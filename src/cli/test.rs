@@ -82,8 +82,9 @@ fn trouble(t: &ScenarioResult) -> String {
         let all: Vec<&str> = mission.trouble.iter().map(|(_, text)| text.as_str()).collect();
         return all.join("; ");
     }
-    match t.faults.last().filter(|_| t.halted) {
-        Some(fault) => format!("halted at {:.2} s: {}", fault.time, fault.text),
+    match t.faults.iter().find(|f| !f.answered) {
+        Some(fault) if t.halted => format!("halted at {:.2} s: {}", fault.time, fault.text),
+        Some(fault) => format!("stopped at {:.2} s, with a transition to the state itself: {}", fault.time, fault.text),
         None if !t.passed.is_empty() => format!("violated limits: {}", t.passed.join(", ")),
         None => String::new(),
     }

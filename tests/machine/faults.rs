@@ -156,3 +156,99 @@ fn a_limit_that_is_passed_is_a_fault_where_a_transition_asks() {
     let mut host = Host::new(&text(""));
     assert_eq!(host.steps(250), "a", "nobody asks");
 }
+
+/// A machine whose fault leads to the state in which the robot works, as its own transition, that of a state around it, or that
+/// of the machine.
+fn into_itself(place: &str) -> String {
+    let way = |at: &str| if at == place { "on fault(any) -> " } else { "" };
+    let [machine, around, own] = ["machine", "around", "own"].map(|at| match way(at) {
+        "" => String::new(),
+        way => format!("{way}{}", if at == "machine" || at == "around" { "work.reach" } else { "reach" }),
+    });
+    format!(
+        "signal resume : event
+         signal next : event
+         task reach = frame_position(tool) {{ position [0.5, 0.2, 0.4] m  gain 1 /s }}
+         stack go from still {{ add motion {{ reach }} }}
+         machine m {{ initial work  blend 0.5 s  {machine}
+           state work {{ stack go  initial reach  {around}
+             state reach {{ {own}  on resume -> reach  on next -> wait  after 20 s -> wait }}
+             state wait {{ after 20 s -> end }} }}
+           final state end }}"
+    )
+}
+
+#[test]
+fn a_fault_that_leads_into_its_own_state_leaves_the_robot_standing() {
+    for place in ["own", "around", "machine"] {
+        for mut host in super::host::in_both_syntaxes(&into_itself(place)) {
+            let speed = |host: &Host| host.controller.velocity().iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            host.steps(30);
+            let before = speed(&host);
+            assert!(before > 0.05, "{before}");
+            let mut q = host.robot.measure().to_vec();
+            q[2] = f64::NAN;
+            let seen = host.step_at(host.time(), &q);
+            assert_eq!(seen.fault, Some(FaultKind::NotFinite), "{place}");
+            for _ in 0..300 {
+                let seen = host.step();
+                assert_eq!((seen.state.as_str(), seen.fault), ("work.reach", Some(FaultKind::NotFinite)), "{place}");
+                assert_eq!(speed(&host), 0.0);
+            }
+            assert!(host.controller.stands() && !host.controller.is_halted());
+            // An event leaves the state, and the blend begins at rest: x = 1/50 at its first tick.
+            for event in ["resume", "next"] {
+                host.raise(event);
+                let seen = host.step();
+                assert_eq!(seen.fault, None, "{place} {event}");
+                assert!(!host.controller.stands());
+                let first = speed(&host);
+                host.steps(60);
+                let later = speed(&host);
+                assert!(later > 0.02 && first < 0.01 * later, "{place} {event}: {first} then {later}");
+                // The same again, so that `next` also finds a robot that stands.
+                let mut q = host.robot.measure().to_vec();
+                q[0] = f64::INFINITY;
+                host.step_at(host.time(), &q);
+                host.steps(10);
+                if event == "resume" {
+                    assert_eq!((speed(&host), host.controller.stands()), (0.0, true));
+                }
+            }
+        }
+    }
+}
+
+/// A second fault, of another kind, does not end the standstill; a more specific transition does.
+#[test]
+fn a_robot_that_stands_answers_other_faults_as_the_machine_says() {
+    let text =
+        into_itself("own").replace("on fault(any) -> reach", "on fault(deadline) -> wait  on fault(any) -> reach");
+    let mut host = Host::new(&text);
+    host.steps(30);
+    let mut q = host.robot.measure().to_vec();
+    q[2] = f64::NAN;
+    host.step_at(host.time(), &q);
+    host.step_at(host.time(), &q);
+    assert!(host.controller.stands());
+    let q = host.robot.measure().to_vec();
+    let seen = host.step_at(host.time() + 1.0, &q);
+    assert_eq!((seen.fault, seen.state.as_str()), (Some(FaultKind::Deadline), "work.wait"));
+    assert!(!host.controller.stands());
+}
+
+/// Where no stack runs, nothing could resume: the fault is answered by the state.
+#[test]
+fn a_fault_in_a_state_without_a_stack_changes_nothing() {
+    let mut host = Host::new(
+        "signal go : event
+         machine m { initial a  on fault(any) -> a  state a { on go -> b }  state b { stack still  on go -> end }  final state end }",
+    );
+    host.steps(3);
+    let mut q = host.robot.measure().to_vec();
+    q[2] = f64::NAN;
+    assert_eq!(host.step_at(host.time(), &q).fault, Some(FaultKind::NotFinite));
+    assert_eq!(host.step().fault, None);
+    host.raise("go");
+    assert_eq!(host.step().state, "b");
+}

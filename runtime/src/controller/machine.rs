@@ -9,7 +9,10 @@
 //! A transition that is defined in a state around its target can find the machine in the target already, at every tick.
 //! A condition or `reached` is then not taken; it keeps the machine there and has priority over later transitions other
 //! than events. A time is taken once. An event enters the target again. A condition or `reached` that re-enters the
-//! state that defines it must first have been false there. A fault never re-enters the state in which it occurred.
+//! state that defines it must first have been false there.
+//!
+//! A fault never re-enters the state in which it occurred. If its transition leads to a state that is active already, and
+//! the stack that runs has a target, the robot stands still until the machine leaves that state.
 
 use robot::{Data, Model};
 use stdlib_tasks::task::State as TaskState;
@@ -46,7 +49,7 @@ pub(super) struct StateChange {
 pub(super) enum FaultResponse {
     /// A transition was taken.
     Transition(StateChange),
-    /// The target of the matching transition is already active.
+    /// The target of the matching transition is already active: the robot stands still until the machine leaves it.
     AlreadyInTarget,
     /// No transition matches the fault.
     Unhandled,
@@ -65,6 +68,10 @@ pub(super) struct Machine {
     entries: Vec<u64>,
     /// State whose stack runs.
     owner: usize,
+    /// Active state that the transition for a fault leads to; the robot stands still until the machine leaves it.
+    standing: Option<usize>,
+    /// Time at which the stack last began anew after such a stop, without an entry of its state (s).
+    resumed: f64,
     /// Requests of this tick.
     pub requests: Vec<Request>,
     /// Events that the machine raised at the previous tick, and those of this one.
@@ -88,6 +95,8 @@ impl Machine {
             entered: vec![0.0; states],
             entries: vec![0; states],
             owner: 0,
+            standing: None,
+            resumed: f64::NEG_INFINITY,
             // Each state is left and entered at most once at a tick.
             requests: Vec::with_capacity(2 * machine.actions.len() + 2),
             raised: [vec![false; events], vec![false; events]],
@@ -122,9 +131,14 @@ impl Machine {
         self.program.states[self.owner].stack
     }
 
-    /// Time at which the state whose stack runs was entered (s).
+    /// Returns true if the robot stands still because a fault occurred in the target of its own transition.
+    pub fn stands(&self) -> bool {
+        self.standing.is_some()
+    }
+
+    /// Time at which the state whose stack runs was entered, or at which the stack began anew there (s).
     pub fn stack_entered(&self) -> f64 {
-        self.entered[self.owner]
+        self.entered[self.owner].max(self.resumed)
     }
 
     /// Restarts the machine in its initial state.
@@ -134,6 +148,7 @@ impl Machine {
         self.raised.iter_mut().for_each(|r| r.fill(false));
         self.entries.fill(0);
         self.current = 0;
+        (self.standing, self.resumed) = (None, f64::NEG_INFINITY);
         self.enter(0, time);
     }
 
@@ -177,6 +192,11 @@ impl Machine {
                 }
                 let (target, blend) = (t.target, t.blend);
                 if self.program.path(self.current).any(|s| s == target) {
+                    // Without a target the robot stands in this state anyway, or moves back inside a limit: there is no
+                    // motion to be resumed.
+                    if self.stack() == Some(stack.index()) && stack.has_targets() {
+                        self.standing = Some(target);
+                    }
                     return FaultResponse::AlreadyInTarget;
                 }
                 return FaultResponse::Transition(self.go(level, target, blend, time));
@@ -306,9 +326,10 @@ impl Machine {
     }
 
     /// Returns true if the measures of the current state's stack are valid: that stack runs, and for more than one
-    /// tick. A target that starts slowly does not move at its first tick.
+    /// tick. A target that starts slowly does not move at its first tick. While the robot stands after a fault, nothing
+    /// is reached.
     fn runs(&self, stack: &StackController) -> bool {
-        self.stack() == Some(stack.index()) && stack.ticks() > 1
+        self.stack() == Some(stack.index()) && stack.ticks() > 1 && !self.stands()
     }
 
     /// Moves from the current state to another; `source` is the state that defines the transition.
@@ -317,7 +338,11 @@ impl Machine {
         let holds_target = |s: usize| s != target && self.program.path(target).any(|p| p == s);
         let stays = self.program.path(source).find(|&s| holds_target(s)).unwrap_or(0);
         let (owner, mut state) = (self.owner, self.current);
+        let stood = self.stands();
         while state != stays {
+            if self.standing == Some(state) {
+                self.standing = None;
+            }
             self.ask(state, |s| &s.activities, false);
             self.ask(state, |s| &s.exit, true);
             state = self.program.states[state].parent.unwrap_or(stays);
@@ -325,7 +350,12 @@ impl Machine {
         self.current = stays;
         self.enter(target, time);
         let same = self.owner == owner && self.program.path(stays).any(|s| s == owner);
-        StateChange { blend, stack: !same }
+        let resumes = stood && !self.stands();
+        if resumes {
+            // The stack begins anew, so that its blend starts at rest.
+            self.resumed = time;
+        }
+        StateChange { blend, stack: !same || resumes }
     }
 
     /// Enters a state inside the current one, with the states between them and its initial states.

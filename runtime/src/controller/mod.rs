@@ -6,8 +6,8 @@
 //! speeds.
 //!
 //! A fault is never ignored: the robot is commanded to stand still at the tick at which it is found. A machine that has
-//! a transition for the fault continues in another state. Otherwise the robot stands still until
-//! [`Controller::restart`].
+//! a transition for the fault continues in another state. If that transition leads to a state that is active already, the
+//! robot stands still until the machine leaves that state, and without a transition until [`Controller::restart`].
 
 mod describe;
 mod guards;
@@ -49,7 +49,7 @@ pub struct Observation<'a> {
 pub struct Command<'a> {
     /// Velocity, `nv` numbers, always finite.
     pub velocity: &'a [f64],
-    /// Fault that was found at this tick, or that keeps the robot halted.
+    /// Fault that was found at this tick, or that keeps the robot standing still or halted.
     pub fault: Option<Fault>,
     /// Actions to begin and to cancel, in order; see [`Controller::action`].
     pub requests: &'a [Request],
@@ -102,6 +102,8 @@ pub struct Controller {
     anchored: bool,
     /// Fault of the last tick that the machine has not handled yet.
     raised: Option<Fault>,
+    /// Fault that occurred in the target of its transition; it applies while [`Machine::stands`].
+    stopped_by: Option<Fault>,
     /// Fault that halted the robot until a restart.
     halted: Option<Fault>,
 }
@@ -185,6 +187,7 @@ impl Controller {
             outputs_written: false,
             anchored: false,
             raised: None,
+            stopped_by: None,
             halted: None,
         })
     }
@@ -192,7 +195,7 @@ impl Controller {
     /// Resets the controller: the next step starts at the configuration that it observes.
     pub fn restart(&mut self) {
         (self.started, self.anchored) = (None, false);
-        (self.raised, self.halted) = (None, None);
+        (self.raised, self.stopped_by, self.halted) = (None, None, None);
         self.signals.restart();
         if let Some(measured) = &mut self.measured {
             measured.restart();
@@ -297,6 +300,12 @@ impl Controller {
     /// Returns true if a fault has halted the robot until a restart.
     pub fn is_halted(&self) -> bool {
         self.halted.is_some()
+    }
+
+    /// Returns true while the robot stands still because a fault occurred in the state that its transition leads to. It
+    /// moves again once another transition leaves that state.
+    pub fn stands(&self) -> bool {
+        self.machine.stands()
     }
 
     /// Evaluator of the active stack, as of the last tick.

@@ -46,6 +46,7 @@
 use std::time::Instant;
 
 use solver::{HierarchicalSolver, LevelShape, LevelStatus, Problem, Smooth, Solution, Status};
+use stdlib_tasks::task::RowKind;
 
 use crate::evaluator::{Evaluator, LevelRows, TickInputs};
 use crate::fault::Fault;
@@ -239,6 +240,20 @@ impl StackController {
     /// Index of the stack in the program.
     pub fn index(&self) -> usize {
         self.index
+    }
+
+    /// Returns true if one of its tasks is a target.
+    pub(super) fn has_targets(&self) -> bool {
+        self.evaluator.members().iter().any(|m| m.row_kind == RowKind::Equality)
+    }
+
+    /// Evaluates the tasks for a robot that stands: without a velocity, for their outputs.
+    ///
+    /// # Errors
+    /// A task could not write its rows.
+    pub(super) fn stand(&mut self, q: &[f64], inputs: TickInputs) -> Result<(), Fault> {
+        self.late = false;
+        self.evaluator.update(q, inputs, &mut self.problem)
     }
 
     /// Prepares the same stack once more, for monitors.

@@ -52,7 +52,12 @@ impl Controller {
                     }
                     self.enter(change);
                 }
-                FaultResponse::AlreadyInTarget => {}
+                FaultResponse::AlreadyInTarget => {
+                    self.stopped_by = Some(fault);
+                    if matches!(fault, Fault::Tracking { .. }) {
+                        self.anchored = false;
+                    }
+                }
                 FaultResponse::Unhandled => {
                     self.halted = Some(fault);
                     return self.halted;
@@ -77,6 +82,11 @@ impl Controller {
         if seen.is_some_and(|f| matches!(f, Fault::Observation { .. })) {
             self.raised = done.err();
             return seen;
+        }
+        if self.machine.stands() {
+            self.raised = done.err();
+            self.keep_standing(o.q, time);
+            return self.raised.or(seen).or(self.stopped_by);
         }
         self.raised = done.and_then(|()| self.run(o.q, time, until)).err();
         self.raised.or(seen)
@@ -129,6 +139,37 @@ impl Controller {
                 self.signals.forget(signal);
             }
         }
+    }
+
+    /// Evaluates the active stack for a robot that stands after a fault, so that conditions can read its outputs.
+    fn keep_standing(&mut self, q: &[f64], time: f64) {
+        if self.entering.is_some() {
+            return;
+        }
+        self.velocity.fill(0.0);
+        self.stack_velocity.fill(0.0);
+        if !self.anchored {
+            self.reference.copy_from_slice(q);
+            self.anchored = true;
+        }
+        let stack = &mut self.stacks[self.active];
+        let inputs = TickInputs {
+            times: Times { t: time - self.machine.stack_entered(), time },
+            signals: self.signals.table(),
+            velocity: &self.velocity,
+            stack_velocity: &self.stack_velocity,
+        };
+        // A fault of the stack must not hide the transitions that lead out of the state, and the robot stands already.
+        if stack.stand(&self.reference, inputs).is_err() {
+            return;
+        }
+        stack.evaluator.observe(&self.reference, &self.velocity);
+        for SignalValue { signal, value } in stack.evaluator.output_values(&self.velocity) {
+            if !self.signals.assign(signal, &[value]) {
+                self.signals.forget(signal);
+            }
+        }
+        self.outputs_written = true;
     }
 
     /// Runs the active stack for one tick.

@@ -29,6 +29,20 @@ impl RestInputs {
         RestInputs { signals: program.interface.absent(), velocity: vec![0.0; program.robot.model.nv()] }
     }
 
+    /// Prepares the inputs with every signal present: numbers and vectors are zero, orientations are those of the world,
+    /// and variables have their initial values.
+    pub fn present(program: &Program) -> RestInputs {
+        let mut rest = RestInputs::new(program);
+        for s in program.interface.signals.iter().filter(|s| s.variable.is_none()) {
+            rest.signals[s.at..s.at + s.width()].fill(0.0);
+            (rest.signals[s.at], rest.signals[s.known_at()]) = (1.0, 1.0);
+            if matches!(s.len, 4 | 7) {
+                rest.signals[s.at + 1 + s.len - 4] = 1.0;
+            }
+        }
+        rest
+    }
+
     /// Returns the inputs at these times.
     pub fn at(&self, times: Times) -> TickInputs<'_> {
         TickInputs { times, signals: &self.signals, velocity: &self.velocity, stack_velocity: &self.velocity }

@@ -12,7 +12,7 @@
 //! | `error.TASK.PART` | norm of a part of it, such as `left.position` | m or rad |
 //! | `signal.NAME.PART` | value that the controller uses for a signal or a variable, such as `signal.stem.x` | SI |
 //! | `late` | 1 if the tick's budget was spent before its hierarchy was solved; present if there is a budget | |
-//! | `fault` | fault that was found at this tick, or that keeps the robot halted | |
+//! | `fault` | fault that was found at this tick, or that keeps the robot still | |
 //!
 //! Names are quoted if necessary (RFC 4180). Numbers are written so that reading them yields the same double. Undefined
 //! numbers, and those of tasks that do not run and of signals that are absent, are empty cells.

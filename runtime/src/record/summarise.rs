@@ -99,6 +99,7 @@ pub struct SummaryRecorder {
     faults: Vec<FaultRecord>,
     /// Kind of fault at the last tick.
     fault: Option<FaultKind>,
+    /// True if a fault keeps the robot still.
     halted: bool,
     states: Vec<StateRecord>,
     /// Number of entries into the state of the last record before that record.
@@ -218,7 +219,7 @@ impl SummaryRecorder {
             ticks: self.ticks,
             duration_s: self.ticks as f64 * program.robot.period,
             interrupted: false,
-            ok: !self.halted && !passed,
+            ok: self.faults.iter().all(|f| f.answered) && !passed,
             halted: self.halted,
             expectations: Vec::new(),
             faults: self.faults.clone(),
@@ -282,7 +283,7 @@ impl SummaryRecorder {
             self.faults.push(FaultRecord { time: tick.time, kind, text, answered: true });
         }
         self.fault = kind;
-        self.halted = tick.controller.is_halted();
+        self.halted = tick.controller.is_halted() || tick.controller.stands();
         // A fault that was found during a tick is answered, or not, at the next one.
         if let Some(last) = self.faults.last_mut().filter(|_| self.halted) {
             last.answered = false;

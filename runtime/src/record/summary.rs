@@ -27,13 +27,15 @@ pub struct Summary {
     pub interrupted: bool,
     /// True if every fault was answered and no margin fell below zero (by more than [`MARGIN_TOLERANCE`]).
     pub ok: bool,
-    /// True if a fault that no transition answers keeps the robot halted.
+    /// True if at the end a fault keeps the robot still: no transition answers it, or its transition leads to the state in
+    /// which it occurred.
     #[serde(skip)]
     pub halted: bool,
     /// Results of the expectations of a scenario.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub expectations: Vec<ExpectationRecord>,
-    /// Faults, in order. A fault that no transition answers keeps the robot halted until the end.
+    /// Faults, in order. A fault that no transition answers keeps the robot halted until the end, one whose transition leads
+    /// to the state in which it occurred until the machine leaves that state.
     pub faults: Vec<FaultRecord>,
     /// States that the machine was in, in order; empty if no machine ran.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -87,7 +89,7 @@ pub struct FaultRecord {
     pub kind: String,
     /// Description of the fault.
     pub text: String,
-    /// True if a transition answered it; otherwise the robot was halted from then on.
+    /// True if a transition answered it; otherwise the robot stood still from then on.
     pub answered: bool,
 }
 

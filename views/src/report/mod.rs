@@ -113,7 +113,8 @@ fn late(summary: &Summary) -> String {
 /// Sentence about limits, or about the fault that the machine did not handle.
 fn limits(summary: &Summary) -> String {
     if let Some(f) = summary.faults.iter().find(|f| !f.answered) {
-        return format!("Fault at {:.2} s: {}. The robot was kept still from then on.", f.time, f.text);
+        let until = if summary.halted { "from then on" } else { "until the machine left the state" };
+        return format!("Fault at {:.2} s: {}. The robot was kept still {until}.", f.time, f.text);
     }
     // Distances only: a joint at rest at its limit has a margin of zero, which is no problem.
     let closest = |t: &&(&String, &TaskSummary)| t.1.unit == "m" && t.1.min_margin.is_some_and(f64::is_finite);

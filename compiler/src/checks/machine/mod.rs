@@ -1,5 +1,6 @@
 //! Static checks of a machine.
 
+mod fault_answers;
 mod presence;
 mod stacks;
 mod task_outputs;
@@ -29,6 +30,7 @@ pub(super) fn checks(program: &Program, places: Option<&MachinePlaces>, diagnost
     c.traps(diagnostics);
     c.never(diagnostics);
     c.faults(diagnostics);
+    c.fault_answers(diagnostics);
     c.waiting(diagnostics);
     c.task_outputs(diagnostics);
     c.targets(diagnostics);

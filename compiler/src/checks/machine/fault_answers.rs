@@ -1,0 +1,105 @@
+//! Transitions for faults that lead into the state of the fault, or back into the work.
+
+use std::collections::BTreeSet;
+
+use dsl::{Diagnostic, Help, Snippet};
+use runtime::program::{FaultPattern, Program, Times, Trigger};
+use runtime::{Evaluator, RestInputs};
+use stdlib_tasks::task::RowKind;
+
+use super::{Checked, is_dead, is_fault};
+use crate::checks::configurations;
+
+/// Times (s) since the entry of a state at which its targets are evaluated: a target can begin at rest and move later.
+const MOMENTS: [f64; 3] = [0.0, 0.5, 2.0];
+
+/// Velocities below this (rad/s or m/s) are the rounding of a target that is at rest.
+const AT_REST: f64 = 1e-6;
+
+impl Checked<'_> {
+    /// Warns of transitions for faults whose target is always active already, and of those that resume the work.
+    pub(super) fn fault_answers(&self, diagnostics: &mut Vec<Diagnostic>) {
+        let work = self.reached_without_faults();
+        for &s in &self.reached {
+            for (i, t) in self.machine.states[s].transitions.iter().enumerate() {
+                let Trigger::Fault(pattern) = &t.trigger else { continue };
+                let target = self.machine.leaf(t.target);
+                let inside =
+                    |l: &usize| self.machine.states[*l].initial.is_none() && self.machine.path(*l).any(|p| p == s);
+                let leaves: Vec<usize> = self.reached.iter().copied().filter(inside).collect();
+                let there = |l: &usize| self.machine.path(*l).any(|o| o == t.target);
+                let moved: Vec<usize> = leaves.iter().copied().filter(|&l| self.machine.stack(l).is_some()).collect();
+                let (place, name) = (&self.places.transitions[s][i], self.name(t.target));
+                let moves = || self.machine.stack(target).is_some_and(|stack| moves(self.program, stack));
+                let always = !leaves.is_empty() && leaves.iter().all(there);
+                if always || (!moved.is_empty() && moved.iter().all(there) && moves()) {
+                    let text = match always {
+                        true => "this transition is never taken",
+                        false => "this transition is never taken while the robot moves",
+                    };
+                    let label = format!("the machine is then in `{name}` already");
+                    let note = format!(
+                        "a fault does not re-enter a state: in `{name}` the robot stops, and stands still until another \
+                         transition leaves it"
+                    );
+                    diagnostics.push(
+                        Diagnostic::warning("HQ0714", place.trigger, text)
+                            .label(place.target, label)
+                            .note(note)
+                            .help(stand()),
+                    );
+                } else if *pattern == FaultPattern::Any && work.contains(&target) && moves() {
+                    let text = format!("every fault leads back into the work, to `{name}`");
+                    let label = format!("the stack of `{}` moves the robot at once", self.name(target));
+                    diagnostics.push(
+                        Diagnostic::warning("HQ0714", place.trigger, text)
+                            .label(self.places.stacks[target].unwrap_or(self.places.states[target]), label)
+                            .note("after a fault, also one of a sensor or of the solver, the robot resumes its motion by itself")
+                            .help(stand()),
+                    );
+                }
+            }
+        }
+    }
+
+    /// States that the machine can be in although no fault has occurred.
+    fn reached_without_faults(&self) -> BTreeSet<usize> {
+        let mut reached = BTreeSet::new();
+        let mut open = vec![self.machine.leaf(0)];
+        while let Some(state) = open.pop() {
+            for s in self.machine.path(state).collect::<Vec<_>>() {
+                if !reached.insert(s) {
+                    continue;
+                }
+                let all = self.machine.states[s].transitions.iter().enumerate();
+                let alive = all.filter(|(i, t)| !is_fault(&t.trigger) && !is_dead(self.places, s, *i));
+                open.extend(alive.map(|(_, t)| self.machine.leaf(t.target)));
+            }
+        }
+        reached
+    }
+}
+
+fn stand() -> Help {
+    Help::with("answer it with a state in which the robot stands: {}", [Snippet::transition("fault(any)", "stopped")])
+}
+
+/// True if a target of the stack certainly moves the robot: its velocity differs from zero at an entry at home or at another
+/// configuration, with signals that are present and zero. A stack that holds the robot where it is entered does not.
+fn moves(program: &Program, stack: usize) -> bool {
+    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return false };
+    let rest = RestInputs::present(program);
+    configurations(program, 3).iter().any(|q| {
+        evaluator.enter(q, rest.at(Times::default()));
+        MOMENTS.into_iter().any(|time| {
+            if evaluator.update(q, rest.at(Times { t: time, time }), &mut problem).is_err() {
+                return false;
+            }
+            let mut targets = evaluator.members().iter().filter(|m| m.row_kind == RowKind::Equality);
+            targets.any(|m| {
+                let level = &problem.levels[m.level];
+                m.rows.clone().any(|r| level.lower[r] > AT_REST || level.upper[r] < -AT_REST)
+            })
+        })
+    })
+}
