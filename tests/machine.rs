@@ -3,6 +3,7 @@
 
 use crate::common;
 
+mod absent;
 mod again;
 mod blend;
 mod entry;

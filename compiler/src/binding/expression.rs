@@ -6,7 +6,7 @@ use dsl::tree::Value;
 use runtime::program::ValueRange;
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::NONE;
-use stdlib_tasks::expression::Expression;
+use stdlib_tasks::expression::{Expression, Op};
 use stdlib_tasks::params::{Form, ParamInfo, Quantity};
 
 use super::partition::partition;
@@ -99,12 +99,47 @@ impl Binder<'_> {
     /// Expression of the state; its parts that depend on time alone are stored in the table of values.
     fn of_state(&mut self, typed: &Typed, value: &Value) -> Expression {
         let mut e = partition(self.graph, self.table, typed);
-        for input in &mut e.inputs {
+        let always = always_read(&e);
+        for (input, always) in e.inputs.iter_mut().zip(always) {
             let slot = self.table.place(&[*input]);
             self.numbers.push(Number { slot, dimension: NONE, span: value.span, written: true });
-            self.table.ranges.push(ValueRange { at: slot.at, min: None, max: None, gain: false });
+            // The branch of an `if` that is not chosen has no value where a signal is absent. If the branch is chosen, a number
+            // that is not finite shows in the rows of the task.
+            if always {
+                self.table.ranges.push(ValueRange { at: slot.at, min: None, max: None, gain: false });
+            }
             *input = slot.at;
         }
         e
     }
+}
+
+/// For each input of an expression, true if its value counts whichever branches are chosen.
+fn always_read(e: &Expression) -> Vec<bool> {
+    let mut read = vec![false; e.ops.len()];
+    for &output in &e.outputs {
+        read[output] = true;
+    }
+    let mut inputs = vec![false; e.inputs.len()];
+    // Operands precede their users. A leaf that reads operations, such as the distance to a person, is a user of them.
+    for i in (0..e.ops.len()).rev() {
+        if !read[i] {
+            continue;
+        }
+        match e.ops[i] {
+            Op::Input(k) => inputs[k] = true,
+            Op::Select(test, ..) => read[test] = true,
+            op => op.operands().iter().flatten().for_each(|&o| read[o] = true),
+        }
+        if let Op::State(k) = e.ops[i] {
+            let mut at = 0;
+            for leaf in &e.leaves {
+                if (at..at + leaf.width()).contains(&k) {
+                    leaf.reads().iter().flatten().for_each(|&o| read[o] = true);
+                }
+                at += leaf.width();
+            }
+        }
+    }
+    inputs
 }

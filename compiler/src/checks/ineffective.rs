@@ -8,6 +8,7 @@ use dsl::{Diagnostic, Help, Snippet, Span};
 use runtime::Evaluator;
 use runtime::RestInputs;
 use runtime::program::{Program, Times};
+use solver::Problem;
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{ANGLE, LENGTH};
 use stdlib_tasks::expression::{Leaf, Op};
@@ -138,7 +139,7 @@ fn unmoved(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
         return told;
     }
     let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return told };
-    let rest = RestInputs::new(program);
+    let (rest, present) = (RestInputs::new(program), RestInputs::present(program));
     let mut still = vec![true; evaluator.members().len()];
     for q in &configurations(program, 3) {
         evaluator.enter(q, rest.at(Times::default()));
@@ -146,10 +147,18 @@ fn unmoved(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
             // The rows do not exist if parts overlap; at home, this was reported.
             return told;
         }
-        for (i, m) in evaluator.members().iter().enumerate() {
-            let level = &problem.levels[m.level];
-            let zero = m.rows.clone().all(|r| level.row(r).iter().all(|x| *x == 0.0));
-            still[i] &= zero && !m.rows.is_empty() && !evaluator.undefined()[i];
+        let mut note = |evaluator: &Evaluator, problem: &Problem| {
+            for (i, m) in evaluator.members().iter().enumerate() {
+                let level = &problem.levels[m.level];
+                let zero = m.rows.clone().all(|r| level.row(r).iter().all(|x| *x == 0.0));
+                still[i] &= zero && !m.rows.is_empty() && !evaluator.undefined()[i];
+            }
+        };
+        note(&evaluator, &problem);
+        // A value can depend on the robot only while a signal is present, `if(present(..), .., ..)`.
+        evaluator.enter(q, present.at(Times::default()));
+        if evaluator.update(q, present.at(Times::default()), &mut problem).is_ok() {
+            note(&evaluator, &problem);
         }
     }
     // A limit that nothing moves stays satisfied; a target is never reached.

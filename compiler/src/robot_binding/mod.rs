@@ -95,7 +95,7 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     let path = Spanned::new(path.value.clone(), files.origins.span(path.at));
     let locks = urdf::locks(&robot.body, files.diagnostics);
     let file = urdf::open(&path, base, block.package_path.as_deref(), files)?;
-    let whole = file.whole(!locks.is_empty(), files.diagnostics)?;
+    let (whole, warnings) = file.whole(!locks.is_empty(), files.diagnostics)?;
     let moves = |model: &Model, diagnostics: &mut Vec<Diagnostic>| {
         if model.nv() == 0 {
             let d = Diagnostic::error("HQ0402", path.span, "nothing of this robot moves");
@@ -106,6 +106,9 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
         }
         model.nv() > 0
     };
+    if whole.nv() == 0 {
+        file.warn(&warnings, &whole, files.diagnostics);
+    }
     if !moves(&whole, files.diagnostics) {
         return None;
     }
@@ -118,20 +121,24 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     if let (None, Some(e)) = (home_block, robot.body.get("home")) {
         home.unreadable(e.value.span);
     }
-    let (model, joint_groups) = if locks.is_empty() {
-        (whole, groups)
+    let (model, warnings, joint_groups) = if locks.is_empty() {
+        (whole, warnings, groups)
     } else {
         let at = urdf::positions(&locks, (&whole, &groups), &home, constants, files.diagnostics);
         let names = at.keys().cloned().collect();
-        let model = file.locked(at, files.diagnostics)?;
+        let (model, warnings) = file.locked(at, files.diagnostics)?;
+        if model.nv() == 0 {
+            file.warn(&warnings, &model, files.diagnostics);
+        }
         if !moves(&model, files.diagnostics) {
             return None;
         }
         let groups = groups.without(names, &whole, &model);
-        (model, groups)
+        (model, warnings, groups)
     };
     let mut b = Binder { model, robot, constants, failed: BTreeSet::new(), diagnostics: files.diagnostics };
     b.limits(&joint_groups);
+    file.warn(&warnings, &b.model, b.diagnostics);
     let geometries = b.geometries();
     let arms = b.arms();
     let groups = b.groups(&geometries);

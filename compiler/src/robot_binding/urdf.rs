@@ -107,25 +107,47 @@ pub(super) fn open(
 }
 
 impl Urdf {
-    /// Builds the model with all joints. If `to_be_locked`, meshes and warnings are left to [`Urdf::locked`].
-    pub(super) fn whole(&self, to_be_locked: bool, diagnostics: &mut Vec<Diagnostic>) -> Option<Model> {
+    /// Builds the model with all joints, and returns its warnings. If `to_be_locked`, meshes and warnings are left to
+    /// [`Urdf::locked`].
+    pub(super) fn whole(
+        &self,
+        to_be_locked: bool,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<(Model, Vec<robot::UrdfMessage>)> {
         let options = robot::Options { read_meshes: !to_be_locked, ..self.options.clone() };
-        self.model(&options, !to_be_locked, diagnostics)
+        let (model, warnings) = self.model(&options, diagnostics)?;
+        Some((model, if to_be_locked { Vec::new() } else { warnings }))
     }
 
     /// Builds the model with the given joints fixed at the given positions.
-    pub(super) fn locked(&self, at: BTreeMap<String, f64>, diagnostics: &mut Vec<Diagnostic>) -> Option<Model> {
-        self.model(&robot::Options { lock: at, ..self.options.clone() }, true, diagnostics)
+    pub(super) fn locked(
+        &self,
+        at: BTreeMap<String, f64>,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<(Model, Vec<robot::UrdfMessage>)> {
+        self.model(&robot::Options { lock: at, ..self.options.clone() }, diagnostics)
     }
 
-    fn model(&self, options: &robot::Options, warn: bool, diagnostics: &mut Vec<Diagnostic>) -> Option<Model> {
+    /// Reports warnings about the file, without those about limits that the spec gives: `model` has the limits of the spec.
+    pub(super) fn warn(&self, warnings: &[robot::UrdfMessage], model: &Model, diagnostics: &mut Vec<Diagnostic>) {
+        let given = |m: &&robot::UrdfMessage| {
+            let dof = m.joint.as_ref().and_then(|j| model.dofs.iter().find(|d| d.name == *j));
+            dof.is_some_and(|d| match m.code {
+                robot::UrdfCode::NoVelocityLimit => d.velocity.is_finite(),
+                robot::UrdfCode::NoLimits => d.lower.is_finite() && d.upper.is_finite(),
+                _ => false,
+            })
+        };
+        diagnostics.extend(warnings.iter().filter(|m| !given(m)).map(|m| self.convert(m, false)));
+    }
+
+    fn model(
+        &self,
+        options: &robot::Options,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<(Model, Vec<robot::UrdfMessage>)> {
         match Model::from_urdf(&self.text, options) {
-            Ok((model, warnings)) => {
-                if warn {
-                    diagnostics.extend(warnings.iter().map(|m| self.convert(m, false)));
-                }
-                Some(model)
-            }
+            Ok(read) => Some(read),
             Err(errors) => {
                 diagnostics.extend(errors.iter().map(|m| self.convert(m, true)));
                 None

@@ -179,7 +179,7 @@ fn remark_limits(cx: &mut Cx, joint: &RawJoint) {
     if matches!(range(joint), Range::Unsaid) {
         let text = format!("joint `{name}` has no limits of position; it is taken to be unlimited");
         let help = "write `<limit lower=\"..\" upper=\"..\" velocity=\"..\" effort=\"..\"/>`";
-        cx.warn(UrdfMessage::new(UrdfCode::NoLimits, span.clone(), text).help(help));
+        cx.warn(UrdfMessage::new(UrdfCode::NoLimits, span.clone(), text).help(help).joint(name));
     }
     let velocity = joint.limit.as_ref().and_then(|l| l.velocity);
     let text = match velocity {
@@ -187,7 +187,7 @@ fn remark_limits(cx: &mut Cx, joint: &RawJoint) {
         Some(v) if v > 0.0 && v <= FASTEST => return,
         Some(v) => format!("joint `{name}` has the limit of speed {v}, which is taken as none"),
     };
-    cx.warn(UrdfMessage::new(UrdfCode::NoVelocityLimit, span, text));
+    cx.warn(UrdfMessage::new(UrdfCode::NoVelocityLimit, span, text).joint(name));
 }
 
 fn immovable(cx: &mut Cx, joint: &RawJoint, position: f64) {

@@ -103,17 +103,26 @@ pub struct UrdfMessage {
     pub span: Range<usize>,
     /// Proposed correction.
     pub help: Option<String>,
+    /// Name of the joint whose limit is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<String>,
 }
 
 impl UrdfMessage {
     /// Creates a message without help.
     pub(crate) fn new(code: UrdfCode, span: Range<usize>, text: impl Into<String>) -> UrdfMessage {
-        UrdfMessage { code, text: text.into(), span, help: None }
+        UrdfMessage { code, text: text.into(), span, help: None, joint: None }
     }
 
     /// Returns the message with this help.
     pub(crate) fn help(mut self, help: impl Into<String>) -> UrdfMessage {
         self.help = Some(help.into());
+        self
+    }
+
+    /// Returns the message with the name of the joint whose limit is missing.
+    pub(crate) fn joint(mut self, joint: &str) -> UrdfMessage {
+        self.joint = Some(joint.to_string());
         self
     }
 

@@ -63,6 +63,7 @@ impl Model {
         let root = document.root_element();
         let mut solids = solid::Solids::new(&mut cx, root, options);
         let model = read::robot(&mut cx, root, &mut solids).and_then(|robot| build(&mut cx, robot, options));
+        solids.report_missing(&mut cx);
         cx.errors.sort_by_key(|m| m.span.start);
         cx.warnings.sort_by_key(|m| m.span.start);
         match model {

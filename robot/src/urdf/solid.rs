@@ -18,6 +18,8 @@ pub(super) struct Solids<'o> {
     colors: BTreeMap<String, [f64; 4]>,
     meshes: BTreeMap<PathBuf, Result<Vec<Vector3<f64>>, String>>,
     unread: usize,
+    /// Meshes that were not found, by what would make them findable: the first message, its address and their number.
+    missing: BTreeMap<String, (UrdfMessage, String, usize)>,
 }
 
 impl<'o> Solids<'o> {
@@ -31,7 +33,19 @@ impl<'o> Solids<'o> {
         }
         // Each visual parses its own colour again, and reports errors then.
         cx.warnings.clear();
-        Solids { options, colors, meshes: BTreeMap::new(), unread: 0 }
+        Solids { options, colors, meshes: BTreeMap::new(), unread: 0, missing: BTreeMap::new() }
+    }
+
+    /// Warns of the meshes that were not found: once for all meshes of a package, since one path makes all of them findable.
+    pub(super) fn report_missing(&mut self, cx: &mut Cx) {
+        for (mut message, address, number) in std::mem::take(&mut self.missing).into_values() {
+            message.text = match number {
+                1 => format!("mesh `{address}` not found; the link has no shape there"),
+                2 => format!("mesh `{address}` and another one not found; their links have no shapes there"),
+                n => format!("mesh `{address}` and {} others not found; their links have no shapes there", n - 1),
+            };
+            cx.warn(message);
+        }
     }
 }
 
@@ -164,8 +178,9 @@ fn around_mesh(
     let path = match locate::find(address, solids.options) {
         Ok(path) => path,
         Err(help) => {
-            let text = format!("mesh `{address}` not found; the link has no shape there");
-            cx.warn(UrdfMessage::new(UrdfCode::MeshMissing, span, text).help(help));
+            let message = UrdfMessage::new(UrdfCode::MeshMissing, span, "").help(help.as_str());
+            let first = || (message, address.to_owned(), 0);
+            solids.missing.entry(help).or_insert_with(first).2 += 1;
             return None;
         }
     };

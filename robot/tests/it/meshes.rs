@@ -96,3 +96,34 @@ fn what_cannot_be_read_is_dropped_with_a_warning() {
         assert_eq!(&text[warnings[0].span.clone()], address);
     }
 }
+
+#[test]
+fn a_package_that_is_nowhere_is_said_once() {
+    let link = |i: usize, address: &str| {
+        let joint = format!("<joint name=\"j{i}\" type=\"fixed\"><parent link=\"l0\"/><child link=\"l{i}\"/></joint>");
+        format!(
+            "<link name=\"l{i}\"><collision><geometry><mesh filename=\"{address}\"/></geometry></collision></link>{}",
+            if i == 0 { String::new() } else { joint }
+        )
+    };
+    let options = Options { read_meshes: true, urdf_dir: Some(std::env::temp_dir()), ..Options::default() };
+    let texts = |addresses: &[&str]| -> Vec<String> {
+        let links: String = addresses.iter().enumerate().map(|(i, a)| link(i, a)).collect();
+        let (model, warnings) = Model::from_urdf(&format!("<robot name=\"r\">{links}</robot>"), &options).unwrap();
+        assert!(model.links.iter().all(|l| l.collision.is_empty()));
+        assert!(warnings.iter().all(|w| w.code == UrdfCode::MeshMissing && w.help.is_some()));
+        warnings.into_iter().map(|w| w.text).collect()
+    };
+    let [a, b, c] = ["package://lost/a.stl", "package://lost/b.stl", "package://lost/c.stl"];
+    assert_eq!(
+        texts(&[a, b, c]),
+        ["mesh `package://lost/a.stl` and 2 others not found; their links have no shapes there"]
+    );
+    assert_eq!(
+        texts(&[a, b]),
+        ["mesh `package://lost/a.stl` and another one not found; their links have no shapes there"]
+    );
+    // Another package, and files without one, have another cause.
+    let other = texts(&[a, "package://gone/a.stl", "nowhere_1.stl", "nowhere_2.stl", b]);
+    assert_eq!(other.len(), 4, "{other:?}");
+}

@@ -44,6 +44,10 @@ impl HumanField {
             let at = |i: usize| registers.get(i).copied().unwrap_or(f64::NAN);
             point.position = Vector3::from(ops.map(at));
         }
+        if !self.points.iter().all(|p| p.position.iter().all(|x| x.is_finite())) {
+            // The point of an absent signal, in the branch of an `if` that may not be chosen.
+            return Ok(f64::NAN);
+        }
         let field = self.field.as_mut().ok_or(SeparationError::NotFinite)?;
         field.update(state.model, state.data, &self.points).map_err(|_| SeparationError::NotFinite)?;
         self.far = field.body().ends().iter().flatten().fold(0.0, |far: f64, p| far.max(p.norm()));

@@ -104,8 +104,13 @@ impl Ready {
         let part = &self.away.part;
         let link = state.data.pose(part.link);
         let pose = link * part.origin;
-        if !ends.iter().flatten().chain(pose.translation.vector.iter()).all(|x| x.is_finite()) {
+        if !pose.translation.vector.iter().all(|x| x.is_finite()) {
             return Err(SeparationError::NotFinite);
+        }
+        if !ends.iter().flatten().all(|x| x.is_finite()) {
+            // The point of an absent signal, in the branch of an `if` that may not be chosen.
+            self.nearest = None;
+            return Ok(f64::NAN);
         }
         let (shape, place) = segment(&ends);
         let along = ends[1] - ends[0];
