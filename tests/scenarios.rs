@@ -306,7 +306,11 @@ fn the_report_has_expectations_and_states() {
     };
     let (summary, page) = run("taken by the hand");
     assert_eq!(page["verdict"]["ok"], true);
-    assert!(page["verdict"]["text"].as_str().is_some_and(|t| t.starts_with("All 2 expectations hold. No limit")));
+    assert!(
+        page["verdict"]["text"].as_str().is_some_and(
+            |t| t.starts_with("All 2 expectations hold. `reach` never") && t.contains("No limit was passed")
+        )
+    );
     let (told, known) = (page["states"].as_array().expect("states"), summary["states"].as_array().expect("states"));
     assert!(told.len() == known.len() && told.len() > 3);
     for (a, b) in told.iter().zip(known) {
@@ -386,5 +390,84 @@ fn a_fault_that_leads_into_its_own_state_is_not_as_expected() {
     ] {
         let t = result_of(&program(&format!("{ARM}{}", states(around, ways))));
         assert_eq!((t.ok, t.halted, t.faults[0].answered), (ok, halted, ok), "{around} {ways}");
+    }
+}
+
+fn judged(program: &Program) -> scenario_runner::Judged {
+    scenario_runner::judged(program, &program.scenarios[0], &mut |_| true).expect("a compiled program can be executed")
+}
+
+/// Least distance of the tool from its target, from the configuration alone.
+struct Nearest {
+    goal: nalgebra::Vector3<f64>,
+    least: f64,
+}
+
+impl Recorder for Nearest {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        let model = tick.controller.evaluator().model();
+        let mut data = robot::Data::new(model);
+        model.forward(tick.q, &mut data);
+        let at = data.pose(model.link("tool").expect("a link")).translation.vector;
+        if tick.index == 0 {
+            self.goal += at;
+        }
+        self.least = self.least.min((at - self.goal).norm());
+        Ok(())
+    }
+}
+
+#[test]
+fn a_target_that_is_never_reached_is_named() {
+    for (max, named) in [("0.02 rad/s", true), ("1 rad/s", false)] {
+        let text = ARM.replace("joint_velocity_limits", &format!("joint_velocity_limits {{ max {max} }}"));
+        let program = program(&format!("{text}scenario s {{ expect always margin(gap) >= 0 m }}\n"));
+        let mut nearest = Nearest { goal: nalgebra::Vector3::new(0.0, 0.2, -0.1), least: f64::INFINITY };
+        common::record(&program, &program.scenarios[0], &mut nearest);
+        let remarks = judged(&program).summary.remarks;
+        let distance = runtime::quantity::quantity(nearest.least, "m");
+        let wanted = format!("`reach` never came closer than {distance} to its target");
+        assert_eq!(remarks, if named { vec![wanted] } else { Vec::new() }, "{max}");
+    }
+}
+
+#[test]
+fn a_machine_that_flips_and_one_that_handles_many_faults_are_named() {
+    let flips = "machine m { initial a  stack work  on fault(any) -> c
+      state a { after 10 ms -> b }  state b { after 10 ms -> a }  final state c }";
+    let slower = flips.replace("10 ms", "100 ms");
+    let faults = "task slow = joint_velocity_limits { max 0.02 rad/s }
+      task rising = keep(frame(tool).position.z) { min 2 m/s * t  gain 10 /s }
+      stack rise { level limits hard { limits  slow  rising } }
+      stack rest { level limits hard { limits  slow } }
+      machine m { initial b  blend 0 s  on fault(any) -> b  state a { stack rise  after 9 s -> b }
+        state b { stack rest  after 20 ms -> a } }";
+    let remarks = |machine: &str| {
+        let judged =
+            judged(&program(&format!("{ARM}{machine}\nscenario s {{ duration 8 s  expect never fault(deadline) }}\n")));
+        (judged.summary.remarks, judged.summary.faults.len(), judged.summary.entries)
+    };
+    let (said, _, entries) = remarks(flips);
+    assert_eq!(said.len(), 1, "{said:?}");
+    // The first entry is the start; every other one is a change.
+    let changes = entries["a"] + entries["b"] - 1;
+    assert_eq!(said[0], format!("The machine changed its state {changes} times in {changes} ticks, from 0.01 s"));
+    assert_eq!(remarks(&slower).0, Vec::<String>::new());
+    let (said, number, _) = remarks(faults);
+    assert!(number >= 10 && said.len() == 1, "{number} {said:?}");
+    assert!(said[0].starts_with(&format!("The machine handled {number} faults, the first at ")), "{said:?}");
+}
+
+#[test]
+fn an_expectation_whose_condition_is_never_true_is_not_put_to_the_test() {
+    for (expect, untested) in [
+        ("always (speed(joint_1) > 50 rad/s implies margin(gap) >= 9 m)", true),
+        ("always (speed(joint_1) < 50 rad/s implies margin(gap) >= 0 m)", false),
+        ("always margin(gap) >= 0 m", false),
+        ("after fault(stale) : within 1 s : margin(gap) >= 9 m", true),
+    ] {
+        let t = result_of(&program(&format!("{ARM}scenario s {{ expect {expect} }}\n")));
+        let e = &t.expectations[0];
+        assert_eq!((t.ok, e.verdict, e.untested), (true, Verdict::Holds, untested), "{expect}");
     }
 }

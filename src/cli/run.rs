@@ -233,6 +233,7 @@ fn show(program: &Program, (summary, good): (&Summary, bool), folder: &Path, too
     let t = &summary.tick_us.all;
     let verified = summary.verification.as_ref().map(table::verification).unwrap_or_default();
     let mark = match summary.ok {
+        true if !summary.remarks.is_empty() => "held, but",
         true => "held",
         // The expectations of a scenario decide, and may expect a limit to be violated.
         false if good => "limits",

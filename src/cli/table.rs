@@ -5,7 +5,7 @@ use hierarq::report::roughness;
 use runtime::expect::Verdict;
 use runtime::quantity::quantity;
 use runtime::record::expectations::ExpectationRecord;
-use runtime::record::summary::{LevelSummary, MARGIN_TOLERANCE, Summary, TaskSummary};
+use runtime::record::summary::{LevelSummary, MANY_FAULTS, MARGIN_TOLERANCE, Summary, TaskSummary};
 use runtime::record::verify::{DIFFERENT, UNPROVEN, Verification};
 
 /// Formats a margin; values within the tolerance are shown as zero.
@@ -115,8 +115,14 @@ pub fn states(summary: &Summary) -> String {
 
 /// Returns the faults that the machine handled.
 pub fn answered(summary: &Summary) -> String {
-    let all = summary.faults.iter().filter(|f| f.answered);
-    all.map(|f| format!("fault at {:.2} s, handled by the machine: {}\n", f.time, f.text)).collect()
+    let mut all = summary.faults.iter().filter(|f| f.answered);
+    let shown = all.by_ref().take(MANY_FAULTS);
+    let text: String =
+        shown.map(|f| format!("fault at {:.2} s, handled by the machine: {}\n", f.time, f.text)).collect();
+    match all.count() {
+        0 => text,
+        more => format!("{text}and {more} more, in summary.json\n"),
+    }
 }
 
 /// Returns the table of levels, in descending order of priority.
@@ -237,6 +243,7 @@ pub fn expectation(e: &ExpectationRecord) -> [String; 3] {
 pub fn expected(e: &ExpectationRecord) -> String {
     match e.undefined_s.filter(|_| e.verdict != Verdict::Holds) {
         Some(s) => format!("{} (an operand has no value at {s:.2} s and counts as false)", e.title()),
+        None if e.untested => format!("{} (never put to the test: its condition was never true)", e.title()),
         None => e.title().to_string(),
     }
 }

@@ -30,7 +30,8 @@ pub fn evaluate(formula: &Formula, units: &[Unit], log: &[Vec<f64>]) -> Result<O
     let first_nan = |k: usize| log[k].iter().position(|x| x.is_nan());
     let undefined = formula.signals().into_iter().filter_map(first_nan).min();
     let undefined = undefined.and_then(|k| u32::try_from(k).ok());
-    Ok(Outcome::new(value(Sense::Number), value(Sense::Truth), formula.unit(units), undefined))
+    let antecedent = formula.antecedent().map(|f| at_the_start(&f, log, ticks, Sense::Truth));
+    Ok(Outcome::new(value(Sense::Number), value(Sense::Truth), formula.unit(units), undefined, antecedent))
 }
 
 fn at_the_start(formula: &Formula, log: &[Vec<f64>], ticks: u32, sense: Sense) -> Interval {

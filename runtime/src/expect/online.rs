@@ -25,6 +25,8 @@ pub enum PushError {
 pub struct Monitor {
     number: Network,
     truth: Network,
+    /// Evaluates whether the condition of an implication ever held.
+    antecedent: Option<Network>,
     signals: Vec<usize>,
     /// Number of numbers in a tick.
     width: usize,
@@ -41,9 +43,12 @@ impl Monitor {
     /// The formula does not pass [`Formula::check`], or would need too much memory.
     pub fn new(formula: &Formula, units: &[Unit], ticks: u32) -> Result<Monitor, ProgramError> {
         formula.check(units.len())?;
+        let antecedent = formula.antecedent();
+        let antecedent = antecedent.map(|f| Network::new(&f, Sense::Truth, ticks)).transpose()?;
         Ok(Monitor {
             number: Network::new(formula, Sense::Number, ticks)?,
             truth: Network::new(formula, Sense::Truth, ticks)?,
+            antecedent,
             signals: formula.signals(),
             width: units.len(),
             unit: formula.unit(units),
@@ -55,7 +60,8 @@ impl Monitor {
 
     /// Number of values that it keeps from tick to tick; a scenario may keep [`super::MAX_KEPT`] of them.
     pub fn kept(&self) -> usize {
-        self.number.kept.max(self.truth.kept)
+        let antecedent = self.antecedent.as_ref().map_or(0, |a| a.kept);
+        self.number.kept.max(self.truth.kept) + antecedent
     }
 
     /// Takes the next tick. Allocates nothing, and takes constant time on average.
@@ -75,6 +81,9 @@ impl Monitor {
         let step = Step { values: Some(values), ticks: self.ticks + 1 };
         self.number.advance(&step);
         self.truth.advance(&step);
+        if let Some(antecedent) = &mut self.antecedent {
+            antecedent.advance(&step);
+        }
         self.ticks += 1;
         Ok(())
     }
@@ -90,6 +99,10 @@ impl Monitor {
         let step = Step { values: None, ticks: self.ticks };
         self.number.advance(&step);
         self.truth.advance(&step);
-        Outcome::new(self.number.value(true), self.truth.value(true), self.unit, self.undefined)
+        let antecedent = self.antecedent.as_mut().map(|a| {
+            a.advance(&step);
+            a.value(true)
+        });
+        Outcome::new(self.number.value(true), self.truth.value(true), self.unit, self.undefined, antecedent)
     }
 }

@@ -45,11 +45,22 @@ pub struct Outcome {
     pub decided: Option<u32>,
     /// First tick at which a signal was NaN, and therefore false.
     pub undefined: Option<u32>,
+    /// True if it holds only because its condition was never true: `always (a implies b)` without a tick at which `a`
+    /// held.
+    pub untested: bool,
 }
 
 impl Outcome {
     /// Combines the values of the formula at the first tick, in numbers and in truth values alone.
-    pub(super) fn new(number: Interval, truth: Interval, unit: Unit, undefined: Option<u32>) -> Outcome {
+    ///
+    /// `antecedent` is the value of [`crate::program::Formula::antecedent`], if there is one.
+    pub(super) fn new(
+        number: Interval,
+        truth: Interval,
+        unit: Unit,
+        undefined: Option<u32>,
+        antecedent: Option<Interval>,
+    ) -> Outcome {
         let verdict = Verdict::of(number);
         let (worst, decided) = match verdict {
             Verdict::Holds => (Some(number.lower.tick()), Some(truth.lower.tick())),
@@ -57,7 +68,8 @@ impl Outcome {
             Verdict::Undecided => (None, None),
         };
         let (lower, upper) = (number.lower.robustness(), number.upper.robustness());
-        Outcome { verdict, lower, upper, unit, worst, decided, undefined }
+        let untested = verdict == Verdict::Holds && antecedent.is_some_and(|a| !a.lower.is_true());
+        Outcome { verdict, lower, upper, unit, worst, decided, undefined, untested }
     }
 
     /// Margin, as far as it is proven: at least this if the expectation holds, at most this (zero or less) if it fails.

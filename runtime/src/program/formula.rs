@@ -112,6 +112,38 @@ impl Formula {
         }
     }
 
+    /// For a requirement on certain ticks only, `always (a implies b)` or `a implies b`: the formula that `a` holds at one of
+    /// the ticks at which it is evaluated. If that fails, the requirement holds although nothing was ever required.
+    pub fn antecedent(&self) -> Option<Formula> {
+        let (window, inner) = match self.nodes.last()? {
+            Node::Always(window, inner) => (*window, *inner),
+            _ => (Window { first: 0, last: Some(0) }, self.nodes.len() - 1),
+        };
+        let Node::Implies([condition, _]) = self.nodes.get(inner)? else { return None };
+        let mut out = Formula::new(self.period);
+        let top = self.copy_into(*condition, &mut out)?;
+        out.add(Node::Eventually(window, top));
+        Some(out)
+    }
+
+    /// Copies an operation with its operands; returns its index in `out`.
+    fn copy_into(&self, node: usize, out: &mut Formula) -> Option<usize> {
+        let mut copy = |a: usize| self.copy_into(a, out);
+        let node = match self.nodes.get(node)? {
+            Node::Predicate(k) => Node::Predicate(*k),
+            Node::Not(a) => Node::Not(copy(*a)?),
+            Node::Rise(a) => Node::Rise(copy(*a)?),
+            Node::And(list) => Node::And(list.iter().map(|a| copy(*a)).collect::<Option<_>>()?),
+            Node::Or(list) => Node::Or(list.iter().map(|a| copy(*a)).collect::<Option<_>>()?),
+            Node::Implies([a, b]) => Node::Implies([copy(*a)?, copy(*b)?]),
+            Node::Until(w, [a, b]) => Node::Until(*w, [copy(*a)?, copy(*b)?]),
+            Node::Always(w, a) => Node::Always(*w, copy(*a)?),
+            Node::Eventually(w, a) => Node::Eventually(*w, copy(*a)?),
+            Node::Within(n, a) => Node::Within(*n, copy(*a)?),
+        };
+        Some(out.add(node))
+    }
+
     /// Unit of its robustness. `signals` are the units of a tick's numbers.
     pub fn unit(&self, signals: &[Unit]) -> Unit {
         self.units(signals).last().copied().unwrap_or(Unit::Truth)
@@ -232,6 +264,34 @@ mod tests {
         let mut f = formula(vec![p(0)]);
         f.period = f64::NAN;
         assert!(f.check(1).is_err());
+    }
+
+    #[test]
+    fn the_antecedent_is_that_of_the_outermost_implication() {
+        let p = Node::Predicate;
+        let once = |window, nodes: Vec<Node>| {
+            let mut f = formula(nodes);
+            f.add(Node::Eventually(window, f.nodes.len() - 1));
+            Some(f)
+        };
+        let now = Window { first: 0, last: Some(0) };
+        let late = Window { first: 5, last: None };
+        for (nodes, antecedent) in [
+            (vec![p(0), Node::Always(Window::ALWAYS, 0)], None),
+            (vec![p(0), p(1), Node::Implies([0, 1])], once(now, vec![p(0)])),
+            (
+                vec![p(2), p(1), p(0), Node::And(vec![1, 2]), Node::Implies([3, 0]), Node::Always(late, 4)],
+                once(late, vec![p(1), p(0), Node::And(vec![0, 1])]),
+            ),
+        ] {
+            let found = formula(nodes).antecedent();
+            assert_eq!(found, antecedent);
+            assert!(found.is_none_or(|f| f.check(3).is_ok()));
+        }
+        let mut f = Formula::new(0.01);
+        let (a, b) = (f.add(p(0)), f.add(p(1)));
+        f.after(a, b);
+        assert_eq!(f.antecedent(), once(Window::ALWAYS, vec![p(0), Node::Rise(0)]));
     }
 
     #[test]

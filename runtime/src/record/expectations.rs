@@ -29,6 +29,9 @@ pub struct ExpectationRecord {
     /// Time at which one of its numbers first had no value, and counted as false, in s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub undefined_s: Option<f64>,
+    /// True if it holds only because its condition was never true.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub untested: bool,
 }
 
 impl ExpectationRecord {
@@ -58,6 +61,7 @@ pub fn records_of(expectations: &[ExpectationProgram], outcomes: &[Outcome], per
         worst_s: at(o.worst),
         decided_s: at(o.decided),
         undefined_s: at(o.undefined),
+        untested: o.untested,
     };
     expectations.iter().zip(outcomes).map(one).collect()
 }

@@ -4,6 +4,7 @@ pub mod csv;
 pub mod expectations;
 pub mod held_back;
 pub mod joint_motion;
+mod remarks;
 pub mod roster;
 pub mod series;
 pub mod signals;

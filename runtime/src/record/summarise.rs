@@ -17,6 +17,7 @@ use crate::quantity::quantity;
 use crate::record::csv;
 use crate::record::held_back::HeldBackRecorder;
 use crate::record::joint_motion::JointMotionRecorder;
+use crate::record::remarks::RemarksRecorder;
 use crate::record::roster::{Roster, RosterLevel};
 use crate::record::slow_ticks::SlowTicksRecorder;
 use crate::tick::{Recorder, Tick};
@@ -108,6 +109,7 @@ pub struct SummaryRecorder {
     held_back: HeldBackRecorder,
     joints: JointMotionRecorder,
     slow: SlowTicksRecorder,
+    remarks: RemarksRecorder,
     late: LateTicks,
     /// Number of consecutive late ticks up to the last one.
     late_now: usize,
@@ -147,6 +149,7 @@ impl SummaryRecorder {
             held_back: HeldBackRecorder::new(controller),
             joints: JointMotionRecorder::new(controller),
             slow: SlowTicksRecorder::new(controller),
+            remarks: RemarksRecorder::new(controller),
             late: LateTicks::default(),
             late_now: 0,
         }
@@ -235,6 +238,7 @@ impl SummaryRecorder {
                 .tick_budget
                 .map(|budget| LateTicks { budget_us: (1e9 * budget).round() * 1e-3, ..self.late }),
             tick_us: TickTimes { all: Percentiles::of(&mut self.elapsed_us), slowest: self.slow.result() },
+            remarks: self.remarks.result(&self.faults, program.robot.period),
             hints,
             outputs,
         }
@@ -247,6 +251,7 @@ impl Recorder for SummaryRecorder {
         self.held_back.tick(tick)?;
         self.joints.tick(tick)?;
         self.slow.tick(tick)?;
+        self.remarks.tick(tick)?;
         if !self.halted {
             self.elapsed_us.push((tick.elapsed * 1e6) as f32);
         }

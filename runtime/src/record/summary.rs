@@ -11,6 +11,7 @@ use crate::record::joint_motion::JointMotion;
 use crate::record::slow_ticks::SlowTick;
 use crate::record::verify::Verification;
 
+pub use super::remarks::MANY_FAULTS;
 pub use super::summarise::SummaryRecorder;
 
 /// Results of a run. SI units throughout.
@@ -59,6 +60,10 @@ pub struct Summary {
     pub late: Option<LateTicks>,
     /// Computing time of the controller per tick, without the ticks after a fault, which compute nothing.
     pub tick_us: TickTimes,
+    /// What the verdict names although no limit was passed: targets that were never reached, a machine that changes its state
+    /// at every tick, many handled faults.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<String>,
     /// Hints for limits that were violated by no more than sampling in time can lose.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub hints: Vec<String>,

@@ -115,3 +115,20 @@ proptest! {
         }
     }
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
+
+    /// A requirement that holds was put to the test if its condition is true at a tick of its window.
+    #[test]
+    fn a_requirement_that_never_applied_is_said(a in tree(false), b in tree(false), always in any::<bool>(), rows in rows(9)) {
+        prop_assume!(!rows.is_empty());
+        let implies = Tree::Implies(Box::new(a.clone()), Box::new(b));
+        let whole = if always { Tree::Always(Window::ALWAYS, Box::new(implies)) } else { implies };
+        let outcome = judge(&whole, &rows);
+        let last = if always { rows.len() } else { 1 };
+        let truth = Definition { rows: &rows, truth: true };
+        let applied = (0..last).any(|t| truth.at(&a, t as u32).lower.is_true());
+        prop_assert_eq!(outcome.untested, outcome.verdict == Verdict::Holds && !applied);
+    }
+}

@@ -12,7 +12,7 @@ use runtime::expect::Verdict;
 use runtime::quantity::quantity;
 use runtime::record::expectations::ExpectationRecord;
 use runtime::record::series::SeriesRecorder;
-use runtime::record::summary::{MARGIN_TOLERANCE, Summary, TaskSummary};
+use runtime::record::summary::{MANY_FAULTS, MARGIN_TOLERANCE, Summary, TaskSummary};
 use serde_json::{Value as Json, json};
 
 static TEMPLATE: &str = include_str!("assets/report.html");
@@ -70,7 +70,7 @@ fn entries(summary: &Summary) -> Vec<Json> {
 fn expectation(e: &ExpectationRecord) -> Json {
     json!({
         "label": e.label, "text": e.text, "verdict": e.verdict, "margin": e.margin, "unit": e.unit, "at": e.worst_s,
-        "undefined_at": e.undefined_s,
+        "undefined_at": e.undefined_s, "untested": e.untested,
     })
 }
 
@@ -80,11 +80,22 @@ fn expected(summary: &Summary) -> String {
     let count = |v: Verdict| summary.expectations.iter().filter(|e| e.verdict == v).count();
     match (count(Verdict::Fails), count(Verdict::Undecided)) {
         _ if all == 0 => String::new(),
-        (0, 0) if all == 1 => "The expectation holds. ".to_string(),
-        (0, 0) => format!("All {all} expectations hold. "),
+        (0, 0) if all == 1 => format!("The expectation holds{}. ", untested(summary)),
+        (0, 0) => format!("All {all} expectations hold{}. ", untested(summary)),
         (fail, 0) => format!("Expectations that fail: {fail} of {all}. "),
         (0, open) => format!("Expectations that are undecided: {open} of {all}. "),
         (fail, open) => format!("Of {all} expectations {fail} fail, and undecided are {open}. "),
+    }
+}
+
+/// Part of a sentence about the expectations whose condition was never true.
+fn untested(summary: &Summary) -> String {
+    let all = summary.expectations.len();
+    match summary.expectations.iter().filter(|e| e.untested).count() {
+        0 => String::new(),
+        1 if all == 1 => ", but was never put to the test".to_string(),
+        1 => ", but one was never put to the test".to_string(),
+        n => format!(", but {n} were never put to the test"),
     }
 }
 
@@ -92,11 +103,13 @@ fn expected(summary: &Summary) -> String {
 pub fn verdict(summary: &Summary) -> String {
     let answered = match summary.faults.iter().filter(|f| f.answered).count() {
         0 => String::new(),
+        n if n >= MANY_FAULTS => String::new(),
         1 => "The machine handled a fault. ".to_string(),
         n => format!("The machine handled {n} faults. "),
     };
     let rough = roughness::sentence(&summary.joints).map(|text| format!(" But {text}.")).unwrap_or_default();
-    answered + &limits(summary) + &rough + &late(summary)
+    let remarks: String = summary.remarks.iter().map(|r| format!("{r}. ")).collect();
+    remarks + &answered + &limits(summary) + &rough + &late(summary)
 }
 
 /// Sentence about ticks that exceeded their budget.
