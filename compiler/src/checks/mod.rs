@@ -13,6 +13,7 @@ mod reachability;
 mod safety_planners;
 mod scenario_start;
 pub(crate) mod size_limits;
+mod soft_limits;
 mod unknown_velocity;
 mod wider_limits;
 
@@ -53,6 +54,7 @@ static CHECKS: &[(On, Check)] = &[
     (On::AnyProgram, |c, out| built_stacks::check(c.program, c.places, out)),
     (On::GoodProgram, |c, out| accelerations::check(c.program, c.places, c.sources, out)),
     (On::GoodProgram, |c, out| braking::check(c.program, c.places, out)),
+    (On::GoodProgram, |c, out| soft_limits::check(c.program, c.places, out)),
     (On::GoodProgram, |c, out| conflicting_targets::check(c.program, c.places, out)),
     (On::AnyProgram, targets),
     (On::GoodProgram, |c, out| scenario_start::check(c.program, &c.places.scenario_starts, out)),

@@ -85,12 +85,24 @@ pub fn whole(body: &str, syntax: Syntax, robot: bool, stack: bool) -> String {
             tasks.iter().enumerate().filter(|(i, t)| !tasks[..*i].contains(t)).map(|(_, t)| *t).collect();
         let tasks = if tasks.is_empty() { vec!["joint_velocity_limits"] } else { tasks };
         let bounded = text.contains("robots/arm7.urdf") && !text.contains("joint_acceleration_limits");
+        // Distances stand above the targets, which would otherwise have the right to violate them.
+        let distance = |t: &&str| {
+            let kinds = ["keep(", "virtual_wall", "self_collision"];
+            kinds.iter().any(|k| body.lines().any(|l| l.starts_with(&format!("task {t} = {k}"))))
+        };
+        let (distances, targets): (Vec<&str>, Vec<&str>) = tasks.iter().copied().partition(distance);
+        let levels = match (distances.is_empty(), targets.is_empty()) {
+            (false, false) => {
+                format!("level safe {{ {} }}  level all {{ {} }}", distances.join("  "), targets.join("  "))
+            }
+            _ => format!("level all {{ {} }}", tasks.join("  ")),
+        };
         text.push_str(&match (hq, bounded) {
             (true, true) => {
                 let limits = "level limits hard { joint_acceleration_limits }";
-                format!("stack all {{ {limits}  level all {{ {} }} }}\n", tasks.join("  "))
+                format!("stack all {{ {limits}  {levels} }}\n")
             }
-            (true, false) => format!("stack all {{ level all {{ {} }} }}\n", tasks.join("  ")),
+            (true, false) => format!("stack all {{ {levels} }}\n"),
             (false, true) => {
                 let limits = "{ name: limits, hard: true, tasks: [joint_acceleration_limits] }";
                 format!(

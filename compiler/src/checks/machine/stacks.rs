@@ -43,20 +43,33 @@ impl Checked<'_> {
         let mut told: Vec<usize> = Vec::new();
         for &s in &owners {
             let Some(stack) = self.machine.states[s].stack.filter(|k| !told.contains(k)) else { continue };
-            let held = |t: &usize| self.holds(stack, *t) || self.alike(stack, *t);
-            let missing: Vec<&str> =
-                all.iter().filter(|t| !held(t)).map(|&t| self.program.tasks[t].name.as_str()).collect();
-            if missing.is_empty() {
-                continue;
-            }
-            told.push(stack);
-            let text = format!("state `{}` lacks limits of other states: {}", self.name(s), list(missing, 6));
+            let lost = all.iter().copied().filter(|&t| !self.alike(stack, t));
+            let (soft, missing): (Vec<usize>, Vec<usize>) = lost.partition(|&t| self.holds(stack, t));
+            let names = |tasks: Vec<usize>| list(tasks.iter().map(|&t| self.program.tasks[t].name.as_str()), 6);
             let at = self.places.stacks[s].unwrap_or(self.places.states[s]);
-            diagnostics.push(
-                Diagnostic::warning("HQ0708", at, text)
-                    .note("in this state the robot may violate them")
-                    .help("add them to the stack too: `stack B from A { replace .. }` keeps all other levels"),
-            );
+            if !(soft.is_empty() && missing.is_empty()) {
+                told.push(stack);
+            }
+            if !missing.is_empty() {
+                let text = format!("state `{}` lacks limits of other states: {}", self.name(s), names(missing));
+                diagnostics.push(
+                    Diagnostic::warning("HQ0708", at, text)
+                        .note("in this state the robot may violate them")
+                        .help("add them to the stack too: `stack B from A { replace .. }` keeps all other levels"),
+                );
+            }
+            if !soft.is_empty() {
+                let text = format!(
+                    "state `{}` has limits on a soft level that are hard in other states: {}",
+                    self.name(s),
+                    names(soft)
+                );
+                diagnostics.push(
+                    Diagnostic::warning("HQ0708", at, text)
+                        .note("in this state the robot may violate them, because a soft level has slack")
+                        .help("write `hard` after the name of their level, or move them to a hard level"),
+                );
+            }
         }
     }
 

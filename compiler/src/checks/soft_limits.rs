@@ -1,0 +1,92 @@
+//! Distances on soft levels below or beside a target that moves the same joints: the target may violate them.
+
+use std::collections::BTreeSet;
+
+use dsl::{Diagnostic, Help, Snippet};
+use runtime::program::{Program, Subject, Times};
+use runtime::{Evaluator, Member, RestInputs};
+use solver::Problem;
+use stdlib_tasks::dimension::LENGTH;
+use stdlib_tasks::task::RowKind;
+
+use super::configurations;
+use crate::source_map::SourceMap;
+
+/// Number of random configurations, beside home, at which the joints of a row are determined.
+const CONFIGURATIONS: usize = 3;
+
+/// Warns of each distance that a target with the same or a higher priority may violate, once for all stacks that run.
+pub(super) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
+    let mut told: BTreeSet<usize> = BTreeSet::new();
+    let runs = |stack: &usize| program.run.subject != Subject::Machine || program.run_stacks().contains(stack);
+    for stack in (0..program.stacks.len()).filter(runs) {
+        let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { continue };
+        let levels = &program.stacks[stack].levels;
+        let members = evaluator.members().to_vec();
+        let limits: Vec<usize> =
+            (0..members.len()).filter(|&i| !levels[members[i].level].hard && is_distance(&members[i])).collect();
+        if limits.is_empty() {
+            continue;
+        }
+        let moved = moved(program, &mut evaluator, &mut problem);
+        for limit in limits {
+            let m = &members[limit];
+            let rival = members.iter().enumerate().find(|(i, o)| {
+                o.row_kind == RowKind::Equality && o.level <= m.level && !moved[*i].is_disjoint(&moved[limit])
+            });
+            let Some((_, rival)) = rival.filter(|_| told.insert(m.program_index)) else { continue };
+            let (own, above) = (&levels[m.level].name, &levels[rival.level].name);
+            let beside = rival.level == m.level;
+            let text = match beside {
+                true => format!("`{}` may violate `{}`: both are on the soft level `{own}`", rival.name, m.name),
+                false => format!(
+                    "`{}` may violate `{}`: level `{above}` is above `{own}`, which is soft",
+                    rival.name, m.name
+                ),
+            };
+            let spans = &places.stacks[stack].1;
+            let d = Diagnostic::warning("HQ0526", spans[m.level], text);
+            let d = match beside {
+                true => d,
+                false => d.label(spans[rival.level], format!("`{}` has priority", rival.name)),
+            };
+            let note = match beside {
+                true => {
+                    "tasks of one soft level share the error: the robot passes the limit as far as the target asks for it"
+                }
+                false => {
+                    "a lower level uses only the freedom that the levels above leave: the robot passes the limit where the target asks for it"
+                }
+            };
+            diagnostics.push(d.note(note).help(Help::with(
+                "put the limit on a hard level above: {}",
+                [Snippet::level("safety", true, &m.name).listed("levels")],
+            )));
+        }
+    }
+}
+
+/// True for a limit whose margins are lengths.
+fn is_distance(m: &Member) -> bool {
+    m.row_kind == RowKind::Inequality && m.row_info.iter().all(|r| r.dimension == LENGTH) && !m.row_info.is_empty()
+}
+
+/// Degrees of freedom in the rows of each task. A task whose rows cannot be computed has none.
+fn moved(program: &Program, evaluator: &mut Evaluator, problem: &mut Problem) -> Vec<BTreeSet<usize>> {
+    let mut moved = vec![BTreeSet::new(); evaluator.members().len()];
+    let rest = RestInputs::present(program);
+    for q in &configurations(program, CONFIGURATIONS) {
+        evaluator.enter(q, rest.at(Times::default()));
+        // Skipped: the rows do not exist if parts overlap at a random configuration.
+        if evaluator.update(q, rest.at(Times::default()), problem).is_err() {
+            continue;
+        }
+        for (m, dofs) in evaluator.members().iter().zip(&mut moved) {
+            let level = &problem.levels[m.level];
+            for r in m.rows.clone() {
+                dofs.extend((0..program.robot.model.nv()).filter(|&dof| level.row(r)[dof] != 0.0));
+            }
+        }
+    }
+    moved
+}
