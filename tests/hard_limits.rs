@@ -309,7 +309,8 @@ proptest! {
         let case = case(seed, if balls { Walls::Balls } else { Walls::Planes }, Brakes::Default);
         let run = Run::of(&case);
         prop_assert!(run.wrong.is_none(), "{:?}", run.wrong);
-        prop_assert!(run.fault.is_none_or(|(_, f)| f.kind() == FaultKind::Infeasible), "{:?}", run.fault);
+        let stops = |f: runtime::Fault| matches!(f.kind(), FaultKind::Infeasible | FaultKind::Limit);
+        prop_assert!(run.fault.is_none_or(|(_, f)| stops(f)), "{:?}", run.fault);
         prop_assert!(run.margin >= -case.loss - ROUNDING, "{} of {}", run.margin, case.loss);
     }
 }

@@ -64,7 +64,7 @@ pub enum Fault {
         /// Its index.
         level: usize,
     },
-    /// A limit is violated, and a transition of the state is triggered by it.
+    /// The robot passed a limit of a hard level, or a limit is violated and a transition of the state is triggered by it.
     Limit {
         /// Index of the task in the stack's order.
         member: usize,

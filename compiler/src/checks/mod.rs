@@ -11,6 +11,7 @@ mod ineffective;
 mod machine;
 mod reachability;
 mod safety_planners;
+mod sampled_loss;
 mod scenario_start;
 pub(crate) mod size_limits;
 mod soft_limits;
@@ -54,6 +55,7 @@ static CHECKS: &[(On, Check)] = &[
     (On::AnyProgram, |c, out| built_stacks::check(c.program, c.places, out)),
     (On::GoodProgram, |c, out| accelerations::check(c.program, c.places, c.sources, out)),
     (On::GoodProgram, |c, out| braking::check(c.program, c.places, out)),
+    (On::GoodProgram, |c, out| sampled_loss::check(c.program, c.places, out)),
     (On::GoodProgram, |c, out| soft_limits::check(c.program, c.places, out)),
     (On::GoodProgram, |c, out| conflicting_targets::check(c.program, c.places, out)),
     (On::AnyProgram, targets),

@@ -214,7 +214,9 @@ impl Controller {
             *c = (v + self.tracking_gain * e).clamp(-d.velocity, d.velocity);
         }
         stack.evaluator.model().integrate(&mut self.reference, &self.velocity, self.period);
-        passed(stack, &self.machine)
+        // Both are evaluated: the second one updates its record of the limits that hold.
+        let hard = stack.passed(PASSED);
+        watched(stack, &self.machine).and(hard.map_or(Ok(()), Err))
     }
 
     /// Commands the robot to stand still.
@@ -229,7 +231,7 @@ impl Controller {
 }
 
 /// Returns the fault of the first violated limit that a transition watches.
-fn passed(stack: &StackController, machine: &Machine) -> Result<(), Fault> {
+fn watched(stack: &StackController, machine: &Machine) -> Result<(), Fault> {
     for (member, m) in stack.evaluator.members().iter().enumerate() {
         if m.margins.is_empty() || !machine.watches(m.program_index) {
             continue;
