@@ -40,7 +40,7 @@ macro_rules! roles {
     };
 }
 
-roles!("robot", "human", "worker", "object", "place", "layer", "task");
+roles!("robot", "human", "worker", "object", "place", "layer", "task", "source", "wall");
 
 /// Settings of the action of a task of a layer; none of these is an action.
 pub static TASK_SETTINGS: &[&str] = &["label", "features", "to", "via", "object", "agent"];
