@@ -1,4 +1,4 @@
-//! The map of a mission as data: signs, lines and names in the order in which they are drawn, x to the right and y upwards.
+//! The map of a mission as data: signs, lines, polygons and names in the order in which they are drawn, x to the right and y upwards.
 
 /// A map.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +40,15 @@ pub enum Shape {
         /// Text under the pointer.
         title: Option<String>,
     },
+    /// A polygon.
+    Region {
+        /// Meaning.
+        region: Region,
+        /// Its corners (m), at least three.
+        corners: Vec<[f64; 2]>,
+        /// Text under the pointer.
+        title: Option<String>,
+    },
     /// A name beside a sign.
     Name {
         /// Position of the sign (m).
@@ -66,6 +75,19 @@ pub enum Sign {
     Target(usize),
 }
 
+/// Meaning of a polygon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Region {
+    /// The ground on which everybody moves.
+    Ground,
+    /// An obstacle.
+    Solid,
+    /// It attracts.
+    Attracts,
+    /// It repels.
+    Repels,
+}
+
 /// Form of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
@@ -77,6 +99,8 @@ pub enum Line {
     Fetch,
     /// The path of an object, in the colour of its group.
     Carry(usize),
+    /// A wall.
+    Wall,
 }
 
 impl Shape {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use mission::map::{Line, Map, Shape, Sign};
+use mission::map::{Line, Map, Region, Shape, Sign};
 
 use crate::xml::escaped;
 
@@ -40,6 +40,7 @@ fn write(map: &Map, standing: &Standing, frame: &Frame, out: &mut String) -> std
         match shape {
             Shape::Sign { sign: form, at, title } => sign(*form, frame.at(*at), 1.0, title.as_deref(), out)?,
             Shape::Line { line: form, points, title } => line(*form, points, title.as_deref(), frame, out)?,
+            Shape::Region { region: of, corners, title } => region(*of, corners, title.as_deref(), frame, out)?,
             Shape::Name { at, text } => names.write(frame.at(*at), text, out)?,
         }
     }
@@ -88,15 +89,35 @@ fn line(line: Line, points: &[[f64; 2]], title: Option<&str>, frame: &Frame, out
         Line::Path => "way".to_string(),
         Line::Near => "near".to_string(),
         Line::Fetch => "goes".to_string(),
+        Line::Wall => "wall".to_string(),
         Line::Carry(group) => format!("carries line-{}", group % LAYERS),
     };
     write!(out, "<path class=\"{class}\" d=\"")?;
+    path(points, frame, out)?;
+    write!(out, "\"")?;
+    closed("path", title, out)
+}
+
+/// The commands of a path through points.
+fn path(points: &[[f64; 2]], frame: &Frame, out: &mut String) -> std::fmt::Result {
     for (number, point) in points.iter().enumerate() {
         let [x, y] = frame.at(*point);
         let (space, command) = if number == 0 { ("", 'M') } else { (" ", 'L') };
         write!(out, "{space}{command}{} {}", px(x), px(y))?;
     }
-    write!(out, "\"")?;
+    Ok(())
+}
+
+fn region(of: Region, corners: &[[f64; 2]], title: Option<&str>, frame: &Frame, out: &mut String) -> std::fmt::Result {
+    let class = match of {
+        Region::Ground => "ground",
+        Region::Solid => "solid",
+        Region::Attracts => "attracts",
+        Region::Repels => "repels",
+    };
+    write!(out, "<path class=\"{class}\" d=\"")?;
+    path(corners, frame, out)?;
+    write!(out, " Z\"")?;
     closed("path", title, out)
 }
 
