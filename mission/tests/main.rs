@@ -14,4 +14,7 @@ mod layers_refusals;
 mod pages;
 mod random;
 mod refusals;
+mod search;
+mod search_execution;
+mod searched;
 mod thesis;

@@ -4,12 +4,14 @@ use serde_json::{Value, json};
 
 use crate::common::{Random, vineyard};
 use crate::layered;
+use crate::searched::light_and_panel;
 use hierarq_mission::kind::Mission;
 use hierarq_mission::kind::pages::{
     Button, Client, JournalSink, MissionSession, Refusal, Request, ServeSettings, Session,
 };
 use hierarq_mission::kinds::layers::Layers;
 use hierarq_mission::kinds::schedule::Schedule;
+use hierarq_mission::kinds::search::Search;
 
 /// A mission with the requests that had an effect.
 struct Recorded {
@@ -123,6 +125,15 @@ fn people_of_layers_press_buttons() {
     }
 }
 
+#[test]
+fn people_of_a_search_press_buttons() {
+    for seed in 0..8 {
+        let mut problem = light_and_panel(true);
+        problem.horizon = 600.0;
+        people_press(&Search { problem }, 500, seed);
+    }
+}
+
 /// Requests that can never succeed are rejected as invalid, and not recorded.
 #[test]
 fn invalid_requests_are_not_recorded() {
@@ -150,4 +161,36 @@ fn invalid_requests_are_not_recorded() {
         assert!(matches!(reply, Err(Refusal::Invalid(_))), "{request:?} {reply:?}");
     }
     assert!(on.journal.is_empty(), "{:?}", on.journal);
+}
+
+/// A request about an activity that is over, a position that is not free and one outside the map change nothing.
+#[test]
+fn requests_of_a_search_that_come_too_late_are_told_so() {
+    let settings = ServeSettings { sampled: None, reporting: vec![1], nodes: Some(500) };
+    let mission = Search { problem: light_and_panel(true) };
+    let mut on = Recorded { session: MissionSession::new(&mission, &settings).unwrap(), journal: Vec::new() };
+    on.session.advance(1.0);
+    let anna = |body: Value| Request { from: Client::Person(1), body };
+    let done = |activity: usize| anna(json!({ "what": "done", "activity": activity }));
+    for request in [
+        anna(json!({ "what": "pose" })),
+        anna(json!({ "what": "pose", "at": [1e300, 0] })),
+        anna(json!({ "what": "done" })),
+        anna(json!({ "what": "failed", "activity": 0 })),
+        Request { from: Client::Supervisor, body: json!({ "what": "lost", "member": 2 }) },
+        Request { from: Client::Person(0), body: json!({ "what": "done", "activity": 0 }) },
+    ] {
+        let reply = on.press(request.clone());
+        assert!(matches!(reply, Err(Refusal::Invalid(_))), "{request:?} {reply:?}");
+    }
+    for request in
+        [done(1), anna(json!({ "what": "pose", "at": [-1, 3] })), anna(json!({ "what": "pose", "at": [0.1, 3] }))]
+    {
+        let reply = on.press(request.clone());
+        assert!(matches!(reply, Err(Refusal::NotNow(_))), "{request:?} {reply:?}");
+    }
+    assert!(on.journal.is_empty(), "{:?}", on.journal);
+    assert!(on.press(done(0)).unwrap().starts_with("Noted: done at"));
+    assert_eq!(on.press(done(0)).unwrap(), "This activity is done already.");
+    assert_eq!(on.journal.len(), 1);
 }

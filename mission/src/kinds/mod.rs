@@ -2,9 +2,11 @@
 //!
 //! - [`schedule`]: robots that serve agents at the end of their operations, thesis chapter 5.
 //! - [`layers`]: tasks in ordered layers, each with an agent and an object, thesis chapter 6.
+//! - [`search`]: a team that collects reward on a map, Dalmasso et al. 2023.
 
 pub mod layers;
 pub mod schedule;
+pub mod search;
 
 use blocks::BlockSchema;
 
@@ -21,7 +23,7 @@ macro_rules! kinds {
     };
 }
 
-kinds!(schedule, layers);
+kinds!(schedule, layers, search);
 
 /// The entry of this name.
 pub fn find(name: &str) -> Option<&'static Kind> {

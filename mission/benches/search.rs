@@ -1,0 +1,76 @@
+//! Times the planner of searches: plans on a floor of 750 m^2, states of the tree search on one thread and on two, trees of
+//! 2,000 nodes, the check of a map.
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+#[path = "../tests/searched/mod.rs"]
+mod searched;
+
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use hierarq_mission::engine::Budget;
+use hierarq_mission::kinds::search::check::check;
+use hierarq_mission::kinds::search::choose::{Options, plan};
+use hierarq_mission::kinds::search::problem::Problem;
+use hierarq_mission::kinds::search::validate::validate;
+use hierarq_mission::kinds::search::ways::ActionSets;
+
+fn main() {
+    divan::main();
+}
+
+fn floor(agents: usize, states: u64) -> Problem {
+    let mut problem = searched::floor(agents, 10);
+    problem.planner.states = states;
+    problem
+}
+
+#[divan::bench(args = [2, 3], sample_count = 10)]
+fn plan_of_a_floor(bencher: Bencher, agents: usize) {
+    let problem = floor(agents, 20_000);
+    bencher.bench_local(|| plan(black_box(&problem), &Options::of(&problem)));
+}
+
+/// Trees are grown too: compare with `action_sets_of_a_floor`.
+#[divan::bench(args = [1, 2], sample_count = 5)]
+fn states_by_threads(bencher: Bencher, threads: usize) {
+    let problem = floor(2, 200_000);
+    let options = Options { threads: Some(threads), ..Options::of(&problem) };
+    bencher.counter(ItemsCount::new(200_000_u64)).bench_local(|| plan(black_box(&problem), &options));
+}
+
+#[divan::bench(sample_count = 10)]
+fn action_sets_of_a_floor(bencher: Bencher) {
+    let problem = floor(2, 20_000);
+    bencher.bench_local(|| ActionSets::new(black_box(&problem)));
+}
+
+/// One agent and one source behind walls: one tree.
+#[divan::bench(args = [400, 2_000])]
+fn tree(bencher: Bencher, nodes: usize) {
+    let mut problem = searched::floor(1, 1);
+    problem.planner.tree_nodes = nodes;
+    bencher.bench_local(|| ActionSets::new(black_box(&problem)));
+}
+
+#[divan::bench]
+fn check_of_a_floor(bencher: Bencher) {
+    let problem = floor(2, 20_000);
+    bencher.bench_local(|| check(black_box(&problem)));
+}
+
+#[divan::bench]
+fn first_plan(bencher: Bencher) {
+    let mut problem = floor(2, 20_000);
+    let budget = Budget { nodes: 500, ..Budget::default() };
+    problem.start = 10.0;
+    bencher.bench_local(|| plan(black_box(&problem), &Options { budget, ..Options::of(&problem) }));
+}
+
+#[divan::bench]
+fn validation(bencher: Bencher) {
+    let problem = floor(2, 2_000);
+    if let Ok(found) = plan(&problem, &Options::of(&problem)) {
+        bencher.bench_local(|| validate(black_box(&problem), &found.plan));
+    }
+}

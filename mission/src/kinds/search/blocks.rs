@@ -1,0 +1,155 @@
+//! The blocks of a search: keys with their types, units, ranges, defaults and texts.
+
+use blocks::{ByName, Key, MemberIndex, Members, Named, Place, ValueType, Word, block};
+use quantities::Quantity;
+use quantities::dimension::{ANGLE, LENGTH, NONE, RATE, TIME, VELOCITY};
+
+use super::problem::{Fall, SourceKind};
+use crate::declare::common::{A_LENGTH, A_SHARE, A_WEIGHT, LABEL};
+use crate::numbers::Range;
+
+/// The agents, in the order of [`Problem::agents`](super::problem::Problem::agents).
+pub static AGENTS: Members = Members { noun: "agent", roles: &["robot", "human"] };
+/// The sources, in the order of [`Problem::sources`](super::problem::Problem::sources).
+pub static SOURCES: Members = Members { noun: "source", roles: &["source"] };
+/// The walls, in the order of [`Problem::walls`](super::problem::Problem::walls).
+pub static WALLS: Members = Members { noun: "wall", roles: &["wall"] };
+
+const POINTS: ValueType = ValueType::List(&ValueType::Pair(LENGTH));
+const SQUARE: &str = "[[0, 0], [4, 0], [4, 3], [0, 3]] m";
+const SOME_SOURCES: ValueType = ValueType::List(&ValueType::Name(Named::Own(&SOURCES)));
+const SOME_AGENTS: ValueType = ValueType::List(&ValueType::Name(Named::Own(&AGENTS)));
+const SOME_WALLS: ValueType = ValueType::List(&ValueType::Name(Named::Own(&WALLS)));
+
+const fn count(least: f64, most: f64) -> ValueType {
+    ValueType::Count(Quantity::between(NONE, least, most))
+}
+
+block! {
+    /// A mission of the kind `search`.
+    pub struct SearchBlock = SEARCH, "a search" {
+        /// Corners of the ground on which the agents move.
+        area: Vec<[f64; 2]> = required(POINTS, "[[0, 0], [10, 0], [10, 8], [0, 8]] m");
+        /// Time, from the start on, in which rewards count.
+        horizon: f64 = or(ValueType::Number(Quantity::above(TIME, 0.0)), "60 s");
+        /// Number of goals that an agent considers after each action, `N_a`.
+        goals: usize = or(count(1.0, 64.0), "8");
+        /// Factor of the probability of the last action of a rollout, `w` of (14).
+        reduction: f64 = or(ValueType::Number(Quantity::between(NONE, 0.01, 0.99)), "0.8");
+        /// Discount of that reduction for each earlier action, `gamma` of (14).
+        discount: f64 = or(ValueType::Number(Quantity::between(NONE, 0.5, 0.99)), "0.8");
+        /// Number of nodes of each tree of ways around walls.
+        tree_nodes: usize = or(count(16.0, 20_000.0), "400");
+        /// Time that an agent stays at a source with an infinite pool before it decides again.
+        stay: f64 = or(ValueType::Number(Quantity::between(TIME, 0.1, 1e6)), "5 s");
+        /// Number of states of the search tree, with which planning ends.
+        states: usize = or(count(100.0, 1e6), "20000");
+        /// Seed of the planner.
+        seed: usize = or(count(0.0, 1e6), "1");
+    }
+    also [
+        Key::optional("robot", ValueType::Block(&SEARCH_AGENT), "A robot of the team: `robot NAME { start [0, 0] m  speed 0.8 m/s }`.")
+            .at(Place::Hq),
+        Key::optional("robots", ValueType::Each(&ValueType::Block(&SEARCH_AGENT)), "The robots of the team, by name.")
+            .at(Place::Yaml),
+        Key::optional("human", ValueType::Block(&SEARCH_AGENT), "A person of the team: `human NAME { start [0, 0] m  speed 1.2 m/s }`.")
+            .at(Place::Hq),
+        Key::optional("humans", ValueType::Each(&ValueType::Block(&SEARCH_AGENT)), "The people of the team, by name.")
+            .at(Place::Yaml),
+        Key::optional("source", ValueType::Block(&SOURCE), "A source of reward: `source NAME { at [4, 2] m  radius 0.5 m  inside { rate 5 /s }  pool 10 }`.")
+            .at(Place::Hq),
+        Key::optional("sources", ValueType::Each(&ValueType::Block(&SOURCE)), "Sources of reward, by name.")
+            .at(Place::Yaml),
+        Key::optional("wall", ValueType::Block(&WALL), "A wall: `wall NAME { line [[0, 2], [3, 2]] m }`.").at(Place::Hq),
+        Key::optional("walls", ValueType::Each(&ValueType::Block(&WALL)), "Walls, by name.").at(Place::Yaml),
+    ]
+}
+
+block! {
+    /// A robot or a person of a search.
+    pub struct AgentBlock = SEARCH_AGENT, "an agent of a search" {
+        /// See [`LABEL`].
+        label: Option<String> = same(LABEL);
+        /// Position at the start.
+        start: [f64; 2] = required(ValueType::Pair(LENGTH), "[0, 0] m");
+        /// Direction at the start, from the x axis; for sources that are relative to the agent.
+        heading: f64 = or(ValueType::Number(Quantity::any(ANGLE)), "0 rad");
+        /// Speed of its motion.
+        speed: f64 = required(ValueType::Number(Quantity::above(VELOCITY, 0.0)), "1 m/s");
+        /// Distance that its middle keeps from walls and from the edge of the area.
+        radius: f64 = or(A_LENGTH, "0.3 m");
+        /// Walls that it passes, as a drone passes low ones.
+        passes: Vec<MemberIndex> = optional(SOME_WALLS, "[fence]");
+        /// Sources that it is believed not to know of. The plan does not expect it to consume them.
+        unaware: Vec<MemberIndex> = optional(SOME_SOURCES, "[light]");
+        /// Relative standard deviation of the times of its ways when they are executed with `operations sampled`. Plans do
+        /// not use it.
+        spread: f64 = or(A_SHARE, "0");
+    }
+}
+
+block! {
+    /// A wall.
+    pub struct WallBlock = WALL, "a wall" {
+        /// See [`LABEL`].
+        label: Option<String> = same(LABEL);
+        /// Points of a thin wall.
+        line: Vec<[f64; 2]> = optional(POINTS, "[[0, 2], [3, 2]] m");
+        /// Corners of a solid obstacle, in place of `line`.
+        polygon: Vec<[f64; 2]> = optional(POINTS, SQUARE);
+    }
+}
+
+block! {
+    /// A source of reward.
+    pub struct SourceBlock = SOURCE, "a source" {
+        /// See [`LABEL`].
+        label: Option<String> = same(LABEL);
+        /// Its set: of an element of the `environment`, of an `action` (the axis of its boundary is the speed), of a `task`
+        /// with a fixed place, or of an `interaction` (its boundary is in the frame of an agent).
+        kind: Word = or(ValueType::Choice(&SourceKind::NAMES), "task");
+        /// Centre of its boundary, a circle; without `radius` the boundary is this point.
+        at: Option<[f64; 2]> = optional(ValueType::Pair(LENGTH));
+        /// Radius of the circle.
+        radius: Option<f64> = optional(ValueType::Number(Quantity::above(LENGTH, 0.0)), "0.5 m");
+        /// Corners of its boundary, a polygon.
+        polygon: Vec<[f64; 2]> = optional(POINTS, SQUARE);
+        /// Points of its boundary, a line without an inside.
+        line: Vec<[f64; 2]> = optional(POINTS, "[[0, 2], [3, 2]] m");
+        /// Points that are its boundary.
+        points: Vec<[f64; 2]> = optional(POINTS, "[[0, 2], [3, 2]] m");
+        /// Boundary of an action source: an interval of speeds.
+        speeds: Option<Range> = optional(ValueType::Range(Quantity::at_least(VELOCITY, 0.0)), "[0.1, 2] m/s");
+        /// Reward rate inside the boundary and on it, `r_i`; default: none.
+        inside: Option<RateBlock> = optional(ValueType::Block(&REWARD_RATE), "{ rate 5 /s }");
+        /// Reward rate outside the boundary, `r_e`; default: none.
+        outside: Option<RateBlock> = optional(ValueType::Block(&REWARD_RATE), "{ rate 5 /s  fall gaussian  scale 0.5 m }");
+        /// Reward that it holds, `R`; default: infinite.
+        pool: Option<f64> = optional(A_WEIGHT, "10");
+        /// Agents that may consume it, `tau`; default: all.
+        targets: Option<Vec<MemberIndex>> = optional(SOME_AGENTS, "[anna]");
+        /// Strict precedence: it is rewarding only after all of these sources are consumed.
+        after: Vec<MemberIndex> = optional(SOME_SOURCES, "[light]");
+        /// Soft precedence: it is rewarding only until one of these sources is consumed.
+        until: Vec<MemberIndex> = optional(SOME_SOURCES, "[exit]");
+        /// Codependent consumption: of a unit that is taken from it, this share is also taken from each of these sources,
+        /// and the other way round.
+        codependent: Vec<ByName<f64>> = optional(ValueType::Of(Named::Own(&SOURCES), &A_SHARE), "{ till_2 1 }");
+        /// Agent in whose frame the boundary of an interaction source is, with its heading as the x axis.
+        of: Option<MemberIndex> = optional(ValueType::Name(Named::Own(&AGENTS)), "anna");
+    }
+}
+
+block! {
+    /// A reward rate as a function of the distance `d` from the boundary.
+    pub struct RateBlock = REWARD_RATE, "a reward rate" {
+        /// Reward a second at the boundary; with `fall rising` the value that it approaches. Negative for what is to be
+        /// avoided.
+        rate: f64 = required(ValueType::Number(Quantity::any(RATE)), "5 /s");
+        /// Form of the rate over `d`, with the length `scale`: `constant`; `linear`, down to zero at `scale`; `exponential`,
+        /// `exp(-d/scale)`; `gaussian`, `exp(-d^2/(2 scale^2))`; `rising`, `1 - exp(-d/scale)`.
+        fall: Word = or(ValueType::Choice(&Fall::NAMES), "constant");
+        /// Length of the form.
+        scale: f64 = or(ValueType::Number(Quantity::above(LENGTH, 0.0)), "1 m");
+    }
+}

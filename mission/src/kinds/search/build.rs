@@ -1,0 +1,264 @@
+//! A search from its declaration.
+
+use blocks::{Block, Help, MemberIndex, Snippet, Word};
+
+use super::blocks::{AgentBlock, RateBlock, SearchBlock, SourceBlock, WallBlock};
+use super::check::{Item, check};
+use super::mission::{Search, members};
+use super::problem::{Agent, Boundary, Codependence, Fall, Planner, Problem, Rate, Source, SourceKind, Wall};
+use crate::declare::{DeclaredMember, DeclaredMission, Origins, Remark, Remarks, labels, mistaken};
+
+/// Builds the mission.
+pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search {
+    let mut places = Origins::new(declared, Item::Mission);
+    let settings = SearchBlock::read(&declared.settings);
+    let agents: Vec<&DeclaredMember> = declared.of("robot").chain(declared.of("human")).collect();
+    let mut problem = Problem {
+        area: settings.area,
+        walls: Vec::new(),
+        agents: Vec::new(),
+        sources: Vec::new(),
+        codependent: Vec::new(),
+        horizon: settings.horizon,
+        start: 0.0,
+        planner: Planner {
+            goals: settings.goals,
+            reduction: settings.reduction,
+            discount: settings.discount,
+            tree_nodes: settings.tree_nodes,
+            stay: settings.stay,
+            states: settings.states as u64,
+            seed: settings.seed as u64,
+        },
+        labels: Default::default(),
+    };
+    for member in declared.of("wall") {
+        let item = Item::Wall(problem.walls.len());
+        places.add(item, &member.settings);
+        problem.walls.push(wall(member, item, &mut places, remarks));
+    }
+    for member in &agents {
+        places.add(Item::Agent(problem.agents.len()), &member.settings);
+        problem.agents.push(agent(member));
+    }
+    for member in declared.of("source") {
+        let item = Item::Source(problem.sources.len());
+        places.add(item, &member.settings);
+        let source = source(member, item, agents.len(), &mut places, remarks);
+        problem.sources.push(source);
+    }
+    codependences(declared, &mut problem, &mut places, remarks);
+    problem.labels = labels(declared, [], remarks);
+    mistaken(declared, members(&problem).iter().map(|member| member.name), &problem.labels, remarks);
+    if !places.any_wrong() {
+        for mistake in check(&problem) {
+            remarks.push(mistake.remark(&places));
+        }
+    }
+    if !remarks.has_error() && !places.any_wrong() {
+        idle(&problem, &places, remarks);
+    }
+    Search { problem }
+}
+
+fn indices(of: &[MemberIndex]) -> Vec<usize> {
+    of.iter().map(|index| index.0).collect()
+}
+
+fn agent(member: &DeclaredMember) -> Agent {
+    let block = AgentBlock::read(&member.settings);
+    Agent {
+        name: member.name.clone(),
+        human: member.role == "human",
+        start: block.start,
+        heading: block.heading,
+        speed: block.speed,
+        radius: block.radius,
+        passes: indices(&block.passes),
+        unaware: indices(&block.unaware),
+        spread: block.spread,
+        lost: false,
+    }
+}
+
+/// Codes of what is wrong with a boundary.
+const BOUNDARY: &str = "HQ0941";
+
+fn wall(member: &DeclaredMember, item: Item, places: &mut Origins<Item>, remarks: &mut Remarks) -> Wall {
+    let block = WallBlock::read(&member.settings);
+    let written = |key: &str| member.settings.key_origin(key);
+    let help = || {
+        let pieces = [Snippet::entry("line", "[[0, 2], [3, 2]] m"), Snippet::entry("polygon", "[..] m")];
+        Help::with("write the points of a thin wall, {}, or the corners of a solid one, {}", pieces)
+    };
+    let name = &member.name;
+    match (written("line"), written("polygon")) {
+        (None, None) => {
+            remarks.push(Remark::error(BOUNDARY, member.at, format!("`{name}` has no points")).help(help()));
+            places.mark_wrong(item, "line");
+        }
+        (Some(one), Some(other)) => {
+            let text = format!("`{name}` is thin and solid at once");
+            remarks.push(Remark::error(BOUNDARY, other, text).label(one, "the other one").help("keep one of the two"));
+            places.mark_wrong(item, "polygon");
+        }
+        _ => {}
+    }
+    let solid = written("polygon").is_some();
+    Wall { name: name.clone(), points: if solid { block.polygon } else { block.line }, solid }
+}
+
+fn rate(block: Option<RateBlock>) -> Rate {
+    let Some(RateBlock { rate, fall, scale }) = block else { return Rate::ZERO };
+    let found = Fall::ALL.into_iter().find(|form| form.name() == fall);
+    Rate { peak: rate, fall: found.unwrap_or(Fall::Constant), scale }
+}
+
+/// A circle, as an example.
+fn circle() -> Snippet {
+    Snippet::parts([Snippet::entry("at", "[4, 2] m"), Snippet::entry("radius", "0.5 m")])
+}
+
+/// An interval of speeds, as an example.
+fn speeds() -> Snippet {
+    Snippet::entry("speeds", "[0.1, 2] m/s")
+}
+
+/// Keys that give a boundary.
+const BOUNDARIES: [&str; 5] = ["at", "polygon", "line", "points", "speeds"];
+
+fn source(
+    member: &DeclaredMember,
+    item: Item,
+    agents: usize,
+    places: &mut Origins<Item>,
+    remarks: &mut Remarks,
+) -> Source {
+    let block = SourceBlock::read(&member.settings);
+    let kind = kind(block.kind);
+    let written: Vec<(&'static str, blocks::Origin)> =
+        BOUNDARIES.iter().filter_map(|key| Some((*key, member.settings.key_origin(key)?))).collect();
+    let name = &member.name;
+    let mut wrong = |key: &'static str, remark: Remark| {
+        remarks.push(remark);
+        places.mark_wrong(item, key);
+    };
+    match written[..] {
+        [] => {
+            let remark = Remark::error(BOUNDARY, member.at, format!("`{name}` has no boundary"));
+            wrong(
+                "at",
+                match kind {
+                    SourceKind::Action => remark.help(Help::with("write an interval of speeds, {}", [speeds()])),
+                    _ => remark.help(Help::with("write a circle, {}, or a polygon, a line or points", [circle()])),
+                },
+            );
+        }
+        [_] => {}
+        [(one, first), (other, second), ..] => {
+            let text = format!("`{name}` has two boundaries, `{one}` and `{other}`");
+            let remark = Remark::error(BOUNDARY, second, text).label(first, "the other one");
+            wrong("at", remark.help("keep one of the two, or declare two sources"));
+        }
+    }
+    if let Some(at) = member.settings.key_origin("radius").filter(|_| member.settings.key_origin("at").is_none()) {
+        let remark = Remark::error(BOUNDARY, at, "there is no circle that this radius is of");
+        wrong(
+            "radius",
+            remark.help(Help::with("write the centre of the circle too, {}", [Snippet::entry("at", "[4, 2] m")])),
+        );
+    }
+    let interval = member.settings.key_origin("speeds");
+    if let (Some(at), false) = (interval, kind == SourceKind::Action) {
+        let remark = Remark::error(
+            BOUNDARY,
+            at,
+            format!("the boundary of `{name}` is an interval of speeds, and not on the ground"),
+        );
+        let remark = remark.note(format!(
+            "the boundary of an action source is on the axis of speed, and this source has the kind `{}`",
+            kind.name()
+        ));
+        wrong(
+            "speeds",
+            remark.help(Help::with("write {}, or a boundary on the ground", [Snippet::entry("kind", "action")])),
+        );
+    } else if let (Some((key, at)), true, None) = (written.first(), kind == SourceKind::Action, interval) {
+        let remark =
+            Remark::error(BOUNDARY, *at, format!("`{name}` is an action source, and `{key}` is on the ground"));
+        wrong("at", remark.help(Help::with("write an interval of speeds, {}, or another `kind`", [speeds()])));
+    }
+    match (kind == SourceKind::Interaction, member.settings.key_origin("of")) {
+        (true, None) => {
+            let remark = Remark::error(BOUNDARY, member.at, format!("`{name}` is an interaction source of no agent"));
+            let remark = remark.note("the boundary of an interaction source is in the frame of an agent");
+            wrong("of", remark.help(Help::with("name the agent, for instance {}", [Snippet::entry("of", "anna")])));
+        }
+        (false, Some(at)) => {
+            let remark =
+                Remark::error(BOUNDARY, at, format!("`{name}` is in the frame of an agent, and no interaction source"));
+            let remark = remark.note(format!("its kind is `{}`", kind.name()));
+            wrong("of", remark.help(Help::with("write {}, or remove `of`", [Snippet::entry("kind", "interaction")])));
+        }
+        _ => {}
+    }
+    let boundary = match (block.at, block.radius, block.speeds) {
+        (_, _, Some(speeds)) => Boundary::Speed([speeds.low, speeds.high]),
+        (Some(centre), Some(radius), _) => Boundary::Circle { centre, radius },
+        (Some(at), None, _) => Boundary::Points(vec![at]),
+        _ if !block.line.is_empty() => Boundary::Line(block.line),
+        _ if !block.points.is_empty() => Boundary::Points(block.points),
+        _ => Boundary::Polygon(block.polygon),
+    };
+    Source {
+        name: name.clone(),
+        kind,
+        boundary,
+        inside: rate(block.inside),
+        outside: rate(block.outside),
+        pool: block.pool,
+        targets: block.targets.map_or_else(|| (0..agents).collect(), |targets| indices(&targets)),
+        after: indices(&block.after),
+        until: indices(&block.until),
+        of: block.of.map(|of| of.0),
+    }
+}
+
+fn kind(word: Word) -> SourceKind {
+    SourceKind::ALL.into_iter().find(|kind| kind.name() == word).unwrap_or(SourceKind::Task)
+}
+
+/// Reads which sources share their pools. Each pair counts once, on whichever side it is written.
+fn codependences(declared: &DeclaredMission, problem: &mut Problem, places: &mut Origins<Item>, remarks: &mut Remarks) {
+    for (index, member) in declared.of("source").enumerate() {
+        for entry in SourceBlock::read(&member.settings).codependent {
+            let (pair, share) = ([index, entry.member], entry.value.value);
+            let same = |of: &&Codependence| of.of == pair || of.of == [pair[1], pair[0]];
+            match problem.codependent.iter().find(same) {
+                Some(known) if known.share != share => {
+                    let name = &problem.sources.get(entry.member).map_or("", |source| source.name.as_str());
+                    let text =
+                        format!("`{}` and `{name}` share their pools by {share} and by {}", member.name, known.share);
+                    let other = places.of(Item::Source(entry.member), &["codependent"]);
+                    let remark = Remark::error("HQ0944", entry.value.at, text).label(other, "here by another share");
+                    remarks.push(remark.help("write the same share on both sides, or on one side alone"));
+                    places.mark_wrong(Item::Source(index), "codependent");
+                }
+                Some(_) => {}
+                None => problem.codependent.push(Codependence { of: pair, share }),
+            }
+        }
+    }
+}
+
+/// Warns of agents that have nothing to collect.
+fn idle(problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
+    for (index, agent) in problem.agents.iter().enumerate() {
+        // Who is unaware of sources takes part knowingly.
+        if !problem.sources.iter().any(|source| source.attracts() && source.targets.contains(&index)) {
+            let text = format!("`{}` has nothing to collect", agent.name);
+            let remark = Remark::warning("HQ0907", places.of(Item::Agent(index), &[]), text);
+            remarks.push(remark.help("make it a target of a source with a positive rate, or remove it"));
+        }
+    }
+}

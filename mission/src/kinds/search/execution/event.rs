@@ -1,0 +1,57 @@
+//! Events of an execution of a search, and the reasons for which one is rejected.
+
+use crate::kinds::search::geometry::Point;
+
+/// Something that happens at the present time. Agents are named by index.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// The activity under way takes longer than was expected.
+    Late {
+        /// The agent.
+        agent: usize,
+        /// By how much (s); less than 0: it takes shorter.
+        by: f64,
+    },
+    /// The activity under way is done.
+    Done {
+        /// The agent.
+        agent: usize,
+    },
+    /// An agent is at this place.
+    Moved {
+        /// The agent.
+        agent: usize,
+        /// The place (m).
+        to: Point,
+    },
+    /// An agent takes no part any more.
+    Lost {
+        /// The agent.
+        agent: usize,
+    },
+    /// A lost agent takes part again, from where it is.
+    Back {
+        /// The agent.
+        agent: usize,
+    },
+    /// Everything is planned anew, if the settings allow it.
+    Replan,
+}
+
+/// Reason for which an event is rejected. A rejected event changes nothing.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message says what each field is")]
+pub enum EventError {
+    #[error("there is no agent with number {agent}")]
+    NoAgent { agent: usize },
+    #[error("{name} is lost")]
+    IsLost { name: String },
+    #[error("{name} is not lost")]
+    NotLost { name: String },
+    #[error("{name} has no activity that can end")]
+    NoActivity { name: String },
+    #[error("({:.1}, {:.1}) m is in a wall, nearer to one than the radius of {name}, or outside the area", .at[0], .at[1])]
+    NotFree { name: String, at: Point },
+    #[error("a time must be a number of at most a million seconds, and is {value}")]
+    Time { value: f64 },
+}

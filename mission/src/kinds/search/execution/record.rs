@@ -1,0 +1,37 @@
+//! Log entries of an execution of a search.
+
+use crate::execution::{self, PlanChange};
+use crate::kinds::search::plan::Phase;
+
+use super::event::Event;
+
+/// An entry of the log.
+pub type Record = execution::Record<LogEntry>;
+
+/// Content of a log entry.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LogEntry {
+    /// An agent began an activity.
+    Begun {
+        /// Index of the agent.
+        agent: usize,
+        /// The kind of activity.
+        phase: Phase,
+        /// Index of the source that it is for.
+        source: Option<usize>,
+    },
+    /// The pool of a source is empty.
+    Consumed {
+        /// Index of the source.
+        source: usize,
+    },
+    /// An event was handled.
+    Handled {
+        /// The event.
+        event: Event,
+    },
+    /// The plan changed.
+    Plan(PlanChange),
+    /// Every activity is done.
+    Done,
+}

@@ -1,0 +1,155 @@
+//! Steps that happen by themselves: activities begin and end.
+
+use crate::execution::{Durations, World};
+use crate::kinds::search::geometry::{Point, Pose, along, distance, length};
+use crate::kinds::search::plan::{Activity, Phase};
+use crate::kinds::search::problem::{Agent, Problem};
+use crate::kinds::search::ways::Way;
+use crate::random::{normal_above, stream};
+
+use super::record::LogEntry;
+use super::rewards::rates;
+use super::settings::Settings;
+use super::state::{Current, Member};
+use super::{SearchExecution, SearchWorld};
+
+/// Least factor of a sampled duration.
+const LEAST: f64 = 0.1;
+
+/// The activity under way of an agent ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Ends(usize);
+
+impl World for SearchWorld {
+    type Problem = Problem;
+    type Settings = Settings;
+    type Activity = Activity;
+    type LogEntry = LogEntry;
+    type Step = Ends;
+
+    fn due(of: &SearchExecution, _: bool) -> Vec<(f64, Ends)> {
+        // The activity of somebody who reports goes on behind its expected end, at which only rewards are counted.
+        let by_itself = |(agent, member): (usize, &Member)| {
+            let ends = member.current.as_ref()?.ends?;
+            let reports = of.settings.reporting.contains(&agent);
+            (!reports || (of.world.settled < ends && ends <= of.problem.horizon)).then_some((ends, Ends(agent)))
+        };
+        of.world.members.iter().enumerate().filter_map(by_itself).collect()
+    }
+
+    fn perform(of: &mut SearchExecution, Ends(agent): Ends) {
+        of.settle();
+        if !of.settings.reporting.contains(&agent) {
+            of.end(agent, true);
+            of.start(agent);
+            of.wake();
+        }
+    }
+}
+
+impl SearchExecution {
+    /// Ends the current activity of an agent where it is, or at the end of its way.
+    pub(super) fn end(&mut self, agent: usize, whole: bool) {
+        let now = self.time;
+        let pose = if whole {
+            let member = &self.world.members[agent];
+            let way = member.current.as_ref().and_then(|current| current.way.as_ref());
+            way.map_or(member.pose, |way| along(&way.points, 1.0, member.pose.heading))
+        } else {
+            self.pose(agent, now)
+        };
+        let member = &mut self.world.members[agent];
+        let Some(current) = member.current.take() else { return };
+        if let Some(activity) = member.queue.get(member.next) {
+            let mut activity = activity.clone();
+            (activity.start, activity.end, activity.begun) = (current.began, now, true);
+            if let Some(way) = &current.way {
+                let share = if whole { 1.0 } else { current.share(now) };
+                member.travelled += share * length(&way.points);
+                activity.way = part(&way.points, [0.0, share]);
+            }
+            // An activity that a new plan ended at once was never performed.
+            if now > current.began || whole {
+                member.past.push(activity);
+            }
+        }
+        member.next += 1;
+        self.stand(agent, pose);
+    }
+
+    /// An agent stands at a place.
+    pub(super) fn stand(&mut self, agent: usize, pose: Pose) {
+        let rates = rates(&self.problem, agent, pose.at);
+        let member = &mut self.world.members[agent];
+        (member.pose, member.rates) = (pose, rates);
+    }
+
+    /// Begins the next activity of an agent.
+    pub(super) fn start(&mut self, agent: usize) {
+        let member = &self.world.members[agent];
+        let Some(activity) = member.queue.get(member.next).filter(|_| !self.problem.agents[agent].lost) else { return };
+        let planned = activity.end - activity.start;
+        let (phase, source) = (activity.phase, activity.source);
+        let way = (phase == Phase::Going).then(|| Way::new(&self.problem, agent, activity.way.clone()));
+        let factor = match (self.settings.durations, phase) {
+            (Durations::Sampled { seed }, Phase::Going) if self.problem.agents[agent].spread > 0.0 => {
+                let name = &self.problem.agents[agent].name;
+                let mut random = stream(seed, &["way", name, &member.ways.to_string()]);
+                normal_above(&mut random, 1.0, self.problem.agents[agent].spread, LEAST)
+            }
+            _ => 1.0,
+        };
+        let now = self.time;
+        let end = way.as_ref().and_then(|way| way.points.last());
+        let there = end.map(|end| rates(&self.problem, agent, *end)).unwrap_or_default();
+        let member = &mut self.world.members[agent];
+        member.ways += usize::from(phase == Phase::Going);
+        let ends = (phase != Phase::Waiting).then_some(now + factor * planned);
+        member.current = Some(Current { began: now, ends, way, there, from: [0.0, now] });
+        self.record(LogEntry::Begun { agent, phase, source });
+    }
+
+    /// Lets those go on whose wait is over, and notices that everything is done.
+    pub(super) fn wake(&mut self) {
+        loop {
+            let over = (0..self.world.members.len()).find(|agent| {
+                let member = &self.world.members[*agent];
+                let activity = member.queue.get(member.next).filter(|_| member.current.is_some());
+                let awaited =
+                    activity.filter(|activity| activity.phase == Phase::Waiting).map(|activity| activity.awaits);
+                awaited.is_some_and(|awaited| awaited.is_none_or(|of| self.has_ended(of.agent, of.number)))
+            });
+            let Some(agent) = over else { break };
+            self.end(agent, true);
+            self.start(agent);
+        }
+        let idle = |(member, who): (&Member, &Agent)| {
+            who.lost || (member.current.is_none() && member.next >= member.queue.len())
+        };
+        let over = self.world.members.iter().zip(&self.problem.agents).all(idle);
+        let somebody = self.problem.agents.iter().any(|agent| !agent.lost);
+        if over && somebody {
+            self.finish(LogEntry::Done);
+        }
+    }
+
+    fn has_ended(&self, agent: usize, number: usize) -> bool {
+        let gone = self.problem.agents.get(agent).is_none_or(|who| who.lost);
+        gone || self.world.members.get(agent).is_none_or(|member| member.next > number || member.queue.len() <= number)
+    }
+}
+
+/// The part of a polyline between two shares of its length.
+pub(super) fn part(points: &[Point], [from, to]: [f64; 2]) -> Vec<Point> {
+    let whole = length(points);
+    let mut cut = vec![along(points, from, 0.0).at];
+    let mut gone = 0.0;
+    for two in points.windows(2) {
+        gone += distance(two[0], two[1]);
+        if gone > from * whole + 1e-9 && gone < to * whole - 1e-9 {
+            cut.push(two[1]);
+        }
+    }
+    cut.push(along(points, to, 0.0).at);
+    cut
+}

@@ -1,0 +1,87 @@
+//! The map of a search: the area with its walls, the boundaries of sources, and the ways of the agents.
+
+use crate::map::{Line, Map, Region, Shape, Sign};
+
+use super::geometry::Point;
+use super::plan::{Activity, Phase};
+use super::problem::{Boundary, Problem, Source, SourceKind};
+
+/// Corners of a circle.
+const CORNERS: usize = 32;
+
+/// The map of activities.
+pub fn map(problem: &Problem, activities: &[Activity]) -> Map {
+    let mut shapes = vec![Shape::Region { region: Region::Ground, corners: problem.area.clone(), title: None }];
+    for wall in &problem.walls {
+        let title = Some(problem.labels.member(&wall.name).to_string());
+        shapes.push(match wall.solid {
+            true => Shape::Region { region: Region::Solid, corners: wall.points.clone(), title },
+            false => Shape::Line { line: Line::Wall, points: wall.points.clone(), title },
+        });
+    }
+    let mut clear = Vec::new();
+    let mut names = Vec::new();
+    for (index, source) in problem.sources.iter().enumerate() {
+        // Sources of actions have no place, and those of interactions move.
+        if matches!(source.kind, SourceKind::Action | SourceKind::Interaction) {
+            continue;
+        }
+        let label = problem.source_label(index).to_string();
+        let at = draw(source, &label, &mut shapes);
+        clear.push(at);
+        names.push(Shape::Name { at, text: label });
+    }
+    for activity in activities.iter().filter(|activity| activity.phase == Phase::Going && activity.way.len() > 1) {
+        let source = activity.source.map_or("a place", |source| problem.source_label(source));
+        let title = Some(format!("{} to {source}", problem.agent_label(activity.agent)));
+        shapes.push(Shape::Line { line: Line::Carry(activity.agent), points: activity.way.clone(), title });
+    }
+    for (index, agent) in problem.agents.iter().enumerate() {
+        let sign = if agent.human { Sign::Person } else { Sign::Base };
+        let label = problem.agent_label(index).to_string();
+        shapes.push(Shape::sign(sign, agent.start, label.clone()));
+        clear.push(agent.start);
+        names.push(Shape::Name { at: agent.start, text: label });
+    }
+    shapes.extend(names);
+    Map {
+        title: "map: sources of reward, and the ways of the agents",
+        most_scale: 100.0,
+        extent: problem.area.iter().chain(&clear).copied().collect(),
+        clear,
+        shapes,
+        robots: (0..problem.agents.len()).map(|agent| problem.agent_label(agent).to_string()).collect(),
+        legend: vec![(Sign::Base, "robot"), (Sign::Person, "person")],
+    }
+}
+
+/// Draws a source; returns the place of its name.
+fn draw(source: &Source, label: &str, shapes: &mut Vec<Shape>) -> Point {
+    let region = if source.attracts() { Region::Attracts } else { Region::Repels };
+    let title = Some(label.to_string());
+    let corners = match &source.boundary {
+        Boundary::Polygon(points) => points.clone(),
+        Boundary::Circle { centre, radius } => circle(*centre, *radius),
+        Boundary::Line(points) => {
+            shapes.push(Shape::Line { line: Line::Near, points: points.clone(), title });
+            return points.first().copied().unwrap_or_default();
+        }
+        Boundary::Points(points) => {
+            let signs = points.iter().map(|at| Shape::sign(Sign::Stop, *at, label.to_string()));
+            shapes.extend(signs);
+            return points.first().copied().unwrap_or_default();
+        }
+        Boundary::Speed(_) => return Point::default(),
+    };
+    let at = super::geometry::middle(&corners);
+    shapes.push(Shape::Region { region, corners, title });
+    at
+}
+
+fn circle(centre: Point, radius: f64) -> Vec<Point> {
+    let corner = |i: usize| {
+        let (sin, cos) = (std::f64::consts::TAU * i as f64 / CORNERS as f64).sin_cos();
+        [centre[0] + radius * cos, centre[1] + radius * sin]
+    };
+    (0..CORNERS).map(corner).collect()
+}

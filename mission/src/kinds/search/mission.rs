@@ -1,0 +1,172 @@
+//! A search as a [`Mission`](kind::Mission): its parts, its checks, and how it is executed.
+
+use serde::{Deserialize, Serialize};
+
+use crate::executed::Executed;
+use crate::execution::Durations;
+use crate::kind::pages::{Pages, ServeSettings};
+use crate::kind::{self, Event, EventInfo, Further, Impossible, Kind, Member, Mistake, NotOf, Run};
+use crate::labels::Labels;
+use crate::planned::{PlanOptions, Planned, Refusal};
+
+use super::blocks::SEARCH;
+use super::build::build;
+use super::check::{Item, check};
+use super::choose::{Formulation, Options};
+use super::execution::{SearchExecution, Settings};
+use super::pages::SearchPages;
+use super::problem::Problem;
+use super::run::MEASURES;
+use super::{event, text};
+
+/// Sources take part in no event.
+const NOT_A_SOURCE: &[NotOf] =
+    &[NotOf { role: "source", who: "a source", why: "a source is consumed by agents and performs nothing" }];
+
+const fn event_of(name: &'static str, with: &'static [Further]) -> EventInfo {
+    EventInfo { name, with, not_of: NOT_A_SOURCE }
+}
+
+/// The entry of the kind.
+pub static KIND: Kind = Kind {
+    name: "search",
+    title: "a search",
+    doc: "Ways of a team on a map, along which it collects the most reward from sources.",
+    schema: &SEARCH,
+    build: |declared, remarks| Box::new(build(declared, remarks)),
+    measures: || MEASURES.iter().map(|(measure, _)| measure).collect(),
+    events: &[
+        event_of("late", &[Further { key: "by", required: Some("5 s") }]),
+        event_of("moved", &[Further { key: "to", required: Some("[2, 0] m") }]),
+        event_of("done", &[]),
+        event_of("lost", &[]),
+        event_of("back", &[]),
+    ],
+    absent: &[
+        ("travel", "agents of a search move at their own speeds"),
+        (
+            "failed",
+            "an agent keeps the reward that it has collected; `moved` reports its position, and the rest is planned anew",
+        ),
+        ("begun", "an agent begins its next activity as soon as the one before ends"),
+        ("served", "a search has no services"),
+        ("feedback", "feedback rates a service, and a search has no services"),
+    ],
+    formulations: || Formulation::ALL.map(Formulation::name).to_vec(),
+    plan_keys: include_str!("plan.schema.json"),
+    read: |value| Ok(Box::new(serde_json::from_value::<Search>(value)?)),
+};
+
+/// A search to be planned and executed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Search {
+    /// The problem of the planner.
+    pub problem: Problem,
+}
+
+impl Search {
+    /// The settings of a run.
+    pub fn settings(&self, how: &Run) -> Settings {
+        Settings {
+            durations: how.sampled.map_or(Durations::Planned, |seed| Durations::Sampled { seed }),
+            replan: how.replan,
+            budget: Options::of(&self.problem).budget,
+            reporting: how.reporting.clone(),
+        }
+    }
+}
+
+/// Everybody who takes part: agents, and then sources.
+pub(super) fn members(problem: &Problem) -> Vec<Member<'_>> {
+    let role = |human: bool| if human { "human" } else { "robot" };
+    let agents = problem.agents.iter().map(|agent| Member { name: &agent.name, role: role(agent.human) });
+    agents.chain(problem.sources.iter().map(|source| Member { name: &source.name, role: "source" })).collect()
+}
+
+impl kind::Mission for Search {
+    fn kind(&self) -> &'static Kind {
+        &KIND
+    }
+
+    fn members(&self) -> Vec<Member<'_>> {
+        members(&self.problem)
+    }
+
+    fn labels(&self) -> &Labels {
+        &self.problem.labels
+    }
+
+    fn check(&self) -> Result<(), Mistake> {
+        let p = &self.problem;
+        let good = |of: &[usize], count: usize| of.iter().all(|index| *index < count);
+        let agents = p.agents.iter().all(|a| good(&a.passes, p.walls.len()) && good(&a.unaware, p.sources.len()));
+        let sources = p.sources.iter().all(|s| {
+            good(&s.targets, p.agents.len())
+                && good(&s.after, p.sources.len())
+                && good(&s.until, p.sources.len())
+                && s.of.is_none_or(|of| of < p.agents.len())
+        });
+        let pairs = p.codependent.iter().all(|pair| good(&pair.of, p.sources.len()));
+        Mistake::unless(agents && sources && pairs, "the mission", "a part refers to another one that does not exist")?;
+        let planner = &p.planner;
+        let settings = (16..=20_000).contains(&planner.tree_nodes)
+            && planner.goals >= 1
+            && planner.stay >= 0.1
+            && (0.0..1.0).contains(&planner.reduction)
+            && (0.0..1.0).contains(&planner.discount)
+            && p.horizon > p.start
+            && p.agents.iter().all(|a| a.speed > 0.0 && a.radius >= 0.0 && a.spread >= 0.0);
+        Mistake::unless(settings, "the mission", "a setting is out of its range")?;
+        if let Some(mistake) = check(p).into_iter().next() {
+            let place = match mistake.item {
+                Item::Mission => "the mission".into(),
+                Item::Wall(i) => format!("walls.{i}"),
+                Item::Agent(i) => format!("agents.{i}"),
+                Item::Source(i) => format!("sources.{i}"),
+            };
+            return Err(Mistake { place, why: mistake.text });
+        }
+        p.labels.check_among(members(p).iter().map(|member| member.name))
+    }
+
+    fn check_run(&self, how: &Run) -> Result<(), String> {
+        if how.bases || !how.replies.is_empty() {
+            return Err("a search has no bases and no services".into());
+        }
+        self.settings(how).check(&self.problem).map_err(|why| why.to_string())
+    }
+
+    fn check_event(&self, of: &Event) -> Result<(), Impossible> {
+        event::typed(&self.problem, of).map(|_| ()).map_err(Impossible::from)
+    }
+
+    fn describe(&self, of: &Event) -> String {
+        event::describe(&self.problem, of)
+    }
+
+    fn describe_run(&self, how: &Run) -> String {
+        let durations = if how.sampled.is_some() { "sampled" } else { "planned" };
+        format!("ways take as long as {durations}")
+    }
+
+    fn text(&self, name: &str) -> String {
+        text::text(name, self)
+    }
+
+    fn plan(&self, options: &PlanOptions<'_>) -> Result<Planned, Refusal> {
+        self.planned(options)
+    }
+
+    fn execute(&self, how: &Run) -> Result<Box<dyn kind::Execution>, String> {
+        let execution =
+            SearchExecution::new(self.problem.clone(), self.settings(how)).map_err(|why| why.to_string())?;
+        Ok(Box::new(Executed::new(execution, Vec::new())))
+    }
+
+    fn pages(&self, of: &ServeSettings) -> Result<Box<dyn Pages>, String> {
+        let mut settings = self.settings(&of.run());
+        settings.budget = of.budget(self.problem.planner.states);
+        let execution = SearchExecution::new(self.problem.clone(), settings).map_err(|why| why.to_string())?;
+        Ok(Box::new(SearchPages { run: Executed::new(execution, Vec::new()) }))
+    }
+}

@@ -1,0 +1,34 @@
+//! Search: a team collects reward on a map, Dalmasso et al. 2023, "Shared Task Representation for Human-Robot Collaborative
+//! Navigation" (`srs`).
+//!
+//! [`problem::Problem`] describes the map, the team and its sources of reward, [`check`] reports mistakes, [`choose::plan`]
+//! plans: [`ways`] are the action sets, [`tree`] grows trees of ways, [`tree_search`] searches plans of the team, [`greedy`] is
+//! a baseline. [`reward`] computes rewards, [`validate::validate`] checks a plan against the problem alone, [`execution`]
+//! simulates the world in which a plan is executed and plans anew after events.
+
+pub mod blocks;
+mod build;
+pub mod chart;
+pub mod check;
+pub mod choose;
+mod event;
+pub mod execution;
+pub mod geometry;
+pub mod greedy;
+pub mod ground;
+pub mod map;
+mod mission;
+mod pages;
+pub mod plan;
+pub mod planned;
+pub mod problem;
+pub mod reward;
+mod run;
+pub mod team;
+mod text;
+pub mod tree;
+pub mod tree_search;
+pub mod validate;
+pub mod ways;
+
+pub use self::mission::{KIND, Search};

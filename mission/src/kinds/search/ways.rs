@@ -1,0 +1,346 @@
+//! The action sets of the agents (srs 4.3): spots where sources are consumed, and ways between them with the rewards along
+//! them.
+//!
+//! Each spot is the root of a tree, as the paper roots one at each source of positive reward. An action of an agent is a way
+//! to a spot, or a stay there.
+
+use super::geometry::{Point, along, between, bounds, distance, middle};
+use super::ground::{Body, Ground, Raster, Reached};
+use super::problem::{Boundary, Problem, Source, SourceKind};
+use super::tree::{Price, Tree, shortcut};
+use crate::random::stream;
+
+/// Time of a step of the quadrature of rewards along a way (s).
+const STEP: f64 = 0.1;
+/// The most steps of a way.
+const MOST_STEPS: usize = 256;
+/// Side of the raster of points that are tried inside a boundary.
+const TRIED: usize = 13;
+/// The most spots of a source.
+const MOST_SPOTS: usize = 4;
+/// Least distance between two spots of a source (m).
+const APART: f64 = 2.0;
+/// Factor of the number of nodes of a tree that reaches no goal.
+const REGROWN: usize = 4;
+
+/// Returns the number of steps of the quadrature of a motion that takes this time (s).
+pub fn steps(duration: f64) -> usize {
+    // Rounding of times does not add a step.
+    ((duration / STEP - 1e-6).ceil() as usize).clamp(1, MOST_STEPS)
+}
+
+/// Returns the reward rate (1/s) of a source for an agent that is at a point with a speed. That of an interaction source
+/// needs the position of another agent, and is zero here.
+pub fn rate(problem: &Problem, agent: usize, source: usize, at: Point, speed: f64) -> f64 {
+    if !problem.consumes(agent, source) {
+        return 0.0;
+    }
+    let of = &problem.sources[source];
+    match of.kind {
+        SourceKind::Environment | SourceKind::Task => of.rate(at),
+        SourceKind::Action => of.rate([speed, 0.0]),
+        SourceKind::Interaction => 0.0,
+    }
+}
+
+/// A place where an agent can begin, or consume a source.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spot {
+    /// Position (m).
+    pub at: Point,
+    /// The source; none: the start.
+    pub source: Option<usize>,
+    /// Reward rate of each source at rest here (1/s).
+    pub rates: Vec<f64>,
+}
+
+/// A motion of an agent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Way {
+    /// Its polyline (m).
+    pub points: Vec<Point>,
+    /// Time that it takes (s).
+    pub duration: f64,
+    /// For each source that rewards along it: the reward from its begin to the end of each step, srs (2).
+    pub rewards: Vec<(usize, Vec<f64>)>,
+}
+
+impl Way {
+    /// A motion of an agent along a polyline.
+    pub fn new(problem: &Problem, agent: usize, points: Vec<Point>) -> Way {
+        let speed = problem.agents[agent].speed;
+        let duration = super::geometry::length(&points) / speed;
+        let count = steps(duration);
+        let places: Vec<Point> = (0..count).map(|i| along(&points, (i as f64 + 0.5) / count as f64, 0.0).at).collect();
+        let mut rewards = Vec::new();
+        for source in 0..problem.sources.len() {
+            let mut sums = vec![0.0];
+            let mut sum = 0.0;
+            for place in &places {
+                sum += rate(problem, agent, source, *place, speed) * duration / count as f64;
+                sums.push(sum);
+            }
+            if sums.iter().any(|sum| *sum != 0.0) {
+                rewards.push((source, sums));
+            }
+        }
+        Way { points, duration, rewards }
+    }
+
+    /// Adds the reward between two shares of the way to that of each source. The rate is constant in each step.
+    pub fn add(&self, from: f64, to: f64, sums: &mut [f64]) {
+        for (source, steps) in &self.rewards {
+            let at = |share: f64| {
+                let x = share.clamp(0.0, 1.0) * (steps.len() - 1) as f64;
+                let step = (x as usize).min(steps.len() - 2);
+                steps[step] + (x - step as f64) * (steps[step + 1] - steps[step])
+            };
+            sums[*source] += at(to) - at(from);
+        }
+    }
+}
+
+/// The action set of an agent.
+#[derive(Clone, Debug, Default)]
+pub struct ActionSet {
+    /// Spots: the start, and those of sources.
+    pub spots: Vec<Spot>,
+    /// Ways from spot to spot, row by row; none: there is none, or it leads to the start.
+    ways: Vec<Option<Way>>,
+}
+
+impl ActionSet {
+    /// Returns the way between two spots.
+    pub fn way(&self, from: usize, to: usize) -> Option<&Way> {
+        self.ways.get(from * self.spots.len() + to)?.as_ref()
+    }
+}
+
+/// The action sets of all agents. Those who are lost have none.
+#[derive(Clone, Debug)]
+pub struct ActionSets {
+    /// By agent.
+    pub of: Vec<ActionSet>,
+    /// Number of nodes of all trees.
+    pub nodes: u64,
+}
+
+/// Polylines between the spots of agents with one body.
+struct Lines {
+    body: Body,
+    goals: Vec<(Point, usize)>,
+    start: Point,
+    agent: usize,
+    lines: Vec<Option<Vec<Point>>>,
+}
+
+impl ActionSets {
+    /// Builds the action sets.
+    pub fn new(problem: &Problem) -> ActionSets {
+        let mut sets = ActionSets { of: Vec::new(), nodes: 0 };
+        let mut known: Vec<Lines> = Vec::new();
+        for (index, agent) in problem.agents.iter().enumerate() {
+            if agent.lost {
+                sets.of.push(ActionSet::default());
+                continue;
+            }
+            let body = Body::of(agent);
+            let ground = Ground::new(problem, &body);
+            let raster = ground.raster();
+            let reached =
+                (!problem.walls.is_empty() || !ground.clear_everywhere()).then(|| raster.reached(agent.start));
+            let goals = goals(problem, index, &ground, reached.as_ref());
+            let same = |other: &&Lines| {
+                other.body == body && other.goals == goals && price_is_same(problem, other.agent, index)
+            };
+            let shared = known.iter().find(same);
+            let lines = lines(problem, index, &ground, &raster, &goals, shared, &mut sets.nodes);
+            sets.of.push(action_set(problem, index, &goals, &lines));
+            known.push(Lines { body, goals, start: agent.start, agent: index, lines });
+        }
+        sets
+    }
+}
+
+/// Returns true if two agents pay the same for a motion.
+fn price_is_same(problem: &Problem, a: usize, b: usize) -> bool {
+    let (one, other) = (Price::of(problem, a), Price::of(problem, b));
+    let repelled = |of: usize| {
+        (0..problem.sources.len())
+            .filter(|k| problem.sources[*k].repels() && problem.consumes(of, *k))
+            .collect::<Vec<_>>()
+    };
+    (one.is_length() && other.is_length())
+        || (problem.agents[a].speed == problem.agents[b].speed && repelled(a) == repelled(b))
+}
+
+/// Ways from the start, which is spot 0, to the goals and between them.
+fn lines(
+    problem: &Problem,
+    agent: usize,
+    ground: &Ground,
+    raster: &Raster<'_>,
+    goals: &[(Point, usize)],
+    shared: Option<&Lines>,
+    nodes: &mut u64,
+) -> Vec<Option<Vec<Point>>> {
+    let price = Price::of(problem, agent);
+    let start = problem.agents[agent].start;
+    let spots: Vec<Point> = std::iter::once(start).chain(goals.iter().map(|goal| goal.0)).collect();
+    let count = spots.len();
+    let mut all: Vec<Option<Vec<Point>>> = vec![None; count * count];
+    for from in 0..count {
+        if let Some(shared) = shared.filter(|shared| from > 0 || shared.start == start) {
+            for to in 0..count {
+                all[from * count + to].clone_from(&shared.lines[from * count + to]);
+            }
+            continue;
+        }
+        let straight = |to: usize| price.is_length() && ground.clear(spots[from], spots[to]);
+        let others: Vec<usize> = (from + 1..count).filter(|to| !straight(*to)).collect();
+        for to in (from + 1..count).filter(|to| straight(*to)) {
+            all[from * count + to] = Some(vec![spots[from], spots[to]]);
+        }
+        if !others.is_empty() {
+            let targets: Vec<Point> = others.iter().map(|to| spots[*to]).collect();
+            let found = grown(problem, ground, raster, spots[from], &targets, &price, from, nodes);
+            for (to, way) in others.into_iter().zip(found) {
+                all[from * count + to] = way;
+            }
+        }
+    }
+    // A way back is the same one.
+    for from in 1..count {
+        for to in from + 1..count {
+            let back = all[from * count + to].clone().map(|way| way.into_iter().rev().collect());
+            if all[to * count + from].is_none() {
+                all[to * count + from] = back;
+            }
+        }
+    }
+    all
+}
+
+/// Ways from a root to targets by RRT*; where no node reaches a target, over the raster.
+#[allow(clippy::too_many_arguments, reason = "the parts of one search")]
+fn grown(
+    problem: &Problem,
+    ground: &Ground,
+    raster: &Raster<'_>,
+    root: Point,
+    targets: &[Point],
+    price: &Price<'_>,
+    number: usize,
+    nodes: &mut u64,
+) -> Vec<Option<Vec<Point>>> {
+    let settings = &problem.planner;
+    let grow = |count: usize, nodes: &mut u64| {
+        let mut random = stream(settings.seed, &["tree", &number.to_string(), &count.to_string()]);
+        let tree = Tree::grow(ground, root, targets, count, price, &mut random);
+        *nodes += tree.len() as u64;
+        tree
+    };
+    let tree = grow(settings.tree_nodes, nodes);
+    let mut ways: Vec<Option<Vec<Point>>> = targets.iter().map(|to| tree.way(ground, *to, price)).collect();
+    if ways.iter().any(Option::is_none) {
+        let larger = grow(REGROWN * settings.tree_nodes, nodes);
+        for (way, to) in ways.iter_mut().zip(targets).filter(|(way, _)| way.is_none()) {
+            *way = larger.way(ground, *to, price);
+        }
+    }
+    if ways.iter().any(Option::is_none) {
+        let reached = raster.reached(root);
+        for (way, to) in ways.iter_mut().zip(targets).filter(|(way, _)| way.is_none()) {
+            *way = reached.way(*to);
+        }
+    }
+    for way in ways.iter_mut().flatten() {
+        *way = shortcut(ground, way, price);
+    }
+    ways
+}
+
+/// The action set with the rewards along its ways.
+fn action_set(problem: &Problem, agent: usize, goals: &[(Point, usize)], lines: &[Option<Vec<Point>>]) -> ActionSet {
+    let spot = |at: Point, source: Option<usize>| Spot {
+        at,
+        source,
+        rates: (0..problem.sources.len()).map(|source| rate(problem, agent, source, at, 0.0)).collect(),
+    };
+    let start = spot(problem.agents[agent].start, None);
+    let spots = std::iter::once(start).chain(goals.iter().map(|(at, source)| spot(*at, Some(*source))));
+    let way = |line: &Option<Vec<Point>>| line.clone().map(|points| Way::new(problem, agent, points));
+    ActionSet { spots: spots.collect(), ways: lines.iter().map(way).collect() }
+}
+
+/// Goals of an agent: for each source that it may consume points where it is rewarding and the agent fits, with the index
+/// of the source.
+pub fn goals(problem: &Problem, agent: usize, ground: &Ground, reached: Option<&Reached<'_>>) -> Vec<(Point, usize)> {
+    let mut goals = Vec::new();
+    for (index, source) in problem.sources.iter().enumerate() {
+        let stays = matches!(source.kind, SourceKind::Environment | SourceKind::Task);
+        if stays && source.attracts() && problem.consumes(agent, index) {
+            goals.extend(spots_of(source, ground, reached).into_iter().map(|at| (at, index)));
+        }
+    }
+    goals
+}
+
+/// Points where a source is rewarding: the one with the highest rate, and others of an extended source.
+fn spots_of(source: &Source, ground: &Ground, reached: Option<&Reached<'_>>) -> Vec<Point> {
+    let good =
+        |p: &Point| source.rate(*p) > 0.0 && ground.fits(*p) && reached.is_none_or(|reached| reached.reaches(*p));
+    match &source.boundary {
+        Boundary::Speed(_) => Vec::new(),
+        Boundary::Points(points) => {
+            let mut all: Vec<Point> = points.iter().copied().filter(good).collect();
+            if all.is_empty() {
+                all = best(source, raster(source), &good);
+            }
+            all
+        }
+        Boundary::Line(points) => {
+            let middles = points.windows(2).map(|two| between(two[0], two[1], 0.5));
+            let on: Vec<Point> = middles.chain(points.iter().copied()).filter(good).collect();
+            best(source, if on.is_empty() { raster(source) } else { on }, &good)
+        }
+        Boundary::Circle { .. } | Boundary::Polygon(_) => {
+            let centre = middle(&source.boundary.points());
+            best(source, std::iter::once(centre).chain(raster(source)).collect(), &good)
+        }
+    }
+}
+
+/// The best of some points and up to three others apart from each other, of at least half its rate.
+fn best(source: &Source, tried: Vec<Point>, good: &dyn Fn(&Point) -> bool) -> Vec<Point> {
+    let mut tried: Vec<(f64, Point)> = tried.into_iter().map(|p| (source.rate(p), p)).collect();
+    // A stable sort: of equal points the first one stays first.
+    tried.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut chosen: Vec<Point> = Vec::new();
+    let mut top = 0.0;
+    for (rate, p) in tried {
+        if chosen.len() == MOST_SPOTS || rate < 0.5 * top {
+            break;
+        }
+        if chosen.iter().all(|other| distance(*other, p) >= APART) && good(&p) {
+            top = if chosen.is_empty() { rate } else { top };
+            chosen.push(p);
+        }
+    }
+    chosen
+}
+
+/// Points in and around a boundary.
+fn raster(source: &Source) -> Vec<Point> {
+    let margin = if source.outside.peak > 0.0 { source.outside.scale } else { 0.0 };
+    let more = match source.boundary {
+        Boundary::Circle { radius, .. } => radius + margin,
+        _ => margin,
+    };
+    let [low, high] = bounds(source.boundary.points());
+    let at = |i: usize, axis: usize| {
+        let share = (i as f64 + 0.5) / TRIED as f64;
+        low[axis] - more + share * (high[axis] - low[axis] + 2.0 * more)
+    };
+    (0..TRIED * TRIED).map(|i| [at(i % TRIED, 0), at(i / TRIED, 1)]).collect()
+}
