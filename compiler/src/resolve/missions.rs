@@ -6,7 +6,7 @@ use mission::kinds::find;
 
 use super::context::{Offered, used};
 use super::machines::path_of;
-use super::sections::AGENTS;
+use super::sections::MEASURED;
 use super::symbols::{FileId, SymbolId, SymbolKind as K};
 use super::{Around, CURSOR, CompletionContext as C, Meaning, Resolver};
 use crate::expand::Class;
@@ -168,7 +168,7 @@ impl Resolver<'_> {
         let (true, ValueKind::Name(name)) = (self.around.expected && self.around.of_mission, &inner.kind) else {
             return false;
         };
-        let member = self.find_member(name, AGENTS);
+        let member = self.find_member(name, &MEASURED);
         let mission = self.around.mission.filter(|_| self.declared(Class::Mission, name) == self.around.mission);
         let Some(found) = member.or(mission) else { return false };
         self.refer(name, inner.span, K::Member, Some(found));
@@ -183,7 +183,7 @@ impl Resolver<'_> {
 
     /// Completion context at the start of an expectation of a mission.
     pub(super) fn of_mission(&self) -> C {
-        let C::Offered(mut offered) = self.offering(&self.members_of(AGENTS), |s| role(&s.ty)) else {
+        let C::Offered(mut offered) = self.offering(&self.members_of(&MEASURED), |s| role(&s.ty)) else {
             return C::Nothing;
         };
         if let Some(mission) = self.around.mission {

@@ -1,7 +1,11 @@
 //! References in blocks with known keys: the tables say which keys and values are names.
 
+use std::sync::LazyLock;
+
 use dsl::tree::{Block, Entry, Value, ValueKind};
+use dsl::vocabulary::ROLES;
 use dsl::{Span, Spanned};
+use mission::kind::{EventInfo, Kind};
 use mission::kinds::{KINDS, find};
 
 use super::context::used;
@@ -12,8 +16,22 @@ use crate::sections::{
     BlockSchema, EVENT, InSyntax, Named, OF_ALL_SCENARIOS, OF_MISSIONS, RUNS, SCENARIO, ValueType, WAYPOINT,
 };
 
-/// Members of a mission that act in a scenario.
-pub(super) const AGENTS: &[&str] = &["robot", "human", "worker"];
+/// Roles of members that something is measured of, in some kind of mission.
+pub(super) static MEASURED: LazyLock<Vec<&'static str>> =
+    LazyLock::new(|| ROLES.iter().copied().filter(|role| KINDS.iter().any(|kind| is_measured(kind, role))).collect());
+
+/// Those of them that an event can be of.
+pub(super) static ACTING: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+    let acts = |kind: &&Kind, role: &str| {
+        let can = |event: &EventInfo| event.not_of.iter().all(|not| not.role != role);
+        is_measured(kind, role) && kind.events.iter().any(can)
+    };
+    MEASURED.iter().copied().filter(|role| KINDS.iter().any(|kind| acts(kind, role))).collect()
+});
+
+fn is_measured(kind: &Kind, role: &str) -> bool {
+    (kind.measures)().iter().any(|measure| measure.is_of(Some(role)))
+}
 
 impl Resolver<'_> {
     /// Resolves a block with known keys.

@@ -7,7 +7,7 @@ use dsl::{Span, Spanned};
 
 use super::context::Offered;
 use super::declare::New;
-use super::sections::AGENTS;
+use super::sections::ACTING;
 use super::symbols::{FileId, SymbolId, SymbolKind};
 use super::{Around, CompletionContext, Meaning, Reference, Resolver};
 use crate::expand::{Class, parameter_types};
@@ -215,7 +215,7 @@ impl Resolver<'_> {
             ItemKind::Scenario(s) => {
                 let mission = s.body.get("mission");
                 self.around.of_mission = mission.is_some();
-                self.around.roles = AGENTS;
+                self.around.roles = &ACTING;
                 let machine = s.body.get("machine");
                 self.around.holder = machine.and_then(|e| self.declared(Class::Machine, e.value.word()?));
                 self.around.mission = mission.and_then(|e| self.declared(Class::Mission, e.value.word()?));
