@@ -36,6 +36,7 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("missions_yaml", include_str!("cases/missions_yaml.txt"), Syntax::Yaml),
     ("mission_scenarios", include_str!("cases/mission_scenarios.txt"), Syntax::Native),
     ("mission_scenarios_yaml", include_str!("cases/mission_scenarios_yaml.txt"), Syntax::Yaml),
+    ("searches", include_str!("cases/searches.txt"), Syntax::Native),
     ("missions_reuse", include_str!("cases/missions_reuse.txt"), Syntax::Native),
     ("yardstick", include_str!("cases/yardstick.txt"), Syntax::Native),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Syntax::Yaml),
@@ -106,6 +107,11 @@ fn planners() {
 #[test]
 fn missions() {
     check("missions");
+}
+
+#[test]
+fn searches() {
+    check("searches");
 }
 
 #[test]

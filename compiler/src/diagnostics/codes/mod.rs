@@ -22,6 +22,7 @@ pub static PAGES: LazyLock<Vec<Page>> = LazyLock::new(|| {
         include_str!("missions.md"),
         include_str!("mission_scenarios.md"),
         include_str!("mission_workers.md"),
+        include_str!("searches.md"),
     ];
     families.into_iter().flat_map(read).collect()
 });
