@@ -116,7 +116,8 @@ impl Resolver<'_> {
                 const PATH: &ValueType = &ValueType::Blocks(&WAYPOINT);
                 self.held(PATH, value);
             }
-            ValueType::List(inner @ (ValueType::NewName | ValueType::List(_) | ValueType::Name(Named::Point))) => {
+            ValueType::List(ValueType::Pair(_)) => self.expression(value),
+            ValueType::List(inner @ (ValueType::NewName | ValueType::List(_) | ValueType::Name(_))) => {
                 value.items().iter().for_each(|item| self.held(inner, item));
             }
             ValueType::Each(inner) => value.entries().iter().for_each(|e| self.held(inner, &e.value)),
