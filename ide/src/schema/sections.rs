@@ -110,6 +110,7 @@ fn held(holds: &ValueType) -> Value {
         }
         // A list may also be a text, with a unit after it.
         ValueType::List(ValueType::Vector(d)) => json!({ "type": ["string", "array"], "items": values::vector(*d) }),
+        ValueType::List(ValueType::Pair(d)) => json!({ "type": ["string", "array"], "items": values::pair(*d) }),
         ValueType::List(ValueType::Spot) => json!({ "type": ["string", "array"], "items": values::vector(LENGTH) }),
         ValueType::List(inner) => json!({ "type": "array", "minItems": 1, "items": held(inner) }),
         ValueType::Tasks | ValueType::Declarations => json!({}),
