@@ -225,10 +225,8 @@ fn status(status: &Status) -> String {
             100.0 * gap,
             limit(*stopped)
         ),
-        Status::Unbounded { stopped: None } => "no bound: the plan was made in batches".to_string(),
-        Status::Unbounded { stopped: Some(stopped) } => {
-            format!("no bound: the plan was made in batches; {}", limit(*stopped))
-        }
+        Status::Unbounded { stopped: None } => "no bound on the optimum".to_string(),
+        Status::Unbounded { stopped: Some(stopped) } => format!("no bound on the optimum; {}", limit(*stopped)),
     }
 }
 
