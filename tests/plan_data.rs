@@ -26,6 +26,7 @@ fn refers(plan: &Value) {
     let list = |key: &str| plan[key].as_array().cloned().unwrap_or_default();
     let names = |key: &str| list(key).iter().map(|one| one["name"].to_string()).collect::<BTreeSet<String>>();
     let (agents, objects, layers, tasks) = (names("agents"), names("objects"), names("layers"), names("tasks"));
+    let sources = names("sources");
     let known = |value: &Value, among: &BTreeSet<String>| value.is_null() || among.contains(&value.to_string());
     for one in list("activities").iter().chain(&list("services")) {
         assert!(known(&one["agent"], &agents) && known(&one["operation"]["of"], &agents), "{one}");
@@ -33,7 +34,9 @@ fn refers(plan: &Value) {
             known(&one["object"], &objects) && known(&one["layer"], &layers) && known(&one["task"], &tasks),
             "{one}"
         );
-        assert!(one["operation"].is_object() != one["task"].is_string(), "one of the two: {one}");
+        assert!(known(&one["source"], &sources) && known(&one["awaits"], &agents), "{one}");
+        let work = [one["operation"].is_object(), one["task"].is_string(), one["way"].is_array()];
+        assert_eq!(work.into_iter().filter(|is| *is).count(), 1, "one of these: {one}");
     }
     let parts = plan["cost"]["parts"].as_array().expect("parts");
     let number = |value: &Value| value.as_f64().expect("a number");
@@ -45,7 +48,7 @@ fn refers(plan: &Value) {
 }
 
 #[test]
-fn plans_of_both_kinds_keep_to_the_schema() {
+fn plans_of_all_kinds_keep_to_the_schema() {
     let judge = jsonschema::draft202012::new(&schema()).expect("a schema");
     let mut kinds = BTreeSet::new();
     for args in [
@@ -54,14 +57,20 @@ fn plans_of_both_kinds_keep_to_the_schema() {
         &["plan", "examples/vineyard_picker.hq", "--json"],
         &["plan", "examples/letters.hq", "letter_d", "--json"],
         &["plan", "examples/letters.yaml", "letter_h", "--json", "--batch", "4"],
+        &["plan", "examples/panel.hq", "together", "--json"],
+        &["plan", "examples/supermarket.yaml", "--json", "--formulation", "greedy"],
     ] {
         let plan = data(args);
         let faults: Vec<String> = judge.iter_errors(&plan).map(|e| format!("{}: {e}", e.instance_path())).collect();
         assert!(faults.is_empty(), "{args:?}: {faults:?}");
         refers(&plan);
         kinds.insert(plan["kind"].to_string());
-        let own: &[&str] = if plan["kind"] == "schedule" { &["services"] } else { &["objects", "layers", "tasks"] };
-        for key in ["services", "objects", "layers", "tasks"] {
+        let own: &[&str] = match plan["kind"].as_str() {
+            Some("schedule") => &["services"],
+            Some("layers") => &["objects", "layers", "tasks"],
+            _ => &["sources"],
+        };
+        for key in ["services", "objects", "layers", "tasks", "sources"] {
             assert_eq!(plan[key].is_array(), own.contains(&key), "{args:?}: `{key}`");
         }
         // The schema is not trivial: it rejects missing and unknown keys.
@@ -74,7 +83,7 @@ fn plans_of_both_kinds_keep_to_the_schema() {
         more["activities"][0]["actor"] = Value::Null;
         assert!(!judge.is_valid(&more));
     }
-    assert_eq!(kinds.len(), 2);
+    assert_eq!(kinds.len(), 3);
 }
 
 /// A mission in space has all three coordinates.

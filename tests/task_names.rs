@@ -96,8 +96,16 @@ fn task_types_are_named_in_the_library_alone() {
 const NAMING_KINDS: &[&str] = &[];
 
 /// Words that name a kind of mission.
-const KINDS: [&str; 6] =
-    ["kinds::schedule", "kinds::layers", "Mission::Schedule", "Mission::Layers", "\"schedule\"", "\"layers\""];
+const KINDS: [&str; 8] = [
+    "kinds::schedule",
+    "kinds::layers",
+    "kinds::search",
+    "Mission::Schedule",
+    "Mission::Layers",
+    "\"schedule\"",
+    "\"layers\"",
+    "\"search\"",
+];
 
 #[test]
 fn kinds_of_missions_are_named_in_their_folders() {
