@@ -10,6 +10,7 @@ mod journal;
 mod labels;
 mod layers;
 mod people;
+mod search;
 mod walk;
 
 use hierarq::serve::{Options, Server};
