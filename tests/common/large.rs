@@ -45,9 +45,14 @@ pub fn honest(lines: usize) -> String {
         text.push_str(&format!(
             "stack s_{k} {{\n  level limits hard {{ joint_velocity_limits  joint_acceleration_limits }}\n"
         ));
-        for from in (first..tasks.min(first + 60)).step_by(15) {
-            let names: Vec<String> = (from..tasks.min(from + 15)).map(name).collect();
-            text.push_str(&format!("  level l_{from} {{ {} }}\n", names.join("  ")));
+        let last = tasks.min(first + 60);
+        let mut level = |level: String, names: Vec<String>| {
+            text.push_str(&format!("  level {level} {{ {} }}\n", names.join("  ")));
+        };
+        // A wall beside a target would be reported.
+        level(format!("walls_{first}"), (first..last).filter(|i| i % 3 == 1).map(name).collect());
+        for from in (first..last).step_by(15) {
+            level(format!("l_{from}"), (from..tasks.min(from + 15)).filter(|i| i % 3 != 1).map(name).collect());
         }
         text.push_str("}\n");
     }
