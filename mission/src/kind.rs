@@ -8,6 +8,8 @@
 //! [`Mission::members`].
 
 pub mod generation;
+mod measure;
+mod outcome;
 pub mod pages;
 
 use std::any::Any;
@@ -15,10 +17,12 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use blocks::{BlockSchema, Key, Place, ValueType};
-use quantities::dimension::Dimension;
 use serde::{Deserialize, Serialize};
 
 use self::generation::Generation;
+pub use self::measure::{Form, Measure};
+pub(crate) use self::measure::{number, truth};
+pub use self::outcome::{Cell, Outcome, Table, Work, WorkState};
 use self::pages::{Pages, ServeSettings};
 use crate::chart::Chart;
 use crate::declare::{DeclaredMission, Remarks};
@@ -442,113 +446,4 @@ pub struct Entry {
     pub text: String,
     /// It came from outside, or changed an assignment.
     pub notable: bool,
-}
-
-/// A quantity that can be measured, defined once: expectations, their diagnostics, the editor and the page of keys derive
-/// from it.
-#[derive(Clone, Copy, Debug)]
-pub struct Measure {
-    /// Name behind the dot.
-    pub name: &'static str,
-    /// Roles of the members that have it; none: the mission has it.
-    pub of: &'static [&'static str],
-    /// Type and unit.
-    pub form: Form,
-    /// Meaning, in Markdown, without the unit.
-    pub doc: &'static str,
-}
-
-impl Measure {
-    /// A measure of the whole mission.
-    pub const fn whole(name: &'static str, form: Form, doc: &'static str) -> Measure {
-        Measure { name, of: &[], form, doc }
-    }
-
-    /// A measure of members with these roles.
-    pub const fn of(of: &'static [&'static str], name: &'static str, form: Form, doc: &'static str) -> Measure {
-        Measure { name, of, form, doc }
-    }
-
-    /// True if it is of a member of this role; none: of the mission.
-    pub fn is_of(&self, role: Option<&str>) -> bool {
-        role.map_or(self.of.is_empty(), |role| self.of.contains(&role))
-    }
-}
-
-/// Type of a measure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Form {
-    /// A number of this dimension.
-    Number(Dimension),
-    /// True or false.
-    Truth,
-    /// A point (m). On the ground its third number is zero.
-    Point,
-    /// True or false, of the controller that a member runs: the runner knows it, and the execution does not.
-    OfController,
-}
-
-/// Results of an execution.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Outcome {
-    /// Number of repairs that moved times of the plan.
-    pub reschedules: usize,
-    /// Number of times that the rest was planned anew.
-    pub reallocations: usize,
-    /// Everything, as the kind stores it in files.
-    pub data: serde_json::Value,
-    /// Everything, for people.
-    pub tables: Vec<Table>,
-}
-
-/// A table for people.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Table {
-    /// Heads of the columns.
-    pub columns: Vec<&'static str>,
-    /// Rows, a cell a column.
-    pub rows: Vec<Vec<Cell>>,
-}
-
-/// A cell of a table or a log.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Cell {
-    /// A text.
-    Text(String),
-    /// A count.
-    Count(usize),
-    /// A number in SI with its unit; in a log without.
-    Number(f64, &'static str),
-}
-
-/// The work of a member, as far as a controller that it runs needs to know it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Work {
-    /// State.
-    pub state: WorkState,
-    /// Since when (s).
-    pub since: f64,
-}
-
-/// State of a member's work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WorkState {
-    /// A piece of work is under way.
-    Works,
-    /// None is under way, and one is to come.
-    Waits,
-    /// None is to come any more.
-    Over,
-    /// The member is lost.
-    Lost,
-}
-
-/// A truth value as a measure.
-pub(crate) fn truth(holds: bool) -> [f64; 3] {
-    number(if holds { 1.0 } else { -1.0 })
-}
-
-/// A number as a measure.
-pub(crate) fn number(x: f64) -> [f64; 3] {
-    [x, f64::NAN, f64::NAN]
 }

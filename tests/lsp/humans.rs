@@ -50,7 +50,7 @@ fn hover_and_definition() {
         ("operator.ha|nd)) { min 0.3", "hand", "point of a human `hand`"),
         ("lo|st hold", "lost", "readings stop"),
         ("uncer|tainty(operator)", "uncertainty", "not observed"),
-        ("sha|pe {", "shape", "Where each point is"),
+        ("sha|pe {", "shape", "Position of each point"),
         ("  humans { oper|ator {", "operator", "Who works here"),
     ]);
     doc.definitions(&[

@@ -77,7 +77,7 @@ fn hover_and_definition() {
     doc.hovers(&[
         ("present(fru|it) for", "fruit", "Where the fruit is. 🤖 ü"),
         ("|signal ft", "signal", "typed input"),
-        ("tim|eout 500", "timeout", "How long a value counts"),
+        ("tim|eout 500", "timeout", "Time for which a value is valid"),
         ("position fru|it", "fruit", "point?"),
         ("-> wo|rk blend", "work", "state `work`"),
         ("on found -> work.ne|ar", "near", "stack follow(speed: 2 /s)"),

@@ -43,7 +43,7 @@ block! {
         /// Path of the body: `[{ at 0 s  value [..] m }, ..]`, along straight lines, without rotation; `shape` gives
         /// the positions of its points.
         path: Option<Unbound> = elsewhere(ValueType::List(&ValueType::Block(&WAYPOINT)));
-        /// Where each point is relative to the body, along the axes of the world.
+        /// Position of each point relative to the body, along the axes of the world.
         shape: Option<Unbound> = elsewhere(ValueType::Of(Named::Point, &ValueType::Vector(LENGTH)));
         /// Instead of a body, a script for each point.
         points: Option<Unbound> = elsewhere(ValueType::Of(Named::Point, &ValueType::Block(&HUMAN_POINT)));

@@ -9,8 +9,8 @@ use super::{BlockSchema, Key, Named, ValueType};
 block! {
     /// A signal.
     pub struct SignalBlock = SIGNAL, "a signal" {
-        /// How long a value counts after it was received. After this time the signal is absent; if the state needs a
-        /// signal without `?`, this is the fault `stale`.
+        /// Time for which a value is valid after it was received. After this time the signal is absent; if the state
+        /// needs a signal without `?`, this is the fault `stale`.
         timeout: Option<f64> = optional(ValueType::Number(Quantity::above(TIME, 0.0)));
         /// Of a wrench: the link in whose axes the sensor gives force and moment, with the moment about the link's
         /// origin; the name of an arm is that of its tip. The wrench is rotated into the axes of the world at the

@@ -11,6 +11,7 @@
 
 mod describe;
 mod guards;
+mod hard_limits;
 mod machine;
 mod machine_actions;
 mod measured;

@@ -43,12 +43,12 @@
 //! A limit of acceleration that concerns more than one joint may have no solution at a switch, which is the fault
 //! `infeasible`.
 
-use std::collections::BTreeSet;
 use std::time::Instant;
 
 use solver::{HierarchicalSolver, LevelShape, LevelStatus, Problem, Smooth, Solution, Status};
 use stdlib_tasks::task::RowKind;
 
+use super::hard_limits::HardLimits;
 use crate::evaluator::{Evaluator, LevelRows, TickInputs};
 use crate::fault::Fault;
 use crate::program::{LevelProgram, Program, ProgramError, StackProgram};
@@ -130,10 +130,7 @@ pub struct StackController {
     blend: Blend,
     /// Index of the stack in the program.
     index: usize,
-    /// For each margin, true if passing its limit is a fault; see [`hard_margins`].
-    hard: Vec<bool>,
-    /// For each margin, true if the robot was within the limit at some tick since the entry, and has not passed it since.
-    within: Vec<bool>,
+    hard_limits: HardLimits,
     /// Number of ticks since the stack was entered.
     ticks: u64,
     /// True if the hierarchy was not solved in time at the last tick.
@@ -185,19 +182,6 @@ fn in_common(program: &Program, a: &StackProgram, b: &StackProgram) -> usize {
     a.levels.iter().zip(&b.levels).take_while(|(a, b)| same_level(program, a, b) && lasting(a)).count()
 }
 
-/// For each margin of a stack, true if its limit is on a hard level and no signal moves it. A limit that a person moves can be
-/// passed although the robot gives way as fast as its row requires, and must go on to do so.
-fn hard_margins(evaluator: &Evaluator, program: &Program, stack: &StackProgram) -> Vec<bool> {
-    let mut hard = vec![false; evaluator.margins().len()];
-    for m in evaluator.members().iter().filter(|m| stack.levels.get(m.level).is_some_and(|l| l.hard)) {
-        let read: BTreeSet<usize> = m.slots.iter().copied().collect();
-        if program.values.tape.only(&read).signals().is_empty() {
-            hard[m.margins.clone()].fill(true);
-        }
-    }
-    hard
-}
-
 /// Time constant (s) with which the damping by rows above a level fades, and with which the velocity decays at late
 /// ticks.
 const FADING: f64 = 0.1;
@@ -246,8 +230,7 @@ impl StackController {
             level_names: stack_program.levels.iter().map(|l| l.name.clone()).collect(),
             value_names: value_names(program, stack_program),
             blend,
-            within: vec![false; evaluator.margins().len()],
-            hard: hard_margins(&evaluator, program, stack_program),
+            hard_limits: HardLimits::new(&evaluator, program, stack_program),
             index: stack,
             ticks: 0,
             late: false,
@@ -333,23 +316,9 @@ impl StackController {
         self.blend.duration > 0.0 || self.blend.locked_joints_moving
     }
 
-    /// Returns the first limit of a hard level that the robot passed at this tick: it was within the limit before, and its
-    /// margin is now below `-tolerance`. Limits that were violated at the entry count from the tick at which they hold.
+    /// Returns the first limit of a hard level that the robot passed at this tick; see [`HardLimits::passed`].
     pub(super) fn passed(&mut self, tolerance: f64) -> Option<Fault> {
-        let StackController { evaluator, hard, within, .. } = self;
-        let margins = evaluator.margins();
-        let mut first = None;
-        for (i, (within, h)) in within.iter_mut().zip(margins).enumerate().filter(|(i, _)| hard[*i]) {
-            let holds = *h >= -tolerance;
-            if *within && !holds && first.is_none() {
-                first = Some(i);
-            }
-            *within = holds;
-        }
-        let at = first?;
-        let members = evaluator.members().iter();
-        let (member, m) = members.enumerate().find(|(_, m)| m.margins.contains(&at))?;
-        Some(Fault::Limit { member, row: at - m.margins.start })
+        self.hard_limits.passed(&self.evaluator, tolerance)
     }
 
     pub(super) fn solver_name(&self) -> &'static str {
@@ -364,7 +333,7 @@ impl StackController {
         if blend > 0.0 {
             self.evaluator.hand_over();
         }
-        self.within.fill(false);
+        self.hard_limits.enter();
         (self.ticks, self.late) = (0, false);
         (self.blend.duration, self.blend.begun) = (blend, false);
         for (i, (kept, level)) in self.blend.kept.iter_mut().zip(&self.problem.levels).enumerate() {

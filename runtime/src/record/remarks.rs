@@ -1,4 +1,4 @@
-//! What a verdict names although no limit was passed: targets that were never reached, a machine that changes its state at
+//! Remarks of a verdict, although no limit was passed: targets that were never reached, a machine that changes its state at
 //! every tick, many handled faults.
 
 use stdlib_tasks::dimension::{ANGLE, LENGTH};

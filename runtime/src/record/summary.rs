@@ -60,7 +60,7 @@ pub struct Summary {
     pub late: Option<LateTicks>,
     /// Computing time of the controller per tick, without the ticks after a fault, which compute nothing.
     pub tick_us: TickTimes,
-    /// What the verdict names although no limit was passed: targets that were never reached, a machine that changes its state
+    /// Remarks of the verdict, although no limit was passed: targets that were never reached, a machine that changes its state
     /// at every tick, many handled faults.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,

@@ -12,7 +12,7 @@ const MOST_CELLS: f64 = 250_000.0;
 /// Buckets that a segment may cover before all walls are looked at.
 const MOST_BUCKETS: usize = 64;
 
-/// What makes the ground of one agent differ from that of another.
+/// Properties of an agent that its ground depends on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// Distance that its middle keeps from walls (m).

@@ -27,7 +27,7 @@ pub enum Act {
     End,
 }
 
-/// What an agent does.
+/// Current action of an agent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Doing {
     /// It chooses its next action now.

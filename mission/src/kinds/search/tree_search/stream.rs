@@ -50,7 +50,7 @@ struct Node {
     children: BTreeMap<u64, u32>,
 }
 
-/// How a rollout chooses.
+/// Policy by which a rollout chooses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Policy {
     /// By `q`.
