@@ -124,7 +124,7 @@ impl FromBound for Word {
     fn stand_in(key: &Key) -> Word {
         match (key.presence, key.value) {
             (Presence::Default(word), _) => word,
-            (_, ValueType::Choice(words)) => words.first().copied().unwrap_or_default(),
+            (_, ValueType::Choice(words) | ValueType::NumberOr(_, words)) => words.first().copied().unwrap_or_default(),
             _ => "",
         }
     }
@@ -160,6 +160,32 @@ impl FromBound for OneOrEach {
 
     fn stand_in(key: &Key) -> OneOrEach {
         OneOrEach::One(f64::stand_in(key))
+    }
+}
+
+/// A number, or one of the words of a key.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NumberOrWord {
+    /// A number.
+    Number(f64),
+    /// A word.
+    Word(Word),
+}
+
+impl FromBound for NumberOrWord {
+    fn from_bound(bound: &Bound) -> Option<NumberOrWord> {
+        match bound {
+            Bound::Number(x) => Some(NumberOrWord::Number(*x)),
+            Bound::Word(word) => Some(NumberOrWord::Word(word)),
+            _ => None,
+        }
+    }
+
+    fn stand_in(key: &Key) -> NumberOrWord {
+        match key.default_number() {
+            Some(x) => NumberOrWord::Number(x),
+            None => NumberOrWord::Word(Word::stand_in(key)),
+        }
     }
 }
 

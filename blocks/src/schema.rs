@@ -248,6 +248,7 @@ impl Key {
             ValueType::Spread(_) => "normal(204 s, 20 s)",
             ValueType::Spot | ValueType::Vector(_) => "[0.4, 0, 0.1] m",
             ValueType::Pair(_) => "[4, -1.5] m",
+            ValueType::Text | ValueType::File | ValueType::Spec => "\"..\"",
             ValueType::Choice(words) => words.first().copied().unwrap_or_default(),
             _ => "..",
         };

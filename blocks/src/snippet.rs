@@ -98,6 +98,11 @@ impl Snippet {
         Snippet::each(format!("on {event} -> {to}"), format!("{{ on: {event}, to: {to} }}"))
     }
 
+    /// A transition of a state while something holds: `when CONDITION -> STATE`, in YAML `{ when: CONDITION, to: STATE }`.
+    pub fn transition_when(condition: &str, to: impl fmt::Display) -> Snippet {
+        Snippet::each(format!("when {condition} -> {to}"), format!("{{ when: {condition}, to: {to} }}"))
+    }
+
     /// The piece as an item of a list that the key of its block holds in YAML: `levels: [ .. ]`.
     #[must_use]
     pub fn listed(self, key: &str) -> Snippet {

@@ -4,7 +4,7 @@ use crate::diagnostic::clip;
 use crate::fix::Fix;
 use crate::tree::{Block, Entry, Stack, Value, ValueKind};
 use crate::words::{is_quoted_key, is_text_key};
-use crate::{Diagnostic, Span};
+use crate::{Diagnostic, Help, Snippet, Span};
 use std::collections::BTreeMap;
 
 /// Reports keys that appear twice in a block.
@@ -115,7 +115,13 @@ pub(crate) fn changes(stack: &mut Stack, at: Span, from: bool, diags: &mut Vec<D
                     "a stack that is derived from another one may only list changes",
                 )
                 .label(stack.base.as_ref().map_or(at, |base| base.span), "derived from this stack")
-                .help(format!("write a change: `add {name} {{ .. }}`, `replace {name} {{ .. }}`")),
+                .help(Help::with(
+                    "write a change: {}, {}",
+                    ["add", "replace"].map(|word| {
+                        let change = format!("{{ {word}: {name}, tasks: [..] }}");
+                        Snippet::each(format!("{word} {name} {{ .. }}"), change)
+                    }),
+                )),
             );
         }
     } else if let Some(change) = stack.changes.first() {
@@ -131,7 +137,13 @@ pub(crate) fn changes(stack: &mut Stack, at: Span, from: bool, diags: &mut Vec<D
                 format!("`{word}` changes a level of a base stack, and this stack has none"),
             )
             .label(at, "this stack has no base")
-            .help("write `stack NAME from OTHER { .. }`, or a new level, `level NAME { .. }`"),
+            .help(Help::with(
+                "write {}, or a new level, {}",
+                [
+                    Snippet::each("stack NAME from OTHER { .. }", "NAME: { from: OTHER, .. }"),
+                    Snippet::each("level NAME { .. }", "levels: [ { name: NAME, .. } ]"),
+                ],
+            )),
         );
         stack.changes.clear();
     }

@@ -3,6 +3,7 @@
 //! A diagnostic is data. Its [`Topic`] tells later stages whether it follows from another one, its [`Fix`]es are
 //! edits, and its [`Help`] names pieces of a spec that are written in the syntax of the file.
 
+use ::names::{list, suggest};
 use blocks::Help;
 
 use crate::Syntax;
@@ -114,6 +115,11 @@ impl Diagnostic {
         Diagnostic::error("HQ0201", span, message).about(Topic::UnknownName)
     }
 
+    /// Creates the error for the name of something that nothing declares: "there is no task `reech`".
+    pub fn undeclared(what: &str, name: &str, span: Span) -> Self {
+        Diagnostic::unknown_name(span, format!("there is no {what} `{name}`"))
+    }
+
     /// Creates the error for a key that its block does not have.
     pub fn unknown_key(code: &'static str, span: Span, message: impl Into<String>) -> Self {
         Diagnostic::error(code, span, message).about(Topic::UnknownKey)
@@ -183,6 +189,24 @@ impl Diagnostic {
         let name = name.into();
         let span = self.primary.span;
         self.help(format!("did you mean `{name}`?")).fix(Fix::name(span, name))
+    }
+
+    /// Proposes the known name that was probably meant. If none is near enough, the help stays as it is.
+    pub fn nearest<'n>(self, name: &str, known: impl IntoIterator<Item = &'n str>) -> Self {
+        match suggest(name, known) {
+            Some(near) => self.meant(near),
+            None => self,
+        }
+    }
+
+    /// Proposes the known name that was probably meant, or else all of them after some words: "declared are `a` and `b`".
+    /// If there are none, a help that it has stays as it is.
+    pub fn one_of<'n>(self, words: &str, name: &str, known: impl IntoIterator<Item = &'n str>) -> Self {
+        let known: Vec<&str> = known.into_iter().collect();
+        match known.is_empty() && self.help.is_some() {
+            true => self,
+            false => self.help(format!("{words} {}", list(known.iter().copied(), 12))).nearest(name, known),
+        }
     }
 
     /// Proposes a name for the primary location that is the name of something else: "did you mean the group `arm`?".

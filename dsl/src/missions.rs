@@ -6,7 +6,7 @@ use crate::diagnostic::clip;
 use crate::tree::{Block, Comments, Entry, MissionMember, MissionRepeat, ValueKind};
 use crate::vocabulary::ROLES;
 use crate::words::nearest;
-use crate::{Diagnostic, Span, Spanned, checks};
+use crate::{Diagnostic, Help, Snippet, Span, Spanned, checks};
 
 /// Content of the braces of a mission, a member or a repetition.
 #[derive(Debug, Default)]
@@ -106,8 +106,9 @@ fn repeats_role(repeat: &MissionRepeat, role: &str) -> bool {
 /// Returns the diagnostic for a mission without a kind.
 pub(crate) fn no_kind(name: &str, span: Span) -> Diagnostic {
     let name = clip(name);
-    Diagnostic::error("HQ0144", span, format!("the mission `{name}` has no kind")).help(format!(
-        "write its kind: `mission {name} : schedule {{ .. }}`, in YAML `{name}: {{ schedule: {{ .. }} }}`"
+    Diagnostic::error("HQ0144", span, format!("the mission `{name}` has no kind")).help(Help::with(
+        "write its kind: {}",
+        [Snippet::each(format!("mission {name} : schedule {{ .. }}"), format!("{name}: {{ schedule: {{ .. }} }}"))],
     ))
 }
 
@@ -115,7 +116,7 @@ pub(crate) fn no_kind(name: &str, span: Span) -> Diagnostic {
 pub(crate) fn no_action(name: &str, span: Span) -> Diagnostic {
     let name = clip(name);
     Diagnostic::incomplete("HQ0107", span, format!("the task `{name}` has no action"))
-        .help(format!("write `task {name} = ACTION {{ .. }}`, in YAML `{name}: {{ ACTION: {{ .. }} }}`"))
+        .help(Snippet::each(format!("task {name} = ACTION {{ .. }}"), format!("{name}: {{ ACTION: {{ .. }} }}")))
 }
 
 /// Returns true for a key before an action in place of the action itself: `action pick`.

@@ -3,7 +3,7 @@
 use crate::diagnostic::clip;
 use crate::limits::MAX_STATE_NESTING;
 use crate::tree::{Block, State};
-use crate::{Diagnostic, Span, checks};
+use crate::{Diagnostic, Help, Snippet, Span, checks};
 
 /// The words that begin a part of a state, and its keys in YAML: none of them can be the name of a setting.
 pub(crate) const STATE_WORDS: &[&str] =
@@ -27,7 +27,7 @@ pub(crate) fn transition_settings(settings: &mut Block, diags: &mut Vec<Diagnost
         let reserved = STATE_WORDS.contains(&key) || TRANSITION_WORDS.contains(&key);
         if key == "for" {
             let text = "`for` belongs between its condition and `->`";
-            diags.push(Diagnostic::error("HQ0141", at, text).help("write `when CONDITION for 3 s -> STATE`"));
+            diags.push(Diagnostic::error("HQ0141", at, text).help(held()));
         } else if reserved {
             let text = format!("`{key}` cannot be a setting of a transition");
             let note = "the word is a keyword there in one of the two syntaxes";
@@ -65,24 +65,30 @@ pub(crate) fn no_hold(word: &str, span: Span) -> Diagnostic {
     let diagnostic = Diagnostic::error("HQ0141", span, format!("`for` is not allowed after `{word}`"));
     diagnostic
         .note("`on` waits for an event, `after` for a time in the state; only a condition can hold for a time")
-        .help("write `when CONDITION for 3 s -> STATE`")
+        .help(held())
+}
+
+/// Help that shows a condition which holds for a time.
+fn held() -> Help {
+    let yaml = "{ when: CONDITION, for: 3 s, to: STATE }";
+    Help::write(Snippet::each("when CONDITION for 3 s -> STATE", yaml))
 }
 
 /// Returns the diagnostic for a trigger without an event, a condition or a duration.
 pub(crate) fn no_condition(word: &str, span: Span) -> Diagnostic {
     let example = match word {
-        "on" => "on found",
-        "when" => "when x < 3 N",
-        _ => "after 10 s",
+        "on" => "found",
+        "when" => "x < 3 N",
+        _ => "10 s",
     };
-    Diagnostic::error("HQ0141", span, format!("`{word}` has no trigger"))
-        .help(format!("write for instance `{example} -> STATE`"))
+    let example = Snippet::each(format!("{word} {example} -> STATE"), format!("{{ {word}: {example}, to: STATE }}"));
+    Diagnostic::error("HQ0141", span, format!("`{word}` has no trigger")).help(Help::write_for_instance(example))
 }
 
 /// Returns the diagnostic for a transition without a target state.
 pub(crate) fn no_target(span: Span) -> Diagnostic {
     Diagnostic::error("HQ0141", span, "this transition names no next state")
-        .help("write `-> STATE` after the trigger, in YAML `to: STATE`")
+        .help(Help::with("write {} after the trigger", [Snippet::each("-> STATE", "to: STATE")]))
 }
 
 /// Returns the diagnostic for text in place of the type of a signal.
@@ -94,16 +100,17 @@ pub(crate) fn bad_type(text: &str, span: Span) -> Diagnostic {
 /// Returns the diagnostic for a variable without a type.
 pub(crate) fn no_variable_type(name: &str, span: Span) -> Diagnostic {
     let name = clip(name);
-    Diagnostic::error("HQ0140", span, format!("the variable `{name}` has no type")).help(format!(
-        "write its type and initial value: `variable {name} : number = 0`, in YAML `{name}: {{ type: number, value: 0 }}`"
-    ))
+    let example =
+        Snippet::each(format!("variable {name} : number = 0"), format!("{name}: {{ type: number, value: 0 }}"));
+    Diagnostic::error("HQ0140", span, format!("the variable `{name}` has no type"))
+        .help(Help::with("write its type and initial value: {}", [example]))
 }
 
 /// Returns the diagnostic for a signal without a type.
 pub(crate) fn no_type(name: &str, span: Span) -> Diagnostic {
-    Diagnostic::error("HQ0140", span, format!("the signal `{}` has no type", clip(name))).help(format!(
-        "write its type: `signal {} : point`, in YAML `{}: point`",
-        clip(name),
-        clip(name)
+    let name = clip(name);
+    Diagnostic::error("HQ0140", span, format!("the signal `{name}` has no type")).help(Help::with(
+        "write its type: {}",
+        [Snippet::each(format!("signal {name} : point"), format!("{name}: point"))],
     ))
 }

@@ -1,7 +1,7 @@
 //! Conditions of a machine: truth values of signals, of the time in a state, and of the state and motion of the robot.
 
-use dsl::Diagnostic;
 use dsl::tree::Value;
+use dsl::{Diagnostic, Help, Snippet};
 use runtime::program::Op;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::expression::Expression;
@@ -41,7 +41,12 @@ impl Binder<'_> {
         if self.graph.moves_along(&typed.nodes) {
             let d = Diagnostic::error("HQ0312", value.span, "a trajectory is not allowed in a condition");
             let note = "it begins when a stack is entered, and a condition belongs to no stack";
-            self.diagnostics.push(d.note(note).help("wait for the task that it moves: `on reached(TASK, ..)`"));
+            self.diagnostics.push(
+                d.note(note).help(Help::with(
+                    "wait for the task that it moves: {}",
+                    [Snippet::entry("on", "reached(TASK, ..)")],
+                )),
+            );
             return None;
         }
         if ops.iter().any(|op| matches!(op, Op::Input(_))) {

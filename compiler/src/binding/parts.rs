@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet};
-use names::{list, suggest};
 use robot::LinkId;
 use stdlib_tasks::bound::{Arm, Geometry};
 use stdlib_tasks::params::ParamInfo;
@@ -40,11 +39,11 @@ impl Binder<'_> {
         let names = self.robot.arms.iter().map(|a| a.name.as_str());
         let d =
             Diagnostic::unknown_name(value.span, format!("robot `{}` declares no arm `{name}`", self.robot.name.value));
-        self.diagnostics.push(match suggest(name, names.clone()) {
-            Some(near) => d.meant(near),
-            None if self.robot.arms.is_empty() => d.help(Help::with("declare it in the robot: {}", [examples::arms()])),
-            None => d.help(format!("it declares {}", list(names, 6))),
-        });
+        self.diagnostics.push(d.help(Help::with("declare it in the robot: {}", [examples::arms()])).one_of(
+            "it declares",
+            name,
+            names,
+        ));
         None
     }
 }

@@ -2,7 +2,6 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
-use names::{list, suggest};
 use stdlib_tasks::bound::Geometry;
 use stdlib_tasks::expression::{Leaf, PointDistance};
 
@@ -91,10 +90,7 @@ impl TaskScope<'_> {
             let names = || human.points.iter().map(|p| p.0.as_str());
             let text = format!("`{}` has no point `{}`", written(&name), point.value);
             let d = Diagnostic::unknown_name(point.span, text);
-            return refuse(match suggest(&point.value, names()) {
-                Some(near) => d.meant(near),
-                None => d.help(format!("its points are {}", list(names(), 12))),
-            });
+            return refuse(d.one_of("its points are", &point.value, names()));
         }
         let mut place = |point: &str| match self.params.meaning(&symbol(target(&name), point, false)) {
             Meaning::Value(symbol) => <[usize; 3]>::try_from(symbol.value.nodes).map_err(|_| None),

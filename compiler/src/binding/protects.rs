@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{Block, Value, ValueKind};
 use dsl::{Diagnostic, Help};
-use names::{list, suggest};
+use names::list;
 use stdlib_tasks::bound::{Bound, BoundParams};
 use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
 use stdlib_tasks::params::{ParamInfo, ParamType};
@@ -29,11 +29,9 @@ impl Binder<'_> {
         let found = self.tasks.iter().position(|t| t.0 == program);
         let Some((index, (_, definition))) = found.and_then(|i| Some((i, self.tasks.get(i)?))) else {
             let names: Vec<&str> = self.tasks.iter().map(|t| t.0.as_str()).filter(|n| !n.contains('.')).collect();
-            let d = Diagnostic::unknown_name(value.span, format!("there is no task `{name}`"));
-            self.diagnostics.push(match suggest(name, names.iter().copied()) {
-                Some(near) => d.meant(near),
-                None => d.help(Help::with("declare it: {}", [examples::task()])),
-            });
+            let d = Diagnostic::undeclared("task", name, value.span);
+            self.diagnostics
+                .push(d.help(Help::with("declare it: {}", [examples::task()])).nearest(name, names.iter().copied()));
             return None;
         };
         let kind = stdlib_tasks::find(&definition.kind.value)?;
@@ -69,13 +67,13 @@ impl Binder<'_> {
             // Its binding failed, and that was reported.
             return None;
         }
-        let d = Diagnostic::unknown_name(value.span, format!("there is no safety field `{}`", written(said)));
+        let d = Diagnostic::undeclared("safety field", written(said), value.span);
         let known = || self.fields.iter().map(String::as_str).filter(|n| !n.contains('.'));
-        self.diagnostics.push(match suggest(said, known()) {
-            Some(near) => d.meant(near),
-            None if known().next().is_some() => d.help(format!("declared are {}", list(known(), 8))),
-            None => d.help(Help::with("declare it: {}", [examples::safety_field("NAME", "HUMAN")])),
-        });
+        self.diagnostics.push(d.help(Help::with("declare it: {}", [examples::safety_field("NAME", "HUMAN")])).one_of(
+            "declared are",
+            said,
+            known(),
+        ));
         None
     }
 

@@ -3,7 +3,6 @@
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Span, Spanned};
 use nalgebra::Vector3;
-use names::{list, suggest};
 use robot::{Data, LinkId, Model};
 use runtime::program::Op;
 use stdlib_tasks::bound::Geometry;
@@ -311,13 +310,15 @@ impl TaskScope<'_> {
                 )))
             }
             _ => {
-                let d = Diagnostic::unknown_name(field.span, format!("there is no safety field `{said}`"));
+                let d = Diagnostic::undeclared("safety field", said, field.span);
                 let known = || self.params.fields.iter().map(String::as_str).filter(|n| !n.contains('.'));
-                Err(Some(Box::new(match suggest(said, known()) {
-                    Some(near) => d.meant(near),
-                    None if known().next().is_some() => d.help(format!("declared are {}", list(known(), 8))),
-                    None => d.help(Help::with("declare it: {}", [examples::safety_field(said, "HUMAN")])),
-                })))
+                Err(Some(Box::new(
+                    d.help(Help::with("declare it: {}", [examples::safety_field(said, "HUMAN")])).one_of(
+                        "declared are",
+                        said,
+                        known(),
+                    ),
+                )))
             }
         }
     }

@@ -55,6 +55,11 @@ impl BlockBinder<'_> {
         all
     }
 
+    /// Binds the value of a key that the readers of the syntaxes take.
+    pub fn value_of_key(&mut self, key: &Key, value: &Value) -> Option<Located<Bound>> {
+        self.value(value, Asked { name: key.name, at: value.span, key }, &key.value)
+    }
+
     /// Binds those entries of a block that are `wanted`. The caller reports other keys.
     pub fn entries(
         &mut self,
@@ -77,7 +82,7 @@ impl BlockBinder<'_> {
             let asked = Asked { name: key.name, at: entry.key.span, key };
             let value = match key.is_bound {
                 true => self.value(&entry.value, asked, &key.value),
-                false => Some(Located { at: self.origins.add(entry.value.span), value: Bound::Unbound }),
+                false => Some(Located { at: self.origins.add_unbound(&entry.value), value: Bound::Unbound }),
             };
             let refused = self.diagnostics[before..].iter().any(|d| d.severity == Severity::Error);
             if refused || value.as_ref().is_some_and(|value| values::holds_wrong(&value.value)) {

@@ -1,8 +1,9 @@
-//! Places of bound texts: the spans behind the numbers that bound blocks carry.
+//! Places of bound texts: the spans behind the numbers that bound blocks carry, and the values that are bound elsewhere.
 
 use std::collections::BTreeMap;
 
-use blocks::Origin;
+use blocks::{Located, Origin, Unbound};
+use dsl::tree::Value;
 use dsl::{SourceId, Span};
 
 /// Places of bound texts.
@@ -11,6 +12,8 @@ pub(crate) struct Origins {
     spans: Vec<Span>,
     /// Sources of the files that are named at a place.
     files: BTreeMap<Origin, SourceId>,
+    /// Values that are bound elsewhere.
+    unbound: BTreeMap<Origin, Value>,
 }
 
 impl Origins {
@@ -25,6 +28,18 @@ impl Origins {
         let at = self.add(span);
         self.files.insert(at, source);
         at
+    }
+
+    /// Adds the place of a value that is bound elsewhere.
+    pub fn add_unbound(&mut self, value: &Value) -> Origin {
+        let at = self.add(value.span);
+        self.unbound.insert(at, value.clone());
+        at
+    }
+
+    /// Returns the value at a place that is bound elsewhere.
+    pub fn unbound(&self, of: &Located<Unbound>) -> Option<&Value> {
+        self.unbound.get(&of.at)
     }
 
     /// Returns the span of a place.

@@ -4,7 +4,7 @@ use dsl::tree::{Entry, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
 
-use blocks::{Bound, BoundEntry, Key, Located, Members, Named, ValueType};
+use blocks::{Bound, BoundBlock, BoundEntry, Key, Located, Members, Named, ValueType};
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, RATE, VELOCITY};
 use stdlib_tasks::params::Quantity;
 
@@ -60,7 +60,7 @@ impl BlockBinder<'_> {
             ValueType::Spec => Bound::Text(self.text(value, asked)?),
             ValueType::Urdf => Bound::Text(match text_of(value) {
                 Some(path) => path.to_string(),
-                None => self.wrong_form(value, format!("`{name}` is the path of one file, in quotes"), asked)?,
+                None => self.wrong_form(value, format!("`{name}` is the path of one file"), asked)?,
             }),
             ValueType::File => return self.file(value, asked),
             ValueType::Flag => Bound::Flag(self.flag(value, name)?),
@@ -77,7 +77,18 @@ impl BlockBinder<'_> {
                 Bound::Block(self.block(block, schema, asked.at))
             }
             ValueType::Blocks(schema) => Bound::List(self.blocks(value, schema)),
-            _ => Bound::Unbound,
+            ValueType::Link => Bound::Text(self.link(value)?),
+            ValueType::LinkOr(schema) => Bound::Block(match &value.kind {
+                ValueKind::Block(block) => self.block(block, schema, asked.at),
+                _ => {
+                    let link = Located { at: self.origins.add(value.span), value: Bound::Text(self.link(value)?) };
+                    let mut block = BoundBlock::new(schema, self.origins.add(asked.at));
+                    block.put("link", link.at, Some(link));
+                    block
+                }
+            }),
+            ValueType::NumberOr(q, words) => self.number_or(value, name, q, words)?,
+            _ => return Some(Located { at: self.origins.add_unbound(value), value: Bound::Unbound }),
         };
         Some(Located { at: self.origins.add(value.span), value: bound })
     }
@@ -137,6 +148,37 @@ impl BlockBinder<'_> {
             )),
             None => d.help("write one number without brackets"),
         });
+    }
+
+    /// A number, or one of the words of a key.
+    fn number_or(&mut self, value: &Value, name: &str, q: &Quantity, words: &'static [&'static str]) -> Option<Bound> {
+        let found = text_of(value);
+        if let Some(word) = words.iter().find(|word| Some(**word) == found) {
+            return Some(Bound::Word(word));
+        }
+        let before = self.diagnostics.len();
+        let number = self.number(value, name, q);
+        if let Some(near) = found.and_then(|word| suggest(word, words.iter().copied()))
+            && let Some(unknown) = self.diagnostics.get_mut(before)
+        {
+            *unknown = unknown.clone().meant(near);
+        }
+        number.map(Bound::Number)
+    }
+
+    /// The name of a link, which is looked up on the robot.
+    fn link(&mut self, value: &Value) -> Option<String> {
+        if let Some(name) = text_of(value) {
+            return Some(name.to_string());
+        }
+        if !matches!(value.kind, ValueKind::Missing) {
+            let d = Diagnostic::error("HQ0304", value.span, "the name of a link is needed here");
+            self.diagnostics.push(d.help(Help::with(
+                "write {}, such as {}",
+                [Snippet::entry("NAME", "LINK"), Snippet::entry("elbow", "link_4")],
+            )));
+        }
+        None
     }
 
     /// Evaluates a whole number.
@@ -229,7 +271,7 @@ impl BlockBinder<'_> {
         if self.constants.params.knows(name) {
             return self.constants.vector(value, LENGTH, self.diagnostics);
         }
-        let d = Diagnostic::unknown_name(value.span, format!("there is no place `{name}`"));
+        let d = Diagnostic::undeclared("place", name, value.span);
         let names = || self.scope.places.keys().map(String::as_str);
         self.diagnostics.push(match suggest(name, names()) {
             Some(near) => d.meant(near),
@@ -245,13 +287,13 @@ impl BlockBinder<'_> {
     fn text(&mut self, value: &Value, asked: Asked) -> Option<String> {
         match text_of(value) {
             Some(text) => Some(text.to_string()),
-            None => self.wrong_form(value, format!("`{}` is a text, in quotes", asked.name), asked),
+            None => self.wrong_form(value, format!("`{}` is a text", asked.name), asked),
         }
     }
 
     fn file(&mut self, value: &Value, asked: Asked) -> Option<Located<Bound>> {
         let Some(path) = text_of(value) else {
-            return self.wrong_form(value, "the path of a file, in quotes, is needed here".to_string(), asked);
+            return self.wrong_form(value, "the path of a file is needed here".to_string(), asked);
         };
         match self.files.read(path) {
             Ok(text) => {
@@ -320,6 +362,7 @@ impl BlockBinder<'_> {
                     ("member of the mission", "write it as the mission declares it".into())
                 }
                 Named::SignalThere => ("signal", "write the name that it has in the other spec".into()),
+                Named::State => ("state", "write the name of one of its states".into()),
                 Named::StateThere => ("state", "write the name that it has in the other spec".into()),
                 _ => (name, format!("write the name of a declared {name}")),
             };
@@ -360,11 +403,11 @@ impl BlockBinder<'_> {
         if found.is_none() {
             let noun = of.noun;
             let d = Diagnostic::unknown_name(at, format!("there is no {noun} `{name}` of this mission"));
-            self.diagnostics.push(match suggest(name, names.iter().copied()) {
-                Some(near) => d.meant(near),
-                None if names.is_empty() => d.help(format!("this spec declares no {noun}")),
-                None => d.help(format!("declared are {}", list(names.iter().copied(), 12))),
-            });
+            self.diagnostics.push(d.help(format!("this spec declares no {noun}")).one_of(
+                "declared are",
+                name,
+                names.iter().copied(),
+            ));
         }
         found
     }

@@ -133,10 +133,7 @@ impl Expander<'_> {
             let Some(k) = taker.parameters.iter().position(|p| p.name == entry.key) else {
                 let names = taker.parameters.iter().map(|p| p.name.value.as_str());
                 let d = wrong(span, format!("`{name}` takes no `{}`", entry.key.value));
-                self.fail(match suggest(&entry.key.value, names) {
-                    Some(near) => d.meant(near),
-                    None => d.help(form.clone()),
-                });
+                self.fail(d.help(form.clone()).nearest(&entry.key.value, names));
                 continue;
             };
             if let Some(first) = chosen[k] {

@@ -7,7 +7,6 @@ use dsl::tree::{
     Entry, Human, ItemKind, Let, Param, Robot, SafetyField, Signal, Spec, Stack, Task, Value, ValueKind, Variable,
 };
 use dsl::{Diagnostic, SourceId, Span, Spanned};
-use names::{list, suggest};
 
 use super::module::{Target, declared, parameters};
 use super::substitute::Frame;
@@ -342,12 +341,12 @@ impl Expander<'_> {
         let word = class.word();
         let mut names = self.names(m, class, false);
         names.extend(self.names(m, class, true));
-        let d = Diagnostic::unknown_name(name.span, format!("there is no {word} `{}`", name.value));
-        self.push(match suggest(&name.value, names.iter().map(String::as_str)) {
-            Some(near) => d.meant(near),
-            None if names.is_empty() => d.help(format!("declare the {word}, or import it")),
-            None => d.help(format!("declared are {}", list(names.iter().map(String::as_str), 8))),
-        });
+        let d = Diagnostic::undeclared(word, &name.value, name.span);
+        self.push(d.help(format!("declare the {word}, or import it")).one_of(
+            "declared are",
+            &name.value,
+            names.iter().map(String::as_str),
+        ));
     }
 
     /// Warns of unused tasks and stacks with parameters; later stages report the other unused declarations.

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use dsl::tree::{Import, Item, ItemKind, MissionMember, MissionRepeat, Parameter, Spec, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned, Syntax};
-use names::{list, suggest};
+use names::list;
 
 use super::{Class, Expander, TYPES};
 use crate::expr::constants::is_word;
@@ -193,11 +193,11 @@ impl Expander<'_> {
             let names: Vec<&str> = scope.keys().map(|k| k.1.as_str()).collect();
             let text = format!("`{}` declares no `{}`", import.path.value, name.value);
             let d = Diagnostic::error("HQ0213", name.span, text);
-            let d = match suggest(&name.value, names.iter().copied()) {
-                Some(near) => d.meant(near),
-                None if names.is_empty() => d.help("it declares nothing that could be imported"),
-                None => d.help(format!("it has {}", list(names.iter().copied(), 12))),
-            };
+            let d = d.help("it declares nothing that could be imported").one_of(
+                "it has",
+                &name.value,
+                names.iter().copied(),
+            );
             self.out.usable = false;
             self.fail(d);
             found = CLASSES.map(|class| (class, Target::Failed)).to_vec();
@@ -218,12 +218,9 @@ impl Expander<'_> {
                 self.fail(d.help("write the name out"));
             }
             if !TYPES.iter().any(|t| t.name == p.ty.value) {
-                let d = Diagnostic::unknown_name(p.ty.span, format!("there is no type `{}`", p.ty.value));
+                let d = Diagnostic::undeclared("type", &p.ty.value, p.ty.span);
                 let names = || TYPES.iter().map(|t| t.name);
-                self.fail(match suggest(&p.ty.value, names()) {
-                    Some(near) => d.meant(near),
-                    None => d.help(format!("types are {}", list(names(), 30))),
-                });
+                self.fail(d.help(format!("types are {}", list(names(), 30))).nearest(&p.ty.value, names()));
             }
         }
         if let ItemKind::Task(t) = kind

@@ -1,8 +1,7 @@
 //! Copies stacks: those with levels of their own, and those that change the levels of a base.
 
 use dsl::tree::{Beside, Change, ItemKind, Level, Member, MemberTask, Removal, Repeat, Stack, Values};
-use dsl::{Diagnostic, Span, Spanned};
-use names::{list, suggest};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 
 use super::arguments::{Arguments, Taker};
 use super::substitute::Frame;
@@ -83,7 +82,10 @@ impl Expander<'_> {
                     if let Some(known) = levels.iter().find(|l| l.name == level.name) {
                         let text = format!("stack `{}` has a level `{}` already", base.value, level.name.value);
                         let d = Diagnostic::error("HQ0217", level.name.span, text).label(known.name.span, "this one");
-                        self.fail(d.help(format!("write `replace {}`, or choose another name", level.name.value)));
+                        self.fail(d.help(Help::with(
+                            "write {}, or choose another name",
+                            [Snippet::entry("replace", level.name.value.as_str())],
+                        )));
                         continue;
                     }
                     let at = match beside {
@@ -123,10 +125,7 @@ impl Expander<'_> {
             let text = format!("stack `{}` has no level `{}`", base.value, name.value);
             let d = Diagnostic::error("HQ0217", name.span, text).label(base.span, "declared here");
             let names = levels.iter().map(|l| l.name.value.as_str());
-            self.fail(match suggest(&name.value, names.clone()) {
-                Some(near) => d.meant(near),
-                None => d.help(format!("its levels are {}", list(names, 12))),
-            });
+            self.fail(d.one_of("its levels are", &name.value, names));
         }
         found
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use dsl::holes::{self, Factor, Part};
 use dsl::tree::{Block, Comments, Entry, Number, TaskDefinition, Value, ValueKind};
-use dsl::{Diagnostic, SourceId, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, SourceId, Span, Spanned};
 use names::suggest;
 
 use super::{Class, Expander};
@@ -145,9 +145,10 @@ impl Expander<'_> {
             if let Some(Bound::Value(value) | Bound::Joints(value)) = frame.bound.get(bad) {
                 d = d.label(value.span, "this");
             }
-            return Err(Some(Box::new(
-                d.help("only the variable of a range of whole numbers can be used in arithmetic: `for i in 1..4`"),
-            )));
+            return Err(Some(Box::new(d.help(Help::with(
+                "only the variable of a range of whole numbers can be used in arithmetic: {}",
+                [Snippet::each("for i in 1..4", "for: [ { name: i, in: 1..4, .. } ]")],
+            )))));
         }
         match holes::number(&sum, whole).filter(|n| !name || *n >= 0) {
             Some(n) => Ok(n.to_string()),

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{ItemKind, MemberTask, Task, TaskDefinition, ValueKind};
 use dsl::{Diagnostic, SourceId, Span, Spanned};
-use names::suggest;
 
 use super::arguments::{Arguments, Taker};
 use super::substitute::{Bindings, Bound, Frame};
@@ -260,8 +259,5 @@ fn task_words(bound: &Bindings, order: &[String]) -> Vec<String> {
 fn unknown_kind(kind: &Spanned<String>, own: &[String]) -> Diagnostic {
     let d = Diagnostic::error("HQ0204", kind.span, format!("there is no task type `{}`", kind.value));
     let library = stdlib_tasks::KINDS.iter().map(|k| k.name);
-    match suggest(&kind.value, library.chain(own.iter().map(String::as_str))) {
-        Some(near) => d.meant(near),
-        None => d.help("`hierarq tasks` lists all types"),
-    }
+    d.help("`hierarq tasks` lists all types").nearest(&kind.value, library.chain(own.iter().map(String::as_str)))
 }

@@ -54,7 +54,7 @@ impl Lowering<'_> {
                 .chain(PRESENT.iter().copied())
                 .chain(MEASURES.iter().copied());
             let names = names.chain(TRAJECTORIES.iter().map(|t| t.name));
-            let mut d = Diagnostic::unknown_name(function.span, format!("there is no function `{}`", function.value));
+            let mut d = Diagnostic::undeclared("function", &function.value, function.span);
             d = match (elsewhere(&function.value), suggest(&function.value, names)) {
                 (Some(form), _) => d.help(format!("it is written `{form}`")),
                 (None, Some(near)) => d.meant(near),

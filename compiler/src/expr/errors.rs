@@ -1,7 +1,6 @@
 //! Diagnostics that are common to several kinds of expressions.
 
 use dsl::{Diagnostic, Span};
-use names::suggest;
 
 use super::{Kind, Typed};
 use crate::units::{self, UnitError};
@@ -11,10 +10,7 @@ pub(crate) fn unit_error(error: &UnitError, span: Span) -> Diagnostic {
     match error {
         UnitError::Unknown(symbol) => {
             let d = Diagnostic::error("HQ0303", span, format!("there is no unit `{symbol}`"));
-            match suggest(symbol, units::symbols()) {
-                Some(near) => d.meant(near),
-                None => d.help("`hierarq explain HQ0303` lists the units"),
-            }
+            d.help("`hierarq explain HQ0303` lists the units").nearest(symbol, units::symbols())
         }
         UnitError::TooLarge => {
             Diagnostic::error("HQ0303", span, "the exponents of this unit are beyond anything meant")

@@ -2,7 +2,6 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
-use names::{list, suggest};
 use stdlib_tasks::dimension::LENGTH;
 
 use super::scope::{Failed, Meaning};
@@ -71,10 +70,7 @@ impl Lowering<'_> {
         }
         let names = human.points.iter().map(|p| p.0.as_str());
         let d = Diagnostic::unknown_name(point.span, format!("`{}` has no point `{}`", written(name), point.value));
-        self.fail(match suggest(&point.value, names.clone()) {
-            Some(near) => d.meant(near),
-            None => d.help(format!("its points are {}", list(names, 12))),
-        })
+        self.fail(d.one_of("its points are", &point.value, names))
     }
 
     fn known(&mut self, symbol: &str, span: Span) -> Result<Typed, Failed> {

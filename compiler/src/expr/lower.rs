@@ -1,7 +1,7 @@
 //! Lowers values of the syntax tree to typed expressions, and reports each mistake at its place.
 
 use dsl::tree::{BinaryOp, Value, ValueKind};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Span};
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE};
 
@@ -58,7 +58,7 @@ impl Lowering<'_> {
             }
             ValueKind::Text(_) => self.fail(
                 Diagnostic::error("HQ0304", span, "this is text, and a number is needed here")
-                    .help("write it without quotes"),
+                    .help(Help::each("write it without quotes", "write it without inner quotes")),
             ),
             ValueKind::Name(name) => self.name(name, span),
             ValueKind::Call(function, args) => self.call(function, args, span),

@@ -67,15 +67,16 @@ impl Lowering<'_> {
             Meaning::Event => {
                 let written = crate::forms::written(name);
                 let d = Diagnostic::error("HQ0304", span, format!("`{written}` is an event, which has no value"));
-                return self.fail(d.help(format!("a transition waits for it: `on {written} -> STATE`")));
+                return self.fail(
+                    d.help(Help::with("a transition waits for it: {}", [Snippet::transition(written, "STATE")])),
+                );
             }
             Meaning::Unknown => {}
         }
         let mut known = self.scope.names();
         let moving: &[&str] = if self.scope.moves() { &["t", "time", "com"] } else { &[] };
         known.extend(moving.iter().chain(&["pi"]).map(|name| (*name).to_string()));
-        let mut d =
-            Diagnostic::unknown_name(span, format!("there is no value called `{}`", crate::forms::written(name)));
+        let mut d = Diagnostic::undeclared("value called", crate::forms::written(name), span);
         if let Some(help) = self.scope.instead(name) {
             d = d.help(help);
         } else if let Some(near) = suggest(name, known.iter().map(String::as_str)) {

@@ -2,7 +2,6 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
-use names::{list, suggest};
 use stdlib_tasks::KINDS;
 
 use super::scope::{Failed, Meaning};
@@ -35,9 +34,6 @@ impl Lowering<'_> {
         let text = format!("`{}`, a `{}`, has no output `{}`", written(name), kind.name, field.value);
         let d = Diagnostic::unknown_name(field.span, text);
         let names = || kind.outputs.iter().map(|t| t.name);
-        Some(self.fail(match suggest(&field.value, names()) {
-            Some(near) => d.meant(near),
-            None => d.help(format!("its outputs are {}", list(names(), 8))),
-        }))
+        Some(self.fail(d.one_of("its outputs are", &field.value, names())))
     }
 }

@@ -2,7 +2,7 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
-use names::{list, suggest};
+use names::list;
 use runtime::program::{MAX_POINTS, Motion, Shape, TrajectoryProgram};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, TIME};
 
@@ -145,10 +145,7 @@ impl Lowering<'_> {
                 let names = || of.named.iter().map(|n| n.name);
                 let text = format!("`{}` takes nothing called `{}`", of.name, name.value);
                 let d = Diagnostic::error("HQ0214", name.span, text);
-                self.diagnostics.push(match suggest(&name.value, names()) {
-                    Some(near) => d.meant(near),
-                    None => d.help(format!("it takes {}", list(names(), 9))),
-                });
+                self.diagnostics.push(d.one_of("it takes", &name.value, names()));
                 continue;
             };
             if call.given[at].is_some() {

@@ -143,14 +143,14 @@ pub(super) fn verb(a: &Action) -> Result<&'static Verb, Refused> {
     let Some(verb) = VERBS.iter().find(|v| v.name == a.verb.value) else {
         let text = format!("there is no action `{}`", a.verb.value);
         let d = Diagnostic::unknown_name(a.verb.span, text);
-        return Err(Some(Box::new(match suggest(&a.verb.value, names()) {
-            Some(near) => d.meant(near),
-            None => d.help(format!(
+        return Err(Some(Box::new(
+            d.help(format!(
                 "actions are {}; `call({}, ..)` asks the host for anything else",
                 list(names(), 12),
                 a.verb.value
-            )),
-        })));
+            ))
+            .nearest(&a.verb.value, names()),
+        )));
     };
     if let Some(named) = a.named.first() {
         let d = Diagnostic::error("HQ0310", named.key.span, format!("`{}` takes nothing by name", verb.name));

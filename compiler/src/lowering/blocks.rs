@@ -1,8 +1,8 @@
 //! Blocks of declarations, read into their structs.
 
-use blocks::Block as BlockOf;
+use blocks::{Block as BlockOf, BlockSchema, FromBound};
 use dsl::Span;
-use dsl::tree::Block;
+use dsl::tree::{Block, Value};
 
 use super::Lowerer;
 use crate::block_binding::{BlockBinder, Scope, TextFiles};
@@ -23,5 +23,13 @@ impl Lowerer<'_> {
     /// Reads a block that is named at a place.
     pub(super) fn read<B: BlockOf>(&mut self, block: &Block, named: Span) -> B {
         B::read(&self.block_binder(&Scope::default()).block(block, B::schema(), named))
+    }
+
+    /// Reads the value of a key that the readers of the syntaxes take, as the table of its block declares it. `None` if it
+    /// is wrong, with diagnostics.
+    pub(super) fn read_word<T: FromBound>(&mut self, schema: &BlockSchema, name: &str, value: &Value) -> Option<T> {
+        let key = schema.keys.iter().find(|key| key.name == name)?;
+        let bound = self.block_binder(&Scope::default()).value_of_key(key, value)?;
+        T::from_located(&bound)
     }
 }

@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{ItemKind, Machine, MemberTask, Param, Robot, Run, Stack, Task, Value};
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned, Syntax};
-use names::{list, suggest};
 
 use super::Lowerer;
 use super::inline_tasks::names;
@@ -80,14 +79,12 @@ impl Lowerer<'_> {
                 // Params of other files that are not imported by name have names that users cannot write.
                 let names = declared.params.iter().map(|p| p.name.value.as_str()).filter(|n| !n.contains('.'));
                 let d = Diagnostic::unknown_name(param.name.span, format!("the spec has no param `{name}`"));
-                let d = match suggest(name, names.clone()) {
-                    Some(near) => d.meant(near),
-                    None if names.clone().next().is_none() => d.help(Help::with(
+                let d = d
+                    .help(Help::with(
                         "it has no params at all: declare one, {}",
                         [Snippet::defined("param", "NAME", "VALUE")],
-                    )),
-                    None => d.help(format!("it has {}", list(names, 12))),
-                };
+                    ))
+                    .one_of("it has", name, names);
                 self.push(d);
             }
         }

@@ -45,12 +45,8 @@ pub(super) struct Watch<'s> {
 
 /// Diagnostic for an unknown name, with a suggestion.
 fn unknown<'n>(what: &str, name: &str, at: Span, names: impl Iterator<Item = &'n str> + Clone) -> Diagnostic {
-    let d = Diagnostic::unknown_name(at, format!("there is no {what} `{name}`"));
-    match suggest(name, names.clone()) {
-        Some(near) => d.meant(near),
-        None if names.clone().next().is_none() => d.help(format!("this spec has no {what}")),
-        None => d.help(format!("there is {}", list(names, 12))),
-    }
+    let d = Diagnostic::undeclared(what, name, at);
+    d.help(format!("this spec has no {what}")).one_of("there is", name, names)
 }
 
 fn typed(node: usize, kind: Kind, dimension: Dimension, span: Span) -> Typed {

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{Block, Human, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
-use names::{list, suggest};
 use runtime::program::{Conditioning, HumanProgram, Lost, Op, SignalProgram, Tracking, Velocity};
 use stdlib_tasks::dimension::{LENGTH, VELOCITY};
 
@@ -166,11 +165,8 @@ impl Lowerer<'_> {
         let found = points.iter().position(|p| p.value == name);
         if found.is_none() {
             let names = points.iter().map(|p| p.value.as_str());
-            let d = Diagnostic::unknown_name(value.span, format!("there is no point `{name}`"));
-            self.push(match suggest(name, names.clone()) {
-                Some(near) => d.meant(near),
-                None => d.help(format!("points are {}", list(names, 12))),
-            });
+            let d = Diagnostic::undeclared("point", name, value.span);
+            self.push(d.one_of("points are", name, names));
         }
         found
     }

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use blocks::Block;
 use dsl::tree::{Action, Machine, Moment, StateBody, TaskDefinition};
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
-use names::{list, suggest};
 use runtime::program::{ActionProgram, MachineProgram, MeasuredProgram, StateProgram};
 
 use super::Lowerer;
@@ -12,9 +12,10 @@ use super::actions::{Verb, verb};
 use super::declared::Declared;
 use super::variables::Variables;
 use crate::binding::BoundTask;
+use crate::block_binding::Scope;
 use crate::forms::{check_keys, text_of};
 use crate::robot_binding::BoundRobot;
-use crate::sections::{MACHINE, STATE};
+use crate::sections::{MACHINE, STATE, StateBlock};
 use crate::source_map::MachinePlaces;
 
 /// A flattened state.
@@ -85,6 +86,8 @@ pub(super) struct MachineLowering<'m, 'l> {
     pub variables: &'m mut Variables,
     /// Its states; the machine itself is the first one.
     pub flat: Vec<Flat<'m>>,
+    /// The keys of each state, and of the machine.
+    pub settings: Vec<StateBlock>,
     /// Measured values of its conditions so far.
     pub measured: Vec<MeasuredProgram>,
 }
@@ -100,7 +103,7 @@ impl Lowerer<'_> {
         let root = Flat { name: m.name.value.clone(), at: m.name.span, parent: None, is_final: false, body: &m.body };
         let mut flat = vec![root];
         flatten(&m.body, 0, &mut flat);
-        MachineLowering { lowerer: self, around, variables, flat, measured: Vec::new() }.lower()
+        MachineLowering { lowerer: self, around, variables, flat, settings: Vec::new(), measured: Vec::new() }.lower()
     }
 
     pub(super) fn errors(&self) -> usize {
@@ -111,6 +114,7 @@ impl Lowerer<'_> {
 impl MachineLowering<'_, '_> {
     fn lower(mut self) -> Option<(MachineProgram, MachinePlaces)> {
         let before = self.lowerer.errors();
+        self.settings = (0..self.flat.len()).map(|i| self.settings(i)).collect();
         self.twice();
         let mut places = MachinePlaces::default();
         let (mut states, mut all) = (Vec::new(), Vec::new());
@@ -119,7 +123,6 @@ impl MachineLowering<'_, '_> {
             (0..self.flat.len()).map(|i| self.actions(self.flat[i].body, &mut all)).collect();
         for (i, [enter, activities, exit]) in actions.into_iter().enumerate() {
             let (body, at) = (self.flat[i].body, self.flat[i].at);
-            check_keys(&body.settings, if i == 0 { &MACHINE } else { &STATE }, self.lowerer.diagnostics);
             let stack = body.stack.as_ref().and_then(|c| self.around.stacks.iter().position(|s| *s == c.name.value));
             let (transitions, where_) = self.transitions(i);
             places.states.push(at);
@@ -157,6 +160,16 @@ impl MachineLowering<'_, '_> {
         }
     }
 
+    /// Reads the keys of a state, or of the machine. The initial state depends on the inner ones, so [`Self::initial`]
+    /// reports that it is missing.
+    fn settings(&mut self, i: usize) -> StateBlock {
+        let (block, at) = (&self.flat[i].body.settings, self.flat[i].at);
+        let schema = if i == 0 { &MACHINE } else { &STATE };
+        check_keys(block, schema, self.lowerer.diagnostics);
+        let wanted = |key: &str| key != "initial" || block.get(key).is_some();
+        StateBlock::read(&self.lowerer.block_binder(&Scope::default()).entries(block, schema, at, wanted))
+    }
+
     /// Initial inner state of a state or machine.
     fn initial(&mut self, i: usize) -> Option<usize> {
         let own: Vec<usize> = (0..self.flat.len()).filter(|&k| self.flat[k].parent == Some(i)).collect();
@@ -189,7 +202,7 @@ impl MachineLowering<'_, '_> {
                 None
             }
             (Some(e), Some(_)) => {
-                let name = text_of(&e.value)?;
+                let name = &self.settings[i].initial.as_ref()?.value;
                 let found = own.iter().copied().find(|&k| short(k) == name);
                 if found.is_none() {
                     let names: Vec<&str> = own.iter().map(|&k| short(k)).collect();
@@ -246,8 +259,5 @@ impl MachineLowering<'_, '_> {
 /// Diagnostic for an unknown state.
 pub(super) fn unknown_state(name: &str, at: Span, names: &[&str]) -> Diagnostic {
     let d = Diagnostic::unknown_name(at, format!("there is no state `{name}` here"));
-    match suggest(name, names.iter().copied()) {
-        Some(near) => d.meant(near),
-        None => d.help(format!("states are {}", list(names.iter().copied(), 12))),
-    }
+    d.one_of("states are", name, names.iter().copied())
 }

@@ -2,7 +2,6 @@
 
 use blocks::Located;
 use dsl::{Diagnostic, Help, Snippet, Span, Topic};
-use names::{list, suggest};
 use runtime::program::{RunProgram, Simulator, Subject};
 use solver::Backend;
 use stdlib_tasks::dimension::{ANGLE, Dimension, TIME};
@@ -137,11 +136,8 @@ impl Lowerer<'_> {
         // The stack may be one that failed to expand.
         if !stacks.is_empty() || declared.whole {
             let names = stacks.iter().map(|s| s.name.value.as_str());
-            let d = Diagnostic::unknown_name(at, format!("there is no stack `{name}`"));
-            self.push(match suggest(name, names.clone()) {
-                Some(near) => d.meant(near),
-                None => d.help(format!("declared are {}", list(names, 8))),
-            });
+            let d = Diagnostic::undeclared("stack", name, at);
+            self.push(d.one_of("declared are", name, names));
         }
         None
     }
@@ -159,12 +155,12 @@ impl Lowerer<'_> {
         match declared.machine {
             Some(m) if m.name.value == *name => Some(()),
             Some(m) => {
-                let d = Diagnostic::unknown_name(at, format!("there is no machine `{name}`"));
+                let d = Diagnostic::undeclared("machine", name, at);
                 self.push(d.help(format!("declared is `{}`", m.name.value)));
                 None
             }
             None => {
-                let d = Diagnostic::unknown_name(at, format!("there is no machine `{name}`"));
+                let d = Diagnostic::undeclared("machine", name, at);
                 self.push(d.help(Help::with(
                     "declare it: {}",
                     [examples::machine(Snippet::parts([Snippet::entry("stack", "NAME"), Snippet::dots()]))],

@@ -2,7 +2,7 @@
 
 use dsl::Diagnostic;
 use dsl::tree::Signal;
-use names::{list, suggest};
+use names::list;
 use runtime::program::{Conditioning, Op, SignalProgram};
 use stdlib_tasks::dimension::{Dimension, FORCE, MOMENT, NONE};
 
@@ -54,10 +54,9 @@ impl Lowerer<'_> {
             // The parser reported an unreadable type.
             if !s.ty.value.is_empty() {
                 let d = Diagnostic::unknown_name(s.ty.span, format!("no signal has the type `{}`", s.ty.value));
-                self.push(match suggest(&s.ty.value, signal_types()) {
-                    Some(near) => d.meant(near),
-                    None => d.help(format!("types are {}", list(signal_types(), 30))),
-                });
+                self.push(
+                    d.help(format!("types are {}", list(signal_types(), 30))).nearest(&s.ty.value, signal_types()),
+                );
             }
             self.params.failed.insert(name.value.clone());
             return None;

@@ -2,22 +2,22 @@
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{Entry, Let, MemberTask, Stack, TaskDefinition, Value, ValueKind};
+use blocks::{Block, NumberOrWord};
+use dsl::tree::{Entry, Let, MemberTask, Stack, TaskDefinition, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned, Topic};
 use names::{list, suggest};
 use runtime::program::{LevelProgram, MemberProgram, StackProgram};
-use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::params::ParamType;
 
 use super::Lowerer;
 use super::declared::{Declared, twice};
 use super::inline_tasks::in_place;
 use crate::binding::{Binder, BoundTask};
+use crate::block_binding::Scope;
 use crate::diagnostics::examples;
-use crate::expr::constants::Constants;
-use crate::forms::{check_keys, text_of, unknown_key};
+use crate::forms::unknown_key;
 use crate::robot_binding::{BoundRobot, joints};
-use crate::sections::{LEVEL, STACK};
+use crate::sections::{LevelBlock, MEMBER, STACK, StackBlock};
 
 impl Lowerer<'_> {
     /// Binds tasks; `None` for a task that failed. `later` are named expressions of the robot's state, each after those
@@ -53,22 +53,6 @@ impl Lowerer<'_> {
         found.retain(|d| !again(d));
         self.diagnostics.extend(found);
         bound
-    }
-
-    /// A bare constant above `min`, or equal to it if `included`.
-    fn constant(&mut self, value: &Value, what: &str, min: f64, included: bool) -> Option<f64> {
-        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        let x = constants.scalar(value, NONE, self.diagnostics)?;
-        if x < min || (x == min && !included) {
-            let wanted = if included { "zero or more" } else { "more than zero" };
-            let d = Diagnostic::error("HQ0308", value.span, format!("{what} is {wanted}, and this is {x}"));
-            self.push(d.help(match included {
-                true => "leave it out for none",
-                false => "to disable the task, remove it from the level",
-            }));
-            return None;
-        }
-        Some(x)
     }
 }
 
@@ -107,8 +91,11 @@ impl Stacks<'_, '_> {
                 _ => d,
             });
         }
-        let locked = s.settings.get("lock").zip(self.robot).and_then(|(e, robot)| {
-            joints(e.value.items(), &robot.model, &robot.joint_groups, self.lowerer.diagnostics)
+        let bound = self.lowerer.block_binder(&Scope::default()).entries(&s.settings, &STACK, s.name.span, |_| true);
+        let StackBlock { lock, .. } = StackBlock::read(&bound);
+        let lock = lock.and_then(|lock| self.lowerer.origins.unbound(&lock));
+        let locked = lock.zip(self.robot).and_then(|(lock, robot)| {
+            joints(lock.items(), &robot.model, &robot.joint_groups, self.lowerer.diagnostics)
         });
         if s.levels.is_empty() && s.settings.entries.iter().all(known) {
             self.lowerer.push(
@@ -124,18 +111,7 @@ impl Stacks<'_, '_> {
             if let Some(first) = s.levels[..i].iter().find(|o| o.name == l.name) {
                 self.lowerer.push(twice(&l.name, first.name.span));
             }
-            check_keys(&l.settings, &LEVEL, self.lowerer.diagnostics);
-            let damping = l.settings.get("damping").map(|e| &e.value);
-            let word = damping.and_then(text_of);
-            let exact = word == Some("none");
-            let damping = damping.filter(|_| !exact && word != Some("auto"));
-            let told = self.lowerer.diagnostics.len();
-            let damping = damping.and_then(|value| self.lowerer.constant(value, "the damping", 0.0, true));
-            if let Some(near) = word.and_then(|word| suggest(word, ["auto", "none"]))
-                && let Some(unknown) = self.lowerer.diagnostics.get_mut(told)
-            {
-                *unknown = unknown.clone().meant(near);
-            }
+            let LevelBlock { damping, .. } = self.lowerer.read(&l.settings, l.name.span);
             if l.members.is_empty() {
                 self.lowerer.push(
                     Diagnostic::error("HQ0601", l.name.span, format!("level `{}` has no task", l.name.value))
@@ -184,7 +160,7 @@ impl Stacks<'_, '_> {
                     continue;
                 }
                 let weight = match &m.weight {
-                    Some(w) => self.lowerer.constant(w, "a weight", 0.0, false).unwrap_or(1.0),
+                    Some(weight) => self.lowerer.read_word(&MEMBER, "weight", weight).unwrap_or(1.0),
                     None => 1.0,
                 };
                 members.push(MemberProgram { task, weight, idle: Vec::new() });
@@ -192,8 +168,8 @@ impl Stacks<'_, '_> {
             levels.push(LevelProgram {
                 name: l.name.value.clone(),
                 hard: l.hard.is_some(),
-                damping: damping.unwrap_or(0.0),
-                exact,
+                damping: if let NumberOrWord::Number(damping) = damping { damping } else { 0.0 },
+                exact: damping == NumberOrWord::Word("none"),
                 members,
             });
         }
@@ -204,7 +180,7 @@ impl Stacks<'_, '_> {
         // Tasks of other files have names that users cannot write.
         let names = &self.names[..self.declared.tasks.len()];
         let names: Vec<&str> = names.iter().copied().filter(|n| !n.contains('.')).collect();
-        let d = Diagnostic::unknown_name(name.span, format!("there is no task `{}`", name.value));
+        let d = Diagnostic::undeclared("task", &name.value, name.span);
         let d = if let Some(near) = suggest(&name.value, names.iter().copied()) {
             // The suggested task must not be reported as unused.
             self.lowerer.used_tasks.insert(near.to_string());

@@ -1,7 +1,6 @@
 //! Looks up states by their paths.
 
 use dsl::{Diagnostic, Span};
-use names::{list, suggest};
 use runtime::program::MachineProgram;
 
 /// Returns the index of a state by its path, or by a suffix of its path if only one state has it.
@@ -20,12 +19,8 @@ pub(super) fn state(machine: &MachineProgram, path: &str, at: Span) -> Result<us
             Err(Box::new(d.help("write the path, `OUTER.INNER`")))
         }
         _ => {
-            let d = Diagnostic::unknown_name(at, format!("there is no state `{path}`"));
-            Err(Box::new(match suggest(path, names()) {
-                Some(near) => d.meant(near),
-                None if names().next().is_none() => d.help("this spec has no state"),
-                None => d.help(format!("there is {}", list(names(), 12))),
-            }))
+            let d = Diagnostic::undeclared("state", path, at);
+            Err(Box::new(d.help("this spec has no state").one_of("there is", path, names())))
         }
     }
 }

@@ -4,7 +4,6 @@ use dsl::tree::{Transition, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
 use runtime::program::{FaultPattern, TransitionProgram, Trigger};
-use stdlib_tasks::dimension::TIME;
 use stdlib_tasks::task::RowKind;
 
 use super::machine::{MachineLowering, unknown_state};
@@ -12,8 +11,8 @@ use super::triggers::{self, Known};
 use crate::binding::Condition;
 use crate::binding::motion::MeasuredState;
 use crate::expr::constants::Constants;
-use crate::forms::{check_keys, text_of};
-use crate::sections::TRANSITION;
+use crate::forms::text_of;
+use crate::sections::{TRANSITION, TransitionBlock};
 use crate::source_map::TransitionPlace;
 
 impl MachineLowering<'_, '_> {
@@ -21,10 +20,10 @@ impl MachineLowering<'_, '_> {
     pub(super) fn transitions(&mut self, i: usize) -> (Vec<TransitionProgram>, Vec<TransitionPlace>) {
         let (mut out, mut places) = (Vec::new(), Vec::new());
         for t in &self.flat[i].body.transitions {
-            check_keys(&t.settings, &TRANSITION, self.lowerer.diagnostics);
+            let TransitionBlock { blend, .. } = self.lowerer.read(&t.settings, t.span);
             let target = self.target(i, t);
             let found = self.trigger(i, t);
-            let blend = self.blend(i, t);
+            let blend = self.blend(i, blend);
             let (Some(target), Some((trigger, condition, at))) = (target, found) else { continue };
             let text = super::wording::trigger(t);
             out.push(TransitionProgram { trigger, text, target, blend: blend.unwrap_or(0.0) });
@@ -79,37 +78,9 @@ impl MachineLowering<'_, '_> {
 
     /// Blend time (s) of the transition, else of its state or of the innermost enclosing state that sets one; `None`
     /// without any.
-    fn blend(&mut self, i: usize, t: &Transition) -> Option<f64> {
-        let mut own = t.settings.get("blend");
-        let mut around = Some(i);
-        while let (None, Some(k)) = (own, around) {
-            own = self.flat[k].body.settings.get("blend");
-            around = self.flat[k].parent;
-        }
-        let e = own?;
-        let before = self.lowerer.diagnostics.len();
-        let found = self.duration(&e.value, "a blend");
-        // A mistake in a state's blend is reported once, with the first transition.
-        let repeated = (0..before).any(|k| {
-            before < self.lowerer.diagnostics.len() && self.lowerer.diagnostics[k] == self.lowerer.diagnostics[before]
-        });
-        if repeated {
-            self.lowerer.diagnostics.truncate(before);
-        }
-        found
-    }
-
-    /// A constant, non-negative time (s).
-    fn duration(&mut self, value: &Value, what: &str) -> Option<f64> {
-        let mut constants = Constants { graph: &mut self.lowerer.graph, params: &mut self.lowerer.params };
-        let x = constants.scalar(value, TIME, self.lowerer.diagnostics)?;
-        if x < 0.0 {
-            let d =
-                Diagnostic::error("HQ0308", value.span, format!("{what} takes no negative time, and this is {x} s"));
-            self.lowerer.push(d.help("write a time from 0 s"));
-            return None;
-        }
-        Some(x)
+    fn blend(&self, i: usize, own: Option<f64>) -> Option<f64> {
+        let around = std::iter::successors(Some(i), |&k| self.flat[k].parent);
+        own.or_else(|| around.into_iter().find_map(|k| self.settings[k].blend))
     }
 
     /// Lowers the trigger of a transition of state `i`.
@@ -117,11 +88,11 @@ impl MachineLowering<'_, '_> {
         match &t.trigger {
             dsl::tree::Trigger::Missing => None,
             dsl::tree::Trigger::After(value) => {
-                Some((Trigger::After(self.duration(value, "`after`")?), None, value.span))
+                Some((Trigger::After(self.lowerer.read_word(&TRANSITION, "after", value)?), None, value.span))
             }
             dsl::tree::Trigger::When { condition, hold } => {
                 let hold = match hold {
-                    Some(value) => self.duration(value, "`for`")?,
+                    Some(value) => self.lowerer.read_word(&TRANSITION, "for", value)?,
                     None => 0.0,
                 };
                 let mut interface = std::mem::take(&mut self.lowerer.interface);
@@ -151,9 +122,10 @@ impl MachineLowering<'_, '_> {
             ValueKind::Call(function, _) => {
                 let text = format!("`{}(..)` is nothing that happens", function.value);
                 let d = Diagnostic::unknown_name(function.span, text);
-                self.lowerer.push(d.help(
-                    "write `on EVENT`, `on reached(TASK, ..)` or `on fault(KIND)`; for a condition write `when`",
-                ));
+                self.lowerer.push(d.help(Help::with(
+                    "write {}, {} or {}; for a condition write `when`",
+                    ["EVENT", "reached(TASK, ..)", "fault(KIND)"].map(|trigger| Snippet::entry("on", trigger)),
+                )));
                 None
             }
             ValueKind::Missing => None,
@@ -215,7 +187,10 @@ impl MachineLowering<'_, '_> {
         if bound.kind.row_kind == RowKind::Inequality {
             let text = format!("`{}` is a limit, and has no target that could be reached", self.around.tasks[task]);
             let d = Diagnostic::error("HQ0703", args[0].span, text).label(bound.span, "declared here");
-            self.lowerer.push(d.help("name a task with a target; for a limit write `on fault(limit(TASK))`"));
+            self.lowerer.push(d.help(Help::with(
+                "name a task with a target; for a limit write {}",
+                [Snippet::entry("on", "fault(limit(TASK))")],
+            )));
             return None;
         }
         let measures = self.measures(bound)?;

@@ -2,7 +2,7 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Span};
-use names::{list, suggest};
+use names::list;
 use runtime::FaultKind;
 use runtime::program::FaultPattern;
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
@@ -44,12 +44,10 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
             ("stale", Some(name)) => match known.signals.iter().position(|s| *s == name) {
                 Some(signal) => Ok(FaultPattern::Stale(signal)),
                 None => {
-                    let d = Diagnostic::unknown_name(args[0].span, format!("there is no signal `{name}`"));
+                    let d = Diagnostic::undeclared("signal", name, args[0].span);
                     refuse(
-                        match suggest(name, known.signals.iter().chain(known.humans.iter().map(|h| &h.0)).copied()) {
-                            Some(near) => d.meant(near),
-                            None => d.help(Help::with("declare it: {}", [examples::signal("TYPE")])),
-                        },
+                        d.help(Help::with("declare it: {}", [examples::signal("TYPE")]))
+                            .nearest(name, known.signals.iter().chain(known.humans.iter().map(|h| &h.0)).copied()),
                     )
                 }
             },
@@ -85,11 +83,8 @@ pub(super) fn pattern(args: &[Value], at: Span, known: &Known) -> Result<FaultPa
     match FaultKind::ALL.into_iter().find(|k| k.word() == word) {
         Some(kind) => Ok(FaultPattern::Kind(kind)),
         None => {
-            let d = Diagnostic::unknown_name(value.span, format!("there is no fault `{word}`"));
-            refuse(match suggest(word, words().chain(["any"])) {
-                Some(near) => d.meant(near),
-                None => d.help(format!("kinds are `any`, {}", list(words(), 12))),
-            })
+            let d = Diagnostic::undeclared("fault", word, value.span);
+            refuse(d.one_of("kinds are", word, ["any"].into_iter().chain(words())))
         }
     }
 }
@@ -107,11 +102,7 @@ fn no_hard_level(name: &str, at: Span, all: &[(&str, bool)]) -> Option<Diagnosti
     hard.sort_unstable();
     hard.dedup();
     let d = Diagnostic::unknown_name(at, format!("no stack has a level `{name}`"));
-    Some(match suggest(name, hard.iter().copied()) {
-        Some(near) => d.meant(near),
-        None if hard.is_empty() => d.help("no stack has a hard level"),
-        None => d.help(format!("hard levels are {}", list(hard.iter().copied(), 12))),
-    })
+    Some(d.help("no stack has a hard level").one_of("hard levels are", name, hard.iter().copied()))
 }
 
 /// Index of the task that a trigger names.
@@ -123,11 +114,8 @@ pub(super) fn task_of(value: Option<&Value>, at: Span, tasks: &[&str]) -> Result
     if let Some(task) = tasks.iter().position(|t| *t == name) {
         return Ok(task);
     }
-    let d = Diagnostic::unknown_name(value.span, format!("there is no task `{name}`"));
-    Err(Box::new(match suggest(name, tasks.iter().copied()) {
-        Some(near) => d.meant(near),
-        None => d.help(format!("declared are {}", list(tasks.iter().copied(), 12))),
-    }))
+    let d = Diagnostic::undeclared("task", name, value.span);
+    Err(Box::new(d.one_of("declared are", name, tasks.iter().copied())))
 }
 
 /// Returns a tolerance for each error of a task, from the given ones by dimension.

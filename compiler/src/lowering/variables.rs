@@ -4,8 +4,8 @@
 use std::collections::BTreeSet;
 
 use dsl::tree::{Action, Value, Variable};
-use dsl::{Diagnostic, Spanned, Topic};
-use names::{list, suggest};
+use dsl::{Diagnostic, Help, Snippet, Spanned, Topic};
+use names::list;
 use runtime::program::{Conditioning, Initial, MachineAction, SignalProgram};
 use stdlib_tasks::dimension::Dimension;
 
@@ -43,10 +43,9 @@ impl Lowerer<'_> {
             // The parser reported an unreadable type.
             if !v.ty.value.is_empty() {
                 let d = Diagnostic::unknown_name(v.ty.span, format!("no variable has the type `{}`", v.ty.value));
-                self.push(match suggest(&v.ty.value, variable_types()) {
-                    Some(near) => d.meant(near),
-                    None => d.help(format!("types are {}", list(variable_types(), 30))),
-                });
+                self.push(
+                    d.help(format!("types are {}", list(variable_types(), 30))).nearest(&v.ty.value, variable_types()),
+                );
             }
             self.params.failed.insert(name.value.clone());
             return;
@@ -129,12 +128,12 @@ impl MachineLowering<'_, '_> {
                 true => (format!("`{shown}` is no variable"), false),
                 false => (format!("there is no variable `{shown}`"), false),
             };
+            let example =
+                Snippet::each("variable NAME : number = 0", "variables: { NAME: { type: number, value: 0 } }");
             let d = Diagnostic::unknown_name(value.span, message);
             let d = if note { d.note("the machine sets only its own variables") } else { d };
-            self.lowerer.push(match suggest(shown, variables.iter().copied()) {
-                Some(near) => d.meant(near),
-                None => d.help("declare it: `variable NAME : number = 0`"),
-            });
+            self.lowerer
+                .push(d.help(Help::with("declare it: {}", [example])).nearest(shown, variables.iter().copied()));
         }
         found.map(|s| (s, name))
     }
@@ -162,7 +161,8 @@ impl MachineLowering<'_, '_> {
                 let s = &self.lowerer.interface.signals[variable];
                 if !s.optional {
                     let text = format!("variable `{}` is never absent", s.name);
-                    let help = format!("declare it with `?` after its type, `variable {} : {}?`", s.name, s.kind);
+                    let optional = Snippet::of_type("variable", &s.name, format!("{}?", s.kind));
+                    let help = Help::with("declare it with `?` after its type, {}", [optional]);
                     self.lowerer.push(Diagnostic::unknown_key("HQ0205", first.span, text).help(help));
                     return None;
                 }
@@ -180,10 +180,7 @@ impl MachineLowering<'_, '_> {
                     };
                     let wrenches = self.lowerer.params.wrenches.iter().map(String::as_str);
                     let d = Diagnostic::unknown_name(first.span, text);
-                    let d = match suggest(shown, wrenches) {
-                        Some(near) => d.meant(near),
-                        None => d.help("name a signal of the type `wrench`"),
-                    };
+                    let d = d.help("name a signal of the type `wrench`").nearest(shown, wrenches);
                     self.lowerer.push(d);
                 }
                 Some(MachineAction::Tare(wrench?))

@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use blocks::{Block as BlockOf, ByName, Located, OneOrEach};
 use dsl::tree::{Block, Entry, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span};
-use names::{list, suggest};
 use runtime::program::{
     Force, LostReading, OutcomeProgram, OutcomeScript, Program, PushScript, SignalProgram, SignalScript,
 };
@@ -65,11 +64,11 @@ impl Lowerer<'_> {
                 None => format!("there is no {what} `{name}`"),
             };
             let d = Diagnostic::unknown_name(at, text);
-            self.push(match suggest(name, names.iter().copied()) {
-                Some(near) => d.meant(near),
-                None if names.is_empty() => d.help(format!("this spec declares no {what}")),
-                None => d.help(format!("declared are {}", list(names.iter().copied(), 12))),
-            });
+            self.push(d.help(format!("this spec declares no {what}")).one_of(
+                "declared are",
+                name,
+                names.iter().copied(),
+            ));
         }
         found
     }

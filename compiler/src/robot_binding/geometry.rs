@@ -2,17 +2,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use dsl::tree::{Block, Value, ValueKind};
-use dsl::{Diagnostic, Help, Snippet, Span};
+use blocks::{ByName, Located, Origin};
+use dsl::tree::{Entry, Value};
+use dsl::{Diagnostic, Span};
 use nalgebra::{Isometry3, Point3, Vector3};
 use robot::{LinkId, Shape};
 use stdlib_tasks::bound::{Arm, Geometry};
-use stdlib_tasks::dimension::LENGTH;
 
 use super::Binder;
-use super::lookup::unknown_geometry;
-use crate::forms::{block_of, check_keys, path_of};
-use crate::sections::{ARM, POINT, SEGMENT};
+use super::joints::pattern_as_name;
+use super::lookup::{is_pattern, unknown_geometry};
+use crate::forms::{block_of, path_of};
+use crate::sections::{ArmBlock, PointBlock, SegmentBlock};
 
 /// Maximum number of points and segments of a robot.
 const MAX_GEOMETRIES: usize = 2_000;
@@ -28,140 +29,72 @@ impl Binder<'_, '_> {
 
     pub(super) fn arms(&mut self) -> Vec<Arm> {
         let mut arms: Vec<Arm> = Vec::new();
-        for e in self.declarations("arms").iter().flat_map(|b| &b.entries) {
-            let Some(inner) = block_of(&e.value, "an arm", self.diagnostics) else {
-                self.failed.insert(e.key.value.clone());
-                continue;
-            };
-            check_keys(inner, &ARM, self.diagnostics);
-            let mut get = |key: &str| inner.get(key).and_then(|x| self.link(&x.value)).map(|l| l.1);
-            let (shoulder, elbow, wrist, tip) = (get("shoulder"), get("elbow"), get("wrist"), get("tip"));
+        for ByName { name, value, .. } in self.declarations("arms", &self.block.arms) {
+            let ArmBlock { shoulder, elbow, wrist, tip, .. } = &value.value;
+            let [shoulder, elbow, wrist, tip] = [shoulder, elbow, wrist, tip].map(|link| self.link(link.as_ref()));
             match tip {
-                Some(tip) => arms.push(Arm { name: e.key.value.clone(), shoulder, elbow, wrist, tip }),
-                None => {
-                    self.failed.insert(e.key.value.clone());
-                    let misspelt = inner.entries.iter().any(|e| ARM.entries().all(|known| known != e.key.value));
-                    if inner.get("tip").is_none() && !misspelt {
-                        self.diagnostics.push(
-                            Diagnostic::missing_keys(
-                                ["tip"],
-                                e.key.span,
-                                format!("arm `{}` has no `tip`", e.key.value),
-                            )
-                            .help(Help::with("name the link at its end, {}", [Snippet::entry("tip", "left_tool")])),
-                        );
-                    }
-                }
+                Some(tip) => arms.push(Arm { name: name.value.clone(), shoulder, elbow, wrist, tip }),
+                None => self.fail(name),
             }
         }
         arms
     }
 
+    fn fail(&mut self, name: &Located<String>) {
+        self.failed.insert(name.value.clone());
+    }
+
     pub(super) fn geometries(&mut self) -> Vec<Geometry> {
         let mut all: Vec<Geometry> = Vec::new();
-        let [points, segments] = ["points", "segments"].map(|key| self.declarations(key));
-        let declared = || [&points, &segments].into_iter().flatten().flat_map(|b| &b.entries);
-        if let Some(beyond) = declared().nth(MAX_GEOMETRIES) {
-            self.failed.extend(declared().map(|e| e.key.value.clone()));
-            self.too_many(beyond.key.span, "points and segments", MAX_GEOMETRIES);
+        let points = self.declarations("points", &self.block.points);
+        let segments = self.declarations("segments", &self.block.segments);
+        let names = || points.iter().map(|p| &p.name).chain(segments.iter().map(|s| &s.name));
+        if let Some(beyond) = names().nth(MAX_GEOMETRIES) {
+            self.failed.extend(names().map(|name| name.value.clone()));
+            self.too_many(self.origins.span(beyond.at), "points and segments", MAX_GEOMETRIES);
             return all;
         }
-        for e in points.iter().flat_map(|b| &b.entries) {
-            let found = match &e.value.kind {
-                ValueKind::Block(inner) => {
-                    check_keys(inner, &POINT, self.diagnostics);
-                    let offset = match inner.get("offset") {
-                        Some(x) => self.constants.vector(&x.value, LENGTH, self.diagnostics),
-                        None => Some([0.0; 3]),
-                    };
-                    self.required_link(inner, e.key.span).zip(offset)
-                }
-                _ => self.link(&e.value).map(|l| (l.1, [0.0; 3])),
-            };
-            match found {
-                Some((link, offset)) => {
-                    all.push(Geometry::point(e.key.value.clone(), link, Vector3::from(offset)));
-                }
-                None => {
-                    self.failed.insert(e.key.value.clone());
-                }
+        for ByName { name, value, .. } in &points {
+            let PointBlock { link, offset, .. } = &value.value;
+            match self.link(link.as_ref()) {
+                Some(link) => all.push(Geometry::point(name.value.clone(), link, Vector3::from(*offset))),
+                None => self.fail(name),
             }
         }
-        for e in segments.iter().flat_map(|b| &b.entries) {
-            if let Some(point) = self.robot.body.get("points").and_then(|p| match &p.value.kind {
-                ValueKind::Block(b) => b.get(&e.key.value),
-                _ => None,
-            }) {
-                let text = format!("`{}` is already the name of a point", e.key.value);
-                let d = Diagnostic::error("HQ0202", e.key.span, text).label(point.key.span, "the point");
+        let named: BTreeMap<&str, Origin> = points.iter().map(|p| (p.name.value.as_str(), p.name.at)).collect();
+        for ByName { name, value, .. } in &segments {
+            if let Some(point) = named.get(name.value.as_str()) {
+                let text = format!("`{}` is already the name of a point", name.value);
+                let d = Diagnostic::error("HQ0202", self.origins.span(name.at), text);
+                let d = d.label(self.origins.span(*point), "the point");
                 self.diagnostics.push(d.help("choose another name for the segment"));
                 continue;
             }
-            let Some(inner) = block_of(&e.value, "a segment", self.diagnostics) else {
-                self.failed.insert(e.key.value.clone());
+            let SegmentBlock { link, from, to, .. } = &value.value;
+            let link = self.link(link.as_ref());
+            let (Some(link), Some(from), Some(to)) = (link, from, to) else {
+                self.fail(name);
                 continue;
             };
-            check_keys(inner, &SEGMENT, self.diagnostics);
-            let mut end = |key: &str| match inner.get(key) {
-                Some(x) => self.constants.vector(&x.value, LENGTH, self.diagnostics),
-                None => {
-                    self.diagnostics.push(
-                        Diagnostic::missing_keys([key], e.key.span, format!("this segment has no `{key}`")).help(
-                            Snippet::braces([
-                                Snippet::entry("link", "NAME"),
-                                Snippet::entry("from", "[x, y, z] m"),
-                                Snippet::entry("to", "[x, y, z] m"),
-                            ]),
-                        ),
-                    );
-                    None
-                }
-            };
-            let (from, to) = (end("from"), end("to"));
-            let link = self.required_link(inner, e.key.span);
-            match (link, from, to) {
-                (Some(link), Some(from), Some(to)) => {
-                    if from == to {
-                        let (a, b) = (inner.get("from"), inner.get("to"));
-                        let span = b.map_or(e.key.span, |b| b.value.span);
-                        let mut d =
-                            Diagnostic::error("HQ0308", span, "this segment has no length: both ends are one point");
-                        if let Some(a) = a {
-                            d = d.label(a.value.span, "it begins here");
-                        }
-                        self.diagnostics.push(d.help("move an end, or declare it under `points`"));
-                    }
-                    all.push(segment(&e.key.value, link, from, to));
-                }
-                _ => {
-                    self.failed.insert(e.key.value.clone());
-                }
+            if from.value == to.value {
+                let text = "this segment has no length: both ends are one point";
+                let d = Diagnostic::error("HQ0308", self.origins.span(to.at), text);
+                let d = d.label(self.origins.span(from.at), "it begins here");
+                self.diagnostics.push(d.help("move an end, or declare it under `points`"));
             }
+            all.push(segment(&name.value, link, from.value, to.value));
         }
         all
-    }
-
-    fn required_link(&mut self, block: &Block, key: Span) -> Option<LinkId> {
-        match block.get("link") {
-            Some(x) => self.link(&x.value).map(|l| l.1),
-            None => {
-                self.diagnostics.push(
-                    Diagnostic::missing_keys(["link"], key, "this has no `link`").help("name the link that carries it"),
-                );
-                None
-            }
-        }
     }
 
     pub(super) fn groups(&mut self, geometries: &[Geometry]) -> BTreeMap<String, Vec<String>> {
         let mut groups: BTreeMap<String, Vec<String>> = BTreeMap::new();
         let mut count = 0;
         let mut of_arms: BTreeSet<String> = BTreeSet::new();
-        for e in self.block("arms").iter().flat_map(|b| &b.entries) {
-            let ValueKind::Block(inner) = &e.value.kind else { continue };
-            let Some(points) = inner.get("points") else { continue };
-            let name = format!("arms.{}", e.key.value);
-            match self.group(&points.value, geometries, &groups) {
+        for ByName { name: arm, value, .. } in &self.block.arms {
+            let Some(points) = self.unbound(value.value.points.as_ref()) else { continue };
+            let name = format!("arms.{}", arm.value);
+            match self.group(points, geometries, &groups) {
                 Some(names) => {
                     count += names.len();
                     let new = names.iter().filter(|n| of_arms.insert((*n).clone())).cloned();
@@ -171,12 +104,16 @@ impl Binder<'_, '_> {
                 None => self.failed.extend([name, "arms".to_string()]),
             }
             if count > MAX_GROUPED {
-                self.too_many(e.key.span, "names in the points of its arms", MAX_GROUPED);
+                self.too_many(self.origins.span(arm.at), "names in the points of its arms", MAX_GROUPED);
                 break;
             }
         }
-        let block = self.declarations("groups");
-        let entries = || block.iter().flat_map(|b| &b.entries).enumerate();
+        let block = self.unbound(self.block.groups.as_ref());
+        let block = block.and_then(|value| block_of(value, "`groups`", self.diagnostics));
+        let (patterns, declared): (Vec<&Entry>, Vec<&Entry>) =
+            block.iter().flat_map(|b| &b.entries).partition(|e| is_pattern(&e.key.value));
+        self.diagnostics.extend(patterns.into_iter().map(|e| pattern_as_name(&e.key)));
+        let entries = || declared.iter().copied().enumerate();
         let last: BTreeMap<&str, usize> = entries().map(|(i, e)| (e.key.value.as_str(), i)).collect();
         let parts: BTreeSet<&str> = geometries.iter().map(|g| g.name.as_str()).collect();
         for (i, e) in entries() {

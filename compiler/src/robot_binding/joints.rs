@@ -2,16 +2,16 @@
 
 use std::collections::BTreeSet;
 
+use blocks::{ByName, Located, Unbound};
 use dsl::tree::{Block, Value, ValueKind};
-use dsl::{Diagnostic, Spanned};
+use dsl::{Diagnostic, Span, Spanned};
 use robot::Model;
 use stdlib_tasks::dimension::RATE;
 
 use super::lookup::{is_pattern, joints};
 use super::{Binder, JointGroups};
 use crate::expr::constants::joint_dimension;
-use crate::forms::{block_of, check_keys};
-use crate::sections::LIMIT;
+use crate::sections::LimitBlock;
 use crate::units;
 
 /// Groups among all joints of a robot; [`JointGroups::without`] removes locked joints.
@@ -61,51 +61,52 @@ impl JointGroups {
 
 impl Binder<'_, '_> {
     pub(super) fn limits(&mut self, groups: &JointGroups) {
-        let Some(block) = self.block("limits") else { return };
-        for e in &block.entries {
-            let name = Value { kind: ValueKind::Text(e.key.value.clone()), span: e.key.span };
-            let Some(dofs) = joints(std::slice::from_ref(&name), &self.model, groups, self.diagnostics) else {
+        for ByName { name, value: limits, .. } in &self.block.limits {
+            let key = Value { kind: ValueKind::Text(name.value.clone()), span: self.origins.span(name.at) };
+            let Some(dofs) = joints(std::slice::from_ref(&key), &self.model, groups, self.diagnostics) else {
                 continue;
             };
-            let Some(inner) = block_of(&e.value, "the limits of a joint", self.diagnostics) else { continue };
-            check_keys(inner, &LIMIT, self.diagnostics);
             for dof in dofs {
-                let unit = joint_dimension(&self.model, dof);
-                let speed = unit.times(RATE).unwrap_or(RATE);
-                let mut get = |key: &str, dimension| {
-                    inner.get(key).and_then(|x| self.constants.scalar(&x.value, dimension, self.diagnostics))
-                };
-                let (lower, upper, velocity) = (get("lower", unit), get("upper", unit), get("velocity", speed));
-                let d = &mut self.model.dofs[dof];
-                let (low, high) = (lower.unwrap_or(d.lower), upper.unwrap_or(d.upper));
-                if let Some(v) = velocity.filter(|v| *v > 0.0) {
-                    d.velocity = v;
-                } else if velocity.is_some() {
-                    let span = inner.get("velocity").map_or(e.key.span, |x| x.value.span);
-                    self.diagnostics.push(
-                        Diagnostic::error("HQ0308", span, "a velocity limit is more than zero")
-                            .help("to keep a joint still, name it in `lock`"),
-                    );
-                }
-                if low > high {
-                    let text = format!(
-                        "`{}` would have a lower limit of {} above its upper limit of {}",
-                        d.name,
-                        units::shown(low, unit),
-                        units::shown(high, unit)
-                    );
-                    let help = match (lower, upper) {
-                        (Some(_), Some(_)) => "swap the two",
-                        (Some(_), None) => {
-                            "the upper limit comes from the URDF: give `upper` too, or a smaller `lower`"
-                        }
-                        _ => "the lower limit comes from the URDF: give `lower` too, or a larger `upper`",
-                    };
-                    self.diagnostics.push(Diagnostic::error("HQ0308", e.value.span, text).help(help));
-                } else {
-                    (d.lower, d.upper) = (low, high);
-                }
+                self.limits_of(dof, &limits.value, self.origins.span(limits.at));
             }
+        }
+    }
+
+    /// Limits of one joint, written at a place.
+    fn limits_of(&mut self, dof: usize, LimitBlock { lower, upper, velocity, .. }: &LimitBlock, at: Span) {
+        let unit = joint_dimension(&self.model, dof);
+        let speed = unit.times(RATE).unwrap_or(RATE);
+        let mut get = |of: &Option<Located<Unbound>>, dimension| {
+            let value = self.origins.unbound(of.as_ref()?)?;
+            self.constants.scalar(value, dimension, self.diagnostics)
+        };
+        let (lower, upper) = (get(lower, unit), get(upper, unit));
+        let speed = get(velocity, speed).zip(velocity.as_ref());
+        let d = &mut self.model.dofs[dof];
+        let (low, high) = (lower.unwrap_or(d.lower), upper.unwrap_or(d.upper));
+        match speed {
+            Some((speed, _)) if speed > 0.0 => d.velocity = speed,
+            Some((_, written)) => self.diagnostics.push(
+                Diagnostic::error("HQ0308", self.origins.span(written.at), "a velocity limit is more than zero")
+                    .help("to keep a joint still, name it in `lock`"),
+            ),
+            None => {}
+        }
+        if low > high {
+            let text = format!(
+                "`{}` would have a lower limit of {} above its upper limit of {}",
+                d.name,
+                units::shown(low, unit),
+                units::shown(high, unit)
+            );
+            let help = match (lower, upper) {
+                (Some(_), Some(_)) => "swap the two",
+                (Some(_), None) => "the upper limit comes from the URDF: give `upper` too, or a smaller `lower`",
+                _ => "the lower limit comes from the URDF: give `lower` too, or a larger `upper`",
+            };
+            self.diagnostics.push(Diagnostic::error("HQ0308", at, text).help(help));
+        } else {
+            (d.lower, d.upper) = (low, high);
         }
     }
 }

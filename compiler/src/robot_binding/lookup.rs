@@ -125,15 +125,13 @@ pub fn unknown_geometry(
     let mut known: Vec<&str> = geometries.iter().map(|g| g.name.as_str()).collect();
     known.extend(groups.keys().map(String::as_str));
     let links: Vec<&str> = model.links.iter().map(|l| l.name.as_str()).collect();
-    let d = Diagnostic::unknown_name(span, format!("there is no point, segment, group or link `{name}`"));
-    match suggest(name, known.iter().chain(&links).copied()) {
-        Some(near) => d.meant(near),
-        None if !known.is_empty() => d.help(format!("declared are {}", list(known, 10))),
-        None => d.help(Help::with(
-            "declare it in the robot: {}",
-            [Snippet::block("points", [Snippet::entry("left_elbow", "arm_left_4_link")])],
-        )),
-    }
+    let d = Diagnostic::undeclared("point, segment, group or link", name, span);
+    let example = Snippet::block("points", [Snippet::entry("left_elbow", "arm_left_4_link")]);
+    let d = match known.is_empty() {
+        true => d.help(Help::with("declare it in the robot: {}", [example])),
+        false => d.help(format!("declared are {}", list(known.iter().copied(), 12))),
+    };
+    d.nearest(name, known.into_iter().chain(links))
 }
 
 /// Degrees of freedom of names, groups and patterns, in source order.
@@ -183,7 +181,7 @@ pub fn joints(
 pub(super) fn pattern_in_quotes() -> Help {
     Help::each(
         "write the name pattern in quotes, as in `\"arm_*_joint\"`",
-        "a pattern stands as a text, as in `\"arm_*_joint\"`",
+        "write the name pattern as one word, as in `\"arm_*_joint\"`",
     )
 }
 

@@ -9,8 +9,8 @@ mod urdf;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use blocks::Located;
-use dsl::tree::{Block, Robot, Value, ValueKind};
+use blocks::{ByName, Located, Unbound};
+use dsl::tree::{Entry, Robot, Value};
 use dsl::{Diagnostic, Help, Snippet, Sources, Span, Spanned};
 use robot::{Base, LinkId, Model};
 use runtime::program::overshoots;
@@ -18,7 +18,7 @@ use stdlib_tasks::bound::{Arm, Geometry};
 
 use crate::block_binding::Origins;
 use crate::expr::constants::Constants;
-use crate::forms::{block_of, text_of};
+use crate::forms::block_of;
 use crate::sections::RobotBlock;
 
 use home::Home;
@@ -93,7 +93,8 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     };
     let path = block.urdf.as_ref()?;
     let path = Spanned::new(path.value.clone(), files.origins.span(path.at));
-    let locks = urdf::locks(&robot.body, files.diagnostics);
+    let unbound = |of: &Option<Located<Unbound>>| files.origins.unbound(of.as_ref()?);
+    let locks = urdf::locks(unbound(&block.lock), files.diagnostics);
     let file = urdf::open(&path, base, block.package_path.as_deref(), files)?;
     let (whole, warnings) = file.whole(!locks.is_empty(), files.diagnostics)?;
     let moves = |model: &Model, diagnostics: &mut Vec<Diagnostic>| {
@@ -112,14 +113,13 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     if !moves(&whole, files.diagnostics) {
         return None;
     }
-    let inner = |key: &str, diagnostics: &mut Vec<Diagnostic>| {
-        robot.body.get(key).and_then(|e| block_of(&e.value, &format!("`{key}`"), diagnostics))
-    };
-    let groups = joints::joint_groups(inner("joints", files.diagnostics), &whole, files.diagnostics);
-    let home_block = inner("home", files.diagnostics);
+    let groups = unbound(&block.joints).and_then(|value| block_of(value, "`joints`", files.diagnostics));
+    let groups = joints::joint_groups(groups, &whole, files.diagnostics);
+    let written = unbound(&block.home);
+    let home_block = written.and_then(|value| block_of(value, "`home`", files.diagnostics));
     let mut home = Home::read(home_block, (&whole, &groups), constants, files.diagnostics);
-    if let (None, Some(e)) = (home_block, robot.body.get("home")) {
-        home.unreadable(e.value.span);
+    if let (None, Some(value)) = (home_block, written) {
+        home.unreadable(value.span);
     }
     let (model, warnings, joint_groups) = if locks.is_empty() {
         (whole, warnings, groups)
@@ -136,7 +136,9 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
         let groups = groups.without(names, &whole, &model);
         (model, warnings, groups)
     };
-    let mut b = Binder { model, robot, constants, failed: BTreeSet::new(), diagnostics: files.diagnostics };
+    let origins = files.origins;
+    let diagnostics = &mut *files.diagnostics;
+    let mut b = Binder { model, robot, block, constants, origins, failed: BTreeSet::new(), diagnostics };
     b.limits(&joint_groups);
     file.warn(&warnings, &b.model, b.diagnostics);
     let geometries = b.geometries();
@@ -194,43 +196,40 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
 struct Binder<'a, 'c> {
     model: Model,
     robot: &'a Robot,
+    block: &'a RobotBlock,
+    origins: &'a Origins,
     constants: &'a mut Constants<'c>,
     failed: BTreeSet<String>,
     diagnostics: &'a mut Vec<Diagnostic>,
 }
 
-impl Binder<'_, '_> {
-    fn block(&mut self, key: &str) -> Option<Block> {
-        let entry = self.robot.body.get(key)?;
-        block_of(&entry.value, &format!("`{key}`"), self.diagnostics).cloned()
-    }
-
-    /// A block of declarations; reports and removes those whose name is a pattern.
-    fn declarations(&mut self, key: &str) -> Option<Block> {
-        let mut block = self.block(key)?;
-        for e in block.entries.extract_if(.., |e| lookup::is_pattern(&e.key.value)) {
-            self.diagnostics.push(joints::pattern_as_name(&e.key));
-        }
-        Some(block)
-    }
-
-    fn link(&mut self, value: &Value) -> Option<(String, LinkId)> {
-        let Some(name) = text_of(value) else {
-            if !matches!(value.kind, ValueKind::Missing) {
-                let d = Diagnostic::error("HQ0304", value.span, "the name of a link is needed here");
-                self.diagnostics.push(d.help(Help::with(
-                    "write {}, such as {}",
-                    [Snippet::entry("NAME", "LINK"), Snippet::entry("elbow", "link_4")],
-                )));
-            }
-            return None;
-        };
-        match self.model.link(name) {
-            Some(id) => Some((name.to_string(), id)),
-            None => {
-                self.diagnostics.push(unknown_link(&self.model, name, value.span, &[]));
-                None
+impl<'a> Binder<'a, '_> {
+    /// Good declarations behind a key of the robot. Those with a wrong value are marked as failed; those whose name is a
+    /// pattern are reported.
+    fn declarations<T>(&mut self, key: &str, good: &'a [ByName<T>]) -> Vec<&'a ByName<T>> {
+        let names: BTreeSet<&str> = good.iter().map(|part| part.name.value.as_str()).collect();
+        let written = self.robot.body.get(key).map_or(&[][..], |e| e.value.entries());
+        for Entry { key, .. } in written {
+            if lookup::is_pattern(&key.value) {
+                self.diagnostics.push(joints::pattern_as_name(key));
+            } else if !names.contains(key.value.as_str()) {
+                self.failed.insert(key.value.clone());
             }
         }
+        good.iter().filter(|part| !lookup::is_pattern(&part.name.value)).collect()
+    }
+
+    /// Returns the value of a key that is bound here.
+    fn unbound(&self, of: Option<&Located<Unbound>>) -> Option<&'a Value> {
+        self.origins.unbound(of?)
+    }
+
+    fn link(&mut self, name: Option<&Located<String>>) -> Option<LinkId> {
+        let Located { at, value: name } = name?;
+        let found = self.model.link(name);
+        if found.is_none() {
+            self.diagnostics.push(unknown_link(&self.model, name, self.origins.span(*at), &[]));
+        }
+        found
     }
 }

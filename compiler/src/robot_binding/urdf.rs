@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use dsl::tree::{Block, Value, ValueKind};
+use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, SourceId, Span, Spanned};
 use robot::{Base, Model};
 
@@ -22,12 +22,11 @@ const MAX_URDF_BYTES: u64 = 64 << 20;
 pub(super) type Locks = Vec<(Spanned<String>, Option<Value>)>;
 
 /// Reads `lock [head_pan]` or `lock { head_pan 0.1 rad }`.
-pub(super) fn locks(body: &Block, diagnostics: &mut Vec<Diagnostic>) -> Locks {
-    let Some(entry) = body.get("lock") else { return Vec::new() };
-    match &entry.value.kind {
+pub(super) fn locks(lock: Option<&Value>, diagnostics: &mut Vec<Diagnostic>) -> Locks {
+    let Some(lock) = lock else { return Vec::new() };
+    match &lock.kind {
         ValueKind::Block(block) => block.entries.iter().map(|e| (e.key.clone(), Some(e.value.clone()))).collect(),
-        _ => entry
-            .value
+        _ => lock
             .items()
             .iter()
             .filter_map(|v| {
@@ -73,7 +72,7 @@ pub(super) fn open(
 ) -> Option<Urdf> {
     let span = *span;
     if path_text.trim().is_empty() {
-        let d = Diagnostic::error("HQ0401", span, "this names no file").here("nothing between the quotes");
+        let d = Diagnostic::error("HQ0401", span, "this names no file").here("an empty text");
         files.diagnostics.push(d.help(Help::with("write the path of the robot's URDF, such as {}", [urdf_example()])));
         return None;
     }

@@ -72,12 +72,16 @@ pub static VARIABLE: BlockSchema = BlockSchema {
     ],
 };
 
-/// A machine.
-pub static MACHINE: BlockSchema = BlockSchema {
-    name: "a machine",
-    keys: &[
-        Key::required("initial", ValueType::Name(Named::State), "The initial state."),
-        Key::optional("blend", ValueType::Number(Quantity::at_least(TIME, 0.0)), BLEND),
+block! {
+    /// A machine.
+    pub struct MachineBlock = MACHINE, "a machine" {
+        /// The initial state.
+        initial: Option<Located<String>> = required(ValueType::Name(Named::State));
+        /// Time for the command to go over to that of another stack, for the transitions in this block. Default: no
+        /// transition time.
+        blend: Option<f64> = optional(BLEND);
+    }
+    also [
         Key::optional("transitions", ValueType::List(&ValueType::Block(&TRANSITION)), TRANSITIONS)
             .at(super::Place::Yaml),
         Key::required("states", ValueType::Each(&ValueType::Block(&STATE)), "States by name.").at(super::Place::Yaml),
@@ -86,19 +90,24 @@ pub static MACHINE: BlockSchema = BlockSchema {
         Key::optional("final", ValueType::Block(&STATE), FINAL).at(super::Place::Hq),
         Key::optional("on", ValueType::Declarations, "A transition of all states: `on fault(any) -> stopped`.")
             .at(super::Place::Hq),
-    ],
-};
+    ]
+}
 
 const FINAL: &str = "A state in which the machine has come to its end: `final state NAME { stack NAME }`.";
-const BLEND: &str = "Time for the command to go over to that of another stack, for the transitions in this block. \
-     Default: the `blend` of the enclosing state, or else no transition time.";
+const BLEND: ValueType = ValueType::Number(Quantity::at_least(TIME, 0.0));
 const TRANSITIONS: &str = "Transitions, in the order of their evaluation: `- { on: found, to: grasp }`, \
      `- { when: CONDITION, for: 3 s, to: grasp, blend: 1 s }`, `- { after: 10 s, to: ask }`.";
 
-/// A state.
-pub static STATE: BlockSchema = BlockSchema {
-    name: "a state",
-    keys: &[
+block! {
+    /// A state.
+    pub struct StateBlock = STATE, "a state" {
+        /// The state inside it that is entered with it.
+        initial: Option<Located<String>> = optional(ValueType::Name(Named::State));
+        /// Time for the command to go over to that of another stack, for the transitions in this block. Default: the
+        /// `blend` of the enclosing state, or else no transition time.
+        blend: Option<f64> = optional(BLEND);
+    }
+    also [
         Key::optional(
             "stack",
             ValueType::Name(Named::Stack),
@@ -106,8 +115,6 @@ pub static STATE: BlockSchema = BlockSchema {
              of the enclosing state continues; if there is none, the robot stands still.",
         )
         .at(super::Place::Word),
-        Key::optional("initial", ValueType::Name(Named::State), "The state inside it that is entered with it."),
-        Key::optional("blend", ValueType::Number(Quantity::at_least(TIME, 0.0)), BLEND),
         Key::optional("final", ValueType::Flag, "True if the machine has come to its end in this state.")
             .at(super::Place::Yaml),
         Key::optional("enter", ValueType::Declarations, "Actions on entering: `enter say \"text\"`.")
@@ -144,13 +151,16 @@ pub static STATE: BlockSchema = BlockSchema {
         Key::optional("final", ValueType::Block(&STATE), FINAL).at(super::Place::Hq),
         Key::optional("states", ValueType::Each(&ValueType::Block(&STATE)), "States inside it, by name.")
             .at(super::Place::Yaml),
-    ],
-};
+    ]
+}
 
-/// A transition.
-pub static TRANSITION: BlockSchema = BlockSchema {
-    name: "a transition",
-    keys: &[
+block! {
+    /// A transition.
+    pub struct TransitionBlock = TRANSITION, "a transition" {
+        /// Time for the command to go over to that of another stack.
+        blend: Option<f64> = optional(BLEND);
+    }
+    also [
         Key::optional("on", ValueType::Text, "The trigger: an event, `reached(TASK, ..)`, `fault(KIND)`.")
             .at(super::Place::Yaml),
         Key::optional("when", ValueType::Value, "The condition that must hold.").at(super::Place::Yaml),
@@ -164,10 +174,5 @@ pub static TRANSITION: BlockSchema = BlockSchema {
             .at(super::Place::Yaml),
         Key::required("to", ValueType::Name(Named::State), "The state that the transition leads to.")
             .at(super::Place::Yaml),
-        Key::optional(
-            "blend",
-            ValueType::Number(Quantity::at_least(TIME, 0.0)),
-            "Time for the command to go over to that of another stack.",
-        ),
-    ],
-};
+    ]
+}

@@ -21,17 +21,20 @@ use dsl::Syntax;
 pub use blocks::{BlockSchema, Key, Members, Named, Place, ValueType};
 pub use field::{SAFETY_FIELD, SafetyFieldBlock};
 pub use human::{HUMAN, HUMAN_POINT, HUMAN_SCRIPT, HumanBlock, HumanScriptBlock};
-pub use machine::{MACHINE, SIGNAL, STATE, SignalBlock, TRANSITION, VARIABLE, WRENCH, WrenchBlock};
+pub use machine::{
+    MACHINE, MachineBlock, SIGNAL, STATE, SignalBlock, StateBlock, TRANSITION, TransitionBlock, VARIABLE, WRENCH,
+    WrenchBlock,
+};
 pub use mission::declare::common::RUNS;
 pub use mission::kinds::MISSION;
 pub use mission_events::{APPROACHES, DISTANCES, EVENT, REPLY, WAITS};
-pub use robot::{ARM, BASES, LIMIT, POINT, ROBOT, RobotBlock, SEGMENT};
+pub use robot::{ARM, ArmBlock, BASES, LIMIT, LimitBlock, POINT, PointBlock, ROBOT, RobotBlock, SEGMENT, SegmentBlock};
 pub use scenario::{
     LATE, LOST, LateBlock, LostBlock, OF_ALL_SCENARIOS, OF_MISSIONS, OUTCOME, OutcomeBlock, PUSH, PushBlock, SCENARIO,
     SCENARIO_SIMULATOR, SIGNAL_SCRIPT, ScenarioBlock, ScenarioSimulator, SignalScriptBlock, WAYPOINT, WaypointBlock,
 };
 pub use spec::{PARAM, REPEAT, RUN, RunBlock, SIMULATOR, SPEC, SimulatorBlock};
-pub use stack::{CHANGE, LEVEL, MEMBER, STACK};
+pub use stack::{CHANGE, LEVEL, LevelBlock, MEMBER, STACK, StackBlock};
 
 /// All blocks, from the outside in: each is followed by the blocks that its keys hold.
 pub static ALL: LazyLock<Vec<&'static BlockSchema>> = LazyLock::new(|| {

@@ -1,10 +1,10 @@
 //! The keys of a robot and of its parts.
 
-use blocks::{Located, Unbound, Word, block};
+use blocks::{ByName, Located, Unbound, Word, block};
 use stdlib_tasks::dimension::{LENGTH, RATE, TIME};
 use stdlib_tasks::params::Quantity;
 
-use super::{BlockSchema, Key, Named, Place, ValueType};
+use super::{Key, Named, Place, ValueType};
 
 /// The words for what carries the root link.
 pub static BASES: &[&str] = &["fixed", "planar", "unicycle", "floating"];
@@ -20,21 +20,21 @@ block! {
         rate: Option<Located<f64>> =
             required(ValueType::Number(Quantity { min: 0.1, max: 1e5, ..Quantity::any(RATE) }), "100 Hz");
         /// Arms by name: `left { shoulder ..  elbow ..  wrist ..  tip ..  points [..] }`.
-        arms: Option<Unbound> = elsewhere(ValueType::Each(&ValueType::Block(&ARM)));
+        arms: Vec<ByName<ArmBlock>> = optional(ValueType::Each(&ValueType::Block(&ARM)));
         /// Points by name: `NAME LINK`, or `NAME { link LINK  offset [x, y, z] m }`.
-        points: Option<Unbound> = elsewhere(ValueType::Each(&ValueType::LinkOr(&POINT)));
+        points: Vec<ByName<PointBlock>> = optional(ValueType::Each(&ValueType::LinkOr(&POINT)));
         /// Segments by name: `NAME { link LINK  from [..] m  to [..] m }`.
-        segments: Option<Unbound> = elsewhere(ValueType::Each(&ValueType::Block(&SEGMENT)));
+        segments: Vec<ByName<SegmentBlock>> = optional(ValueType::Each(&ValueType::Block(&SEGMENT)));
         /// Groups of points, segments and links by name.
-        groups: Option<Unbound> = elsewhere(ValueType::Each(&ValueType::Geometries));
+        groups: Option<Located<Unbound>> = elsewhere(ValueType::Each(&ValueType::Geometries));
         /// Groups of joints by name: `torso [torso_yaw, torso_lift]  arm "arm_*"`.
-        joints: Option<Unbound> = elsewhere(ValueType::Each(&ValueType::Joints));
+        joints: Option<Located<Unbound>> = elsewhere(ValueType::Each(&ValueType::Joints));
         /// Initial configuration. A joint that is not named starts at zero, or at the limit nearest to it.
-        home: Option<Unbound> = elsewhere(ValueType::Positions);
+        home: Option<Located<Unbound>> = elsewhere(ValueType::Positions);
         /// Joints that are removed from the model: fixed at `home`, or at a given position.
-        lock: Option<Unbound> = elsewhere(ValueType::Locks);
+        lock: Option<Located<Unbound>> = elsewhere(ValueType::Locks);
         /// Limits that replace those of the URDF: `elbow { lower 0 rad  upper 2 rad  velocity 1 rad/s }`.
-        limits: Option<Unbound> = elsewhere(ValueType::PerJoint(&ValueType::Block(&LIMIT)));
+        limits: Vec<ByName<LimitBlock>> = optional(ValueType::PerJoint(&ValueType::Block(&LIMIT)));
         /// Maximum time between two ticks; a longer one is the fault `deadline`. More than a period; default: two
         /// periods.
         deadline: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0)));
@@ -53,51 +53,52 @@ block! {
     ]
 }
 
-/// An arm.
-pub static ARM: BlockSchema = BlockSchema {
-    name: "an arm",
-    keys: &[
-        Key::optional(
-            "shoulder",
-            ValueType::Link,
-            "The link at the shoulder of a human-like arm; `swivel_angle` needs it.",
-        ),
-        Key::optional("elbow", ValueType::Link, "The link at the elbow; `swivel_angle` needs it."),
-        Key::optional("wrist", ValueType::Link, "The link at the wrist; `swivel_angle` needs it."),
-        Key::required("tip", ValueType::Link, "The link at the end. The arm's name can be used as a frame."),
-        Key::optional(
-            "points",
-            ValueType::Geometries,
-            "Points, segments and links of the groups `arms` and `arms.NAME`.",
-        ),
-    ],
-};
+block! {
+    /// An arm.
+    pub struct ArmBlock = ARM, "an arm" {
+        /// The link at the shoulder of a human-like arm; `swivel_angle` needs it.
+        shoulder: Option<Located<String>> = optional(ValueType::Link);
+        /// The link at the elbow; `swivel_angle` needs it.
+        elbow: Option<Located<String>> = optional(ValueType::Link);
+        /// The link at the wrist; `swivel_angle` needs it.
+        wrist: Option<Located<String>> = optional(ValueType::Link);
+        /// The link at the end. The arm's name can be used as a frame.
+        tip: Option<Located<String>> = required(ValueType::Link, "left_tool");
+        /// Points, segments and links of the groups `arms` and `arms.NAME`.
+        points: Option<Located<Unbound>> = elsewhere(ValueType::Geometries);
+    }
+}
 
-/// A point.
-pub static POINT: BlockSchema = BlockSchema {
-    name: "a point",
-    keys: &[
-        Key::required("link", ValueType::Link, "The link that carries the point."),
-        Key::or("offset", ValueType::Vector(LENGTH), "[0, 0, 0] m", "Position in the frame of the link."),
-    ],
-};
+block! {
+    /// A point.
+    pub struct PointBlock = POINT, "a point" {
+        /// The link that carries the point.
+        link: Option<Located<String>> = required(ValueType::Link, "link_4");
+        /// Position in the frame of the link.
+        offset: [f64; 3] = or(ValueType::Vector(LENGTH), "[0, 0, 0] m");
+    }
+}
 
-/// A segment.
-pub static SEGMENT: BlockSchema = BlockSchema {
-    name: "a segment",
-    keys: &[
-        Key::required("link", ValueType::Link, "The link that carries the segment."),
-        Key::required("from", ValueType::Vector(LENGTH), "One end in the frame of the link."),
-        Key::required("to", ValueType::Vector(LENGTH), "The other end in the frame of the link."),
-    ],
-};
+block! {
+    /// A segment.
+    pub struct SegmentBlock = SEGMENT, "a segment" {
+        /// The link that carries the segment.
+        link: Option<Located<String>> = required(ValueType::Link, "link_4");
+        /// One end in the frame of the link.
+        from: Option<Located<[f64; 3]>> = required(ValueType::Vector(LENGTH), "[0, 0, 0] m");
+        /// The other end in the frame of the link.
+        to: Option<Located<[f64; 3]>> = required(ValueType::Vector(LENGTH), "[0, 0, 0.3] m");
+    }
+}
 
-/// Limits of a joint.
-pub static LIMIT: BlockSchema = BlockSchema {
-    name: "a joint limit",
-    keys: &[
-        Key::optional("lower", ValueType::OfJoint { speed: false }, "The lowest position."),
-        Key::optional("upper", ValueType::OfJoint { speed: false }, "The highest position."),
-        Key::optional("velocity", ValueType::OfJoint { speed: true }, "The highest speed, more than zero."),
-    ],
-};
+block! {
+    /// Limits of a joint.
+    pub struct LimitBlock = LIMIT, "a joint limit" {
+        /// The lowest position.
+        lower: Option<Located<Unbound>> = elsewhere(ValueType::OfJoint { speed: false });
+        /// The highest position.
+        upper: Option<Located<Unbound>> = elsewhere(ValueType::OfJoint { speed: false });
+        /// The highest speed, more than zero.
+        velocity: Option<Located<Unbound>> = elsewhere(ValueType::OfJoint { speed: true });
+    }
+}

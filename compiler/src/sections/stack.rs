@@ -1,19 +1,18 @@
 //! The keys of a stack, of its levels and of what stands in them.
 
+use blocks::{Located, NumberOrWord, Unbound, block};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::params::Quantity;
 
 use super::{BlockSchema, Key, Named, Place, ValueType};
 
-/// A stack.
-pub static STACK: BlockSchema = BlockSchema {
-    name: "a stack",
-    keys: &[
-        Key::optional(
-            "lock",
-            ValueType::Joints,
-            "Joints, groups and patterns that are held still while this stack runs.",
-        ),
+block! {
+    /// A stack.
+    pub struct StackBlock = STACK, "a stack" {
+        /// Joints, groups and patterns that are held still while this stack runs.
+        lock: Option<Located<Unbound>> = elsewhere(ValueType::Joints);
+    }
+    also [
         Key::optional(
             "from",
             ValueType::Name(Named::Stack),
@@ -57,8 +56,8 @@ pub static STACK: BlockSchema = BlockSchema {
             "In a stack `from` another one: removes a level, `remove NAME`.",
         )
         .at(Place::Hq),
-    ],
-};
+    ]
+}
 
 /// A change of a stack, in YAML.
 pub static CHANGE: BlockSchema = BlockSchema {
@@ -73,28 +72,26 @@ pub static CHANGE: BlockSchema = BlockSchema {
     ],
 };
 
-/// A level.
-pub static LEVEL: BlockSchema = BlockSchema {
-    name: "a level",
-    keys: &[
+block! {
+    /// A level.
+    pub struct LevelBlock = LEVEL, "a level" {
+        /// Treatment of a level that cannot be met. `auto`: exact if the level can be met, damped if it cannot. `none`:
+        /// always exact. A number of zero or more: `damping · |v|²` in the cost of the level, met or not.
+        damping: NumberOrWord =
+            or(ValueType::NumberOr(Quantity::at_least(NONE, 0.0), &["auto", "none"]), "auto");
+    }
+    also [
         Key::required("name", ValueType::NewName, "The name of the level, for tables and logs.").at(Place::Yaml),
         Key::or("hard", ValueType::Flag, "false", "A hard level has no slack: it is met, or the run has a fault.")
             .at(Place::Word),
-        Key::or(
-            "damping",
-            ValueType::NumberOr(Quantity::at_least(NONE, 0.0), &["auto", "none"]),
-            "auto",
-            "Treatment of a level that cannot be met. `auto`: exact if the level can be met, damped if it cannot. \
-             `none`: always exact. A number of zero or more: `damping · |v|²` in the cost of the level, met or not.",
-        ),
         Key::required(
             "tasks",
             ValueType::List(&ValueType::Block(&MEMBER)),
             "The tasks of the level: names, tasks in place, or `{ task: .., weight: .. }`.",
         )
         .at(Place::Yaml),
-    ],
-};
+    ]
+}
 
 /// A task in a level.
 pub static MEMBER: BlockSchema = BlockSchema {

@@ -5,7 +5,7 @@ use dsl::tree::{Block, Entry};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use mission::kind::{Detail, Event, EventInfo, Replies};
 use mission::kinds::KINDS;
-use names::{list, suggest};
+use names::list;
 use runtime::program::{MAX_EVENTS, TimedEvent};
 
 use super::super::Lowerer;
@@ -179,10 +179,7 @@ impl Lowerer<'_> {
         let members = of.members();
         let names = || members.iter().copied();
         let d = Diagnostic::unknown_name(at, format!("the mission has no member `{name}`"));
-        self.push(match suggest(name, names()) {
-            Some(near) => d.meant(near),
-            None => d.help(format!("there are {}", list(names(), 12))),
-        });
+        self.push(d.one_of("there are", name, names()));
     }
 
     /// The feedback of people after each service. Reports it for a kind that has none.

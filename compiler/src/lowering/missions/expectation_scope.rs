@@ -3,7 +3,6 @@
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use mission::kind::{Form, Measure};
-use names::{list, suggest};
 use runtime::program::{MachineProgram, MissionMeasure, Op};
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE};
 
@@ -45,10 +44,7 @@ impl Watch<'_> {
 
     fn unknown(&self, what: &str, name: &str, at: Span) -> Diagnostic {
         let d = Diagnostic::unknown_name(at, format!("there is no {what} `{name}` in mission `{}`", self.of.name));
-        match suggest(name, self.members().iter().copied()) {
-            Some(near) => d.meant(near),
-            None => d.help(format!("there is {}", list(self.members().iter().copied(), 12))),
-        }
+        d.one_of("there is", name, self.members().iter().copied())
     }
 
     fn quantity(&mut self, graph: &mut Graph, q: &Measure, of: Owner, span: Span) -> Typed {
@@ -217,10 +213,7 @@ impl Scope for Watch<'_> {
             let text = format!("`{}` is not a measure of {}", field.value, who.describe(kind));
             let names = || self.of.measures(who).map(|measure| measure.name);
             let d = Diagnostic::unknown_name(field.span, text);
-            diagnostics.push(match suggest(&field.value, names()) {
-                Some(near) => d.meant(near),
-                None => d.help(format!("there is {}", list(names(), 12))),
-            });
+            diagnostics.push(d.one_of("there is", &field.value, names()));
             return Some(None);
         };
         if let (Form::OfController, Owner::Member(member, _)) = (q.form, who)

@@ -15,7 +15,6 @@ use dsl::{Diagnostic, Span};
 use mission::any_mission::AnyMission;
 use mission::declare::Remarks;
 use mission::kinds;
-use names::{list, suggest};
 use runtime::program::MissionProgram;
 
 use super::Lowerer;
@@ -59,11 +58,8 @@ impl Lowerer<'_> {
             return;
         }
         let kinds = || kinds::KINDS.iter().map(|kind| kind.name);
-        let d = Diagnostic::unknown_name(m.kind.span, format!("there is no kind of mission `{kind}`"));
-        self.push(match suggest(kind, kinds()) {
-            Some(near) => d.meant(near),
-            None => d.help(format!("kinds are {}", list(kinds(), 8))),
-        });
+        let d = Diagnostic::undeclared("kind of mission", kind, m.kind.span);
+        self.push(d.one_of("kinds are", kind, kinds()));
     }
 }
 

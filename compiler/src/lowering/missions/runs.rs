@@ -5,7 +5,7 @@ use dsl::{Diagnostic, Help, Snippet, Span};
 use mission::declare::DeclaredMission;
 use mission::declare::common::RunsBlock;
 use mission::kind;
-use names::{list, suggest};
+use names::list;
 use runtime::Program;
 use runtime::program::{
     ControllerProgram, MAX_RUNNING, MAX_TICKS, MachineProgram, MissionScenarioProgram, Running, ScenarioProgram,
@@ -94,13 +94,8 @@ impl Lowerer<'_> {
         let flags: Vec<&str> = signals().filter(|s| s.kind == "flag").map(|s| s.name.as_str()).collect();
         let Some(signal) = program.interface.signals.iter().position(|s| s.name == name) else {
             let d = Diagnostic::unknown_name(at, format!("`{spec}` has no signal `{name}`"));
-            self.push(match suggest(name, flags.iter().copied()) {
-                Some(near) => d.meant(near),
-                None if flags.is_empty() => {
-                    d.help(Help::with("declare it there: {}", [Snippet::of_type("signal", name, "flag")]))
-                }
-                None => d.help(format!("flags there are {}", list(flags, 12))),
-            });
+            let d = d.help(Help::with("declare it there: {}", [Snippet::of_type("signal", name, "flag")]));
+            self.push(d.one_of("flags there are", name, flags));
             return None;
         };
         let s = &program.interface.signals[signal];
@@ -122,7 +117,9 @@ impl Lowerer<'_> {
             let d =
                 Diagnostic::warning("HQ0934", at, format!("no transition of the machine of `{spec}` reads `{name}`"))
                     .note("the robot does not react to the mission");
-            self.push(d.help(format!("use it to leave the waiting state: `when {name} -> STATE`")));
+            self.push(
+                d.help(Help::with("use it to leave the waiting state: {}", [Snippet::transition_when(name, "STATE")])),
+            );
         }
         Some(signal)
     }
@@ -168,11 +165,7 @@ impl Lowerer<'_> {
         let names = || program.scenarios.iter().map(|s| s.name.as_str());
         let Some(found) = program.scenarios.iter().find(|s| s.name == name) else {
             let d = Diagnostic::unknown_name(at, format!("`{spec}` has no scenario `{name}` of its robot"));
-            self.push(match suggest(name, names()) {
-                Some(near) => d.meant(near),
-                None if names().next().is_none() => d.help("remove it to run without a scenario"),
-                None => d.help(format!("there is {}", list(names(), 12))),
-            });
+            self.push(d.help("remove it to run without a scenario").one_of("there is", name, names()));
             return None;
         };
         if found.run.subject != Subject::Machine {

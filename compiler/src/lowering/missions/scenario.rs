@@ -6,7 +6,6 @@ use dsl::tree::{Block, Scenario};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use mission::execution::Replan;
 use mission::kind::Run;
-use names::{list, suggest};
 use runtime::program::{MAX_INSTANTS, MAX_MISSION, MissionProgram, MissionScenarioProgram, step_within};
 use runtime::text::number;
 
@@ -106,15 +105,14 @@ impl Lowerer<'_> {
         };
         let names = || expanded.missions.iter().map(|m| m.name.value.as_str());
         if !names().any(|n| n == name) {
-            let d = Diagnostic::unknown_name(e.value.span, format!("there is no mission `{name}`"));
-            self.push(match suggest(name, names()) {
-                Some(near) => d.meant(near),
-                None if names().next().is_none() => d.help(Help::with(
+            let d = Diagnostic::undeclared("mission", name, e.value.span);
+            self.push(
+                d.help(Help::with(
                     "this spec declares none: write {}",
                     [Snippet::each("mission NAME : KIND { .. }", "missions: { NAME: { KIND: { .. } } }")],
-                )),
-                None => d.help(format!("declared are {}", list(names(), 8))),
-            });
+                ))
+                .one_of("declared are", name, names()),
+            );
             return None;
         }
         // One in which something is wrong was reported, and is not among these.
