@@ -237,7 +237,7 @@ fn a_robot_that_stands_answers_other_faults_as_the_machine_says() {
     assert!(!host.controller.stands());
 }
 
-/// Where no stack runs, nothing could resume: the fault is answered by the state.
+/// Without a stack nothing could resume: the fault is answered by the state.
 #[test]
 fn a_fault_in_a_state_without_a_stack_changes_nothing() {
     let mut host = Host::new(

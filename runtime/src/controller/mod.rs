@@ -9,6 +9,7 @@
 //! a transition for the fault continues in another state. If that transition leads to a state that is active already, the
 //! robot stands still until the machine leaves that state, and without a transition until [`Controller::restart`].
 
+mod blend;
 mod describe;
 mod guards;
 mod hard_limits;

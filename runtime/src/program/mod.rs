@@ -77,7 +77,7 @@ pub struct Program {
     pub stacks: Vec<StackProgram>,
     /// The machine that changes between them.
     pub machine: Option<MachineProgram>,
-    /// What `run` does.
+    /// Content of `run`.
     pub run: RunProgram,
     /// Runs in worlds of their own, with what is expected of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -274,7 +274,7 @@ pub struct IdleRow {
     pub allowed: f64,
 }
 
-/// What `run` does.
+/// Content of `run`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunProgram {
     /// Stack or machine that runs.
