@@ -8,8 +8,22 @@ pub static UNITS: &[&str] = &[
     "g", "N", "kN", "mN", "Nm", "J", "W",
 ];
 
-/// Sections of YAML that a repetition may contain.
-pub static REPEATED: &[&str] = &[
+/// Lists the sections of YAML with named declarations that a repetition may contain.
+macro_rules! sections {
+    ($($section:literal),*) => {
+        /// Sections of YAML that a repetition may contain.
+        pub static REPEATED: &[&str] = &[$($section,)* "scenarios", "for"];
+
+        /// Sections of YAML that contain named declarations of one form.
+        pub(crate) static LISTS: &[&str] = &["robots", $($section),*];
+
+        /// The keys at the top of a YAML file.
+        pub(crate) static SECTIONS: &[&str] =
+            &["hierarq", "import", "robots", $($section,)* "scenarios", "for", "run"];
+    };
+}
+
+sections!(
     "params",
     "lets",
     "tasks",
@@ -19,10 +33,8 @@ pub static REPEATED: &[&str] = &[
     "safety_fields",
     "variables",
     "machines",
-    "missions",
-    "scenarios",
-    "for",
-];
+    "missions"
+);
 
 /// Keys whose value is a text, or a list of texts, so that it needs no quotes of this language in YAML.
 pub static TEXT_KEYS: &[&str] =

@@ -161,7 +161,6 @@ impl Reader<'_> {
         junk: Option<crate::Span>,
         comments: &mut Comments,
     ) -> Value {
-        let place = Place::Exact(self.source, 0);
         if let (Some(junk), true) = (junk, is_text_key(&key.value)) {
             let start = value.as_ref().map_or(junk, |v| self.of(v)).range().start;
             let mut end = junk.range().end;
@@ -190,22 +189,13 @@ impl Reader<'_> {
                 }
                 if let Some(junk) = junk {
                     self.unread.push(junk);
-                    let range = junk.range();
-                    self.diags.push(explain::junk(
-                        self.text,
-                        range.start,
-                        range.end,
-                        place,
-                        After::Value(&value),
-                        false,
-                    ));
+                    self.junk(junk, After::Value(&value));
                 }
                 value
             }
             (None, Some(junk)) => {
                 self.unread.push(junk);
-                let range = junk.range();
-                self.diags.push(explain::junk(self.text, range.start, range.end, place, After::Key(&key.value), false));
+                self.junk(junk, After::Key(&key.value));
                 missing(junk)
             }
             (None, None) => {

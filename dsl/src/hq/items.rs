@@ -5,8 +5,7 @@ use super::Reader;
 use super::parts::Parts;
 use crate::diagnostic::Topic;
 use crate::diagnostic::clip;
-use crate::explain::{self, After};
-use crate::expr::Place;
+use crate::explain::After;
 use crate::fix::Fix;
 use crate::grammar::{Pair, Rule};
 use crate::tree::{Comments, Human, Item, ItemKind, Robot, Run, SafetyField, Spec};
@@ -83,16 +82,7 @@ impl Reader<'_> {
                 }
                 spec.version = number.parse().ok().map(|n| Spanned::new(n, span));
             } else if said {
-                let place = Place::Exact(self.source, 0);
-                let range = span.range();
-                self.diags.push(explain::junk(
-                    self.text,
-                    range.start,
-                    range.end,
-                    place,
-                    After::Start("a new line"),
-                    false,
-                ));
+                self.junk(span, After::Start("a new line"));
             } else {
                 said = true;
                 self.diags.push(bad_version(span, part.as_str().trim_end()).help("write `hierarq 1`"));

@@ -2,7 +2,7 @@
 
 use super::Reader;
 use crate::explain::{self, After};
-use crate::expr::{Place, missing};
+use crate::expr::missing;
 use crate::fix::Fix;
 use crate::grammar::{Pair, Rule};
 use crate::tree::{
@@ -101,10 +101,7 @@ impl Reader<'_> {
                     members = Some(self.members(part, &mut comments, &mut settings.closing_comments));
                 }
                 _ => {
-                    let place = Place::Exact(self.source, 0);
-                    let range = at.range();
-                    let after = After::Start("`hard`, a setting or `{`");
-                    self.diags.push(explain::junk(self.text, range.start, range.end, place, after, false));
+                    self.junk(at, After::Start("`hard`, a setting or `{`"));
                     members.get_or_insert_with(Vec::new);
                 }
             }
@@ -181,31 +178,19 @@ impl Reader<'_> {
     }
 
     pub(super) fn head_value(&mut self, key: &Spanned<String>, value: Option<Pair<'_>>, junk: Option<Span>) -> Value {
-        let place = Place::Exact(self.source, 0);
         let mut value = match value {
             Some(pair) => {
                 let value = self.expr(pair);
                 if let Some(junk) = junk {
-                    let range = junk.range();
-                    self.diags.push(explain::junk(
-                        self.text,
-                        range.start,
-                        range.end,
-                        place,
-                        After::Value(&value),
-                        false,
-                    ));
+                    self.junk(junk, After::Value(&value));
                 }
                 value
             }
             None => {
-                self.diags.push(match junk {
-                    Some(junk) => {
-                        let range = junk.range();
-                        explain::junk(self.text, range.start, range.end, place, After::Key(&key.value), false)
-                    }
-                    None => explain::no_value(&key.value, key.span),
-                });
+                match junk {
+                    Some(junk) => self.junk(junk, After::Key(&key.value)),
+                    None => self.diags.push(explain::no_value(&key.value, key.span)),
+                }
                 missing(key.span)
             }
         };
@@ -248,7 +233,6 @@ impl Reader<'_> {
     fn member(&mut self, pair: Pair<'_>) -> Option<Member> {
         let whole = self.of(&pair);
         let start = whole.range().start;
-        let place = Place::Exact(self.source, 0);
         let mut comments = Comments::default();
         self.pool.before(start, &mut comments.before);
         let (mut name, mut args, mut body, mut weight) = (None, None, None, None);
@@ -261,9 +245,7 @@ impl Reader<'_> {
                 Rule::block => body = Some(self.block(part, &mut comments.behind)),
                 Rule::weight => weight = Some(self.weight(part)),
                 _ => {
-                    let range = span.range();
-                    let after = weight.as_ref().map_or(After::Start("a task"), After::Value);
-                    self.diags.push(explain::junk(self.text, range.start, range.end, place, after, false));
+                    self.junk(span, weight.as_ref().map_or(After::Start("a task"), After::Value));
                     break;
                 }
             }

@@ -34,6 +34,13 @@ impl Reader<'_> {
         parts.name.clone()
     }
 
+    /// Reports text that cannot be read, which another reader does not report.
+    pub(super) fn junk(&mut self, junk: Span, after: After<'_>) {
+        let range = junk.range();
+        let place = Place::Exact(self.source, 0);
+        self.diags.push(explain::junk(self.text, range.start, range.end, place, after, false));
+    }
+
     /// Reports text that cannot be read. Returns true if it is a word in place of a unit.
     pub(super) fn explain(&mut self, junk: Span, after: After<'_>, unit_only: bool) -> bool {
         let range = junk.range();

@@ -3,8 +3,7 @@
 use super::Reader;
 use super::parts::Parts;
 use crate::calls;
-use crate::explain::{self, After};
-use crate::expr::Place;
+use crate::explain::After;
 use crate::grammar::{Pair, Rule};
 use crate::tree::{Call, Comments, Entry, Import, ImportName, Item, Let, Parameter, RepeatItems, Value, Values};
 use crate::{Diagnostic, Span, Spanned};
@@ -118,9 +117,7 @@ impl<'t> Reader<'t> {
                 Rule::name if name.is_none() => name = Some(self.place().spanned(&part)),
                 Rule::name => alias = Some(self.place().spanned(&part)),
                 _ => {
-                    let (range, place) = (self.of(&part).range(), Place::Exact(self.source, 0));
-                    let after = After::Start("a name, or `NAME as NAME`,");
-                    self.diags.push(explain::junk(self.text, range.start, range.end, place, after, false));
+                    self.junk(self.of(&part), After::Start("a name, or `NAME as NAME`,"));
                 }
             }
         }
@@ -152,10 +149,7 @@ impl<'t> Reader<'t> {
             self.diags.push(calls::incomplete(keyword, "values").help(form));
         }
         if let Some(junk) = head.junk {
-            let range = junk.range();
-            let place = Place::Exact(self.source, 0);
-            let after = After::Start("a block in braces");
-            self.diags.push(explain::junk(self.text, range.start, range.end, place, after, false));
+            self.junk(junk, After::Start("a block in braces"));
         } else if head.body.is_none() {
             self.diags.push(
                 Diagnostic::incomplete("HQ0117", keyword, "this `for` has no block")

@@ -10,42 +10,9 @@ use crate::tree::{
     Block, Comments, Human, Item, ItemKind, Let, Parameter, Robot, Run, SafetyField, Spec, Task, TaskDefinition,
     ValueKind,
 };
+use crate::vocabulary::{LISTS, SECTIONS};
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned};
-
-/// The sections that contain named declarations.
-const LISTS: &[&str] = &[
-    "params",
-    "lets",
-    "robots",
-    "tasks",
-    "stacks",
-    "signals",
-    "humans",
-    "safety_fields",
-    "variables",
-    "machines",
-    "missions",
-];
-
-const SECTIONS: &[&str] = &[
-    "hierarq",
-    "import",
-    "params",
-    "lets",
-    "robots",
-    "tasks",
-    "stacks",
-    "signals",
-    "humans",
-    "safety_fields",
-    "variables",
-    "machines",
-    "missions",
-    "scenarios",
-    "for",
-    "run",
-];
 
 /// A declaration of a section: its name, the span of its key, its parameters, and its node.
 pub(super) type Head = (Spanned<String>, Span, Vec<Parameter>, NodeId);
