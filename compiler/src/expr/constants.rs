@@ -19,24 +19,27 @@ pub struct Constants<'a> {
     pub params: &'a mut Params,
 }
 
-/// Scope of an expression that may use parameters only.
-struct ParamsOnly<'s>(&'s mut Params);
+/// Scope of an expression that may use declared values only; `moves` says if these may depend on time.
+struct DeclaredOnly<'s> {
+    params: &'s mut Params,
+    moves: bool,
+}
 
-impl Scope for ParamsOnly<'_> {
+impl Scope for DeclaredOnly<'_> {
     fn name(&mut self, name: &str) -> Meaning {
-        self.0.meaning(name)
+        self.params.meaning(name)
     }
 
     fn names(&self) -> Vec<String> {
-        self.0.names()
+        self.params.names()
     }
 
     fn presence(&mut self, name: &str) -> Option<usize> {
-        self.0.presence(name)
+        self.params.presence(name)
     }
 
     fn moves(&self) -> bool {
-        false
+        self.moves
     }
 
     fn initial(&mut self, _: &mut Graph, _: &Value, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
@@ -90,8 +93,14 @@ impl Constants<'_> {
 
     /// Types a value that may use parameters only.
     pub fn typed(&mut self, value: &Value, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
-        let mut scope = ParamsOnly(self.params);
+        let mut scope = DeclaredOnly { params: self.params, moves: false };
         Lowering { graph: self.graph, scope: &mut scope, diagnostics }.value(value).ok()
+    }
+
+    /// Types an argument of a task or a stack. Names that only a task knows, and mistakes, are left to its uses: `None`.
+    pub fn argument(&mut self, value: &Value) -> Option<Typed> {
+        let mut scope = DeclaredOnly { params: self.params, moves: true };
+        Lowering { graph: self.graph, scope: &mut scope, diagnostics: &mut Vec::new() }.value(value).ok()
     }
 
     fn not_constant(&self, typed: &Typed) -> Option<Diagnostic> {

@@ -1,41 +1,10 @@
 //! Types of arguments: a value given for a parameter of a task or stack must have the parameter's kind and dimension.
 
-use dsl::tree::Value;
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Span};
 
 use super::Lowerer;
 use crate::expand::{Given, quantity};
-use crate::expr::constants::{Params, check_dimension};
-use crate::expr::{Frame, Graph, Lowering, Meaning, RobotStateTerm, Scope, Typed};
-
-/// Scope of arguments. Names that only a task knows are left to the task.
-struct Outside<'s>(&'s mut Params);
-
-impl Scope for Outside<'_> {
-    fn name(&mut self, name: &str) -> Meaning {
-        self.0.meaning(name)
-    }
-
-    fn names(&self) -> Vec<String> {
-        self.0.names()
-    }
-
-    fn presence(&mut self, name: &str) -> Option<usize> {
-        self.0.presence(name)
-    }
-
-    fn initial(&mut self, _: &mut Graph, _: &Value, _: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {
-        None
-    }
-
-    fn frame(&mut self, _: &Spanned<String>, _: &mut Vec<Diagnostic>) -> Option<Frame> {
-        None
-    }
-
-    fn now(&mut self, _: &mut Graph, _: &RobotStateTerm, _: Span, _: &mut Vec<Diagnostic>) -> Option<Typed> {
-        None
-    }
-}
+use crate::expr::constants::{Constants, check_dimension};
 
 impl Lowerer<'_> {
     /// Checks arguments; returns the spans of the rejected ones.
@@ -43,11 +12,8 @@ impl Lowerer<'_> {
         let mut refused = Vec::new();
         for g in given {
             let Some((kind, dimension)) = quantity(&g.ty.value) else { continue };
-            // Other mistakes are reported at the use.
-            let mut found = Vec::new();
-            let mut scope = Outside(&mut self.params);
-            let typed = Lowering { graph: &mut self.graph, scope: &mut scope, diagnostics: &mut found }.value(&g.value);
-            let Ok(typed) = typed else { continue };
+            let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
+            let Some(typed) = constants.argument(&g.value) else { continue };
             let wrong = if typed.kind != kind {
                 let (is, needed) = (typed.kind.describe(), kind.describe());
                 let d = Diagnostic::error("HQ0215", g.value.span, format!("{} is {needed}, and this is {is}", g.what));
