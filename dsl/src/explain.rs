@@ -4,7 +4,7 @@ use crate::diagnostic::{Topic, clip};
 use crate::expr::Place;
 use crate::fix::Fix;
 use crate::grammar::{Grammar, Rule};
-use crate::words::{nearest_unit, unit_text};
+use crate::words::nearest_unit;
 use crate::{Diagnostic, tree};
 use blocks::Help;
 use pest::Parser;
@@ -297,7 +297,7 @@ fn word(
         Diagnostic::unreadable("HQ0113", place.span(at, end), format!("`{}` is unexpected here", clip(word)));
     match after {
         After::Value(tree::Value { kind: tree::ValueKind::Unit(_, unit), .. }) => {
-            diagnostic.note(format!("the value before it ends with its unit `{}`", unit_text(unit)))
+            diagnostic.note(format!("the value before it ends with its unit `{unit}`"))
         }
         After::Value(_) => diagnostic.note("the value before it is complete"),
         After::Key(_) => diagnostic.note("a comma or an operator is expected between two values"),

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use crate::holes::{Part, is_plain_name, parts};
-use crate::tree::{Unit, Value, ValueKind};
+use crate::tree::{Value, ValueKind};
 use crate::vocabulary::TEXT_KEYS;
 
 /// Returns the candidate nearest to `word`, if it is near enough to be a typo. Words of more than 64 bytes are not
@@ -96,26 +96,6 @@ pub(crate) fn takes_unit(value: &Value) -> bool {
 /// Returns true if a value never needs parentheses.
 pub(crate) fn is_atom(value: &Value) -> bool {
     !matches!(value.kind, ValueKind::Negate(_) | ValueKind::Not(_) | ValueKind::Binary(..))
-}
-
-/// Formats a unit as it is written: `N s/m`, `/s`. A `min` next to other symbols is joined by `*`: after a space it
-/// would be the key of a limit.
-pub(crate) fn unit_text(unit: &Unit) -> String {
-    let mut text = String::new();
-    let mut last = "";
-    for (symbol, power) in &unit.factors {
-        if *power < 0 {
-            text.push('/');
-        } else if !text.is_empty() {
-            text.push(if symbol == "min" || last == "min" { '*' } else { ' ' });
-        }
-        last = symbol;
-        text.push_str(symbol);
-        if power.unsigned_abs() != 1 {
-            text.push_str(&format!("^{}", power.unsigned_abs()));
-        }
-    }
-    text
 }
 
 /// Returns true if a value is a block or a list that contains one.

@@ -121,7 +121,8 @@ fn plan(a: &Arguments, mission: &MissionProgram, pictures: Pictures) -> Result<S
 fn text(name: &str, p: &Planned, running: &[String]) -> String {
     let end = p.chart.end().unwrap_or(0.0);
     let mut out = format!("mission {name}: {}, all done after {end:.1} s\n", p.summary);
-    let _ = writeln!(out, "planned by {} ({}): {}", p.method.formulation, p.engine, p.method.why);
+    let engine = if p.engine == p.method.formulation { String::new() } else { format!(" ({})", p.engine) };
+    let _ = writeln!(out, "planned by {}{engine}: {}", p.method.formulation, p.method.why);
     let _ = writeln!(out, "{}", status(&p.status));
     let _ = writeln!(out, "validated: the plan meets all constraints of the mission\n");
     let mut out = output::plain(&out) + &gantt::text(&p.chart, output::width(), coloured());

@@ -237,6 +237,58 @@ fn a_robot_that_stands_answers_other_faults_as_the_machine_says() {
     assert!(!host.controller.stands());
 }
 
+/// An observation of a robot that stands.
+fn disturbed(bad: Bad, time: &mut f64, q: &mut [f64]) {
+    match bad {
+        Bad::Position(i, x) => q[i] = x,
+        Bad::Time => *time = f64::NAN,
+        Bad::Late(by) => *time += by,
+        Bad::Back => *time -= 0.015,
+        Bad::Kick(i) => q[i] += 0.8,
+        Bad::Silence | Bad::Wall | Bad::Nothing => {}
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
+
+    /// No observation moves a robot that stands after a fault; it leaves its state by the event alone, and from rest.
+    #[test]
+    fn nothing_moves_a_robot_that_stands(bads in prop::collection::vec(bad(), 1..40)) {
+        let mut host = Host::new(&into_itself("own"));
+        host.steps(30);
+        let mut q = host.robot.measure().to_vec();
+        q[2] = f64::NAN;
+        host.step_at(host.time(), &q);
+        let mut clock = host.time();
+        for (k, &bad) in bads.iter().enumerate() {
+            clock += 0.01;
+            let (mut time, mut q) = (clock, host.robot.measure().to_vec());
+            disturbed(bad, &mut time, &mut q);
+            let seen = host.step_at(time, &q);
+            prop_assert_eq!(&seen.state, "work.reach", "{}: {:?}", k, bad);
+            prop_assert!(seen.fault.is_some());
+            prop_assert!(host.controller.stands() && host.controller.velocity().iter().all(|v| *v == 0.0));
+            if time.is_finite() {
+                clock = time;
+            }
+        }
+        // Two good observations after the last disturbance.
+        for _ in 0..2 {
+            clock += 0.01;
+            let q = host.robot.measure().to_vec();
+            host.step_at(clock, &q);
+        }
+        host.raise("resume");
+        clock += 0.01;
+        let q = host.robot.measure().to_vec();
+        let seen = host.step_at(clock, &q);
+        prop_assert_eq!(seen.fault, None);
+        let first = host.controller.velocity().iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        prop_assert!(first < 1e-3, "{}", first);
+    }
+}
+
 /// Without a stack nothing could resume: the fault is answered by the state.
 #[test]
 fn a_fault_in_a_state_without_a_stack_changes_nothing() {

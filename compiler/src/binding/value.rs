@@ -11,7 +11,7 @@ use stdlib_tasks::params::{ParamInfo, Quantity};
 use super::gain;
 use super::scope::TaskScope;
 use super::{Binder, DEFAULTS, Number, Owner, robot_state};
-use crate::expr::constants::{check_dimension, one_unit, unit_of_divisor, with_units};
+use crate::expr::constants::{check_dimension, misplaced_unit, one_unit, with_units};
 use crate::expr::{Frame, Kind, Lowering, Typed, frames};
 use crate::forms::unknown_key;
 use crate::units;
@@ -117,7 +117,7 @@ impl Binder<'_> {
             return None;
         }
         if let Some(mut d) = check_dimension(self.graph, typed, wanted.1, what) {
-            d.help = unit_of_divisor(value, wanted.1).map(Help::from).or(d.help);
+            d.help = misplaced_unit(value, wanted.1).map(Help::from).or(d.help);
             let error = d.severity == dsl::Severity::Error;
             self.diagnostics.push(d);
             if error {

@@ -6,7 +6,7 @@ use robot::Model;
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
 
 pub use crate::expr::dimension_check::{
-    bare_angle, check_dimension, merge_bare, one_unit, unit_of_divisor, wrong_dimension,
+    bare_angle, check_dimension, merge_bare, misplaced_unit, one_unit, wrong_dimension,
 };
 pub use crate::expr::environment::{Human, Params, is_word};
 use crate::expr::{Frame, Graph, Kind, Lowering, Meaning, RobotStateTerm, Scope, Typed};
@@ -143,7 +143,7 @@ impl Constants<'_> {
             return None;
         }
         if let Some(mut d) = self.check_dimension(&typed, wanted, "") {
-            d.help = unit_of_divisor(value, wanted).map(Help::from).or(d.help);
+            d.help = misplaced_unit(value, wanted).map(Help::from).or(d.help);
             let error = d.severity == dsl::Severity::Error;
             diagnostics.push(d);
             if error {

@@ -1,6 +1,6 @@
 //! Checks the dimension of a value, and builds the help for a mismatch.
 
-use dsl::tree::{BinaryOp, Value, ValueKind};
+use dsl::tree::{BinaryOp, Unit, Value, ValueKind};
 use dsl::{Diagnostic, Fix, Span, Spanned, Topic};
 use stdlib_tasks::dimension::{Dimension, NONE, RATE, TIME};
 
@@ -44,8 +44,30 @@ pub fn wrong_dimension(typed: &Typed, wanted: Dimension, what: &str) -> Diagnost
     }
 }
 
+/// Help for a wrong dimension that a misplaced unit explains: a unit that belongs to a divisor alone, or two units of which one
+/// is enough.
+pub fn misplaced_unit(value: &Value, wanted: Dimension) -> Option<String> {
+    unit_of_divisor(value, wanted).or_else(|| doubled_unit(value, wanted))
+}
+
+/// Help for `[0, 0, 5 cm] m`, in which two units are multiplied, if either would have the right dimension.
+fn doubled_unit(value: &Value, wanted: Dimension) -> Option<String> {
+    let ValueKind::Unit(inner, outer) = &value.kind else { return None };
+    let items = match &inner.kind {
+        ValueKind::List(items) => items.as_slice(),
+        _ => std::slice::from_ref(&**inner),
+    };
+    let own = items.iter().find_map(|item| match &item.kind {
+        ValueKind::Unit(_, own) => Some(own),
+        _ => None,
+    })?;
+    let fits = |unit: &Unit| units::meaning(unit).is_ok_and(|(_, dimension)| wanted.accepts(dimension));
+    (wanted != NONE && !units::is_assumed(outer) && fits(own) && fits(outer))
+        .then(|| format!("the units `{own}` and `{outer}` are multiplied: leave out one of the two"))
+}
+
 /// Help for `1/2 m`, in which the unit belongs to the 2 alone, if a unit for the whole would have the right dimension.
-pub fn unit_of_divisor(value: &Value, wanted: Dimension) -> Option<String> {
+fn unit_of_divisor(value: &Value, wanted: Dimension) -> Option<String> {
     let ValueKind::Binary(op, left, right) = &value.kind else { return None };
     let ValueKind::Unit(_, unit) = &right.kind else { return None };
     let (_, dimension) = units::meaning(unit).ok()?;

@@ -1,6 +1,6 @@
 //! Helps for operands that do not match.
 
-use dsl::tree::{BinaryOp, Unit, Value, ValueKind};
+use dsl::tree::{BinaryOp, Value, ValueKind};
 use names::list;
 use stdlib_tasks::dimension::{ANGLE, NONE};
 
@@ -104,22 +104,5 @@ pub fn bracketed(op: BinaryOp, left: &Value, right: &Value) -> Option<String> {
         return None;
     }
     let (ValueKind::Number(a), ValueKind::Number(b)) = (&left.kind, &right.kind) else { return None };
-    Some(format!("({}{sign}{}) {}", a.text, b.text, written(unit)))
-}
-
-/// Formats a unit: `m/s^2`.
-fn written(unit: &Unit) -> String {
-    let mut text = String::new();
-    for (symbol, power) in &unit.factors {
-        match (text.is_empty(), *power < 0) {
-            (_, true) => text.push('/'),
-            (false, _) => text.push(' '),
-            _ => {}
-        }
-        text.push_str(symbol);
-        if power.unsigned_abs() != 1 {
-            text.push_str(&format!("^{}", power.unsigned_abs()));
-        }
-    }
-    text
+    Some(format!("({}{sign}{}) {unit}", a.text, b.text))
 }

@@ -3,7 +3,6 @@
 use super::missing;
 use crate::print::expression;
 use crate::tree::{BinaryOp, Value, ValueKind};
-use crate::words::unit_text;
 use crate::{Span, Spanned};
 
 /// One element of a flat operator list.
@@ -31,7 +30,7 @@ pub(super) fn tolerance(tokens: &[Token], at: usize) -> String {
         // Zero has any unit.
         ValueKind::Number(number) => number.text.contains(|c| ('1'..='9').contains(&c)).then(|| "0.001".to_owned()),
         ValueKind::Unit(of, unit) if matches!(of.kind, ValueKind::Number(_)) => {
-            Some(format!("0.001 {}", unit_text(unit)))
+            Some(format!("0.001 {unit}"))
         }
         _ => None,
     };

@@ -2,7 +2,7 @@
 
 use crate::tree::{BinaryOp, Unit, Value, ValueKind};
 use crate::vocabulary::UNITS;
-use crate::words::{is_atom, takes_unit, unit_text};
+use crate::words::{is_atom, takes_unit};
 
 /// Formats an expression on one line. `and`, `or` and `not` are put in brackets.
 pub(crate) fn text(value: &Value) -> String {
@@ -184,7 +184,7 @@ fn with_unit(of: &Value, unit: &Unit, out: &mut String) {
     let bare = matches!(of.kind, ValueKind::Number(_) | ValueKind::Call(..) | ValueKind::List(_));
     grouped(of, !bare, out);
     out.push(' ');
-    out.push_str(&unit_text(unit));
+    out.push_str(&unit.to_string());
 }
 
 fn precedence(op: BinaryOp) -> u8 {

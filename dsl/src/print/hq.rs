@@ -128,7 +128,7 @@ fn value(value: &Value, behind: &Option<String>, indent: usize, lines: &mut Line
             lines.end(behind);
         }
         ValueKind::Unit(of, unit) if matches!(of.kind, ValueKind::List(_)) => {
-            list(of, &format!(" {}", crate::words::unit_text(unit)), indent, lines);
+            list(of, &format!(" {unit}"), indent, lines);
             lines.end(behind);
         }
         _ => {
@@ -285,7 +285,7 @@ fn one_line_value(value: &Value, line: &mut OneLine) -> Option<()> {
         ValueKind::Unit(of, unit) if has_block(value) => {
             one_line_value(of, line)?;
             line.push(" ")?;
-            line.push(&crate::words::unit_text(unit))
+            line.push(&unit.to_string())
         }
         _ => line.push(&expr::text(value)),
     }

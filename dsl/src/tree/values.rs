@@ -206,3 +206,24 @@ pub struct Unit {
 }
 
 equal_by!(Unit: factors);
+
+impl std::fmt::Display for Unit {
+    /// The unit as it is written: `N s/m`, `/s`. A `min` next to other symbols is joined by `*`: after a space it would be the
+    /// key of a limit.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut last: Option<&str> = None;
+        for (symbol, power) in &self.factors {
+            match last {
+                _ if *power < 0 => f.write_str("/")?,
+                Some(last) => f.write_str(if symbol == "min" || last == "min" { "*" } else { " " })?,
+                None => {}
+            }
+            last = Some(symbol);
+            f.write_str(symbol)?;
+            if power.unsigned_abs() != 1 {
+                write!(f, "^{}", power.unsigned_abs())?;
+            }
+        }
+        Ok(())
+    }
+}

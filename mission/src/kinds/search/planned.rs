@@ -80,7 +80,8 @@ fn cost(problem: &Problem, rewards: &Rewards) -> Cost {
 
 fn cost_text(problem: &Problem, rewards: &Rewards) -> String {
     let sums = by_kind(problem, rewards);
-    let parts = SourceKind::ALL.into_iter().zip(sums).filter(|(_, sum)| *sum != 0.0);
+    // A part that rounds to zero is not a part.
+    let parts = SourceKind::ALL.into_iter().zip(sums).filter(|(_, sum)| sum.abs() >= 0.005);
     let parts: Vec<String> = parts.map(|(kind, sum)| format!("{} {sum:.2}", kind.name())).collect();
     match parts.is_empty() {
         true => "reward 0".into(),
@@ -107,7 +108,7 @@ fn table(problem: &Problem, plan: &Plan) -> Listing {
         columns: vec!["who", "does", "source", "begins", "ends", "x", "y"],
         names: 3,
         rows: plan.activities.iter().map(row).collect(),
-        note: "(times in s, positions in m; who waits does so for whom the column `source` names)",
+        note: "(times in s, positions in m; for an agent that waits, `source` is the agent for which it waits)",
     }
 }
 
