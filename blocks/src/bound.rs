@@ -2,6 +2,7 @@
 //! its schema; the structs of [`block!`](crate::block!) are read from the result.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use crate::schema::BlockSchema;
 
@@ -68,6 +69,8 @@ pub enum Bound {
     Member(usize),
     /// Content of a file.
     File(String),
+    /// A text file with the file that it names.
+    FileWith(FileWith),
     /// A list.
     List(Vec<Located<Bound>>),
     /// Values by name.
@@ -76,6 +79,17 @@ pub enum Bound {
     Block(BoundBlock),
     /// An expression that is bound elsewhere.
     Unbound,
+}
+
+/// A text file with the file that it names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileWith {
+    /// Path of the text file, as it is written.
+    pub path: String,
+    /// Its text.
+    pub text: String,
+    /// Content of the other file; none: the text names none.
+    pub companion: Option<Arc<[u8]>>,
 }
 
 /// A value by name.

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::bound::{Bound, BoundBlock, BoundEntry, Located, Origin};
+use crate::bound::{Bound, BoundBlock, BoundEntry, FileWith, Located, Origin};
 use crate::schema::{Key, ValueType};
 use quantities::Presence;
 
@@ -107,6 +107,19 @@ impl FromBound for String {
 
     fn stand_in(_: &Key) -> String {
         String::new()
+    }
+}
+
+impl FromBound for FileWith {
+    fn from_bound(bound: &Bound) -> Option<FileWith> {
+        match bound {
+            Bound::FileWith(file) => Some(file.clone()),
+            _ => None,
+        }
+    }
+
+    fn stand_in(_: &Key) -> FileWith {
+        FileWith { path: String::new(), text: String::new(), companion: None }
     }
 }
 

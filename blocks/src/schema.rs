@@ -87,6 +87,8 @@ pub enum ValueType {
     Text,
     /// The path of a text file, which the compiler reads.
     File,
+    /// The path of a text file that names another file; the compiler reads both.
+    FileWith(&'static Companion),
     /// The path of a URDF.
     Urdf,
     /// The path of a spec.
@@ -131,6 +133,21 @@ pub enum ValueType {
     Tasks,
     /// A declaration, or several; the readers take them.
     Declarations,
+}
+
+/// A file that a text file names, such as the image of a map.
+#[derive(Debug)]
+pub struct Companion {
+    /// Code of the error if one of the two cannot be read.
+    pub code: &'static str,
+    /// Returns the path of it, relative to the folder of the text file.
+    pub path: fn(&str) -> Option<String>,
+    /// Its maximum size, in bytes.
+    pub most: u64,
+    /// A way out if it is larger.
+    pub if_larger: &'static str,
+    /// A way out if the text file is no text.
+    pub if_no_text: &'static str,
 }
 
 /// Kind of the entity that a name refers to.

@@ -37,8 +37,19 @@ sections!(
 );
 
 /// Keys whose value is a text, or a list of texts, so that it needs no quotes of this language in YAML.
-pub static TEXT_KEYS: &[&str] =
-    &["urdf", "title", "package_path", "file", "instruction", "directives", "layers_from", "spec", "scenario", "label"];
+pub static TEXT_KEYS: &[&str] = &[
+    "urdf",
+    "title",
+    "package_path",
+    "file",
+    "instruction",
+    "directives",
+    "layers_from",
+    "map",
+    "spec",
+    "scenario",
+    "label",
+];
 
 /// Lists the roles of members of a mission.
 macro_rules! roles {

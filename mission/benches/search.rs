@@ -1,5 +1,5 @@
 //! Times the planner of searches: plans on a floor of 750 m^2, states of the tree search on one thread and on two, trees of
-//! 2,000 nodes, the check of a map.
+//! 2,000 nodes, the check of a map, with walls and as an occupancy grid of 75,000 cells.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -14,6 +14,7 @@ use hierarq_mission::kinds::search::choose::{Options, plan};
 use hierarq_mission::kinds::search::problem::Problem;
 use hierarq_mission::kinds::search::validate::validate;
 use hierarq_mission::kinds::search::ways::ActionSets;
+use hierarq_mission::occupancy::{Cell, Image, MapFile, OccupancyGrid};
 
 fn main() {
     divan::main();
@@ -73,4 +74,46 @@ fn validation(bencher: Bencher) {
     if let Ok(found) = plan(&problem, &Options::of(&problem)) {
         bencher.bench_local(|| validate(black_box(&problem), &found.plan));
     }
+}
+
+/// The floor as an occupancy grid, with cells of 0.1 m.
+fn mapped(agents: usize) -> Problem {
+    let mut problem = searched::mapped_floor(agents, 10);
+    problem.planner.states = 20_000;
+    problem
+}
+
+#[divan::bench]
+fn check_of_a_grid(bencher: Bencher) {
+    let problem = mapped(2);
+    bencher.bench_local(|| check(black_box(&problem)));
+}
+
+#[divan::bench(sample_count = 10)]
+fn plan_on_a_grid(bencher: Bencher) {
+    let problem = mapped(2);
+    bencher.bench_local(|| plan(black_box(&problem), &Options::of(&problem)));
+}
+
+#[divan::bench]
+fn validation_on_a_grid(bencher: Bencher) {
+    let problem = mapped(2);
+    if let Ok(found) = plan(&problem, &Options::of(&problem)) {
+        bencher.bench_local(|| validate(black_box(&problem), &found.plan));
+    }
+}
+
+/// The YAML and a PGM of 75,000 pixels.
+#[divan::bench]
+fn reading_of_a_grid(bencher: Bencher) {
+    let yaml =
+        "image: a.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n";
+    let pixels: Vec<u8> = mapped(1)
+        .occupancy
+        .map_or(Vec::new(), |map| map.cells().iter().map(|cell| if *cell == Cell::Free { 254 } else { 0 }).collect());
+    let image = [&b"P5 300 250 255\n"[..], &pixels].concat();
+    bencher.bench_local(|| {
+        let (file, image) = (MapFile::read(black_box(yaml)), Image::read(black_box(&image)));
+        file.ok().zip(image.ok()).map(|(file, image)| OccupancyGrid::read(&file, &image))
+    });
 }

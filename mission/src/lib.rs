@@ -23,6 +23,7 @@ pub mod kinds;
 pub mod labels;
 pub mod map;
 pub mod numbers;
+pub mod occupancy;
 pub mod plan;
 pub mod plan_data;
 pub mod planned;

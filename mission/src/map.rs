@@ -49,6 +49,15 @@ pub enum Shape {
         /// Text under the pointer.
         title: Option<String>,
     },
+    /// Rectangles that belong together.
+    Regions {
+        /// Meaning.
+        region: Region,
+        /// Their corners (m).
+        rectangles: Vec<[[f64; 2]; 4]>,
+        /// Text under the pointer.
+        title: Option<String>,
+    },
     /// A name beside a sign.
     Name {
         /// Position of the sign (m).
@@ -82,6 +91,8 @@ pub enum Region {
     Ground,
     /// An obstacle.
     Solid,
+    /// Nothing is known of it.
+    Unknown,
     /// It attracts.
     Attracts,
     /// It repels.

@@ -11,6 +11,7 @@ mod layered;
 mod layers;
 mod layers_execution;
 mod layers_refusals;
+mod occupancy;
 mod pages;
 mod random;
 mod refusals;

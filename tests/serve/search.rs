@@ -46,6 +46,7 @@ fn mission() -> Search {
     labels.members.insert("anna".into(), "Anna & Co".into());
     let problem = Problem {
         area: vec![[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]],
+        occupancy: None,
         walls: Vec::new(),
         agents: vec![agent("robot", false, [1.0, 1.0]), agent("anna", true, [7.0, 1.0])],
         sources: vec![

@@ -4,11 +4,12 @@ use dsl::tree::{Entry, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
 
-use blocks::{Bound, BoundBlock, BoundEntry, Key, Located, Members, Named, ValueType};
+use blocks::{Bound, BoundBlock, BoundEntry, Companion, FileWith, Key, Located, Members, Named, ValueType};
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, RATE, VELOCITY};
 use stdlib_tasks::params::Quantity;
 
 use super::BlockBinder;
+use super::files::Unreadable;
 use crate::expr::constants::with_units;
 use crate::expr::dimension_check::one_unit;
 use crate::expr::function;
@@ -63,6 +64,7 @@ impl BlockBinder<'_> {
                 None => self.wrong_form(value, format!("`{name}` is the path of one file"), asked)?,
             }),
             ValueType::File => return self.file(value, asked),
+            ValueType::FileWith(companion) => return self.file_with(value, asked, companion),
             ValueType::Flag => Bound::Flag(self.flag(value, name)?),
             ValueType::Choice(words) => Bound::Word(self.word(value, name, words)?),
             ValueType::NewName => Bound::Text(self.new_name(value, asked)?),
@@ -310,6 +312,46 @@ impl BlockBinder<'_> {
                 None
             }
         }
+    }
+
+    /// A text file, and the file that it names.
+    fn file_with(&mut self, value: &Value, asked: Asked, with: &Companion) -> Option<Located<Bound>> {
+        let Some(path) = text_of(value) else {
+            return self.wrong_form(value, "the path of a file, in quotes, is needed here".to_string(), asked);
+        };
+        let mut refuse = |text: String, e: Unreadable, written: &str, on_disk: &std::path::Path, note: &str| {
+            let d = Diagnostic::error(with.code, value.span, text).note(note);
+            self.diagnostics.push(match e.help {
+                Some(help) => d.help(help),
+                None if written == path => instead_of(d, written, on_disk),
+                None => d.help(format!("looked for {}", on_disk.display())),
+            });
+            None
+        };
+        let on_disk = self.files.folder.join(path);
+        let text = match self.files.read_with(path, with.if_no_text) {
+            Ok(text) => text,
+            Err(e) => {
+                let text = format!("cannot read `{path}`: {}", e.why);
+                return refuse(text, e, path, &on_disk, "paths are relative to the file that names them");
+            }
+        };
+        let companion = match (with.path)(&text) {
+            None => None,
+            Some(other) => {
+                let on_disk = on_disk.parent().unwrap_or(std::path::Path::new("")).join(&other);
+                match self.files.read_bytes(&on_disk, with.most, with.if_larger) {
+                    Ok(bytes) => Some(bytes.into()),
+                    Err(e) => {
+                        let text = format!("cannot read `{other}`, which `{path}` names: {}", e.why);
+                        let note = format!("the path in `{path}` is relative to the folder of that file");
+                        return refuse(text, e, &other, &on_disk, &note);
+                    }
+                }
+            }
+        };
+        let file = FileWith { path: path.to_string(), text, companion };
+        Some(Located { at: self.origins.add(value.span), value: Bound::FileWith(file) })
     }
 
     fn flag(&mut self, value: &Value, name: &str) -> Option<bool> {

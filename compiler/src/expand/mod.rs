@@ -210,7 +210,7 @@ pub(crate) fn read_files(
     e.modules
 }
 
-/// Returns the existing files that a spec reads: imported files, URDFs and files of layers, the recordings of its
+/// Returns the existing files that a spec reads: imported files, URDFs, files of layers, maps with their images, the recordings of its
 /// scenarios, and the specs that workers of its missions run, with the files that these read.
 pub fn files(input: &Input) -> Vec<PathBuf> {
     let (mut files, run) = files_and_specs(input);
@@ -237,6 +237,12 @@ fn files_and_specs(input: &Input) -> (Vec<PathBuf>, BTreeSet<PathBuf>) {
     for module in &e.modules {
         files.extend(module.urdfs().map(|urdf| input.folder.join(&module.folder).join(urdf)));
         files.extend(module.layers().map(|layers| input.folder.join(&module.folder).join(layers)));
+        for map in module.maps().map(|map| input.folder.join(&module.folder).join(map)) {
+            let text = read_file(&map).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+            let image = text.ok().and_then(|text| mission::occupancy::image_path(&text));
+            files.extend(image.map(|image| map.parent().unwrap_or(Path::new("")).join(image)));
+            files.push(map);
+        }
         files.extend(module.missing.iter().cloned());
     }
     files.extend(e.modules.first().into_iter().flat_map(Module::recordings).map(|file| input.folder.join(file)));

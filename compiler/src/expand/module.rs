@@ -65,6 +65,14 @@ impl Module {
         })
     }
 
+    /// Files of maps that the file's missions name.
+    pub fn maps(&self) -> impl Iterator<Item = &str> {
+        self.items.iter().filter_map(|item| match &item.kind {
+            ItemKind::Mission(mission) => text_of(&mission.settings.get("map")?.value),
+            _ => None,
+        })
+    }
+
     /// Specs that workers of the file's missions run.
     pub fn workers(&self) -> Vec<&str> {
         fn below<'m>(members: &'m [MissionMember], repeats: &'m [MissionRepeat], out: &mut Vec<&'m str>) {

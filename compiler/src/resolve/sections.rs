@@ -84,7 +84,9 @@ impl Resolver<'_> {
             ValueType::Sent => self.anything(value),
             ValueType::Spot => self.place_name(value),
             ValueType::List(ValueType::Spot) => value.items().iter().for_each(|v| self.place_name(v)),
-            ValueType::Text | ValueType::File | ValueType::NewName => self.offer(value, |_| C::Nothing),
+            ValueType::Text | ValueType::File | ValueType::FileWith(_) | ValueType::NewName => {
+                self.offer(value, |_| C::Nothing)
+            }
             ValueType::Urdf => self.urdf_path(value),
             ValueType::Spec => self.spec_path(value),
             ValueType::Flag => self.offer(value, |_| C::Words(&["true", "false"])),

@@ -99,6 +99,7 @@ mod tests {
                 holds,
                 ValueType::Text
                     | ValueType::File
+                    | ValueType::FileWith(_)
                     | ValueType::Urdf
                     | ValueType::Spec
                     | ValueType::List(ValueType::Text)

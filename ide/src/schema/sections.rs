@@ -72,6 +72,7 @@ fn held(holds: &ValueType) -> Value {
         ValueType::NewName => json!({ "type": "string", "pattern": values::NAME }),
         ValueType::Text
         | ValueType::File
+        | ValueType::FileWith(_)
         | ValueType::Urdf
         | ValueType::Spec
         | ValueType::Name(_)

@@ -7,6 +7,8 @@ use hierarq_mission::kinds::search::problem::{
     Agent, Boundary, Codependence, Fall, Planner, Problem, Rate, Source, SourceKind, Wall,
 };
 
+use hierarq_mission::occupancy::{Cell, OccupancyGrid};
+
 use crate::common::Random;
 
 pub fn agent(name: &str, human: bool, start: Point, speed: f64) -> Agent {
@@ -59,6 +61,7 @@ pub fn square(side: f64) -> Vec<Point> {
 pub fn problem(area: Vec<Point>, agents: Vec<Agent>, sources: Vec<Source>, horizon: f64) -> Problem {
     Problem {
         area,
+        occupancy: None,
         walls: Vec::new(),
         agents,
         sources,
@@ -194,5 +197,71 @@ pub fn floor(agents: usize, sources: usize) -> Problem {
         let at = [6.0 * room as f64 + random.within(1.0, 5.0), y];
         p.sources.push(source(&format!("s{i}"), at, 0.6, 4.0, random.within(4.0, 10.0), agents));
     }
+    p
+}
+
+/// A random map of this many columns and rows with walls, blocks and single cells, somewhere, in some direction.
+pub fn grid(seed: u64, columns: usize, rows: usize) -> OccupancyGrid {
+    let mut random = Random(seed.wrapping_mul(15_485_863).wrapping_add(29));
+    random.unit();
+    let mut cells = vec![Cell::Free; columns * rows];
+    for _ in 0..random.below(12) {
+        let (x, y) = (random.below(columns), random.below(rows));
+        let (w, h) = match random.below(3) {
+            0 => (1, 1 + random.below(rows)),
+            1 => (1 + random.below(columns), 1),
+            _ => (1 + random.below(3), 1 + random.below(3)),
+        };
+        let cell = if random.below(3) == 0 { Cell::Unknown } else { Cell::Occupied };
+        for row in y..(y + h).min(rows) {
+            // Walls have doors.
+            let door = random.below(4);
+            (x..(x + w).min(columns)).filter(|column| column % 4 != door).for_each(|x| cells[row * columns + x] = cell);
+        }
+    }
+    let origin = [random.within(-20.0, 20.0), random.within(-20.0, 20.0)];
+    let yaw = if random.unit() < 0.5 { 0.0 } else { random.within(-3.0, 3.0) };
+    OccupancyGrid::new("random.pgm".into(), [columns, rows], random.within(0.1, 0.6), origin, yaw, cells)
+        .expect("a map")
+}
+
+/// Two agents and four sources on free cells of a map.
+pub fn on_grid(map: OccupancyGrid, seed: u64) -> Problem {
+    let mut random = Random(seed + 1);
+    random.unit();
+    let mut place = || {
+        for _ in 0..1_000 {
+            let at = [random.within(0.0, map.columns as f64), random.within(0.0, map.rows as f64)];
+            if map.clear(map.to_ground(at), map.to_ground(at), 0.45 * map.resolution) {
+                return map.to_ground(at);
+            }
+        }
+        map.to_ground([0.5, 0.5])
+    };
+    let mut team = vec![agent("a0", false, place(), 1.0), agent("a1", true, place(), 0.8)];
+    team.iter_mut().for_each(|agent| agent.radius = 0.4 * map.resolution);
+    let sources = (0..4).map(|i| source(&format!("s{i}"), place(), map.resolution, 4.0, 5.0, 2)).collect();
+    let mut p = problem(map.corners().to_vec(), team, sources, 60.0);
+    p.planner.states = 1_000;
+    p.occupancy = Some(map);
+    p
+}
+
+/// The floor with its walls as cells of 0.1 m: 300 by 250 of them.
+pub fn mapped_floor(agents: usize, sources: usize) -> Problem {
+    let mut p = floor(agents, sources);
+    let (columns, rows) = (300, 250);
+    let free = |index: usize| {
+        let at = [(index % columns) as f64 * 0.1 + 0.05, (index / columns) as f64 * 0.1 + 0.05];
+        let near = |wall: &Wall| {
+            hierarq_mission::kinds::search::geometry::to_segment(at, wall.points[0], wall.points[1]) < 0.06
+        };
+        let edge =
+            index % columns == 0 || index % columns == columns - 1 || index < columns || index / columns == rows - 1;
+        if edge || p.walls.iter().any(near) { Cell::Occupied } else { Cell::Free }
+    };
+    let cells = (0..columns * rows).map(free).collect();
+    p.occupancy = OccupancyGrid::new("floor.pgm".into(), [columns, rows], 0.1, [0.0; 2], 0.0, cells);
+    p.walls.clear();
     p
 }

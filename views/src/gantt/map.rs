@@ -41,6 +41,7 @@ fn write(map: &Map, standing: &Standing, frame: &Frame, out: &mut String) -> std
             Shape::Sign { sign: form, at, title } => sign(*form, frame.at(*at), 1.0, title.as_deref(), out)?,
             Shape::Line { line: form, points, title } => line(*form, points, title.as_deref(), frame, out)?,
             Shape::Region { region: of, corners, title } => region(*of, corners, title.as_deref(), frame, out)?,
+            Shape::Regions { region: of, rectangles, title } => regions(*of, rectangles, title.as_deref(), frame, out)?,
             Shape::Name { at, text } => names.write(frame.at(*at), text, out)?,
         }
     }
@@ -108,16 +109,52 @@ fn path(points: &[[f64; 2]], frame: &Frame, out: &mut String) -> std::fmt::Resul
     Ok(())
 }
 
-fn region(of: Region, corners: &[[f64; 2]], title: Option<&str>, frame: &Frame, out: &mut String) -> std::fmt::Result {
-    let class = match of {
+fn class_of(region: Region) -> &'static str {
+    match region {
         Region::Ground => "ground",
         Region::Solid => "solid",
+        Region::Unknown => "unknown",
         Region::Attracts => "attracts",
         Region::Repels => "repels",
-    };
-    write!(out, "<path class=\"{class}\" d=\"")?;
+    }
+}
+
+fn region(of: Region, corners: &[[f64; 2]], title: Option<&str>, frame: &Frame, out: &mut String) -> std::fmt::Result {
+    write!(out, "<path class=\"{}\" d=\"", class_of(of))?;
     path(corners, frame, out)?;
     write!(out, " Z\"")?;
+    closed("path", title, out)
+}
+
+/// Rectangles as one path. Without an outline, since those that touch are one area.
+fn regions(
+    of: Region,
+    rectangles: &[[[f64; 2]; 4]],
+    title: Option<&str>,
+    frame: &Frame,
+    out: &mut String,
+) -> std::fmt::Result {
+    write!(out, "<path class=\"{} cells\" d=\"", class_of(of))?;
+    for corners in rectangles {
+        let [a, b, c, d] = corners.map(|corner| frame.at(corner));
+        if a[1] == b[1] && b[0] == c[0] {
+            write!(out, "M{} {}H{}V{}H{}Z", px(a[0]), px(a[1]), px(b[0]), px(c[1]), px(d[0]))?;
+        } else {
+            write!(
+                out,
+                "M{} {}L{} {} {} {} {} {}Z",
+                px(a[0]),
+                px(a[1]),
+                px(b[0]),
+                px(b[1]),
+                px(c[0]),
+                px(c[1]),
+                px(d[0]),
+                px(d[1])
+            )?;
+        }
+    }
+    write!(out, "\"")?;
     closed("path", title, out)
 }
 

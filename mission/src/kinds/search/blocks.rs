@@ -1,12 +1,14 @@
 //! The blocks of a search: keys with their types, units, ranges, defaults and texts.
 
-use blocks::{ByName, Key, MemberIndex, Members, Named, Place, ValueType, Word, block};
+use blocks::{ByName, Companion, FileWith, Key, Located, MemberIndex, Members, Named, Place, ValueType, Word, block};
 use quantities::Quantity;
 use quantities::dimension::{ANGLE, LENGTH, NONE, RATE, TIME, VELOCITY};
 
+use super::map_file::UNREADABLE;
 use super::problem::{Fall, SourceKind};
 use crate::declare::common::{A_LENGTH, A_SHARE, A_WEIGHT, LABEL};
 use crate::numbers::Range;
+use crate::occupancy::{MAX_IMAGE_BYTES, image_path};
 
 /// The agents, in the order of [`Problem::agents`](super::problem::Problem::agents).
 pub static AGENTS: Members = Members { noun: "agent", roles: &["robot", "human"] };
@@ -15,6 +17,17 @@ pub static SOURCES: Members = Members { noun: "source", roles: &["source"] };
 /// The walls, in the order of [`Problem::walls`](super::problem::Problem::walls).
 pub static WALLS: Members = Members { noun: "wall", roles: &["wall"] };
 
+/// The image that a map file names.
+static MAP: Companion = Companion {
+    code: UNREADABLE,
+    path: image_path,
+    most: MAX_IMAGE_BYTES,
+    if_larger: "crop it, or save the map with a larger `resolution`",
+    if_no_text: "name the YAML file of the map, which names its image",
+};
+
+/// The ground as a polygon, as an example.
+pub(super) const AREA: &str = "[[0, 0], [10, 0], [10, 8], [0, 8]] m";
 const POINTS: ValueType = ValueType::List(&ValueType::Pair(LENGTH));
 const SQUARE: &str = "[[0, 0], [4, 0], [4, 3], [0, 3]] m";
 const SOME_SOURCES: ValueType = ValueType::List(&ValueType::Name(Named::Own(&SOURCES)));
@@ -28,8 +41,11 @@ const fn count(least: f64, most: f64) -> ValueType {
 block! {
     /// A mission of the kind `search`.
     pub struct SearchBlock = SEARCH, "a search" {
-        /// Corners of the ground on which the agents move.
-        area: Vec<[f64; 2]> = required(POINTS, "[[0, 0], [10, 0], [10, 8], [0, 8]] m");
+        /// Corners of the ground on which the agents move. Default: the whole `map`, without which it is required.
+        area: Vec<[f64; 2]> = optional(POINTS, AREA);
+        /// Path of a map of ROS: the YAML file of `map_server`, which names an image (PGM or PNG). Agents move in its free cells;
+        /// occupied ones, unknown ones and everything outside it are blocked.
+        map: Option<Located<FileWith>> = optional(ValueType::FileWith(&MAP), "\"lab.yaml\"");
         /// Time, from the start on, in which rewards count.
         horizon: f64 = or(ValueType::Number(Quantity::above(TIME, 0.0)), "60 s");
         /// Number of goals that an agent considers after each action, `N_a`.

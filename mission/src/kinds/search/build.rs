@@ -4,6 +4,7 @@ use blocks::{Block, Help, MemberIndex, Snippet, Word};
 
 use super::blocks::{AgentBlock, RateBlock, SearchBlock, SourceBlock, WallBlock};
 use super::check::{Item, check};
+use super::map_file;
 use super::mission::{Search, members};
 use super::problem::{Agent, Boundary, Codependence, Fall, Planner, Problem, Rate, Source, SourceKind, Wall};
 use crate::declare::{DeclaredMember, DeclaredMission, Origins, Remark, Remarks, labels, mistaken};
@@ -15,6 +16,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
     let agents: Vec<&DeclaredMember> = declared.of("robot").chain(declared.of("human")).collect();
     let mut problem = Problem {
         area: settings.area,
+        occupancy: None,
         walls: Vec::new(),
         agents: Vec::new(),
         sources: Vec::new(),
@@ -32,6 +34,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
         },
         labels: Default::default(),
     };
+    map_file::add(declared, settings.map, &mut problem, &mut places, remarks);
     for member in declared.of("wall") {
         let item = Item::Wall(problem.walls.len());
         places.add(item, &member.settings);

@@ -4,6 +4,7 @@ use blocks::{Help, Snippet};
 
 use super::geometry::{Point, area, crosses_itself, length};
 use super::ground::{Body, Ground};
+use super::map_file;
 use super::problem::{Boundary, Fall, MAX_AGENTS, MAX_CORNERS, MAX_SOURCES, MAX_WALLS, Problem, Source, SourceKind};
 use super::ways::goals;
 use crate::declare::{Origins, Remark};
@@ -40,19 +41,21 @@ pub struct Mistake {
     pub text: String,
     /// Reason.
     pub note: Option<&'static str>,
+    /// Place in the image of the map, with its state.
+    pub pixel: Option<String>,
     /// A way out.
     pub help: Help,
 }
 
 impl Mistake {
-    fn new(
+    pub(super) fn new(
         code: &'static str,
         item: Item,
         keys: &'static [&'static str],
         text: String,
         help: impl Into<Help>,
     ) -> Mistake {
-        Mistake { code, item, keys, against: None, text, note: None, help: help.into() }
+        Mistake { code, item, keys, against: None, text, note: None, pixel: None, help: help.into() }
     }
 
     /// The mistake as an error at its place.
@@ -63,7 +66,8 @@ impl Mistake {
             _ => Remark::error(self.code, at, self.text),
         };
         let remark = remark.help(self.help);
-        let remark = self.note.map_or(remark.clone(), |note| remark.note(note));
+        let remark = self.note.into_iter().fold(remark, Remark::note);
+        let remark = self.pixel.into_iter().fold(remark, Remark::note);
         match self.against {
             Some((item, keys, words)) => remark.label(places.of(item, keys), words),
             None => remark,
@@ -351,6 +355,11 @@ fn reach(p: &Problem, found: &mut Vec<Mistake>) {
     let mut walled = false;
     for (i, agent) in p.agents.iter().enumerate() {
         let ground = Ground::new(p, &Body::of(agent));
+        if let Some(mistake) = map_file::start(p, i) {
+            found.push(mistake);
+            walled = true;
+            continue;
+        }
         if !ground.fits(agent.start) {
             let text = format!("`{}` starts in a wall, nearer to one than its radius, or outside the area", agent.name);
             let help = "write a free position, or a smaller `radius`";
@@ -381,6 +390,10 @@ fn reach(p: &Problem, found: &mut Vec<Mistake>) {
                 found.push(Mistake::new("HQ0943", item, &["targets"], text, "name another agent in `targets`"));
             }
         } else if source.kind != SourceKind::Action && source.attracts() && !reached[i] && !walled {
+            if let Some(mistake) = map_file::source(p, i) {
+                found.push(mistake);
+                continue;
+            }
             let text = format!("nobody who may consume `{}` can reach it", source.name);
             let help = "open a wall, let an agent pass it (`passes`), or move the source to a free position";
             let note =

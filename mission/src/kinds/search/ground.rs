@@ -2,6 +2,7 @@
 
 use super::geometry::{Point, area, bounds, distance, edges, inside, segments, to_segment};
 use super::problem::{Agent, Problem};
+use crate::occupancy::OccupancyGrid;
 
 /// Least clearance (m): a wall is not touched.
 const LEAST: f64 = 1e-6;
@@ -9,6 +10,8 @@ const LEAST: f64 = 1e-6;
 const CELL: f64 = 0.1;
 /// The most cells of the raster.
 const MOST_CELLS: f64 = 250_000.0;
+/// The most cells of the raster of a map, whose cells it joins if there are more.
+const MOST_MAP_CELLS: usize = 1_000_000;
 /// Buckets that a segment may cover before all walls are looked at.
 const MOST_BUCKETS: usize = 64;
 
@@ -46,6 +49,7 @@ pub struct Ground {
     columns: usize,
     rows: usize,
     width: f64,
+    map: Option<OccupancyGrid>,
 }
 
 impl Ground {
@@ -79,6 +83,7 @@ impl Ground {
             columns,
             rows,
             width,
+            map: problem.occupancy.clone(),
         };
         for (index, line) in lines.iter().enumerate() {
             let [low, high] = bounds(*line);
@@ -112,10 +117,15 @@ impl Ground {
         inside(p, &self.area)
             && !self.solids.iter().any(|solid| inside(p, solid))
             && self.buckets[row * self.columns + column].iter().all(far)
+            && self.map.as_ref().is_none_or(|map| map.clear(p, p, self.clearance))
     }
 
     /// Returns true if the body fits everywhere on a segment between two points where it fits.
     pub fn clear(&self, a: Point, b: Point) -> bool {
+        self.clear_of_lines(a, b) && self.map.as_ref().is_none_or(|map| map.clear(a, b, self.clearance))
+    }
+
+    fn clear_of_lines(&self, a: Point, b: Point) -> bool {
         let [low, high] = bounds([a, b]);
         let far = |line: &[Point; 2]| {
             let [c, d] = *line;
@@ -134,7 +144,7 @@ impl Ground {
         cells.all(|cell| self.buckets[cell].iter().all(|index| far(&self.lines[*index as usize])))
     }
 
-    /// Returns true if the body fits between any two points where it fits: there is no wall, and the area is convex.
+    /// Returns true if the body fits between any two points where it fits: there is no wall and no map, and the area is convex.
     pub fn clear_everywhere(&self) -> bool {
         let count = self.area.len();
         let turn = |i: usize| {
@@ -142,7 +152,7 @@ impl Ground {
             (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
         };
         let convex = (0..count).all(|i| turn(i) >= 0.0) || (0..count).all(|i| turn(i) <= 0.0);
-        convex && self.lines.len() == count
+        convex && self.lines.len() == count && self.map.is_none()
     }
 
     /// Area of the ground, walls included (m^2).
@@ -150,12 +160,21 @@ impl Ground {
         area(&self.area)
     }
 
-    /// A raster of the ground for a search from cell to cell.
+    /// A raster of the ground for a search from cell to cell. On a map its cells are those of the map, or squares of them on
+    /// a map of more than a million.
     pub fn raster(&self) -> Raster<'_> {
+        if let Some(map) = &self.map {
+            let mut joined = 1;
+            while map.columns.div_ceil(joined) * map.rows.div_ceil(joined) > MOST_MAP_CELLS {
+                joined += 1;
+            }
+            let (columns, rows) = (map.columns.div_ceil(joined), map.rows.div_ceil(joined));
+            return Raster { ground: self, cell: joined as f64 * map.resolution, joined, columns, rows };
+        }
         let size = [self.corners[1][0] - self.corners[0][0], self.corners[1][1] - self.corners[0][1]];
         let cell = (size[0] * size[1] / MOST_CELLS).sqrt().max(CELL);
         let count = |length: f64| ((length / cell).ceil() as usize).max(1);
-        Raster { ground: self, cell, columns: count(size[0]), rows: count(size[1]) }
+        Raster { ground: self, cell, joined: 1, columns: count(size[0]), rows: count(size[1]) }
     }
 }
 
@@ -165,24 +184,36 @@ pub struct Raster<'g> {
     ground: &'g Ground,
     /// Width of a cell (m).
     pub cell: f64,
+    /// Number of cells of the map on a side of a cell.
+    joined: usize,
     columns: usize,
     rows: usize,
 }
 
 impl Raster<'_> {
     fn middle(&self, cell: usize) -> Point {
+        let [column, row] = [cell % self.columns, cell / self.columns].map(|i| i as f64 + 0.5);
+        if let Some(map) = &self.ground.map {
+            let joined = self.joined as f64;
+            return map.to_ground([column * joined, row * joined]);
+        }
         let [x, y] = self.ground.corners[0];
-        [
-            x + (cell % self.columns) as f64 * self.cell + self.cell / 2.0,
-            y + (cell / self.columns) as f64 * self.cell + self.cell / 2.0,
-        ]
+        [x + column * self.cell, y + row * self.cell]
+    }
+
+    /// Column and row of a point, which may be outside the raster.
+    fn place(&self, p: Point) -> [f64; 2] {
+        match &self.ground.map {
+            Some(map) => map.to_cells(p).map(|x| (x / self.joined as f64).floor()),
+            None => [0, 1].map(|axis| ((p[axis] - self.ground.corners[0][axis]) / self.cell).floor()),
+        }
     }
 
     /// Cells around a point whose middles the body reaches straight from it.
     fn around(&self, p: Point) -> Vec<usize> {
-        let [x, y] = self.ground.corners[0];
-        let index = |d: f64, count: usize| (((d / self.cell).floor()) as isize).clamp(0, count as isize - 1);
-        let (column, row) = (index(p[0] - x, self.columns), index(p[1] - y, self.rows));
+        let [column, row] = self.place(p);
+        let index = |x: f64, count: usize| (x as isize).clamp(0, count as isize - 1);
+        let (column, row) = (index(column, self.columns), index(row, self.rows));
         let mut found = Vec::new();
         for (dc, dr) in (-2..=2).flat_map(|dr| (-2..=2).map(move |dc| (dc, dr))) {
             let (c, r) = (column + dc, row + dr);

@@ -1,6 +1,7 @@
 //! The map of a search: the area with its walls, the boundaries of sources, and the ways of the agents.
 
 use crate::map::{Line, Map, Region, Shape, Sign};
+use crate::occupancy::Cell;
 
 use super::geometry::Point;
 use super::plan::{Activity, Phase};
@@ -8,10 +9,21 @@ use super::problem::{Boundary, Problem, Source, SourceKind};
 
 /// Corners of a circle.
 const CORNERS: usize = 32;
+/// The most rectangles of the cells of a map, about 30 bytes each in a drawing.
+const MOST_RECTANGLES: usize = 3_000;
 
 /// The map of activities.
 pub fn map(problem: &Problem, activities: &[Activity]) -> Map {
     let mut shapes = vec![Shape::Region { region: Region::Ground, corners: problem.area.clone(), title: None }];
+    if let Some(map) = &problem.occupancy {
+        for (cell, region) in [(Cell::Unknown, Region::Unknown), (Cell::Occupied, Region::Solid)] {
+            let rectangles = map.rectangles(cell, MOST_RECTANGLES);
+            if !rectangles.is_empty() {
+                let title = Some(format!("{} in {}", cell.name(), map.image));
+                shapes.push(Shape::Regions { region, rectangles, title });
+            }
+        }
+    }
     for wall in &problem.walls {
         let title = Some(problem.labels.member(&wall.name).to_string());
         shapes.push(match wall.solid {

@@ -17,6 +17,7 @@ pub mod geometry;
 pub mod greedy;
 pub mod ground;
 pub mod map;
+mod map_file;
 mod mission;
 mod pages;
 pub mod plan;
@@ -29,6 +30,7 @@ mod text;
 pub mod tree;
 pub mod tree_search;
 pub mod validate;
+mod validate_map;
 pub mod ways;
 
 pub use self::mission::{KIND, Search};

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::geometry::{self, Point, distance, edges, inside, to_segment};
 use crate::labels::Labels;
+use crate::occupancy::OccupancyGrid;
 
 /// The most agents.
 pub const MAX_AGENTS: usize = 16;
@@ -23,6 +24,9 @@ pub const TOUCHES: f64 = 1e-9;
 pub struct Problem {
     /// Corners of the ground on which agents move (m).
     pub area: Vec<Point>,
+    /// A map of the ground, on which agents move in free cells alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub occupancy: Option<OccupancyGrid>,
     /// Walls and solid obstacles.
     pub walls: Vec<Wall>,
     /// The team.

@@ -6,6 +6,8 @@ use names::list;
 use quantities::number;
 
 use super::mission::Search;
+use crate::occupancy::Cell;
+
 use super::problem::{Boundary, Fall, Problem, Rate, Source};
 
 /// The text of a mission with this name.
@@ -31,6 +33,12 @@ fn write(name: &str, p: &Problem, out: &mut String) -> std::fmt::Result {
         number(super::geometry::area(&p.area)),
         number(p.horizon)
     )?;
+    if let Some(map) = &p.occupancy {
+        let percent = |of: Cell| number((1000.0 * map.share(of)).round() / 10.0);
+        let (free, unknown) = (percent(Cell::Free), percent(Cell::Unknown));
+        let cells = format!("{} by {} cells of {} m", map.columns, map.rows, number(map.resolution));
+        writeln!(out, "  map {}: {cells}, {free} % free, {unknown} % unknown", map.image)?;
+    }
     writeln!(out, "\n  {:<16} {:<6} {:>16} {:>10} {:>10}", "agent", "", "start, m", "speed, m/s", "radius, m")?;
     for agent in &p.agents {
         let role = if agent.human { "human" } else { "robot" };

@@ -6,6 +6,7 @@ use std::fmt;
 use super::geometry::{Point, Pose, edges, inside, segments};
 use super::plan::{Activity, Phase, Plan};
 use super::problem::{EMPTY, Problem, Source, SourceKind};
+use super::validate_map::enters_blocked;
 
 /// Tolerance for times (s), lengths (m) and rewards relative to the largest.
 const TOLERANCE: f64 = 1e-6;
@@ -78,6 +79,13 @@ fn sequence(problem: &Problem, plan: &Plan, agent: usize, found: &mut Vec<Violat
                 }
                 if let Some(wall) = way.windows(2).find_map(|w| blocked(problem, agent, w[0], w[1])) {
                     wrong(format!("a way is nearer to {wall} than its radius"));
+                }
+                let map = problem.occupancy.as_ref();
+                if let Some(at) = map.and_then(|map| enters_blocked(map, who.radius - TOLERANCE, way)) {
+                    wrong(format!(
+                        "a way is nearer than its radius to a cell of the map at ({:.3}, {:.3}) m",
+                        at[0], at[1]
+                    ));
                 }
             }
             Phase::Staying | Phase::Waiting if way.len() != 1 => wrong("it moves while it stays".into()),
