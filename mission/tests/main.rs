@@ -17,5 +17,6 @@ mod random;
 mod refusals;
 mod search;
 mod search_execution;
+mod search_messages;
 mod searched;
 mod thesis;

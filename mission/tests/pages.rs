@@ -173,8 +173,12 @@ fn requests_of_a_search_that_come_too_late_are_told_so() {
     let anna = |body: Value| Request { from: Client::Person(1), body };
     let done = |activity: usize| anna(json!({ "what": "done", "activity": activity }));
     for request in [
-        anna(json!({ "what": "pose" })),
-        anna(json!({ "what": "pose", "at": [1e300, 0] })),
+        anna(json!({ "what": "my_pose" })),
+        anna(json!({ "what": "my_pose", "number": 0 })),
+        anna(json!({ "what": "my_pose", "number": 0, "to": [1e300, 0] })),
+        anna(json!({ "what": "my_pose", "number": 0, "to": [4, 4], "at": [4, 4] })),
+        anna(json!({ "what": "robot_goal", "number": 0, "to": [4, 4] })),
+        anna(json!({ "what": "robot_goal", "number": 0, "agent": 9, "to": [4, 4] })),
         anna(json!({ "what": "done" })),
         anna(json!({ "what": "failed", "activity": 0 })),
         Request { from: Client::Supervisor, body: json!({ "what": "lost", "member": 2 }) },
@@ -183,9 +187,16 @@ fn requests_of_a_search_that_come_too_late_are_told_so() {
         let reply = on.press(request.clone());
         assert!(matches!(reply, Err(Refusal::Invalid(_))), "{request:?} {reply:?}");
     }
-    for request in
-        [done(1), anna(json!({ "what": "pose", "at": [-1, 3] })), anna(json!({ "what": "pose", "at": [0.1, 3] }))]
-    {
+    for request in [
+        done(1),
+        anna(json!({ "what": "my_pose", "number": 0, "to": [-1, 3] })),
+        anna(json!({ "what": "my_pose", "number": 0, "to": [0.1, 3] })),
+        anna(json!({ "what": "my_goal", "number": 0, "to": [0.1, 3] })),
+        anna(json!({ "what": "robot_goal", "number": 0, "agent": 1, "to": [4, 4] })),
+        anna(json!({ "what": "my_pose", "number": 0, "to": [4, 4], "time": 30 })),
+        anna(json!({ "what": "my_pose", "number": 3, "to": [4, 4] })),
+        anna(json!({ "what": "free", "number": 0, "agent": 1 })),
+    ] {
         let reply = on.press(request.clone());
         assert!(matches!(reply, Err(Refusal::NotNow(_))), "{request:?} {reply:?}");
     }
@@ -193,4 +204,42 @@ fn requests_of_a_search_that_come_too_late_are_told_so() {
     assert!(on.press(done(0)).unwrap().starts_with("Noted: done at"));
     assert_eq!(on.press(done(0)).unwrap(), "This activity is done already.");
     assert_eq!(on.journal.len(), 1);
+}
+
+/// Each message has its effect once: one that comes twice is noted already, one that is older than the last is refused, and so
+/// is one from the future. The roles follow from the goals that are told.
+#[test]
+fn messages_of_a_person_count_once() {
+    let settings = ServeSettings { sampled: None, reporting: vec![1], nodes: Some(500) };
+    let mission = Search { problem: light_and_panel(true) };
+    let mut on = Recorded { session: MissionSession::new(&mission, &settings).unwrap(), journal: Vec::new() };
+    on.session.advance(2.0);
+    let anna = |body: Value| Request { from: Client::Person(1), body };
+    let detail = |on: &Recorded| on.session.data(true).people[&1].content.detail.clone().unwrap();
+    assert!(detail(&on).contains("leader-follower"));
+    let goal = anna(json!({ "what": "my_goal", "number": 0, "to": [4, 4], "time": 1.5 }));
+    assert_eq!(on.press(goal.clone()).unwrap(), "Noted: you go to (4.0, 4.0) m. There is a new plan.");
+    assert_eq!(on.press(goal).unwrap(), "This message is noted already.");
+    assert!(detail(&on).contains("peer-to-peer"));
+    let robot = anna(json!({ "what": "robot_goal", "number": 1, "agent": 0, "to": [2, 7] }));
+    assert_eq!(on.press(robot).unwrap(), "Noted: robot goes to (2.0, 7.0) m. There is a new plan.");
+    assert!(detail(&on).contains("master-slave"));
+    let late = on.press(anna(json!({ "what": "my_pose", "number": 2, "to": [5, 2], "time": 1 })));
+    assert!(matches!(&late, Err(Refusal::NotNow(why)) if why.contains("later message")), "{late:?}");
+    let future = on.press(anna(json!({ "what": "my_pose", "number": 2, "to": [5, 2], "time": 90 })));
+    assert!(matches!(&future, Err(Refusal::NotNow(why)) if why.contains("future: it says 1:30")), "{future:?}");
+    assert!(on.press(anna(json!({ "what": "free", "number": 2, "agent": 1 }))).is_ok());
+    assert!(detail(&on).contains("leader-leader"));
+    assert_eq!(on.journal.len(), 3);
+    let page = &on.session.data(true).people[&1].content;
+    assert!(
+        page.groups.iter().any(|group| group.heading == "Messages, sent: 1 goal, 1 robot goal"),
+        "{:?}",
+        page.groups
+    );
+    let buttons: Vec<&str> = page.groups.iter().flat_map(|group| &group.buttons).map(|button| button.text).collect();
+    for text in ["My pose", "My goal", "Robot goal", "Robot pose", "Replan"] {
+        assert_eq!(buttons.iter().filter(|button| **button == text).count(), 1, "{buttons:?}");
+    }
+    assert_eq!(page.map.as_ref().map(|map| map.marks.len()), Some(2));
 }

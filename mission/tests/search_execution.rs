@@ -53,11 +53,16 @@ fn random_events_leave_everything_sound() {
         let mut random = Random(seed + 3);
         random.unit();
         let (mut time, mut handled) = (0.0, 0);
-        for _ in 0..12 {
-            time += random.within(0.1, 2.0);
+        for _ in 0..30 {
+            time += random.within(0.05, 1.0);
             run.advance(time);
             let member = random.below(3);
-            let event = match random.below(5) {
+            let place = Detail::Point([random.within(-1.0, 12.0), random.within(-1.0, 12.0)]);
+            let messages = ["my_pose", "my_goal", "robot_goal", "robot_pose", "strays"];
+            let event = match random.below(11) {
+                5 => Event::of("seen", member),
+                6 => Event::of("free", member),
+                7.. => Event::of(messages[random.below(5)], member).and("to", place),
                 0 => Event::of("late", member).and("by", Detail::Number(random.within(-1.0, 3.0))),
                 1 => Event::of("moved", member)
                     .and("to", Detail::Point([random.within(-1.0, 12.0), random.within(-1.0, 12.0)])),
@@ -71,9 +76,11 @@ fn random_events_leave_everything_sound() {
                 Err(why) => assert!(!why.is_empty() && before == (run.log_len(), run.row()), "{event:?}"),
             }
             for (index, agent) in p.agents.iter().enumerate() {
-                let [x, y, _] = run.measure("position", Some(index));
-                let body = Body { radius: agent.radius - 1e-6, ..Body::of(agent) };
-                assert!(Ground::new(&p, &body).fits([x, y]), "seed {seed}: {} at {x}, {y}", agent.name);
+                for name in ["position", "believed"] {
+                    let [x, y, _] = run.measure(name, Some(index));
+                    let body = Body { radius: agent.radius - 1e-6, ..Body::of(agent) };
+                    assert!(Ground::new(&p, &body).fits([x, y]), "seed {seed}: {} at {x}, {y}", agent.name);
+                }
             }
             for (index, source) in p.sources.iter().enumerate() {
                 let [pool, given] = ["pool", "reward"].map(|name| run.measure(name, Some(3 + index))[0]);

@@ -41,8 +41,17 @@ pub const EXAMPLES: &[&str] = &[
 ];
 
 /// Stems of the examples that declare missions without a robot; each exists in both syntaxes.
-pub const MISSIONS: &[&str] =
-    &["vineyard", "vineyard_day", "vineyard_picker", "letters", "letters_day", "supermarket", "panel", "hazards", "lab"];
+pub const MISSIONS: &[&str] = &[
+    "vineyard",
+    "vineyard_day",
+    "vineyard_picker",
+    "letters",
+    "letters_day",
+    "supermarket",
+    "panel",
+    "hazards",
+    "lab",
+];
 
 /// Computes the velocity of a link in the world (m/s), by central differences of its position.
 pub fn velocity_by_differences(tick: &Tick, link: &str) -> nalgebra::Vector3<f64> {

@@ -22,6 +22,7 @@ fn agent(name: &str, human: bool, start: [f64; 2]) -> Agent {
         unaware: Vec::new(),
         spread: 0.0,
         lost: false,
+        told: None,
     }
 }
 
@@ -110,8 +111,12 @@ fn a_person_reports_and_the_robot_follows() {
 fn positions_are_reported_and_impossible_ones_rejected() {
     let on = running(&Options { speed: 1.0, begin: true, ..Options::default() });
     let (anna, supervisor) = (on.open(ANNA), on.supervisor());
-    let state = anna.until(may("pose"));
-    assert_eq!(button(&state, "pose")["point"]["key"], "at");
+    let state = anna.until(may("my_pose"));
+    assert_eq!(button(&state, "my_pose")["point"]["key"], "to");
+    assert_eq!(state["person"]["map"]["marks"].as_array().map(Vec::len), Some(2));
+    let map = anna.get("/person/1/map.svg").body;
+    assert!(map.starts_with("<svg") && map.contains("light"), "{map}");
+    assert_eq!(anna.get("/supervisor/map.svg").status, 401);
     let events = |state: &Json| state["events"].clone();
     let before = events(&supervisor.until(|state| state["events"].as_array().is_some_and(|all| all.len() > 1)));
     for (at, status, why) in [
@@ -120,17 +125,17 @@ fn positions_are_reported_and_impossible_ones_rejected() {
         (json!([1e300, 2]), 400, "`to`"),
         (json!("here"), 400, ""),
     ] {
-        let refused = anna.tell(json!({ "what": "pose", "at": at }));
+        let refused = anna.tell(json!({ "what": "my_pose", "number": 0, "to": at }));
         assert!(refused.status == status && refused.said().contains(why), "{refused:?}");
     }
     assert_eq!(events(&supervisor.state()), before, "a rejected position changes nothing");
-    let noted = anna.tell(json!({ "what": "pose", "at": [4, 4] })).said();
+    let noted = anna.tell(json!({ "what": "my_pose", "number": 0, "to": [4, 4] })).said();
     assert_eq!(noted, "Noted: you are at (4.0, 4.0) m. There is a new plan.");
-    assert!(supervisor.state()["events"].to_string().contains("Anna & Co is at (4.0, 4.0) m"));
+    assert!(supervisor.state()["events"].to_string().contains("Anna & Co says to be at (4.0, 4.0) m"));
     let state = supervisor.state();
     let at = &row(&state, SHE)["at"];
     assert!(at[0].as_f64().is_some_and(|x| (3.9..8.0).contains(&x)), "{at}");
-    assert!(anna.tell(json!({ "what": "replan" })).said().starts_with("Noted. "));
+    assert!(anna.tell(json!({ "what": "replan", "number": 1 })).said().starts_with("Noted. "));
 }
 
 #[test]
@@ -174,8 +179,8 @@ fn a_search_goes_on_where_its_journal_ends() {
     let on = running(&options(true));
     let (anna, supervisor) = (on.open(ANNA), on.supervisor());
     anna.until(may("done"));
-    anna.tell(json!({ "what": "pose", "at": [6, 3] }));
-    anna.tell(json!({ "what": "replan" }));
+    anna.tell(json!({ "what": "my_pose", "number": 0, "to": [6, 3] }));
+    anna.tell(json!({ "what": "replan", "number": 1 }));
     supervisor.tell(json!({ "what": "stop" }));
     let lasting = |state: &Json| json!([state["events"], state["status"], state["numbers"], state["members"]]);
     let before = lasting(&supervisor.state());

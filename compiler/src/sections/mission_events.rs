@@ -53,7 +53,28 @@ pub static EVENT: BlockSchema = BlockSchema {
             SOMEBODY,
             "Of a schedule: from then on, this agent works at another place, given by `to`, a point on the ground.",
         ),
-        Key::optional("to", ValueType::Pair(LENGTH), "Of `moved`: the new place."),
+        Key::optional(
+            "to",
+            ValueType::Pair(LENGTH),
+            "Of `moved`: the new place; of messages and `strays`: the place that is told, or gone to.",
+        ),
+        Key::optional("my_pose", ValueType::Name(Named::Person), "Of a search: this person says where they are, `to`."),
+        Key::optional(
+            "my_goal",
+            ValueType::Name(Named::Person),
+            "Of a search: this person says where they go next, `to`. The plan is made around it.",
+        ),
+        Key::optional("robot_goal", SOMEBODY, "Of a search: a person sends this robot to a place, `to`."),
+        Key::optional("robot_pose", SOMEBODY, "Of a search: a person says where this robot is, `to`."),
+        Key::optional("free", SOMEBODY, "Of a search: the goal that was told for this agent is withdrawn."),
+        Key::optional("replan", ValueType::Name(Named::Person), "Of a search: this person asks for a new plan."),
+        Key::optional(
+            "strays",
+            ValueType::Name(Named::Person),
+            "Of a search: this person leaves the plan for a place, `to`, and tells nobody. The others believe the person to follow \
+             the plan, until the person is seen or says where they are.",
+        ),
+        Key::optional("seen", ValueType::Name(Named::Person), "Of a search: the others see where this person is."),
         Key::optional("lost", SOMEBODY, "This robot breaks down, or this agent leaves."),
         Key::optional(
             "back",

@@ -23,6 +23,7 @@ pub fn agent(name: &str, human: bool, start: Point, speed: f64) -> Agent {
         unaware: Vec::new(),
         spread: 0.0,
         lost: false,
+        told: None,
     }
 }
 

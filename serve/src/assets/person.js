@@ -1,10 +1,16 @@
 // The page of one person of a mission. Buttons and questions come from the server, each with the request that it sends.
 
-import { byId, clock, el, listen, may, say, tell, time } from './common.js';
+import { byId, clock, el, listen, may, online, say, tell, time } from './common.js';
+import { fetchPicture, moveMarks, placePicker, pointForm } from './map.js';
+
+byId('places').append(pointForm());
+const choose = placePicker();
 
 let person = null;
 let formKey = null;
 let groupKey = null;
+let drawn = null;
+let drawing = false;
 
 function show(state) {
   person = state.person;
@@ -19,6 +25,8 @@ function show(state) {
     (m) => `${m.name}: ${m.seconds === null ? 'running' : clock(m.seconds)}`).join(', ');
   groups();
   form();
+  byId('places').hidden = !person.map;
+  draw();
   const steps = person.steps.map((step) => el('li', { class: step.state }, el('span', { class: 'at' }, clock(step.at)), step.text));
   byId('plan').replaceChildren(...(steps.length ? steps : [el('li', { class: 'quiet' }, 'Nothing is planned for you.')]));
   byId('messages').replaceChildren(...person.messages.map(
@@ -47,11 +55,26 @@ function press(id) {
   const find = () => buttons().find((b) => b.id === id);
   const button = find();
   if (!button) return;
+  if (button.point) return choose(find);
   may(byId(id), false);
   say('Sending…');
   tell(button.request).then((reply) => {
     if (!reply && find()) may(byId(id), find().enabled);
   });
+}
+
+/** Fetches the map whenever it has changed, at most every two seconds. */
+async function draw() {
+  if (drawing || !person.map) return;
+  drawing = true;
+  while (person.map && person.map.drawing !== drawn && online()) {
+    const version = person.map.drawing;
+    await fetchPicture('map');
+    drawn = version;
+    tick();
+    await new Promise((resolve) => { setTimeout(resolve, 2000); });
+  }
+  drawing = false;
 }
 
 /** Shows the questions of a form once; answers stay while the page redraws. */
@@ -103,6 +126,7 @@ function tick() {
   byId('count').hidden = left === null;
   if (left !== null) byId('count').textContent = left >= 0 ? clock(left) : `${clock(-left)} late`;
   byId('detail').textContent = person.detail ?? '';
+  if (person.map) moveMarks(person.map.marks);
 }
 
 listen(show);

@@ -1,13 +1,14 @@
 // The page of the supervisor: the plan, the map, events, and requests. Buttons come from the server, each with the request that
 // it sends.
 
-import { byId, clock, el, listen, may, online, say, tell, time } from './common.js';
+import { byId, clock, el, listen, may, online, tell, time } from './common.js';
+import { fetchPicture, moveMarks, placePicker, pointForm } from './map.js';
 
-const SVG = 'http://www.w3.org/2000/svg';
+byId('places').append(pointForm());
+const choose = placePicker();
 let state = null;
 let drawn = -1;
 let drawing = false;
-let pointing = null;
 
 function show(next) {
   state = next;
@@ -58,7 +59,7 @@ function button(data, size = '') {
   let sure = false;
   const reset = () => { sure = false; node.textContent = data.text; node.classList.remove('sure'); };
   node.addEventListener('click', () => {
-    if (data.point) return choose(data);
+    if (data.point) return choose(() => data);
     if (!data.confirm) return tell(data.request);
     if (sure) {
       reset();
@@ -79,34 +80,6 @@ async function invite(row) {
   byId('invited').replaceChildren(`For ${row.name}, opens once: `, el('code', {}, location.origin + answer.link));
 }
 
-function choose(data) {
-  pointing = data;
-  byId('prompt').textContent = data.point.prompt;
-  byId('point').hidden = false;
-  byId('x').focus();
-}
-
-function chosen() {
-  pointing = null;
-  byId('point').hidden = true;
-}
-
-byId('cancel').addEventListener('click', chosen);
-byId('point').addEventListener('submit', (event) => {
-  event.preventDefault();
-  const point = [byId('x').valueAsNumber, byId('y').valueAsNumber];
-  if (pointing === null || !point.every(Number.isFinite)) return say('Two numbers are needed.', true);
-  tell({ ...pointing.request, [pointing.point.key]: point }).then((reply) => { if (reply) chosen(); });
-});
-byId('map').addEventListener('click', (event) => {
-  const svg = byId('map').querySelector('svg');
-  const frame = svg?.querySelector('g.robots');
-  if (pointing === null || !frame) return;
-  const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
-  const { x, y, scale } = frame.dataset;
-  byId('x').value = ((at.x - x) / scale).toFixed(2);
-  byId('y').value = ((y - at.y) / scale).toFixed(2);
-});
 byId('run').addEventListener('click', () => tell({ what: state.running ? 'stop' : 'run' }));
 
 const pause = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
@@ -117,12 +90,7 @@ async function draw() {
   drawing = true;
   while (state.drawing !== drawn && online()) {
     const version = state.drawing;
-    for (const id of ['gantt', 'map']) {
-      const text = await fetch(`${id}.svg`).then((answer) => (answer.ok ? answer.text() : ''), () => '');
-      const root = new DOMParser().parseFromString(text, 'image/svg+xml').documentElement;
-      if (root.namespaceURI !== SVG || root.querySelector('parsererror')) continue;
-      byId(id).replaceChildren(document.importNode(root, true));
-    }
+    for (const id of ['gantt', 'map']) await fetchPicture(id);
     drawn = version;
     tick();
     await pause(2000);
@@ -144,13 +112,7 @@ function tick() {
     const line = present.querySelector('path.now');
     line.setAttribute('d', line.getAttribute('d').replace(/^M[\d.]+/, `M${x.toFixed(1)}`));
   }
-  const frame = byId('map').querySelector('g.robots');
-  state.members.filter((row) => row.at).forEach((row, index) => {
-    const mark = frame?.children[index];
-    if (!mark) return;
-    const { x, y, scale } = frame.dataset;
-    mark.setAttribute('transform', `translate(${(Number(x) + row.at[0] * scale).toFixed(1)} ${(y - row.at[1] * scale).toFixed(1)})`);
-  });
+  moveMarks(state.members.filter((row) => row.at).map((row) => row.at));
 }
 
 listen(show);

@@ -62,6 +62,7 @@ pub fn router(app: Arc<App>, hosts: Hosts) -> Router {
         .route("/person/{member}/", get(person_page))
         .route("/person/{member}/state", get(person_state))
         .route("/person/{member}/events", get(person_events))
+        .route("/person/{member}/map.svg", get(person_map_svg))
         .route("/person/{member}/tell", get(wrong_method).post(person_tell))
         .route("/supervisor/", get(supervisor_page))
         .route("/supervisor/state", get(supervisor_state))
@@ -310,22 +311,39 @@ fn events(app: Arc<App>, role: Role, headers: &HeaderMap) -> Response {
 }
 
 async fn gantt_svg(State(app): Shared, headers: HeaderMap) -> Response {
-    picture(&app, &headers, |published| {
+    picture(&app, Role::Supervisor, &headers, |published| {
         let look = gantt::Look { now: Some(published.clock.time), until: None, styled: false };
         gantt::picture(&published.pages.chart, &look)
     })
 }
 
 async fn map_svg(State(app): Shared, headers: HeaderMap) -> Response {
-    picture(&app, &headers, |published| {
+    picture(&app, Role::Supervisor, &headers, |published| {
         let robots = published.pages.supervisor.members.iter().filter_map(|row| row.activity.at).collect();
-        let standing = gantt::Standing { robots, styled: false };
-        gantt::map(&published.pages.map, &standing)
+        map_of(published, robots)
     })
 }
 
-fn picture(app: &App, headers: &HeaderMap, draw: impl FnOnce(&Published) -> String) -> Response {
-    if let Err(refused) = app.session(Role::Supervisor, headers) {
+/// The map, for a person who sees it.
+async fn person_map_svg(State(app): Shared, Path(path): Path<String>, headers: HeaderMap) -> Response {
+    let role = person(&path);
+    let marks = |published: &Published| match role {
+        Role::Person(member) => Some(published.pages.people.get(&member)?.content.map.as_ref()?.marks.clone()),
+        Role::Supervisor => None,
+    };
+    // A person without a map gets nothing, even if signed in.
+    if app.session(role, &headers).is_ok() && marks(&app.engine.published.borrow()).is_none() {
+        return nothing().await;
+    }
+    picture(&app, role, &headers, |published| map_of(published, marks(published).unwrap_or_default()))
+}
+
+fn map_of(published: &Published, robots: Vec<[f64; 2]>) -> String {
+    gantt::map(&published.pages.map, &gantt::Standing { robots, styled: false })
+}
+
+fn picture(app: &App, role: Role, headers: &HeaderMap, draw: impl FnOnce(&Published) -> String) -> Response {
+    if let Err(refused) = app.session(role, headers) {
         return *refused;
     }
     let published = app.engine.published.borrow().clone();

@@ -1,5 +1,6 @@
 //! Data of the pages, sent as JSON.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -59,6 +60,18 @@ pub struct PersonContent {
     pub form: Option<Form>,
     /// The steps of the plan.
     pub steps: Vec<Step>,
+    /// The map, if people see it: the one of the supervisor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map: Option<PersonMap>,
+}
+
+/// The map on a person's page.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PersonMap {
+    /// Changes whenever the map does.
+    pub drawing: usize,
+    /// Positions (m) of the moving marks, in the order of the robots of the [`Map`].
+    pub marks: Vec<[f64; 2]>,
 }
 
 /// Buttons under a heading.
@@ -74,7 +87,7 @@ pub struct ButtonGroup {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Button {
     /// Identifier, unique on a person's page and in a row of the supervisor's.
-    pub id: &'static str,
+    pub id: Cow<'static, str>,
     /// Text.
     pub text: &'static str,
     /// Explanation under the pointer.
@@ -93,12 +106,12 @@ pub struct Button {
 
 impl Button {
     /// A plain button.
-    pub fn new(id: &'static str, text: &'static str, enabled: bool, request: Value) -> Button {
-        Button { id, text, title: None, enabled, main: false, confirm: false, point: None, request }
+    pub fn new(id: impl Into<Cow<'static, str>>, text: &'static str, enabled: bool, request: Value) -> Button {
+        Button { id: id.into(), text, title: None, enabled, main: false, confirm: false, point: None, request }
     }
 
     /// A prominent button.
-    pub fn main(id: &'static str, text: &'static str, enabled: bool, request: Value) -> Button {
+    pub fn main(id: impl Into<Cow<'static, str>>, text: &'static str, enabled: bool, request: Value) -> Button {
         Button { main: true, ..Button::new(id, text, enabled, request) }
     }
 }

@@ -81,6 +81,7 @@ fn agent(member: &DeclaredMember) -> Agent {
         unaware: indices(&block.unaware),
         spread: block.spread,
         lost: false,
+        told: None,
     }
 }
 

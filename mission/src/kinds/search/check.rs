@@ -396,8 +396,9 @@ fn reach(p: &Problem, found: &mut Vec<Mistake>) {
             }
             let text = format!("nobody who may consume `{}` can reach it", source.name);
             let help = "open a wall, let an agent pass it (`passes`), or move the source to a free position";
-            let note =
-                Some("ways are searched on a grid of 0.1 m, coarser on a large area, with the radius of each agent");
+            let note = Some(
+                "ways are searched on a grid of 0.1 m or over the cells of the map, coarser on large ones, with the radius of each agent",
+            );
             found.push(Mistake { note, ..Mistake::new("HQ0943", item, BOUNDARY, text, help) });
         }
     }

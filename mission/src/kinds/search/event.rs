@@ -15,16 +15,24 @@ pub(super) fn typed(problem: &Problem, of: &Named) -> Result<Event, String> {
     }
     let agent = of.member.filter(|member| *member < problem.agents.len());
     let agent = agent.ok_or_else(|| format!("`{name}` names a member that does not exist"))?;
+    let place = || {
+        let to = of.point("to").filter(|to| to.iter().all(|x| x.abs() <= MAX_NUMBER));
+        to.ok_or_else(|| format!("`{name}` needs `to`"))
+    };
     Ok(match name {
         "late" => {
             let by = of.number("by").filter(|by| by.abs() <= MAX_NUMBER);
             Event::Late { agent, by: by.ok_or("`late` needs `by`")? }
         }
         "done" => Event::Done { agent },
-        "moved" => {
-            let to = of.point("to").filter(|to| to.iter().all(|x| x.abs() <= MAX_NUMBER));
-            Event::Moved { agent, to: to.ok_or("`moved` needs `to`")? }
-        }
+        "moved" => Event::Moved { agent, to: place()? },
+        "my_pose" => Event::MyPose { agent, to: place()? },
+        "my_goal" => Event::MyGoal { agent, to: place()? },
+        "robot_goal" => Event::RobotGoal { agent, to: place()? },
+        "robot_pose" => Event::RobotPose { agent, to: place()? },
+        "strays" => Event::Strays { agent, to: place()? },
+        "seen" => Event::Seen { agent },
+        "free" => Event::Free { agent },
         "lost" => Event::Lost { agent },
         "back" => Event::Back { agent },
         other => return Err(format!("a search has no event `{other}`")),
@@ -50,6 +58,13 @@ pub(super) fn words(problem: &Problem, event: &Event) -> String {
         Event::Moved { agent, to } => format!("{} is at ({:.1}, {:.1}) m", label(agent), to[0], to[1]),
         Event::Lost { agent } => format!("{} is lost", label(agent)),
         Event::Back { agent } => format!("{} is back", label(agent)),
+        Event::MyPose { agent, to } => format!("{} says to be at ({:.1}, {:.1}) m", label(agent), to[0], to[1]),
+        Event::MyGoal { agent, to } => format!("{} says to go to ({:.1}, {:.1}) m", label(agent), to[0], to[1]),
+        Event::RobotGoal { agent, to } => format!("{} is sent to ({:.1}, {:.1}) m", label(agent), to[0], to[1]),
+        Event::RobotPose { agent, to } => format!("{} is said to be at ({:.1}, {:.1}) m", label(agent), to[0], to[1]),
+        Event::Free { agent } => format!("the goal of {} is withdrawn", label(agent)),
+        Event::Strays { agent, to } => format!("{} strays to ({:.1}, {:.1}) m", label(agent), to[0], to[1]),
+        Event::Seen { agent } => format!("{} is seen", label(agent)),
         Event::Replan => "a new plan is requested".into(),
     }
 }
@@ -71,6 +86,10 @@ pub(super) fn of_log_entry(problem: &Problem, what: &LogEntry) -> String {
             format!("{} {}", problem.agent_label(*agent), activity(problem, *phase, *source))
         }
         LogEntry::Consumed { source } => format!("{} is consumed", problem.source_label(*source)),
+        LogEntry::GoalReached { agent } => {
+            format!("{} has reached the goal that was told", problem.agent_label(*agent))
+        }
+        LogEntry::Role { role } => format!("the roles are now {}", role.name()),
         LogEntry::Handled { event } => words(problem, event),
         LogEntry::Plan(change) => change.describe("the search has stopped"),
         LogEntry::Done => "everything is done".into(),

@@ -10,6 +10,9 @@ const MOST: usize = 100_000;
 /// ends otherwise.
 pub fn greedy_act(team: &Team<'_>, state: &State, agent: usize) -> Act {
     let mut best = (0.0, Act::End);
+    if let Some(told) = team.told(state, agent) {
+        return told;
+    }
     for act in team.menu(state, agent) {
         if matches!(act, Act::End | Act::Wait) || team.end_of(state, agent, act).is_none() {
             continue;

@@ -52,6 +52,10 @@ pub fn map(problem: &Problem, activities: &[Activity]) -> Map {
         let sign = if agent.human { Sign::Person } else { Sign::Base };
         let label = problem.agent_label(index).to_string();
         shapes.push(Shape::sign(sign, agent.start, label.clone()));
+        if let Some(told) = agent.told {
+            shapes.push(Shape::sign(Sign::Target(index), told, format!("goal told for {label}")));
+            clear.push(told);
+        }
         clear.push(agent.start);
         names.push(Shape::Name { at: agent.start, text: label });
     }

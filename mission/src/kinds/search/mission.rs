@@ -27,6 +27,30 @@ const fn event_of(name: &'static str, with: &'static [Further]) -> EventInfo {
     EventInfo { name, with, not_of: NOT_A_SOURCE }
 }
 
+const TO: &[Further] = &[Further { key: "to", required: Some("[2, 0] m") }];
+
+/// An event of people.
+const fn of_person(name: &'static str, with: &'static [Further]) -> EventInfo {
+    const OTHERS: &[NotOf] = &[
+        NotOf { role: "source", who: "a source", why: "a source is consumed by agents and performs nothing" },
+        NotOf {
+            role: "robot",
+            who: "a robot",
+            why: "people send messages, leave the plan and are seen; a robot follows the plan",
+        },
+    ];
+    EventInfo { name, with, not_of: OTHERS }
+}
+
+/// A message about a robot.
+const fn of_robot(name: &'static str, with: &'static [Further]) -> EventInfo {
+    const OTHERS: &[NotOf] = &[
+        NotOf { role: "source", who: "a source", why: "a source is consumed by agents and performs nothing" },
+        NotOf { role: "human", who: "a person", why: "people tell their own poses and goals, `my_pose` and `my_goal`" },
+    ];
+    EventInfo { name, with, not_of: OTHERS }
+}
+
 /// The entry of the kind.
 pub static KIND: Kind = Kind {
     name: "search",
@@ -39,6 +63,14 @@ pub static KIND: Kind = Kind {
         event_of("late", &[Further { key: "by", required: Some("5 s") }]),
         event_of("moved", &[Further { key: "to", required: Some("[2, 0] m") }]),
         event_of("done", &[]),
+        of_person("my_pose", TO),
+        of_person("my_goal", TO),
+        of_robot("robot_goal", TO),
+        of_robot("robot_pose", TO),
+        event_of("free", &[]),
+        of_person("replan", &[]),
+        of_person("strays", TO),
+        of_person("seen", &[]),
         event_of("lost", &[]),
         event_of("back", &[]),
     ],
@@ -115,7 +147,7 @@ impl kind::Mission for Search {
             && (0.0..1.0).contains(&planner.reduction)
             && (0.0..1.0).contains(&planner.discount)
             && p.horizon > p.start
-            && p.agents.iter().all(|a| a.speed > 0.0 && a.radius >= 0.0 && a.spread >= 0.0);
+            && p.agents.iter().all(|a| a.speed > 0.0 && a.radius >= 0.0 && a.spread >= 0.0 && a.told.is_none());
         Mistake::unless(settings, "the mission", "a setting is out of its range")?;
         if let Some(mistake) = check(p).into_iter().next() {
             let place = match mistake.item {
@@ -167,6 +199,6 @@ impl kind::Mission for Search {
         let mut settings = self.settings(&of.run());
         settings.budget = of.budget(self.problem.planner.states);
         let execution = SearchExecution::new(self.problem.clone(), settings).map_err(|why| why.to_string())?;
-        Ok(Box::new(SearchPages { run: Executed::new(execution, Vec::new()) }))
+        Ok(Box::new(SearchPages::new(Executed::new(execution, Vec::new()))))
     }
 }

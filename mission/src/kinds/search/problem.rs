@@ -79,6 +79,9 @@ pub struct Agent {
     pub spread: f64,
     /// It takes no part any more.
     pub lost: bool,
+    /// Goal that somebody has told (m), srs section 6: it goes there before anything else, if it can.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub told: Option<Point>,
 }
 
 /// A source of reward, `psi`.

@@ -11,7 +11,7 @@ use crate::map::Map;
 
 use super::chart::chart;
 use super::event;
-use super::execution::{LogEntry, SearchExecution, SearchWorld};
+use super::execution::{LogEntry, Role, SearchExecution, SearchWorld};
 use super::map::map;
 use super::plan::Phase;
 use super::problem::{EMPTY, Problem};
@@ -54,10 +54,49 @@ pub(super) const MEASURES: &MeasureTable<SearchWorld> = &[
         ),
         |of, _| Some(number(of.log.reallocations as f64)),
     ),
+    (Measure::whole("messages", Form::Number(NONE), "Number of messages that people have sent."), |of, _| {
+        Some(number(of.messages().all() as f64))
+    }),
+    (
+        Measure::whole("leader_follower", Form::Truth, "True while the plan decides the goals of people and robots."),
+        |of, _| Some(truth(of.role() == Role::LeaderFollower)),
+    ),
+    (Measure::whole("peer_to_peer", Form::Truth, "True while a person has told their own goal alone."), |of, _| {
+        Some(truth(of.role() == Role::PeerToPeer))
+    }),
+    (
+        Measure::whole("master_slave", Form::Truth, "True while a person has told their own goal and that of a robot."),
+        |of, _| Some(truth(of.role() == Role::MasterSlave)),
+    ),
+    (
+        Measure::whole("leader_leader", Form::Truth, "True while a person has told the goal of a robot alone."),
+        |of, _| Some(truth(of.role() == Role::LeaderLeader)),
+    ),
     (Measure::of(EVERYBODY, "position", Form::Point, "Its position."), |of, agent| {
         let [x, y] = of.agent(agent)?.pose.at;
         Some([x, y, 0.0])
     }),
+    (
+        Measure::of(
+            EVERYBODY,
+            "believed",
+            Form::Point,
+            "Its position as the others believe it to be, from which they plan.",
+        ),
+        |of, agent| {
+            let [x, y] = of.agent(agent)?.believed.at;
+            Some([x, y, 0.0])
+        },
+    ),
+    (
+        Measure::of(
+            EVERYBODY,
+            "told",
+            Form::Truth,
+            "True while it has a goal that a person has told, and has not reached it.",
+        ),
+        |of, agent| Some(truth(of.told_goal(agent).is_some())),
+    ),
     (Measure::of(EVERYBODY, "going", Form::Truth, "True while it is on a way."), |of, agent| {
         Some(truth(of.agent(agent)?.doing == Some(Phase::Going)))
     }),
@@ -146,7 +185,11 @@ impl Reports for SearchWorld {
         match what {
             LogEntry::Begun { .. } => false,
             LogEntry::Plan(change) => change.is_notable(),
-            LogEntry::Consumed { .. } | LogEntry::Handled { .. } | LogEntry::Done => true,
+            LogEntry::Consumed { .. }
+            | LogEntry::Handled { .. }
+            | LogEntry::GoalReached { .. }
+            | LogEntry::Role { .. }
+            | LogEntry::Done => true,
         }
     }
 

@@ -129,6 +129,12 @@ impl<'p> Team<'p> {
         state.agents.iter().enumerate().filter(|(_, agent)| agent.doing == Doing::Free).map(|(agent, _)| agent)
     }
 
+    /// The action that leads to the goal that somebody has told an agent, if it has to come first now.
+    pub fn told(&self, state: &State, agent: usize) -> Option<Act> {
+        let act = Act::Go(self.sets.of[agent].told?);
+        (state.agents[agent].spot == 0 && self.end_of(state, agent, act).is_some()).then_some(act)
+    }
+
     /// Every action that an agent may have at its spot at some time.
     pub fn menu(&self, state: &State, agent: usize) -> Vec<Act> {
         let (set, at) = (&self.sets.of[agent], state.agents[agent].spot);
@@ -156,6 +162,15 @@ impl<'p> Team<'p> {
     pub fn end_of(&self, state: &State, agent: usize, act: Act) -> Option<f64> {
         let (set, at) = (&self.sets.of[agent], state.agents[agent].spot);
         let horizon = self.problem.horizon;
+        // A goal that somebody has told comes first; who has no time for it does nothing that is planned.
+        if let Some(told) = set.told.filter(|_| at == 0) {
+            let ends = set.way(at, told).map(|way| state.time + way.duration).filter(|ends| *ends <= horizon);
+            return match act {
+                Act::Go(to) if to == told => ends,
+                Act::End if ends.is_none() => Some(state.time),
+                _ => None,
+            };
+        }
         match act {
             Act::Stay => {
                 let source = set.spots[at].source?;

@@ -64,6 +64,13 @@ fn sequence(problem: &Problem, plan: &Plan, agent: usize, found: &mut Vec<Violat
         if activity.begun && !first {
             wrong("an activity that has begun comes after another one".into());
         }
+        // A way that was begun before the goal was told, and any that leads there, is good.
+        if let Some(told) = who.told.filter(|_| first && !activity.begun) {
+            let ends = way[way.len() - 1];
+            if *phase != Phase::Going || f64::hypot(ends[0] - told[0], ends[1] - told[1]) > TOLERANCE {
+                wrong(format!("somebody has told it to go to {told:?}, and it does something else first"));
+            }
+        }
         first = false;
         if *end > problem.horizon + TOLERANCE {
             wrong(format!("an activity ends at {end} s, behind the horizon"));

@@ -23,6 +23,9 @@ const APART: f64 = 2.0;
 /// Factor of the number of nodes of a tree that reaches no goal.
 const REGROWN: usize = 4;
 
+/// The spot of a goal that somebody has told, behind that of the start.
+const TOLD: usize = 1;
+
 /// Returns the number of steps of the quadrature of a motion that takes this time (s).
 pub fn steps(duration: f64) -> usize {
     // Rounding of times does not add a step.
@@ -48,7 +51,7 @@ pub fn rate(problem: &Problem, agent: usize, source: usize, at: Point, speed: f6
 pub struct Spot {
     /// Position (m).
     pub at: Point,
-    /// The source; none: the start.
+    /// The source; none: the start, or a goal that somebody has told.
     pub source: Option<usize>,
     /// Reward rate of each source at rest here (1/s).
     pub rates: Vec<f64>,
@@ -105,6 +108,8 @@ impl Way {
 pub struct ActionSet {
     /// Spots: the start, and those of sources.
     pub spots: Vec<Spot>,
+    /// The spot of the goal that somebody has told it.
+    pub told: Option<usize>,
     /// Ways from spot to spot, row by row; none: there is none, or it leads to the start.
     ways: Vec<Option<Way>>,
 }
@@ -128,7 +133,7 @@ pub struct ActionSets {
 /// Polylines between the spots of agents with one body.
 struct Lines {
     body: Body,
-    goals: Vec<(Point, usize)>,
+    goals: Vec<(Point, Option<usize>)>,
     start: Point,
     agent: usize,
     lines: Vec<Option<Vec<Point>>>,
@@ -149,13 +154,17 @@ impl ActionSets {
             let raster = ground.raster();
             let reached =
                 (!problem.walls.is_empty() || !ground.clear_everywhere()).then(|| raster.reached(agent.start));
-            let goals = goals(problem, index, &ground, reached.as_ref());
+            let of_sources = goals(problem, index, &ground, reached.as_ref());
+            let told = agent.told.filter(|to| ground.fits(*to)).map(|to| (to, None));
+            let goals: Vec<(Point, Option<usize>)> =
+                told.into_iter().chain(of_sources.into_iter().map(|(at, source)| (at, Some(source)))).collect();
             let same = |other: &&Lines| {
                 other.body == body && other.goals == goals && price_is_same(problem, other.agent, index)
             };
             let shared = known.iter().find(same);
             let lines = lines(problem, index, &ground, &raster, &goals, shared, &mut sets.nodes);
-            sets.of.push(action_set(problem, index, &goals, &lines));
+            let set = action_set(problem, index, &goals, &lines);
+            sets.of.push(ActionSet { told: told.map(|_| TOLD), ..set });
             known.push(Lines { body, goals, start: agent.start, agent: index, lines });
         }
         sets
@@ -180,7 +189,7 @@ fn lines(
     agent: usize,
     ground: &Ground,
     raster: &Raster<'_>,
-    goals: &[(Point, usize)],
+    goals: &[(Point, Option<usize>)],
     shared: Option<&Lines>,
     nodes: &mut u64,
 ) -> Vec<Option<Vec<Point>>> {
@@ -261,16 +270,21 @@ fn grown(
 }
 
 /// The action set with the rewards along its ways.
-fn action_set(problem: &Problem, agent: usize, goals: &[(Point, usize)], lines: &[Option<Vec<Point>>]) -> ActionSet {
+fn action_set(
+    problem: &Problem,
+    agent: usize,
+    goals: &[(Point, Option<usize>)],
+    lines: &[Option<Vec<Point>>],
+) -> ActionSet {
     let spot = |at: Point, source: Option<usize>| Spot {
         at,
         source,
         rates: (0..problem.sources.len()).map(|source| rate(problem, agent, source, at, 0.0)).collect(),
     };
     let start = spot(problem.agents[agent].start, None);
-    let spots = std::iter::once(start).chain(goals.iter().map(|(at, source)| spot(*at, Some(*source))));
+    let spots = std::iter::once(start).chain(goals.iter().map(|(at, source)| spot(*at, *source)));
     let way = |line: &Option<Vec<Point>>| line.clone().map(|points| Way::new(problem, agent, points));
-    ActionSet { spots: spots.collect(), ways: lines.iter().map(way).collect() }
+    ActionSet { spots: spots.collect(), told: None, ways: lines.iter().map(way).collect() }
 }
 
 /// Goals of an agent: for each source that it may consume points where it is rewarding and the agent fits, with the index

@@ -25,6 +25,7 @@ pub(super) fn page(execution: &ScheduleExecution, history: &History, index: usiz
         measured: history.measured(),
         form: history.form(problem),
         steps: steps(execution, &agent, index),
+        map: None,
     })
 }
 

@@ -34,7 +34,52 @@ pub enum Event {
         /// The agent.
         agent: usize,
     },
-    /// Everything is planned anew, if the settings allow it.
+    /// *My pose*: a person says where they are.
+    MyPose {
+        /// The person.
+        agent: usize,
+        /// The place (m).
+        to: Point,
+    },
+    /// *My goal*: a person says where they go next.
+    MyGoal {
+        /// The person.
+        agent: usize,
+        /// The place (m).
+        to: Point,
+    },
+    /// *Robot goal*: a person says where a robot goes next.
+    RobotGoal {
+        /// The robot.
+        agent: usize,
+        /// The place (m).
+        to: Point,
+    },
+    /// *Robot pose*: a person says where a robot is.
+    RobotPose {
+        /// The robot.
+        agent: usize,
+        /// The place (m).
+        to: Point,
+    },
+    /// A goal that was told is withdrawn.
+    Free {
+        /// The agent.
+        agent: usize,
+    },
+    /// A person leaves the plan for a place, and tells nobody.
+    Strays {
+        /// The person.
+        agent: usize,
+        /// The place (m).
+        to: Point,
+    },
+    /// The others see a person: they know where the person is.
+    Seen {
+        /// The person.
+        agent: usize,
+    },
+    /// *Replan*: everything is planned anew, if the settings allow it.
     Replan,
 }
 
@@ -52,6 +97,16 @@ pub enum EventError {
     NoActivity { name: String },
     #[error("({:.1}, {:.1}) m is in a wall, nearer to one than the radius of {name}, or outside the area", .at[0], .at[1])]
     NotFree { name: String, at: Point },
+    #[error("there is no way for {name} to ({:.1}, {:.1}) m", .at[0], .at[1])]
+    NoWay { name: String, at: Point },
+    #[error("this goal of {name} is noted already")]
+    SameGoal { name: String },
+    #[error("nobody has told a goal for {name}")]
+    NoGoal { name: String },
+    #[error("{name} is no person")]
+    NoPerson { name: String },
+    #[error("{name} is no robot")]
+    NoRobot { name: String },
     #[error("a time must be a number of at most a million seconds, and is {value}")]
     Time { value: f64 },
 }

@@ -1,12 +1,12 @@
 //! Events from outside: what they change in the world.
 
 use crate::execution::ReplanPolicy;
-use crate::kinds::search::geometry::Pose;
-use crate::kinds::search::ground::{Body, Ground};
+use crate::kinds::search::geometry::distance;
 use crate::numbers::MAX_NUMBER;
 
 use super::SearchExecution;
 use super::event::{Event, EventError};
+use super::messages::FOUND;
 use super::record::{LogEntry, Record};
 
 impl SearchExecution {
@@ -31,17 +31,44 @@ impl SearchExecution {
                 self.update(ReplanPolicy::IfCostly);
             }
             Event::Moved { agent, to } => {
-                self.end(agent, false);
-                let heading = self.world.members[agent].pose.heading;
-                self.stand(agent, Pose { at: to, heading });
-                self.world.members[agent].displace(true);
-                self.reopen();
+                self.end_stray(agent);
+                self.place(agent, to);
                 self.update(ReplanPolicy::IfInfeasible);
             }
+            Event::MyPose { agent, to } => {
+                self.world.sent.poses += 1;
+                if distance(self.true_pose(agent, self.time).at, to) <= FOUND {
+                    self.end_stray(agent);
+                }
+                self.believe(agent, to);
+            }
+            Event::RobotPose { agent, to } => {
+                self.world.sent.robot_poses += 1;
+                self.believe(agent, to);
+            }
+            Event::MyGoal { agent, to } => {
+                self.world.sent.goals += 1;
+                self.tell_goal(agent, Some(to));
+            }
+            Event::RobotGoal { agent, to } => {
+                self.world.sent.robot_goals += 1;
+                self.tell_goal(agent, Some(to));
+            }
+            Event::Free { agent } => self.tell_goal(agent, None),
+            Event::Strays { agent, to } => self.let_stray(agent, to),
+            Event::Seen { agent } => {
+                let at = self.true_pose(agent, self.time).at;
+                self.end_stray(agent);
+                self.believe(agent, at);
+            }
             Event::Lost { agent } => {
+                let before = self.role();
+                self.end_stray(agent);
                 self.end(agent, false);
                 self.world.members[agent].displace(false);
                 self.problem.agents[agent].lost = true;
+                self.problem.agents[agent].told = None;
+                self.record_role(before);
                 self.update(ReplanPolicy::IfCostly);
             }
             Event::Back { agent } => {
@@ -51,6 +78,7 @@ impl SearchExecution {
                 self.update(ReplanPolicy::IfInfeasible);
             }
             Event::Replan => {
+                self.world.sent.replans += 1;
                 self.reopen();
                 self.update(ReplanPolicy::Asked);
             }
@@ -68,7 +96,7 @@ impl SearchExecution {
     }
 
     /// A new plan may leave something to do where everything was done.
-    fn reopen(&mut self) {
+    pub(super) fn reopen(&mut self) {
         self.log.done = None;
     }
 
@@ -89,10 +117,35 @@ impl SearchExecution {
             Event::Lost { agent } => self.is_here(agent)?,
             Event::Moved { agent, to } => {
                 self.is_here(agent)?;
-                if !Ground::new(&self.problem, &Body::of(&self.problem.agents[agent])).fits(to) {
-                    return Err(EventError::NotFree { name: name(agent), at: to });
+                self.check_place(agent, to, None)?;
+            }
+            Event::MyPose { agent, to } => {
+                self.is_person(agent)?;
+                self.check_place(agent, to, None)?;
+            }
+            Event::RobotPose { agent, to } => {
+                self.is_robot(agent)?;
+                self.check_place(agent, to, None)?;
+            }
+            Event::MyGoal { agent, to } => {
+                self.is_person(agent)?;
+                self.check_goal(agent, to)?;
+            }
+            Event::RobotGoal { agent, to } => {
+                self.is_robot(agent)?;
+                self.check_goal(agent, to)?;
+            }
+            Event::Free { agent } => {
+                self.is_here(agent)?;
+                if self.told_goal(agent).is_none() {
+                    return Err(EventError::NoGoal { name: name(agent) });
                 }
             }
+            Event::Strays { agent, to } => {
+                self.is_person(agent)?;
+                self.check_place(agent, to, Some(self.true_pose(agent, self.time).at))?;
+            }
+            Event::Seen { agent } => self.is_person(agent)?,
             Event::Back { agent } => match self.problem.agents.get(agent) {
                 None => return Err(EventError::NoAgent { agent }),
                 Some(who) if !who.lost => return Err(EventError::NotLost { name: name(agent) }),
@@ -109,6 +162,24 @@ impl SearchExecution {
             None => Err(EventError::NoAgent { agent }),
             Some(who) if who.lost => Err(EventError::IsLost { name: self.problem.agent_label(agent).to_string() }),
             Some(_) => Ok(()),
+        }
+    }
+
+    /// Somebody is a person, and takes part.
+    fn is_person(&self, agent: usize) -> Result<(), EventError> {
+        self.is_here(agent)?;
+        match self.problem.agents[agent].human {
+            true => Ok(()),
+            false => Err(EventError::NoPerson { name: self.problem.agent_label(agent).to_string() }),
+        }
+    }
+
+    /// Somebody is a robot, and takes part.
+    fn is_robot(&self, agent: usize) -> Result<(), EventError> {
+        self.is_here(agent)?;
+        match self.problem.agents[agent].human {
+            true => Err(EventError::NoRobot { name: self.problem.agent_label(agent).to_string() }),
+            false => Ok(()),
         }
     }
 

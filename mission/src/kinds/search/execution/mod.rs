@@ -12,6 +12,7 @@
 
 mod event;
 mod handle_event;
+mod messages;
 mod record;
 mod rewards;
 mod settings;
@@ -31,6 +32,7 @@ use super::reward::Rewards;
 use super::validate::validate;
 
 pub use self::event::{Event, EventError};
+pub use self::messages::{MessageCounts, Role};
 pub use self::record::{LogEntry, Record};
 pub use self::settings::{Refusal, Settings};
 pub use self::view::AgentView;
@@ -52,6 +54,8 @@ pub struct SearchWorld {
     members: Vec<Member>,
     /// Positions at the start.
     starts: Vec<[f64; 2]>,
+    /// Messages that people have sent.
+    sent: MessageCounts,
     /// Reward that the first plan promised.
     promised: f64,
     /// Reward of the whole mission that the team could expect at the last planning.
@@ -92,6 +96,7 @@ impl SearchExecution {
             rewards: Rewards::none(&problem),
             members: problem.agents.iter().enumerate().map(member).collect(),
             starts: problem.agents.iter().map(|who| who.start).collect(),
+            sent: MessageCounts::default(),
             promised: -plan.cost,
             expected: -plan.cost,
         };

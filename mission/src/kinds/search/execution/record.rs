@@ -4,6 +4,7 @@ use crate::execution::{self, PlanChange};
 use crate::kinds::search::plan::Phase;
 
 use super::event::Event;
+use super::messages::Role;
 
 /// An entry of the log.
 pub type Record = execution::Record<LogEntry>;
@@ -29,6 +30,16 @@ pub enum LogEntry {
     Handled {
         /// The event.
         event: Event,
+    },
+    /// An agent has reached the goal that was told.
+    GoalReached {
+        /// Index of the agent.
+        agent: usize,
+    },
+    /// Others decide the goals now.
+    Role {
+        /// The new role.
+        role: Role,
     },
     /// The plan changed.
     Plan(PlanChange),

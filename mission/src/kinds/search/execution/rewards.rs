@@ -18,31 +18,44 @@ impl SearchExecution {
     /// Rewards up to now.
     pub fn rewards(&self) -> Rewards {
         let mut rewards = self.world.rewards.clone();
-        let until = self.time.min(self.problem.horizon);
-        if until > self.world.settled {
-            rewards.add(&self.problem, &self.motions(until), until - self.world.settled, &mut Vec::new());
-        }
+        self.collect(&mut rewards);
         rewards
     }
 
-    /// Motions since rewards were settled last.
-    fn motions(&self, until: f64) -> Vec<Motion<'_>> {
-        (0..self.world.members.len()).map(|agent| self.motion(agent, until)).collect()
+    /// Adds what was collected since rewards were settled last, up to now. The end of the way of somebody who strays cuts the
+    /// interval.
+    fn collect(&self, rewards: &mut Rewards) {
+        let until = self.time.min(self.problem.horizon);
+        let mut from = self.world.settled;
+        let ends = self.world.members.iter().filter_map(|member| Some(member.stray.as_ref()?.ends()));
+        let mut cuts: Vec<f64> = ends.filter(|end| from < *end && *end < until).collect();
+        cuts.sort_by(f64::total_cmp);
+        for to in cuts.into_iter().chain([until]).filter(|to| *to > self.world.settled) {
+            let motions: Vec<Motion<'_>> =
+                (0..self.world.members.len()).map(|agent| self.motion(agent, from, to)).collect();
+            rewards.add(&self.problem, &motions, to - from, &mut Vec::new());
+            from = to;
+        }
     }
 
-    fn motion(&self, agent: usize, until: f64) -> Motion<'_> {
+    fn motion(&self, agent: usize, from: f64, until: f64) -> Motion<'_> {
         let member = &self.world.members[agent];
+        if self.problem.agents[agent].lost {
+            return Motion::Absent;
+        }
+        if let Some(stray) = &member.stray {
+            return stray.motion(from, until);
+        }
         match &member.current {
-            _ if self.problem.agents[agent].lost => Motion::Absent,
             Some(current @ Current { way: Some(way), there, .. }) => {
-                let (from, to) = (current.share(self.world.settled), current.share(until));
-                if to <= from {
-                    let pose = along(&way.points, to, member.pose.heading);
+                let (begin, end) = (current.share(from), current.share(until));
+                if end <= begin {
+                    let pose = along(&way.points, end, member.pose.heading);
                     // Nobody has said that it has arrived.
                     return Motion::Still { rates: there, pose, idle: true };
                 }
-                let pace = (until - self.world.settled) / ((to - from) * way.duration);
-                Motion::Along { way, shares: [from, to], pace }
+                let pace = (until - from) / ((end - begin) * way.duration);
+                Motion::Along { way, shares: [begin, end], pace }
             }
             current => Motion::Still { rates: &member.rates, pose: member.pose, idle: current.is_none() },
         }
@@ -55,7 +68,7 @@ impl SearchExecution {
             return;
         }
         let mut rewards = self.world.rewards.clone();
-        rewards.add(&self.problem, &self.motions(until), until - self.world.settled, &mut Vec::new());
+        self.collect(&mut rewards);
         let before = std::mem::replace(&mut self.world.rewards, rewards);
         self.world.settled = until;
         for source in 0..self.problem.sources.len() {

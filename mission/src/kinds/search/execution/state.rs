@@ -4,6 +4,8 @@ use crate::kinds::search::geometry::Pose;
 use crate::kinds::search::plan::Activity;
 use crate::kinds::search::ways::Way;
 
+use super::messages::Stray;
+
 /// An activity under way.
 #[derive(Clone, Debug)]
 pub(super) struct Current {
@@ -44,6 +46,8 @@ pub(super) struct Member {
     /// Activities that have ended, with their true times.
     pub past: Vec<Activity>,
     pub travelled: f64,
+    /// Where it truly is, if it has left the plan without telling anybody.
+    pub stray: Option<Stray>,
     /// Number of ways that have begun.
     pub ways: usize,
 }
@@ -60,6 +64,7 @@ impl Member {
             displaced: false,
             past: Vec::new(),
             travelled: 0.0,
+            stray: None,
             ways: 0,
         }
     }

@@ -7,6 +7,7 @@ use crate::kinds::search::problem::{Agent, Problem};
 use crate::kinds::search::ways::Way;
 use crate::random::{normal_above, stream};
 
+use super::messages::SAME_PLACE;
 use super::record::LogEntry;
 use super::rewards::rates;
 use super::settings::Settings;
@@ -60,8 +61,10 @@ impl SearchExecution {
         };
         let member = &mut self.world.members[agent];
         let Some(current) = member.current.take() else { return };
+        let mut reached = None;
         if let Some(activity) = member.queue.get(member.next) {
             let mut activity = activity.clone();
+            reached = activity.way.last().copied().filter(|_| whole && activity.phase == Phase::Going);
             (activity.start, activity.end, activity.begun) = (current.began, now, true);
             if let Some(way) = &current.way {
                 let share = if whole { 1.0 } else { current.share(now) };
@@ -75,6 +78,14 @@ impl SearchExecution {
         }
         member.next += 1;
         self.stand(agent, pose);
+        if let (Some(told), Some(at)) = (self.problem.agents[agent].told, reached)
+            && distance(told, at) <= SAME_PLACE
+        {
+            let before = self.role();
+            self.problem.agents[agent].told = None;
+            self.record(LogEntry::GoalReached { agent });
+            self.record_role(before);
+        }
     }
 
     /// An agent stands at a place.

@@ -9,8 +9,10 @@ use super::SearchExecution;
 /// The state of an agent, for pages and logs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AgentView {
-    /// Pose.
+    /// True pose.
     pub pose: Pose,
+    /// Pose as the others believe it to be.
+    pub believed: Pose,
     /// The current activity; none: it has nothing to do.
     pub doing: Option<Phase>,
     /// The source that it is for.
@@ -52,14 +54,18 @@ impl SearchExecution {
         let current = member.current.as_ref();
         let gone = current.and_then(|current| Some(current.share(self.time) * length(&current.way.as_ref()?.points)));
         Some(AgentView {
-            pose: self.pose(agent, self.time),
+            pose: self.true_pose(agent, self.time),
+            believed: self.pose(agent, self.time),
             doing: activity.map(|activity| activity.phase),
             source: activity.and_then(|activity| activity.source),
             number: member.past.len(),
             since: current.map_or(self.time, |current| current.began),
             until: current.and_then(|current| current.ends),
             lost: self.problem.agents.get(agent).is_some_and(|who| who.lost),
-            travelled: member.travelled + gone.unwrap_or_default(),
+            travelled: match &member.stray {
+                Some(stray) => stray.travelled(self.time),
+                None => member.travelled + gone.unwrap_or_default(),
+            },
         })
     }
 

@@ -107,6 +107,9 @@ impl<'t> Stream<'t> {
         let estimated =
             self.team.menu(state, agent).into_iter().map(|act| (act, self.team.estimate(state, agent, act, true)));
         let (mut goals, others): (Vec<_>, Vec<_>) = estimated.partition(|(act, _)| matches!(act, Act::Go(_)));
+        if let Some(told) = self.team.told(state, agent) {
+            goals.retain(|(act, _)| *act == told);
+        }
         goals.sort_by(|a, b| b.1.bound.total_cmp(&a.1.bound).then(a.1.time.total_cmp(&b.1.time)).then(a.0.cmp(&b.0)));
         goals.truncate(self.team.problem.planner.goals);
         let all: Vec<_> = others.into_iter().chain(goals).collect();

@@ -1,4 +1,8 @@
-//! Web pages of a search: people report that an activity is done or late and where they are, and ask for a new plan.
+//! Web pages of a search: people report that an activity is done or late, and send the messages of srs section 7.1.
+
+mod messages;
+
+use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -7,15 +11,17 @@ use crate::executed::Executed;
 use crate::execution::PlanChange;
 use crate::kind::pages::words::clock_time;
 use crate::kind::pages::{
-    ALREADY_NOTED, Activity, Button, ButtonGroup, JournalSink, Pages, PersonContent, PersonMessage, PlanUpdate,
-    PointInput, Progress, Refusal, Step, additional_time, parse,
+    ALREADY_NOTED, Activity, Button, ButtonGroup, JournalSink, Pages, PersonContent, PersonMap, PersonMessage,
+    Progress, Refusal, Step, additional_time, parse,
 };
-use crate::kind::{Detail, Event, Execution};
+use crate::kind::{Detail, Execution};
 
 use super::event::{activity, named};
 use super::execution::{AgentView, Event as Handled, LogEntry, SearchWorld};
 use super::plan::{Activity as Planned, Phase};
 use super::problem::{EMPTY, Problem};
+
+use self::messages::{Message, Sent, planned};
 
 /// Delay of the button for a longer activity (s).
 const DELAY: f64 = 30.0;
@@ -25,21 +31,36 @@ const DELAY: f64 = 30.0;
 #[serde(tag = "what", rename_all = "snake_case", deny_unknown_fields)]
 enum PersonRequest {
     /// The activity is done.
-    Done { activity: usize },
+    Done {
+        activity: usize,
+    },
     /// The activity takes longer, until a new expected end (s).
-    Longer { activity: usize, until: f64 },
-    /// The person is at this place (m).
-    Pose { at: [f64; 2] },
-    /// A new plan is asked for.
-    Replan {},
+    Longer {
+        activity: usize,
+        until: f64,
+    },
+    /// A message: *My pose*, *My goal*, *Robot goal*, *Robot pose*, the goal of somebody is withdrawn, *Replan*.
+    MyPose(Message),
+    MyGoal(Message),
+    RobotGoal(Message),
+    RobotPose(Message),
+    Free(Message),
+    Replan(Message),
 }
 
 /// A search under way with its pages.
 pub(super) struct SearchPages {
-    pub(super) run: Executed<SearchWorld>,
+    run: Executed<SearchWorld>,
+    /// What each person has sent, by member.
+    sent: BTreeMap<usize, Sent>,
 }
 
 impl SearchPages {
+    /// The pages of a search at its start.
+    pub(super) fn new(run: Executed<SearchWorld>) -> SearchPages {
+        SearchPages { run, sent: BTreeMap::new() }
+    }
+
     fn problem(&self) -> &Problem {
         self.run.execution.problem()
     }
@@ -119,8 +140,6 @@ impl Pages for SearchPages {
         let of_activity = |what: &str| json!({ "what": what, "activity": view.number });
         let until = view.until.map_or(Value::Null, |until| (until + DELAY).into());
         let longer = json!({ "what": "longer", "activity": view.number, "until": until });
-        let pose = Button::new("pose", "My pose", !view.lost, json!({ "what": "pose" }));
-        let pose = Button { point: Some(PointInput { key: "at", prompt: "I am at".into() }), ..pose };
         let step = |(number, activity): (usize, &Planned)| Step {
             at: activity.start,
             text: does(activity),
@@ -142,19 +161,20 @@ impl Pages for SearchPages {
                 Some(next) => format!("{}, at {}.", does(next), clock_time(next.start)),
                 None => "Nothing more is planned for you.".into(),
             },
-            groups: vec![
-                ButtonGroup {
-                    heading: "Activity".into(),
-                    buttons: vec![
-                        Button::main("done", "Done", ends, of_activity("done")),
-                        Button::new("longer", "30 s longer", ends, longer),
-                    ],
-                },
-                ButtonGroup {
-                    heading: "Plan".into(),
-                    buttons: vec![pose, Button::new("replan", "Replan", !view.lost, json!({ "what": "replan" }))],
-                },
-            ],
+            detail: Some(self.roles()),
+            groups: std::iter::once(ButtonGroup {
+                heading: "Activity".into(),
+                buttons: vec![
+                    Button::main("done", "Done", ends, of_activity("done")),
+                    Button::new("longer", "30 s longer", ends, longer),
+                ],
+            })
+            .chain(self.message_buttons(member, !view.lost))
+            .collect(),
+            map: Some(PersonMap {
+                drawing: of.records().len(),
+                marks: (0..problem.agents.len()).filter_map(|agent| Some(of.agent(agent)?.believed.at)).collect(),
+            }),
             steps: own.iter().enumerate().map(step).collect(),
             ..PersonContent::default()
         }
@@ -172,6 +192,15 @@ impl Pages for SearchPages {
                 "You have left the search.".into()
             }
             LogEntry::Handled { event: Handled::Back { agent } } if *agent == member => "You are back.".into(),
+            LogEntry::Handled { event: Handled::RobotGoal { agent, .. } } => {
+                format!("{} has a goal that was told.", who(agent))
+            }
+            LogEntry::Handled { event: Handled::MyGoal { agent, .. } } if *agent != member => {
+                format!("{} has told a goal.", who(agent))
+            }
+            LogEntry::GoalReached { agent } if *agent == member => "You have reached your goal.".into(),
+            LogEntry::GoalReached { agent } => format!("{} has reached the goal.", who(agent)),
+            LogEntry::Role { role } => return Some(PersonMessage::latest("role", format!("Roles: {}.", role.name()))),
             LogEntry::Handled { event: Handled::Lost { agent } } => format!("{} has left.", who(agent)),
             LogEntry::Handled { event: Handled::Back { agent } } => format!("{} is back.", who(agent)),
             LogEntry::Plan(PlanChange::Reallocated { .. }) => {
@@ -190,10 +219,6 @@ impl Pages for SearchPages {
         let request: PersonRequest = parse(body)?;
         let view = self.view(member).ok_or_else(|| Refusal::Invalid("there is no such member".into()))?;
         let now = clock_time(self.run.execution.time());
-        let planned = |update: PlanUpdate| match update {
-            PlanUpdate::Replanned => "There is a new plan.",
-            PlanUpdate::Rescheduled | PlanUpdate::Unchanged => "The plan stays.",
-        };
         match request {
             PersonRequest::Done { activity } | PersonRequest::Longer { activity, .. } if activity < view.number => {
                 Ok("This activity is done already.".into())
@@ -212,19 +237,12 @@ impl Pages for SearchPages {
                 let update = self.happen(&named(member, "late", Some(("by", Detail::Number(by)))), journal)?;
                 Ok(format!("Noted: {by:.0} s longer, until {}. {}", clock_time(until), planned(update)))
             }
-            PersonRequest::Pose { at } => {
-                let moved = named(member, "moved", Some(("to", Detail::Point(at))));
-                // A place in a wall is refused before anything is recorded.
-                let possible = super::event::typed(self.problem(), &moved).map_err(Refusal::Invalid)?;
-                let refused = self.run.execution.check_event(possible);
-                refused.map_err(|why| Refusal::NotNow(format!("Not possible now: {why}.")))?;
-                let update = self.happen(&moved, journal)?;
-                Ok(format!("Noted: you are at ({:.1}, {:.1}) m. {}", at[0], at[1], planned(update)))
-            }
-            PersonRequest::Replan {} => {
-                let update = self.happen(&Event::of_all("replan"), journal)?;
-                Ok(format!("Noted. {}", planned(update)))
-            }
+            PersonRequest::MyPose(message) => self.send(member, message, "my_pose", member, journal),
+            PersonRequest::MyGoal(message) => self.send(member, message, "my_goal", member, journal),
+            PersonRequest::RobotGoal(message) => self.send(member, message, "robot_goal", message.agent()?, journal),
+            PersonRequest::RobotPose(message) => self.send(member, message, "robot_pose", message.agent()?, journal),
+            PersonRequest::Free(message) => self.send(member, message, "free", message.agent()?, journal),
+            PersonRequest::Replan(message) => self.send(member, message, "replan", member, journal),
         }
     }
 }
