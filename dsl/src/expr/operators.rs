@@ -29,9 +29,7 @@ pub(super) fn tolerance(tokens: &[Token], at: usize) -> String {
     let tolerance = |value: &Value| match &value.kind {
         // Zero has any unit.
         ValueKind::Number(number) => number.text.contains(|c| ('1'..='9').contains(&c)).then(|| "0.001".to_owned()),
-        ValueKind::Unit(of, unit) if matches!(of.kind, ValueKind::Number(_)) => {
-            Some(format!("0.001 {unit}"))
-        }
+        ValueKind::Unit(of, unit) if matches!(of.kind, ValueKind::Number(_)) => Some(format!("0.001 {unit}")),
         _ => None,
     };
     let (left, right) = (operand(at.checked_sub(1)), operand(Some(at + 1)));
