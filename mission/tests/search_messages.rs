@@ -181,7 +181,7 @@ fn bad_messages_are_refused() {
     let not = Event::MyPose { agent: ANNA, to: [f64::NAN, 2.0] };
     assert!(matches!(run.handle_event(not), Err(EventError::NotFree { .. })));
     assert_eq!((run.records().len(), run.plan().clone(), run.messages()), before);
-    // Who is moved behind the walls has no way to the goal: it is dropped.
+    // Behind the walls there is no way to the goal: it is dropped.
     run.handle_event(Event::Moved { agent: ANNA, to: inside }).expect("a free place");
     assert_eq!((run.told_goal(ANNA), run.role()), (None, Role::LeaderFollower));
 }

@@ -13,7 +13,7 @@ use crate::numbers::MAX_NUMBER;
 /// The most cells of a grid.
 pub const MAX_CELLS: usize = 1 << 24;
 
-/// What is known of a cell.
+/// State of a cell, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cell {
     /// Nothing stands in it.
@@ -212,7 +212,8 @@ impl OccupancyGrid {
         format!("pixel ({column}, {from_top}) of `{}`, counted from its upper left,", self.image)
     }
 
-    /// True for each blocked cell of a row between two columns, the last one included: calls `each` until it returns false.
+    /// Calls `each` with the blocked cells of a row between two columns, the last one included, until it returns false. Returns
+    /// true if it never did.
     pub(super) fn blocked_in_row(
         &self,
         row: usize,

@@ -54,7 +54,7 @@ impl Image {
     pub fn pixel(&self, x: usize, y: usize) -> Pixel {
         let first = (y * self.width + x) * self.channels;
         let samples = &self.samples[first..first + self.channels];
-        let has_alpha = self.channels % 2 == 0;
+        let has_alpha = self.channels.is_multiple_of(2);
         let (colours, alpha) = if has_alpha { samples.split_at(self.channels - 1) } else { (samples, &[][..]) };
         let sum: u32 = colours.iter().map(|sample| u32::from(*sample)).sum();
         Pixel {

@@ -257,8 +257,10 @@ pub fn mapped_floor(agents: usize, sources: usize) -> Problem {
         let near = |wall: &Wall| {
             hierarq_mission::kinds::search::geometry::to_segment(at, wall.points[0], wall.points[1]) < 0.06
         };
-        let edge =
-            index % columns == 0 || index % columns == columns - 1 || index < columns || index / columns == rows - 1;
+        let edge = index.is_multiple_of(columns)
+            || index % columns == columns - 1
+            || index < columns
+            || index / columns == rows - 1;
         if edge || p.walls.iter().any(near) { Cell::Occupied } else { Cell::Free }
     };
     let cells = (0..columns * rows).map(free).collect();

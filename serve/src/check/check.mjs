@@ -1,5 +1,5 @@
 // Two people and a supervisor in two browsers: presses, feedback, a reload, a lost connection, a link used twice. Then a
-// mission of layers: begun, failed, done.
+// mission of layers: begun, failed, done. Then a search: a goal picked on the map of a phone, a pose in a wall.
 
 import { spawn } from 'node:child_process';
 import { mkdir } from 'node:fs/promises';
@@ -176,6 +176,41 @@ for (const [name, page] of Object.entries({ she, over })) {
   check(`nothing to complain of: ${name}`, problems.length === 0, problems.join(' | '));
 }
 await layers.end();
+
+// A search: places are picked on the map of a person's page.
+const search = await serve('find.hq');
+const seeker = await enter(second, search.links.anna, phone);
+const chief = await enter(first, search.links.supervisor, { width: 1200, height: 900 });
+await press(chief, 'run');
+check('a person sees the map', await seeker.until(`document.querySelectorAll('#map .wall').length === 1`));
+check('a page with a map is as wide as the phone', await seeker.evaluate('document.documentElement.scrollWidth <= innerWidth'));
+await seeker.until(enabled('my_goal'));
+await press(seeker, 'my_goal');
+const tap = async (x, y) => {
+  const at = await seeker.evaluate(`(() => {
+    document.getElementById('map').scrollIntoView();
+    const svg = document.querySelector('#map svg');
+    const { x, y, scale } = svg.querySelector('g.robots').dataset;
+    const p = new DOMPoint(Number(x) + ${x} * scale, y - ${y} * scale).matrixTransform(svg.getScreenCTM());
+    return [p.x, p.y];
+  })()`);
+  await seeker.mouse('mousePressed', at[0], at[1], { button: 'left', clickCount: 1 });
+  await seeker.mouse('mouseReleased', at[0], at[1], { button: 'left', clickCount: 1 });
+  await seeker.evaluate(`document.querySelector('#point button[type="submit"]').click()`);
+};
+await tap(7, 2);
+check('a goal is told', await seeker.until(`document.getElementById('said').textContent.startsWith('Noted: you go to (7.0, 2.0) m')`), await text(seeker, 'said'));
+check('the roles follow', await seeker.until(`document.getElementById('detail').textContent.includes('peer-to-peer')`));
+check('the goal is drawn', await seeker.until(`document.querySelectorAll('#map .end-of').length === 1`));
+await press(seeker, 'my_pose');
+await tap(5, 5);
+check('a pose in a wall is refused', await seeker.until(`document.getElementById('said').textContent.includes('in a wall')`), await text(seeker, 'said'));
+await shot(seeker, 'search');
+for (const [name, page] of Object.entries({ seeker, chief })) {
+  const problems = page.problems.filter((problem) => !expected.test(problem) && !/409/.test(problem));
+  check(`nothing to complain of: ${name}`, problems.length === 0, problems.join(' | '));
+}
+await search.end();
 
 await server.end();
 check('the end of the server is seen', await longer(ben, `document.getElementById('link').textContent === 'not connected'`));

@@ -63,6 +63,8 @@ pub static KIND: Kind = Kind {
         event_of("late", &[Further { key: "by", required: Some("5 s") }]),
         event_of("moved", &[Further { key: "to", required: Some("[2, 0] m") }]),
         event_of("done", &[]),
+        event_of("lost", &[]),
+        event_of("back", &[]),
         of_person("my_pose", TO),
         of_person("my_goal", TO),
         of_robot("robot_goal", TO),
@@ -71,8 +73,6 @@ pub static KIND: Kind = Kind {
         of_person("replan", &[]),
         of_person("strays", TO),
         of_person("seen", &[]),
-        event_of("lost", &[]),
-        event_of("back", &[]),
     ],
     absent: &[
         ("travel", "agents of a search move at their own speeds"),

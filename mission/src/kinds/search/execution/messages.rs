@@ -18,7 +18,7 @@ use super::rewards::rates;
 /// Two places nearer than this are one (m).
 pub(super) const SAME_PLACE: f64 = 0.05;
 
-/// Who says to be at most this far from where they are (m) is found, and follows the plan again. Ours.
+/// A person who strays, and says to be at most this far from the truth (m), is found and follows the plan again. Ours.
 pub(super) const FOUND: f64 = 1.0;
 
 /// The way of a person who has left the plan, and then stays at its end.
@@ -84,7 +84,7 @@ impl MessageCounts {
     }
 }
 
-/// Who decides the goals of people and those of robots, srs section 6.
+/// Roles of people and robots: deciders of their goals, srs section 6.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// The plan decides both (6.1).

@@ -46,7 +46,7 @@ pub(super) struct Member {
     /// Activities that have ended, with their true times.
     pub past: Vec<Activity>,
     pub travelled: f64,
-    /// Where it truly is, if it has left the plan without telling anybody.
+    /// Its true motion, if it has left the plan without telling anybody.
     pub stray: Option<Stray>,
     /// Number of ways that have begun.
     pub ways: usize,

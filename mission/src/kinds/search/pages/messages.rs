@@ -38,7 +38,7 @@ impl Message {
     }
 }
 
-/// What a person has sent.
+/// Messages of a person.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sent {
     counts: MessageCounts,

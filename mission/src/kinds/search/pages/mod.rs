@@ -51,7 +51,7 @@ enum PersonRequest {
 /// A search under way with its pages.
 pub(super) struct SearchPages {
     run: Executed<SearchWorld>,
-    /// What each person has sent, by member.
+    /// Messages of each person, by member.
     sent: BTreeMap<usize, Sent>,
 }
 
