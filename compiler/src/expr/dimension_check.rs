@@ -57,13 +57,19 @@ fn doubled_unit(value: &Value, wanted: Dimension) -> Option<String> {
         ValueKind::List(items) => items.as_slice(),
         _ => std::slice::from_ref(&**inner),
     };
-    let own = items.iter().find_map(|item| match &item.kind {
-        ValueKind::Unit(_, own) => Some(own),
-        _ => None,
-    })?;
+    let own = items.iter().find_map(own_unit)?;
     let fits = |unit: &Unit| units::meaning(unit).is_ok_and(|(_, dimension)| wanted.accepts(dimension));
     (wanted != NONE && !units::is_assumed(outer) && fits(own) && fits(outer))
         .then(|| format!("the units `{own}` and `{outer}` are multiplied: leave out one of the two"))
+}
+
+/// The unit of `5 cm` or `-5 cm`.
+fn own_unit(value: &Value) -> Option<&Unit> {
+    match &value.kind {
+        ValueKind::Unit(_, unit) => Some(unit),
+        ValueKind::Negate(inner) => own_unit(inner),
+        _ => None,
+    }
 }
 
 /// Help for `1/2 m`, in which the unit belongs to the 2 alone, if a unit for the whole would have the right dimension.
