@@ -68,6 +68,32 @@ fn first_plan(bencher: Bencher) {
     bencher.bench_local(|| plan(black_box(&problem), &Options { budget, ..Options::of(&problem) }));
 }
 
+/// Hidden objects: the mission of `examples/tokens.hq`.
+#[divan::bench(sample_count = 20)]
+fn plan_for_hidden_objects(bencher: Bencher) {
+    let problem = searched::yard();
+    bencher.bench_local(|| plan(black_box(&problem), &Options::of(&problem)));
+}
+
+#[divan::bench(sample_count = 20)]
+fn action_sets_for_hidden_objects(bencher: Bencher) {
+    let problem = searched::yard();
+    bencher.bench_local(|| ActionSets::new(black_box(&problem)));
+}
+
+#[divan::bench(sample_count = 20)]
+fn sight_of_a_yard(bencher: Bencher) {
+    bencher.bench_local(|| searched::yard().sight());
+}
+
+#[divan::bench(sample_count = 20)]
+fn validation_of_looks(bencher: Bencher) {
+    let problem = searched::yard();
+    if let Ok(found) = plan(&problem, &Options::of(&problem)) {
+        bencher.bench_local(|| validate(black_box(&problem), &found.plan));
+    }
+}
+
 #[divan::bench]
 fn validation(bencher: Bencher) {
     let problem = floor(2, 2_000);

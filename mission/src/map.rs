@@ -97,6 +97,14 @@ pub enum Region {
     Attracts,
     /// It repels.
     Repels,
+    /// A belief of up to a quarter of the highest.
+    Faint,
+    /// A belief of up to half of the highest.
+    Light,
+    /// A belief of up to three quarters of the highest.
+    Medium,
+    /// A belief near the highest.
+    Strong,
 }
 
 /// Form of a line.

@@ -17,6 +17,7 @@ mod random;
 mod refusals;
 mod search;
 mod search_execution;
+mod search_hidden;
 mod search_messages;
 mod searched;
 mod thesis;

@@ -237,7 +237,8 @@ fn messages_of_a_person_count_once() {
         "{:?}",
         page.groups
     );
-    let buttons: Vec<&str> = page.groups.iter().flat_map(|group| &group.buttons).map(|button| button.text).collect();
+    let buttons = page.groups.iter().flat_map(|group| &group.buttons);
+    let buttons: Vec<&str> = buttons.map(|button| button.text.as_ref()).collect();
     for text in ["My pose", "My goal", "Robot goal", "Robot pose", "Replan"] {
         assert_eq!(buttons.iter().filter(|button| **button == text).count(), 1, "{buttons:?}");
     }

@@ -51,6 +51,7 @@ pub const MISSIONS: &[&str] = &[
     "panel",
     "hazards",
     "lab",
+    "tokens",
 ];
 
 /// Computes the velocity of a link in the world (m/s), by central differences of its position.

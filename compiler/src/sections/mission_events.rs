@@ -75,6 +75,7 @@ pub static EVENT: BlockSchema = BlockSchema {
              the plan, until the person is seen or says where they are.",
         ),
         Key::optional("seen", ValueType::Name(Named::Person), "Of a search: the others see where this person is."),
+        Key::optional("found", SOMEBODY, "Of a search: somebody says that one of these hidden objects is found."),
         Key::optional("lost", SOMEBODY, "This robot breaks down, or this agent leaves."),
         Key::optional(
             "back",

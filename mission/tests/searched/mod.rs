@@ -4,7 +4,7 @@
 use hierarq_mission::kinds::search::geometry::{Point, distance};
 use hierarq_mission::kinds::search::ground::{Body, Ground};
 use hierarq_mission::kinds::search::problem::{
-    Agent, Boundary, Codependence, Fall, Planner, Problem, Rate, Source, SourceKind, Wall,
+    Agent, Boundary, Codependence, Detection, Fall, Hidden, Planner, Problem, Rate, Source, SourceKind, Wall,
 };
 
 use hierarq_mission::occupancy::{Cell, OccupancyGrid};
@@ -21,6 +21,7 @@ pub fn agent(name: &str, human: bool, start: Point, speed: f64) -> Agent {
         radius: 0.2,
         passes: Vec::new(),
         unaware: Vec::new(),
+        sees: None,
         spread: 0.0,
         lost: false,
         told: None,
@@ -67,15 +68,51 @@ pub fn problem(area: Vec<Point>, agents: Vec<Agent>, sources: Vec<Source>, horiz
         agents,
         sources,
         codependent: Vec::new(),
+        objects: Vec::new(),
+        cell: 1.0,
+        exposure: Vec::new(),
         horizon,
         start: 0.0,
         planner: Planner { states: 4_000, tree_nodes: 200, ..Planner::default() },
         labels: Default::default(),
+        sight: Default::default(),
     }
 }
 
+/// Hidden objects, anywhere on the ground.
+pub fn hidden(name: &str, count: usize, worth: f64) -> Hidden {
+    Hidden { name: name.into(), count, found: 0, worth, region: Vec::new(), places: Vec::new() }
+}
+
 pub fn wall(name: &str, points: &[Point]) -> Wall {
-    Wall { name: name.into(), points: points.to_vec(), solid: false }
+    Wall { name: name.into(), points: points.to_vec(), solid: false, transparent: false }
+}
+
+/// The mission of `examples/tokens.hq`: two agents look for three tokens on 750 m^2 with walls.
+pub fn yard() -> Problem {
+    let team = vec![agent("tiago", false, [15.0, 1.0], 0.6), agent("anna", true, [14.0, 1.0], 0.9)];
+    let area = vec![[0.0, 0.0], [30.0, 0.0], [30.0, 25.0], [0.0, 25.0]];
+    let solid = |name: &str, [x, y]: Point, [width, height]: Point| Wall {
+        solid: true,
+        ..wall(name, &[[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
+    };
+    let mut p = problem(area, team, Vec::new(), 900.0);
+    p.agents.iter_mut().for_each(|who| {
+        (who.radius, who.sees) = (0.3, Some(Detection { within: 3.0, rate: 0.14 }));
+    });
+    p.agents[1].spread = 0.1;
+    p.walls = vec![
+        solid("hall", [4.0, 5.0], [7.0, 5.0]),
+        solid("shed", [21.0, 15.0], [5.0, 5.0]),
+        wall("hedge", &[[15.0, 6.0], [15.0, 13.0], [21.0, 13.0]]),
+        wall("fence", &[[0.0, 16.0], [8.0, 16.0]]),
+        wall("row_1", &[[11.0, 19.0], [11.0, 25.0]]),
+        wall("row_2", &[[16.0, 17.0], [16.0, 23.0]]),
+        solid("bench", [24.0, 5.0], [3.0, 2.0]),
+    ];
+    p.objects.push(hidden("token", 3, 10.0));
+    p.planner = Planner { window: Some(60.0), states: 4_000, ..Planner::default() };
+    p
 }
 
 /// The light and the panel of srs Fig. 9: the panel can be read by the robot alone, and only in the light.

@@ -116,6 +116,10 @@ fn class_of(region: Region) -> &'static str {
         Region::Unknown => "unknown",
         Region::Attracts => "attracts",
         Region::Repels => "repels",
+        Region::Faint => "belief faint",
+        Region::Light => "belief light",
+        Region::Medium => "belief medium",
+        Region::Strong => "belief strong",
     }
 }
 

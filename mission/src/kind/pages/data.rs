@@ -89,7 +89,7 @@ pub struct Button {
     /// Identifier, unique on a person's page and in a row of the supervisor's.
     pub id: Cow<'static, str>,
     /// Text.
-    pub text: &'static str,
+    pub text: Cow<'static, str>,
     /// Explanation under the pointer.
     pub title: Option<&'static str>,
     /// True if it can be pressed. While the clock is stopped, no button of a person can.
@@ -106,12 +106,23 @@ pub struct Button {
 
 impl Button {
     /// A plain button.
-    pub fn new(id: impl Into<Cow<'static, str>>, text: &'static str, enabled: bool, request: Value) -> Button {
-        Button { id: id.into(), text, title: None, enabled, main: false, confirm: false, point: None, request }
+    pub fn new(
+        id: impl Into<Cow<'static, str>>,
+        text: impl Into<Cow<'static, str>>,
+        enabled: bool,
+        request: Value,
+    ) -> Button {
+        let (id, text) = (id.into(), text.into());
+        Button { id, text, title: None, enabled, main: false, confirm: false, point: None, request }
     }
 
     /// A prominent button.
-    pub fn main(id: impl Into<Cow<'static, str>>, text: &'static str, enabled: bool, request: Value) -> Button {
+    pub fn main(
+        id: impl Into<Cow<'static, str>>,
+        text: impl Into<Cow<'static, str>>,
+        enabled: bool,
+        request: Value,
+    ) -> Button {
         Button { main: true, ..Button::new(id, text, enabled, request) }
     }
 }

@@ -5,7 +5,7 @@ use quantities::Quantity;
 use quantities::dimension::{ANGLE, LENGTH, NONE, RATE, TIME, VELOCITY};
 
 use super::map_file::UNREADABLE;
-use super::problem::{Fall, SourceKind};
+use super::problem::{Fall, MAX_COUNT, SourceKind};
 use crate::declare::common::{A_LENGTH, A_SHARE, A_WEIGHT, LABEL};
 use crate::numbers::Range;
 use crate::occupancy::{MAX_IMAGE_BYTES, image_path};
@@ -14,6 +14,8 @@ use crate::occupancy::{MAX_IMAGE_BYTES, image_path};
 pub static AGENTS: Members = Members { noun: "agent", roles: &["robot", "human"] };
 /// The sources, in the order of [`Problem::sources`](super::problem::Problem::sources).
 pub static SOURCES: Members = Members { noun: "source", roles: &["source"] };
+/// The groups of hidden objects, in the order of [`Problem::objects`](super::problem::Problem::objects).
+pub static OBJECTS: Members = Members { noun: "object", roles: &["object"] };
 /// The walls, in the order of [`Problem::walls`](super::problem::Problem::walls).
 pub static WALLS: Members = Members { noun: "wall", roles: &["wall"] };
 
@@ -58,6 +60,13 @@ block! {
         tree_nodes: usize = or(count(16.0, 20_000.0), "400");
         /// Time that an agent stays at a source with an infinite pool before it decides again.
         stay: f64 = or(ValueType::Number(Quantity::between(TIME, 0.1, 1e6)), "5 s");
+        /// Time that a plan looks ahead. Agents that have nothing more to do then are planned for anew. Default: up to the
+        /// horizon.
+        window: Option<f64> = optional(ValueType::Number(Quantity::above(TIME, 0.0)), "60 s");
+        /// Width of the square cells of the belief about hidden objects.
+        cell: f64 = or(ValueType::Number(Quantity::above(LENGTH, 0.0)), "1 m");
+        /// Number of places from which an agent considers to look for hidden objects.
+        lookouts: usize = or(count(1.0, 64.0), "16");
         /// Number of states of the search tree, with which planning ends.
         states: usize = or(count(100.0, 1e6), "20000");
         /// Seed of the planner.
@@ -75,6 +84,10 @@ block! {
         Key::optional("source", ValueType::Block(&SOURCE), "A source of reward: `source NAME { at [4, 2] m  radius 0.5 m  inside { rate 5 /s }  pool 10 }`.")
             .at(Place::Hq),
         Key::optional("sources", ValueType::Each(&ValueType::Block(&SOURCE)), "Sources of reward, by name.")
+            .at(Place::Yaml),
+        Key::optional("object", ValueType::Block(&HIDDEN), "Hidden objects that the team looks for: `object NAME { count 3  worth 10 }`.")
+            .at(Place::Hq),
+        Key::optional("objects", ValueType::Each(&ValueType::Block(&HIDDEN)), "Hidden objects that the team looks for, by name.")
             .at(Place::Yaml),
         Key::optional("wall", ValueType::Block(&WALL), "A wall: `wall NAME { line [[0, 2], [3, 2]] m }`.").at(Place::Hq),
         Key::optional("walls", ValueType::Each(&ValueType::Block(&WALL)), "Walls, by name.").at(Place::Yaml),
@@ -98,9 +111,39 @@ block! {
         passes: Vec<MemberIndex> = optional(SOME_WALLS, "[fence]");
         /// Sources that it is believed not to know of. The plan does not expect it to consume them.
         unaware: Vec<MemberIndex> = optional(SOME_SOURCES, "[light]");
+        /// How it detects hidden objects; default: it does not look for them.
+        sees: Option<SeesBlock> = optional(ValueType::Block(&SEES), "{ within 6 m  rate 0.2 /s }");
         /// Relative standard deviation of the times of its ways when they are executed with `operations sampled`. Plans do
         /// not use it.
         spread: f64 = or(A_SHARE, "0");
+    }
+}
+
+block! {
+    /// The detection model of an agent.
+    pub struct SeesBlock = SEES, "what an agent sees" {
+        /// Farthest distance at which it detects an object, in every direction.
+        within: f64 = required(ValueType::Number(Quantity::above(LENGTH, 0.0)), "6 m");
+        /// Detection rate: an object that is in sight for a time `t` is detected with the probability `1 - exp(-rate t)`.
+        rate: f64 = required(ValueType::Number(Quantity::above(RATE, 0.0)), "0.2 /s");
+    }
+}
+
+block! {
+    /// Hidden objects that are alike.
+    pub struct HiddenBlock = HIDDEN, "hidden objects" {
+        /// See [`LABEL`].
+        label: Option<String> = same(LABEL);
+        /// Number of the objects.
+        count: usize = or(count(1.0, MAX_COUNT as f64), "1");
+        /// Reward of finding one at the start; it falls evenly to zero at the horizon.
+        worth: f64 = or(ValueType::Number(Quantity::above(NONE, 0.0)), "10");
+        /// Corners of the region in which each object is believed to be, with the same probability everywhere. Default: the
+        /// whole ground.
+        region: Vec<[f64; 2]> = optional(POINTS, SQUARE);
+        /// True places in scenarios, one for each object, of which plans know nothing. Default: they are drawn from the region
+        /// by the seed.
+        places: Vec<[f64; 2]> = optional(POINTS, "[[3, 2]] m");
     }
 }
 
@@ -113,6 +156,8 @@ block! {
         line: Vec<[f64; 2]> = optional(POINTS, "[[0, 2], [3, 2]] m");
         /// Corners of a solid obstacle, in place of `line`.
         polygon: Vec<[f64; 2]> = optional(POINTS, SQUARE);
+        /// True if hidden objects behind it are in sight, as behind glass.
+        transparent: bool = or(ValueType::Flag, "false");
     }
 }
 

@@ -2,11 +2,14 @@
 
 use blocks::{Block, Help, MemberIndex, Snippet, Word};
 
-use super::blocks::{AgentBlock, RateBlock, SearchBlock, SourceBlock, WallBlock};
+use super::blocks::{AgentBlock, HiddenBlock, RateBlock, SearchBlock, SourceBlock, WallBlock};
 use super::check::{Item, check};
+use super::check_objects::unseen;
 use super::map_file;
 use super::mission::{Search, members};
-use super::problem::{Agent, Boundary, Codependence, Fall, Planner, Problem, Rate, Source, SourceKind, Wall};
+use super::problem::{
+    Agent, Boundary, Codependence, Detection, Fall, Hidden, Planner, Problem, Rate, Source, SourceKind, Wall,
+};
 use crate::declare::{DeclaredMember, DeclaredMission, Origins, Remark, Remarks, labels, mistaken};
 
 /// Builds the mission.
@@ -21,6 +24,9 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
         agents: Vec::new(),
         sources: Vec::new(),
         codependent: Vec::new(),
+        objects: Vec::new(),
+        cell: settings.cell,
+        exposure: Vec::new(),
         horizon: settings.horizon,
         start: 0.0,
         planner: Planner {
@@ -30,9 +36,12 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
             tree_nodes: settings.tree_nodes,
             stay: settings.stay,
             states: settings.states as u64,
+            window: settings.window,
+            lookouts: settings.lookouts,
             seed: settings.seed as u64,
         },
         labels: Default::default(),
+        sight: Default::default(),
     };
     map_file::add(declared, settings.map, &mut problem, &mut places, remarks);
     for member in declared.of("wall") {
@@ -50,6 +59,10 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
         let source = source(member, item, agents.len(), &mut places, remarks);
         problem.sources.push(source);
     }
+    for member in declared.of("object") {
+        places.add(Item::Object(problem.objects.len()), &member.settings);
+        problem.objects.push(hidden(member));
+    }
     codependences(declared, &mut problem, &mut places, remarks);
     problem.labels = labels(declared, [], remarks);
     mistaken(declared, members(&problem).iter().map(|member| member.name), &problem.labels, remarks);
@@ -60,6 +73,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
     }
     if !remarks.has_error() && !places.any_wrong() {
         idle(&problem, &places, remarks);
+        hidden_for_good(&problem, &places, remarks);
     }
     Search { problem }
 }
@@ -79,9 +93,22 @@ fn agent(member: &DeclaredMember) -> Agent {
         radius: block.radius,
         passes: indices(&block.passes),
         unaware: indices(&block.unaware),
+        sees: block.sees.map(|sees| Detection { within: sees.within, rate: sees.rate }),
         spread: block.spread,
         lost: false,
         told: None,
+    }
+}
+
+fn hidden(member: &DeclaredMember) -> Hidden {
+    let block = HiddenBlock::read(&member.settings);
+    Hidden {
+        name: member.name.clone(),
+        count: block.count,
+        found: 0,
+        worth: block.worth,
+        region: block.region,
+        places: block.places,
     }
 }
 
@@ -109,7 +136,8 @@ fn wall(member: &DeclaredMember, item: Item, places: &mut Origins<Item>, remarks
         _ => {}
     }
     let solid = written("polygon").is_some();
-    Wall { name: name.clone(), points: if solid { block.polygon } else { block.line }, solid }
+    let points = if solid { block.polygon } else { block.line };
+    Wall { name: name.clone(), points, solid, transparent: block.transparent }
 }
 
 fn rate(block: Option<RateBlock>) -> Rate {
@@ -259,10 +287,32 @@ fn codependences(declared: &DeclaredMission, problem: &mut Problem, places: &mut
 fn idle(problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
     for (index, agent) in problem.agents.iter().enumerate() {
         // Who is unaware of sources takes part knowingly.
-        if !problem.sources.iter().any(|source| source.attracts() && source.targets.contains(&index)) {
+        let looks = agent.sees.is_some() && !problem.objects.is_empty();
+        if !looks && !problem.sources.iter().any(|source| source.attracts() && source.targets.contains(&index)) {
             let text = format!("`{}` has nothing to collect", agent.name);
             let remark = Remark::warning("HQ0907", places.of(Item::Agent(index), &[]), text);
             remarks.push(remark.help("make it a target of a source with a positive rate, or remove it"));
         }
+        if agent.sees.is_some() && problem.objects.is_empty() {
+            let text = format!("`{}` looks for hidden objects, and this search has none", agent.name);
+            let remark = Remark::warning("HQ0946", places.of(Item::Agent(index), &["sees"]), text);
+            remarks.push(remark.help(Help::with("declare them, {}, or remove `sees`", [Snippet::declared(
+                "object",
+                "NAME",
+                [Snippet::entry("count", "3")],
+            )])));
+        }
+    }
+}
+
+/// Warns of objects that may be where nobody can see them.
+fn hidden_for_good(problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
+    for (index, object) in problem.objects.iter().enumerate() {
+        let Some((share, [x, y])) = unseen(problem, index) else { continue };
+        let text = format!("`{}` can be where nobody sees it, with a probability of {:.0} %", object.name, 100.0 * share);
+        let remark = Remark::warning("HQ0949", places.of(Item::Object(index), &["region"]), text);
+        let remark = remark.note(format!("for instance at ({x}, {y}) m"));
+        let help = "let an agent see farther or pass a wall, or leave that part out of the region";
+        remarks.push(remark.help(help));
     }
 }

@@ -28,7 +28,7 @@ fn bar(problem: &Problem, work: usize, of: &Activity) -> Bar {
     let source = of.source.map(|source| problem.source_label(source));
     let (style, title) = match of.phase {
         Phase::Going => (&GOING, format!("to {}", source.unwrap_or("a place"))),
-        Phase::Staying => (&STAYING, format!("at {}", source.unwrap_or("a place"))),
+        Phase::Staying => (&STAYING, source.map_or("looks around".into(), |source| format!("at {source}"))),
         Phase::Waiting => {
             let whom = of.awaits.map_or("others", |of| problem.agent_label(of.agent));
             (&WAITING, format!("waits for {whom}"))

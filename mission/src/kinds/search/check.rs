@@ -24,6 +24,8 @@ pub enum Item {
     Agent(usize),
     /// A source, by index.
     Source(usize),
+    /// A group of hidden objects, by index.
+    Object(usize),
 }
 
 /// A mistake.
@@ -86,6 +88,7 @@ pub fn check(problem: &Problem) -> Vec<Mistake> {
         precedence(problem, &mut found);
     }
     if found.is_empty() {
+        super::check_objects::objects(problem, &mut found);
         reach(problem, &mut found);
     }
     found
@@ -98,15 +101,16 @@ fn sizes(p: &Problem, found: &mut Vec<Mistake>) {
         let help = Help::with("declare one: {}", [Snippet::declared("robot", "NAME", agent)]);
         found.push(missing("this search has no agent", help));
     }
-    if p.sources.is_empty() {
+    if p.sources.is_empty() && p.objects.is_empty() {
         let source = [
             Snippet::entry("at", "[4, 2] m"),
             Snippet::entry("radius", "0.5 m"),
             Snippet::block("inside", [Snippet::entry("rate", "5 /s")]),
             Snippet::entry("pool", "10"),
         ];
-        let help = Help::with("declare one: {}", [Snippet::declared("source", "NAME", source)]);
-        found.push(missing("this search has no source of reward", help));
+        let object = Snippet::declared("object", "NAME", [Snippet::entry("count", "3")]);
+        let help = Help::with("declare one: {}, or {}", [Snippet::declared("source", "NAME", source), object]);
+        found.push(missing("this search has no source of reward, and no hidden object", help));
     }
     let corners = p.area.len() + p.walls.iter().map(|wall| wall.points.len()).sum::<usize>();
     let counts = [
@@ -145,6 +149,9 @@ fn sizes(p: &Problem, found: &mut Vec<Mistake>) {
         large(Item::Source(i), &["pool"], source.pool.is_none_or(small));
         large(Item::Source(i), &["inside"], small(source.inside.peak) && small(source.inside.scale));
         large(Item::Source(i), &["outside"], small(source.outside.peak) && small(source.outside.scale));
+    }
+    if found.is_empty() {
+        super::check_objects::sizes(p, found);
     }
 }
 

@@ -135,6 +135,9 @@ pub(super) fn plan_checked(problem: &Problem, options: &Options) -> Planned {
 
 /// The reward of all pools: no plan collects more, if nothing that attracts is without end. None: something is.
 fn most(problem: &Problem) -> Option<f64> {
+    if problem.is_searching() {
+        return None;
+    }
     let pools = problem.sources.iter().filter(|source| source.attracts());
     pools.map(|source| source.pool).sum()
 }

@@ -13,6 +13,12 @@ pub(super) fn typed(problem: &Problem, of: &Named) -> Result<Event, String> {
     if name == "replan" {
         return Ok(Event::Replan);
     }
+    if name == "found" {
+        let first = problem.agents.len() + problem.sources.len();
+        let object = of.member.and_then(|member| member.checked_sub(first));
+        let object = object.filter(|object| *object < problem.objects.len());
+        return object.map(|object| Event::Found { object }).ok_or_else(|| "`found` needs a hidden object".into());
+    }
     let agent = of.member.filter(|member| *member < problem.agents.len());
     let agent = agent.ok_or_else(|| format!("`{name}` names a member that does not exist"))?;
     let place = || {
@@ -65,12 +71,16 @@ pub(super) fn words(problem: &Problem, event: &Event) -> String {
         Event::Free { agent } => format!("the goal of {} is withdrawn", label(agent)),
         Event::Strays { agent, to } => format!("{} strays to ({:.1}, {:.1}) m", label(agent), to[0], to[1]),
         Event::Seen { agent } => format!("{} is seen", label(agent)),
+        Event::Found { object } => format!("{} is reported as found", problem.object_label(*object)),
         Event::Replan => "a new plan is requested".into(),
     }
 }
 
 /// The words for an activity.
 pub(super) fn activity(problem: &Problem, phase: Phase, source: Option<usize>) -> String {
+    if phase == Phase::Staying && source.is_none() {
+        return "looks around".into();
+    }
     let source = source.map_or("a place", |source| problem.source_label(source));
     match phase {
         Phase::Going => format!("goes to {source}"),
@@ -86,6 +96,9 @@ pub(super) fn of_log_entry(problem: &Problem, what: &LogEntry) -> String {
             format!("{} {}", problem.agent_label(*agent), activity(problem, *phase, *source))
         }
         LogEntry::Consumed { source } => format!("{} is consumed", problem.source_label(*source)),
+        LogEntry::Found { object, agent } => {
+            format!("{} has found {}", problem.agent_label(*agent), problem.object_label(*object))
+        }
         LogEntry::GoalReached { agent } => {
             format!("{} has reached the goal that was told", problem.agent_label(*agent))
         }

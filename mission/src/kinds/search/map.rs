@@ -3,6 +3,7 @@
 use crate::map::{Line, Map, Region, Shape, Sign};
 use crate::occupancy::Cell;
 
+use super::belief::weights;
 use super::geometry::Point;
 use super::plan::{Activity, Phase};
 use super::problem::{Boundary, Problem, Source, SourceKind};
@@ -24,6 +25,7 @@ pub fn map(problem: &Problem, activities: &[Activity]) -> Map {
             }
         }
     }
+    belief(problem, &mut shapes);
     for wall in &problem.walls {
         let title = Some(problem.labels.member(&wall.name).to_string());
         shapes.push(match wall.solid {
@@ -68,6 +70,31 @@ pub fn map(problem: &Problem, activities: &[Activity]) -> Map {
         shapes,
         robots: (0..problem.agents.len()).map(|agent| problem.agent_label(agent).to_string()).collect(),
         legend: vec![(Sign::Base, "robot"), (Sign::Person, "person")],
+    }
+}
+
+/// Draws the belief about hidden objects: cells in four shades, by their weight relative to the heaviest one.
+fn belief(problem: &Problem, shapes: &mut Vec<Shape>) {
+    if !problem.is_searching() {
+        return;
+    }
+    let sight = problem.sight();
+    let weights = weights(problem, &sight);
+    let most = weights.iter().copied().fold(0.0, f64::max);
+    let shades = [Region::Faint, Region::Light, Region::Medium, Region::Strong];
+    for (level, region) in shades.into_iter().enumerate() {
+        let (low, high) = (0.25 * level as f64, 0.25 * (level + 1) as f64);
+        let is_in = |weight: f64| {
+            let share = weight / most;
+            // Cells in which next to nothing is left stay blank.
+            share > low.max(0.02) && (share <= high || level == 3)
+        };
+        let cells = (0..sight.len()).filter(|cell| is_in(weights[*cell]));
+        let rectangles: Vec<[Point; 4]> = cells.map(|cell| sight.corners(cell)).collect();
+        if !rectangles.is_empty() {
+            let title = format!("belief of {} to {} % of the highest", 25 * level, 25 * (level + 1));
+            shapes.push(Shape::Regions { region, rectangles, title: Some(title) });
+        }
     }
 }
 

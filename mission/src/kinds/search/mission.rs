@@ -15,13 +15,15 @@ use super::check::{Item, check};
 use super::choose::{Formulation, Options};
 use super::execution::{SearchExecution, Settings};
 use super::pages::SearchPages;
-use super::problem::Problem;
+use super::problem::{MAX_COUNT, Problem};
 use super::run::MEASURES;
 use super::{event, text};
 
-/// Sources take part in no event.
-const NOT_A_SOURCE: &[NotOf] =
-    &[NotOf { role: "source", who: "a source", why: "a source is consumed by agents and performs nothing" }];
+/// Sources and hidden objects take part in no event of agents.
+const A_SOURCE: NotOf =
+    NotOf { role: "source", who: "a source", why: "a source is consumed by agents and performs nothing" };
+const AN_OBJECT: NotOf = NotOf { role: "object", who: "a hidden object", why: "a hidden object is found, and performs nothing" };
+const NOT_A_SOURCE: &[NotOf] = &[A_SOURCE, AN_OBJECT];
 
 const fn event_of(name: &'static str, with: &'static [Further]) -> EventInfo {
     EventInfo { name, with, not_of: NOT_A_SOURCE }
@@ -32,7 +34,8 @@ const TO: &[Further] = &[Further { key: "to", required: Some("[2, 0] m") }];
 /// An event of people.
 const fn of_person(name: &'static str, with: &'static [Further]) -> EventInfo {
     const OTHERS: &[NotOf] = &[
-        NotOf { role: "source", who: "a source", why: "a source is consumed by agents and performs nothing" },
+        A_SOURCE,
+        AN_OBJECT,
         NotOf {
             role: "robot",
             who: "a robot",
@@ -45,11 +48,23 @@ const fn of_person(name: &'static str, with: &'static [Further]) -> EventInfo {
 /// A message about a robot.
 const fn of_robot(name: &'static str, with: &'static [Further]) -> EventInfo {
     const OTHERS: &[NotOf] = &[
-        NotOf { role: "source", who: "a source", why: "a source is consumed by agents and performs nothing" },
+        A_SOURCE,
+        AN_OBJECT,
         NotOf { role: "human", who: "a person", why: "people tell their own poses and goals, `my_pose` and `my_goal`" },
     ];
     EventInfo { name, with, not_of: OTHERS }
 }
+
+/// An event of hidden objects.
+const OF_AN_OBJECT: EventInfo = EventInfo {
+    name: "found",
+    with: &[],
+    not_of: &[
+        A_SOURCE,
+        NotOf { role: "robot", who: "a robot", why: "hidden objects are found; name the object" },
+        NotOf { role: "human", who: "a person", why: "hidden objects are found; name the object" },
+    ],
+};
 
 /// The entry of the kind.
 pub static KIND: Kind = Kind {
@@ -73,6 +88,7 @@ pub static KIND: Kind = Kind {
         of_person("replan", &[]),
         of_person("strays", TO),
         of_person("seen", &[]),
+        OF_AN_OBJECT,
     ],
     absent: &[
         ("travel", "agents of a search move at their own speeds"),
@@ -103,16 +119,19 @@ impl Search {
             durations: how.sampled.map_or(Durations::Planned, |seed| Durations::Sampled { seed }),
             replan: how.replan,
             budget: Options::of(&self.problem).budget,
+            formulation: Formulation::TreeSearch,
             reporting: how.reporting.clone(),
         }
     }
 }
 
-/// Everybody who takes part: agents, and then sources.
+/// Everybody who takes part: agents, then sources, and then hidden objects.
 pub(super) fn members(problem: &Problem) -> Vec<Member<'_>> {
     let role = |human: bool| if human { "human" } else { "robot" };
     let agents = problem.agents.iter().map(|agent| Member { name: &agent.name, role: role(agent.human) });
-    agents.chain(problem.sources.iter().map(|source| Member { name: &source.name, role: "source" })).collect()
+    let sources = problem.sources.iter().map(|source| Member { name: &source.name, role: "source" });
+    let objects = problem.objects.iter().map(|object| Member { name: &object.name, role: "object" });
+    agents.chain(sources).chain(objects).collect()
 }
 
 impl kind::Mission for Search {
@@ -141,7 +160,14 @@ impl kind::Mission for Search {
         let pairs = p.codependent.iter().all(|pair| good(&pair.of, p.sources.len()));
         Mistake::unless(agents && sources && pairs, "the mission", "a part refers to another one that does not exist")?;
         let planner = &p.planner;
-        let settings = (16..=20_000).contains(&planner.tree_nodes)
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        let hidden = positive(p.cell)
+            && p.planner.window.is_none_or(positive)
+            && p.objects.iter().all(|of| (1..=MAX_COUNT).contains(&of.count) && of.found <= of.count && positive(of.worth))
+            && p.agents.iter().filter_map(|a| a.sees).all(|sees| positive(sees.within) && positive(sees.rate))
+            && p.exposure.iter().all(|x| x.is_finite() && *x >= 0.0);
+        let settings = hidden
+            && (16..=20_000).contains(&planner.tree_nodes)
             && planner.goals >= 1
             && planner.stay >= 0.1
             && (0.0..1.0).contains(&planner.reduction)
@@ -155,6 +181,7 @@ impl kind::Mission for Search {
                 Item::Wall(i) => format!("walls.{i}"),
                 Item::Agent(i) => format!("agents.{i}"),
                 Item::Source(i) => format!("sources.{i}"),
+                Item::Object(i) => format!("objects.{i}"),
             };
             return Err(Mistake { place, why: mistake.text });
         }

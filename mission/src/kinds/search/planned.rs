@@ -74,7 +74,8 @@ fn by_kind(problem: &Problem, rewards: &Rewards) -> [f64; 4] {
 fn cost(problem: &Problem, rewards: &Rewards) -> Cost {
     let sums = by_kind(problem, rewards);
     let parts = SourceKind::ALL.into_iter().zip(sums).map(|(kind, sum)| Part::plain(kind.name(), 0.0 - sum));
-    let parts: Vec<Part> = parts.collect();
+    let hidden = (!problem.objects.is_empty()).then(|| Part::plain("objects", 0.0 - rewards.objects));
+    let parts: Vec<Part> = parts.chain(hidden).collect();
     Cost { total: parts.iter().map(|part| part.cost).sum(), parts }
 }
 
@@ -82,7 +83,8 @@ fn cost_text(problem: &Problem, rewards: &Rewards) -> String {
     let sums = by_kind(problem, rewards);
     // A part that rounds to zero is not a part.
     let parts = SourceKind::ALL.into_iter().zip(sums).filter(|(_, sum)| sum.abs() >= 0.005);
-    let parts: Vec<String> = parts.map(|(kind, sum)| format!("{} {sum:.2}", kind.name())).collect();
+    let hidden = (rewards.objects >= 0.005).then(|| format!("hidden objects {:.2}", rewards.objects));
+    let parts: Vec<String> = parts.map(|(kind, sum)| format!("{} {sum:.2}", kind.name())).chain(hidden).collect();
     match parts.is_empty() {
         true => "reward 0".into(),
         false => format!("reward {:.2}: {}", rewards.total, parts.join(", ")),
@@ -90,6 +92,10 @@ fn cost_text(problem: &Problem, rewards: &Rewards) -> String {
 }
 
 fn table(problem: &Problem, plan: &Plan) -> Listing {
+    let lookout = |activity: &super::plan::Activity| {
+        let is = activity.source.is_none() && activity.phase != Phase::Waiting && problem.is_searching();
+        is.then_some("lookout")
+    };
     let row = |activity: &super::plan::Activity| {
         let end = activity.way.last().copied().unwrap_or_default();
         let source = activity.source.map(|source| problem.source_label(source));
@@ -97,7 +103,7 @@ fn table(problem: &Problem, plan: &Plan) -> Listing {
         vec![
             problem.agent_label(activity.agent).to_string(),
             activity.phase.name().to_string(),
-            source.or(whom).unwrap_or("-").to_string(),
+            source.or(whom).or_else(|| lookout(activity)).unwrap_or("-").to_string(),
             format!("{:.1}", activity.start),
             format!("{:.1}", activity.end),
             format!("{:.2}", end[0]),
@@ -117,6 +123,8 @@ fn table(problem: &Problem, plan: &Plan) -> Listing {
 struct Data {
     agents: Vec<AgentData>,
     sources: Vec<SourceData>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    objects: Vec<ObjectData>,
     activities: Vec<ActivityData>,
 }
 
@@ -139,6 +147,15 @@ struct SourceData {
     #[serde(skip_serializing_if = "Option::is_none")]
     left: Option<f64>,
     reward: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct ObjectData {
+    #[serde(flatten)]
+    named: Named,
+    count: usize,
+    found: usize,
+    worth: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -173,6 +190,12 @@ fn data(problem: &Problem, plan: &Plan, rewards: &Rewards) -> Data {
         left: source.pool.map(|_| rewards.pools[index]),
         reward: rewards.sources[index],
     });
+    let objects = problem.objects.iter().map(|object| ObjectData {
+        named: Named::new(&object.name, problem.labels.member(&object.name)),
+        count: object.count,
+        found: object.found,
+        worth: object.worth,
+    });
     let name = |agent: usize| problem.agents.get(agent).map(|agent| agent.name.clone());
     let activities = plan.activities.iter().map(|activity| ActivityData {
         agent: name(activity.agent).unwrap_or_default(),
@@ -186,5 +209,5 @@ fn data(problem: &Problem, plan: &Plan, rewards: &Rewards) -> Data {
         way: if activity.phase == Phase::Going { activity.way.clone() } else { Vec::new() },
         begun: activity.begun,
     });
-    Data { agents: agents.collect(), sources: sources.collect(), activities: activities.collect() }
+    Data { agents: agents.collect(), sources: sources.collect(), objects: objects.collect(), activities: activities.collect() }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::geometry::{self, Point, distance, edges, inside, to_segment};
+use super::sight::{Sight, SightCache};
 use crate::labels::Labels;
 use crate::occupancy::OccupancyGrid;
 
@@ -10,6 +11,10 @@ use crate::occupancy::OccupancyGrid;
 pub const MAX_AGENTS: usize = 16;
 /// The most sources.
 pub const MAX_SOURCES: usize = 64;
+/// The most groups of hidden objects.
+pub const MAX_OBJECTS: usize = 16;
+/// The most hidden objects of a group.
+pub const MAX_COUNT: usize = 100;
 /// The most walls.
 pub const MAX_WALLS: usize = 512;
 /// The most corners of all polygons and walls together.
@@ -35,6 +40,16 @@ pub struct Problem {
     pub sources: Vec<Source>,
     /// Pairs of sources that share their pools.
     pub codependent: Vec<Codependence>,
+    /// Hidden objects that the team looks for (srs section 5).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<Hidden>,
+    /// Width of the cells of the belief (m), more than 0.
+    #[serde(default = "usual_cell")]
+    pub cell: f64,
+    /// Exposure of each cell that the beliefs account for: the integral of the detection rates of those who have looked at it.
+    /// Empty: nobody has looked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub exposure: Vec<f64>,
     /// Time at which rewards cease to count (s).
     pub horizon: f64,
     /// Present time (s); 0 before the execution.
@@ -43,6 +58,48 @@ pub struct Problem {
     pub planner: Planner,
     /// Texts that people read in place of names.
     pub labels: Labels,
+    /// Cells that see one another.
+    #[serde(skip)]
+    pub sight: SightCache,
+}
+
+fn usual_cell() -> f64 {
+    1.0
+}
+
+/// Hidden objects that are alike, `O` of srs 5.1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hidden {
+    /// Name.
+    pub name: String,
+    /// Their number, 1 or more.
+    pub count: usize,
+    /// Number of those that are found.
+    #[serde(default)]
+    pub found: usize,
+    /// Reward of finding one at the start; it falls to zero at the horizon.
+    pub worth: f64,
+    /// Corners of the region in which each is, with the same probability everywhere (m); none: the whole ground.
+    pub region: Vec<Point>,
+    /// True places in simulated executions (m), of which plans know nothing; none: they are drawn from the region.
+    pub places: Vec<Point>,
+}
+
+impl Hidden {
+    /// Number of those that are still to be found.
+    pub fn left(&self) -> usize {
+        self.count.saturating_sub(self.found)
+    }
+}
+
+/// Detection model of an agent, srs (22): an object that is in sight for a time `t` stays undetected with the probability
+/// `exp(-rate t)`, which has the property (23).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Detection {
+    /// Farthest distance of what it sees (m), more than 0.
+    pub within: f64,
+    /// Detection rate (1/s), more than 0.
+    pub rate: f64,
 }
 
 /// A wall.
@@ -54,6 +111,9 @@ pub struct Wall {
     pub points: Vec<Point>,
     /// The points are the corners of a solid obstacle.
     pub solid: bool,
+    /// Objects behind it are in sight.
+    #[serde(default)]
+    pub transparent: bool,
 }
 
 /// A member of the team.
@@ -75,6 +135,9 @@ pub struct Agent {
     pub passes: Vec<usize>,
     /// Indices of the sources that it is believed not to know of: it is not expected to consume them (srs (11)).
     pub unaware: Vec<usize>,
+    /// How it detects hidden objects; none: it does not look for them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sees: Option<Detection>,
     /// Relative standard deviation of the times of its ways.
     pub spread: f64,
     /// It takes no part any more.
@@ -310,20 +373,72 @@ pub struct Planner {
     pub stay: f64,
     /// Number of states of the search tree.
     pub states: u64,
+    /// Time that a plan looks ahead (s), more than 0; none: up to the horizon.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window: Option<f64>,
+    /// Number of places from which an agent considers to look for hidden objects.
+    #[serde(default = "usual_lookouts")]
+    pub lookouts: usize,
     /// Seed of trees and samples.
     pub seed: u64,
 }
 
 impl Default for Planner {
     fn default() -> Planner {
-        Planner { goals: 8, reduction: 0.8, discount: 0.8, tree_nodes: 400, stay: 5.0, states: 20_000, seed: 1 }
+        Planner {
+            goals: 8,
+            reduction: 0.8,
+            discount: 0.8,
+            tree_nodes: 400,
+            stay: 5.0,
+            states: 20_000,
+            window: None,
+            lookouts: usual_lookouts(),
+            seed: 1,
+        }
     }
+}
+
+fn usual_lookouts() -> usize {
+    16
 }
 
 impl Problem {
     /// Text that people read in place of the name of an agent.
     pub fn agent_label(&self, agent: usize) -> &str {
         self.agents.get(agent).map_or("?", |agent| self.labels.member(&agent.name))
+    }
+
+    /// End of the time that a plan accounts for (s).
+    pub fn end(&self) -> f64 {
+        self.planner.window.map_or(self.horizon, |window| self.horizon.min(self.start + window))
+    }
+
+    /// Text that people read in place of the name of a group of objects.
+    pub fn object_label(&self, object: usize) -> &str {
+        self.objects.get(object).map_or("?", |object| self.labels.member(&object.name))
+    }
+
+    /// Returns true if something hidden is still to be found.
+    pub fn is_searching(&self) -> bool {
+        self.objects.iter().any(|object| object.left() > 0)
+    }
+
+    /// Returns how an agent looks for what is hidden; none: it does not, or nothing is.
+    pub fn looks(&self, agent: usize) -> Option<Detection> {
+        let who = self.agents.get(agent).filter(|who| !who.lost)?;
+        who.sees.filter(|_| self.is_searching())
+    }
+
+    /// The share of the worth of an object that is left at a time (s): 1 at the begin of the mission, 0 at the horizon. The
+    /// plan with the most expected worth is then the one with the least expected time to find, cut off at the horizon.
+    pub fn urgency(&self, time: f64) -> f64 {
+        (1.0 - time / self.horizon).clamp(0.0, 1.0)
+    }
+
+    /// Cells that see one another, of the map and the walls as they are.
+    pub fn sight(&self) -> std::sync::Arc<Sight> {
+        self.sight.of(self)
     }
 
     /// Text that people read in place of the name of a source.

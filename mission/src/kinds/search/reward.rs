@@ -2,12 +2,15 @@
 //! (19).
 //!
 //! An interval ends whenever an action of somebody ends, as the states of the search tree do. Sources that are closed at its
-//! begin stay closed until its end. Within it sources are settled in their order, so that a pool is never consumed beyond its
+//! begin stay closed until its end. The worth of hidden objects is counted as it is expected: by the probability that they are
+//! detected, srs (28), agent by agent within an interval. Within it sources are settled in their order, so that a pool is never consumed beyond its
 //! content. Who has no activity any more consumes nothing, and is still exposed to what repels; the paper leaves it open.
 
+use super::belief::Undetected;
 use super::geometry::{Point, Pose, along};
 use super::plan::{Activity, Phase};
 use super::problem::{EMPTY, Problem, SourceKind};
+use super::sight::Sight;
 use super::ways::{Way, rate, steps};
 
 /// The motion of an agent in an interval.
@@ -21,6 +24,8 @@ pub enum Motion<'w> {
         rates: &'w [f64],
         /// Its pose.
         pose: Pose,
+        /// Cell from which it sees, if it looks for hidden objects.
+        seat: Option<u32>,
         /// It has no activity any more: it consumes nothing, and is still exposed to what repels.
         idle: bool,
     },
@@ -36,6 +41,28 @@ pub enum Motion<'w> {
 }
 
 impl Motion<'_> {
+    /// Calls `look` with each cell from which it sees in an interval, and with the times (s) between which it does.
+    pub fn each_seat(&self, from: f64, to: f64, mut look: impl FnMut(u32, f64, f64)) {
+        match self {
+            Motion::Absent | Motion::Still { seat: None, .. } => {}
+            Motion::Still { seat: Some(seat), .. } => look(*seat, from, to),
+            Motion::Along { way, shares: [first, last], .. } => {
+                let time = |share: f64| from + (share - first) / (last - first) * (to - from);
+                for dwell in &way.dwells {
+                    let (begin, end) = (dwell.shares[0].max(*first), dwell.shares[1].min(*last));
+                    if begin < end {
+                        look(dwell.seat, time(begin), time(end));
+                    }
+                }
+            }
+        }
+    }
+
+    /// It has no activity any more.
+    fn is_idle(&self) -> bool {
+        matches!(self, Motion::Still { idle: true, .. })
+    }
+
     /// Pose at a share of the interval.
     fn pose(&self, share: f64) -> Pose {
         match self {
@@ -87,6 +114,30 @@ pub fn produced(problem: &Problem, motions: &[Motion<'_>], duration: f64, gained
             gained[agent * sources + index] += rates.sum::<f64>() * duration / count as f64;
         }
     }
+}
+
+/// Looks for hidden objects in an interval: takes away what is detected, and returns its expected worth. `note` gets each agent
+/// with its part.
+pub fn look(
+    problem: &Problem,
+    sight: &Sight,
+    motions: &[Motion<'_>],
+    [from, to]: [f64; 2],
+    left: &mut Undetected,
+    mut note: impl FnMut(usize, f64),
+) -> f64 {
+    let mut total = 0.0;
+    for (agent, motion) in motions.iter().enumerate().filter(|(_, motion)| !motion.is_idle()) {
+        let Some(sees) = problem.looks(agent) else { continue };
+        let mut own = 0.0;
+        motion.each_seat(from, to, |seat, begin, end| {
+            let detected = left.look(sight, seat, sees.within, sees.rate * (end - begin));
+            own += detected * problem.urgency(0.5 * (begin + end));
+        });
+        total += own;
+        note(agent, own);
+    }
+    total
 }
 
 /// Returns a point in the frame of a pose.
@@ -142,6 +193,8 @@ pub struct Rewards {
     pub agents: Vec<f64>,
     /// Pools at the horizon.
     pub pools: Vec<f64>,
+    /// That of hidden objects: expected of a plan, collected in an execution.
+    pub objects: f64,
 }
 
 impl Rewards {
@@ -165,28 +218,33 @@ impl Rewards {
             sources: vec![0.0; problem.sources.len()],
             agents: vec![0.0; problem.agents.len()],
             pools: problem.pools(),
+            objects: 0.0,
         }
     }
 }
 
-/// Returns the instants of a plan at which an interval ends: the end of each activity until the horizon, and the horizon.
+/// Returns the instants of a plan at which an interval ends: the end of each activity, and that of the time it accounts for.
 pub fn instants(problem: &Problem, activities: &[Activity]) -> Vec<f64> {
-    let ends = activities.iter().map(|activity| activity.end).chain([problem.horizon]);
-    let mut all: Vec<f64> = ends.filter(|t| *t > problem.start && *t <= problem.horizon).collect();
+    let ends = activities.iter().map(|activity| activity.end).chain([problem.end()]);
+    let mut all: Vec<f64> = ends.filter(|t| *t > problem.start && *t <= problem.end()).collect();
     all.sort_by(f64::total_cmp);
     all.dedup_by(|next, kept| *next - *kept <= 1e-9);
     all
 }
 
-/// Computes the rewards of the activities of a team from the present to the horizon.
+/// Computes the rewards of the activities of a team from the present to the end of the time that a plan accounts for.
 pub fn evaluate(problem: &Problem, activities: &[Activity]) -> Rewards {
     struct Own {
         leg: Option<(Way, [f64; 2])>,
         pose: Pose,
         rates: Vec<f64>,
+        seat: Option<u32>,
         next: usize,
         order: Vec<usize>,
     }
+    let sight = problem.is_searching().then(|| problem.sight());
+    let mut undetected = Undetected::of(problem);
+    let seat = |agent: usize, at: Point| sight.as_ref().filter(|_| problem.looks(agent).is_some())?.seat(at);
     let rates = |agent: usize, at: Point| -> Vec<f64> {
         (0..problem.sources.len()).map(|source| rate(problem, agent, source, at, 0.0)).collect()
     };
@@ -195,7 +253,8 @@ pub fn evaluate(problem: &Problem, activities: &[Activity]) -> Rewards {
         let mut order: Vec<usize> = (0..activities.len()).filter(|i| activities[*i].agent == agent).collect();
         order.sort_by(|a, b| activities[*a].start.total_cmp(&activities[*b].start));
         let pose = Pose { at: who.start, heading: who.heading };
-        own.push(Own { leg: None, pose, rates: rates(agent, who.start), next: 0, order });
+        let seat = seat(agent, who.start);
+        own.push(Own { leg: None, pose, rates: rates(agent, who.start), seat, next: 0, order });
     }
     let mut rewards = Rewards::none(problem);
     let (mut now, mut gained) = (problem.start, Vec::new());
@@ -208,7 +267,7 @@ pub fn evaluate(problem: &Problem, activities: &[Activity]) -> Rewards {
                 }
                 if let Some((way, _)) = of.leg.take() {
                     of.pose = along(&way.points, 1.0, of.pose.heading);
-                    of.rates = rates(agent, of.pose.at);
+                    (of.rates, of.seat) = (rates(agent, of.pose.at), seat(agent, of.pose.at));
                 }
                 if activity.end > now + 1e-9 {
                     if activity.phase == Phase::Going {
@@ -224,7 +283,7 @@ pub fn evaluate(problem: &Problem, activities: &[Activity]) -> Rewards {
                 && let Some((way, _)) = of.leg.take()
             {
                 of.pose = along(&way.points, 1.0, of.pose.heading);
-                of.rates = rates(agent, of.pose.at);
+                (of.rates, of.seat) = (rates(agent, of.pose.at), seat(agent, of.pose.at));
             }
         }
         let motions = own.iter().enumerate().map(|(agent, of)| match &of.leg {
@@ -236,11 +295,17 @@ pub fn evaluate(problem: &Problem, activities: &[Activity]) -> Rewards {
             }
             None => {
                 let last = of.order.last().map_or(problem.start, |i| activities[*i].end);
-                Motion::Still { rates: &of.rates, pose: of.pose, idle: last <= now + 1e-9 }
+                Motion::Still { rates: &of.rates, pose: of.pose, seat: of.seat, idle: last <= now + 1e-9 }
             }
         });
         let motions: Vec<Motion<'_>> = motions.collect();
         rewards.add(problem, &motions, then - now, &mut gained);
+        if let Some(sight) = &sight {
+            let agents = &mut rewards.agents;
+            let worth = look(problem, sight, &motions, [now, then], &mut undetected, |agent, own| agents[agent] += own);
+            rewards.objects += worth;
+            rewards.total += worth;
+        }
         now = then;
     }
     rewards

@@ -18,6 +18,7 @@ use super::problem::{EMPTY, Problem};
 
 const EVERYBODY: &[&str] = &["robot", "human"];
 const SOURCE: &[&str] = &["source"];
+const OBJECT: &[&str] = &["object"];
 
 /// Everything that is measured of searches; the index is that of the agent or of the source.
 pub(super) const MEASURES: &MeasureTable<SearchWorld> = &[
@@ -72,6 +73,31 @@ pub(super) const MEASURES: &MeasureTable<SearchWorld> = &[
         Measure::whole("leader_leader", Form::Truth, "True while a person has told the goal of a robot alone."),
         |of, _| Some(truth(of.role() == Role::LeaderLeader)),
     ),
+    (
+        Measure::whole(
+            "explored",
+            Form::Number(NONE),
+            "Share of the ground that is explored: the mean over its cells of the probability that a hidden object there would have \
+             been detected.",
+        ),
+        |of, _| Some(number(of.explored(None))),
+    ),
+    (Measure::whole("all_found", Form::Truth, "True once every hidden object is found."), |of, _| {
+        Some(truth(!of.problem().is_searching()))
+    }),
+    (
+        Measure::of(EVERYBODY, "explored", Form::Number(NONE), "Share of the ground that it has explored before the others."),
+        |of, agent| Some(number(of.explored(Some(agent)))),
+    ),
+    (Measure::of(EVERYBODY, "finds", Form::Number(NONE), "Number of hidden objects that it has found."), |of, agent| {
+        Some(number(of.finds(agent) as f64))
+    }),
+    (Measure::of(OBJECT, "found", Form::Number(NONE), "Number of these objects that are found."), |of, object| {
+        Some(number(of.problem().objects.get(object)?.found as f64))
+    }),
+    (Measure::of(OBJECT, "left", Form::Number(NONE), "Number of these objects that are still hidden."), |of, object| {
+        Some(number(of.problem().objects.get(object)?.left() as f64))
+    }),
     (Measure::of(EVERYBODY, "position", Form::Point, "Its position."), |of, agent| {
         let [x, y] = of.agent(agent)?.pose.at;
         Some([x, y, 0.0])
@@ -132,6 +158,10 @@ pub struct Results {
     makespan: f64,
     agents: Vec<AgentResult>,
     sources: Vec<SourceResult>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    explored: Option<f64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    objects: Vec<ObjectResult>,
 }
 
 #[derive(Debug, Serialize)]
@@ -139,6 +169,19 @@ pub struct AgentResult {
     name: String,
     reward: f64,
     travelled: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    explored: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    finds: Option<usize>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct ObjectResult {
+    name: String,
+    count: usize,
+    found: usize,
+    /// Times at which they were found (s).
+    times: Vec<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -163,7 +206,11 @@ impl Reports for SearchWorld {
             Some(agent) => Some((if agent.human { "human" } else { "robot" }, member)),
             None => {
                 let source = member - problem.agents.len();
-                (source < problem.sources.len()).then_some(("source", source))
+                if source < problem.sources.len() {
+                    return Some(("source", source));
+                }
+                let object = source - problem.sources.len();
+                (object < problem.objects.len()).then_some(("object", object))
             }
         }
     }
@@ -186,6 +233,7 @@ impl Reports for SearchWorld {
             LogEntry::Begun { .. } => false,
             LogEntry::Plan(change) => change.is_notable(),
             LogEntry::Consumed { .. }
+            | LogEntry::Found { .. }
             | LogEntry::Handled { .. }
             | LogEntry::GoalReached { .. }
             | LogEntry::Role { .. }
@@ -203,10 +251,19 @@ impl Reports for SearchWorld {
 
     fn results(of: &SearchExecution) -> Results {
         let (problem, rewards) = (&of.problem, of.rewards());
+        let hides = !problem.objects.is_empty();
         let agents = problem.agents.iter().enumerate().map(|(index, agent)| AgentResult {
             name: agent.name.clone(),
             reward: rewards.agents[index],
             travelled: of.agent(index).map_or(0.0, |view| view.travelled),
+            explored: hides.then(|| of.explored(Some(index))),
+            finds: hides.then(|| of.finds(index)),
+        });
+        let objects = problem.objects.iter().enumerate().map(|(index, object)| {
+            let own = of.secrets().iter().filter(|secret| secret.object == index);
+            let mut times: Vec<f64> = own.filter_map(|secret| secret.found).collect();
+            times.sort_by(f64::total_cmp);
+            ObjectResult { name: object.name.clone(), count: object.count, found: object.found, times }
         });
         let sources = problem.sources.iter().enumerate().map(|(index, source)| SourceResult {
             name: source.name.clone(),
@@ -219,32 +276,51 @@ impl Reports for SearchWorld {
             makespan: of.makespan(),
             agents: agents.collect(),
             sources: sources.collect(),
+            explored: hides.then(|| of.explored(None)),
+            objects: objects.collect(),
         }
     }
 
     fn tables(results: &Results, labels: &Labels) -> Vec<Table> {
         let label = |name: &str| Cell::Text(labels.member(name).to_string());
         let of_agent = |agent: &AgentResult| {
-            vec![label(&agent.name), Cell::Number(agent.reward, ""), Cell::Number(agent.travelled, "m")]
+            let mut row = vec![label(&agent.name), Cell::Number(agent.reward, ""), Cell::Number(agent.travelled, "m")];
+            row.extend(agent.explored.map(|share| Cell::Number(100.0 * share, "%")));
+            row.extend(agent.finds.map(|finds| Cell::Number(finds as f64, "")));
+            row
+        };
+        let of_object = |object: &ObjectResult| {
+            let last = object.times.last().map_or(Cell::Text("-".into()), |last| Cell::Number(*last, "s"));
+            vec![label(&object.name), Cell::Text(format!("{} of {}", object.found, object.count)), last]
         };
         let of_source = |source: &SourceResult| {
             let left = source.left.map_or(Cell::Text("endless".into()), |left| Cell::Number(left, ""));
             vec![label(&source.name), Cell::Number(source.reward, ""), left]
         };
-        vec![
-            Table {
-                columns: vec!["agent", "reward", "travelled"],
-                rows: results.agents.iter().map(of_agent).collect(),
-            },
-            Table { columns: vec!["source", "reward", "left"], rows: results.sources.iter().map(of_source).collect() },
-        ]
+        let hides = !results.objects.is_empty();
+        let mut columns = vec!["agent", "reward", "travelled"];
+        if hides {
+            columns.extend(["explored", "finds"]);
+        }
+        let mut tables = vec![Table { columns, rows: results.agents.iter().map(of_agent).collect() }];
+        if !results.sources.is_empty() || !hides {
+            let rows = results.sources.iter().map(of_source).collect();
+            tables.push(Table { columns: vec!["source", "reward", "left"], rows });
+        }
+        if hides {
+            let rows = results.objects.iter().map(of_object).collect();
+            tables.push(Table { columns: vec!["hidden", "found", "last found"], rows });
+        }
+        tables
     }
 
     fn columns(problem: &Problem) -> Vec<String> {
         let of = |name: &String| ["x", "y", "doing", "source", "reward"].map(|of| format!("{name}.{of}"));
         let pools = problem.sources.iter().filter(|source| source.pool.is_some());
         let pools = pools.map(|source| format!("{}.pool", source.name));
-        problem.agents.iter().flat_map(|agent| of(&agent.name)).chain(pools).collect()
+        let found = problem.objects.iter().map(|object| format!("{}.found", object.name));
+        let explored = (!problem.objects.is_empty()).then(|| "explored".to_string());
+        problem.agents.iter().flat_map(|agent| of(&agent.name)).chain(pools).chain(found).chain(explored).collect()
     }
 
     fn row(of: &SearchExecution) -> Vec<Cell> {
@@ -261,6 +337,8 @@ impl Reports for SearchWorld {
         }
         let pools = problem.sources.iter().zip(&rewards.pools).filter(|(source, _)| source.pool.is_some());
         row.extend(pools.map(|(_, pool)| Cell::Number(*pool, "")));
+        row.extend(problem.objects.iter().map(|object| Cell::Number(object.found as f64, "")));
+        row.extend((!problem.objects.is_empty()).then(|| Cell::Number(of.explored(None), "")));
         row
     }
 

@@ -3,11 +3,12 @@
 //! A state follows whenever the action of somebody ends. Those who are free choose an action: a way to a spot, a stay at the
 //! source of the spot, a wait for the next end of another's action, or the end of their activities.
 
+use super::belief::Undetected;
 use super::geometry::{Pose, distance};
 use super::plan::{Activity, Awaited, Phase};
 use super::problem::{EMPTY, Problem, SourceKind};
-use super::reward::{Motion, produced, settle};
-use super::ways::ActionSets;
+use super::reward::{Motion, look, produced, settle};
+use super::ways::{ActionSets, Way};
 
 /// Instants that are at most this far apart are one (s).
 const SAME: f64 = 1e-9;
@@ -17,7 +18,7 @@ const SHORTEST: f64 = 0.1;
 /// An action of an agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Act {
-    /// It stays at its spot and consumes the source there.
+    /// It stays at its spot, and consumes the source there or looks for hidden objects.
     Stay,
     /// It moves to a spot.
     Go(usize),
@@ -62,6 +63,8 @@ pub struct State {
     pub reward: f64,
     /// Content of the sources.
     pub pools: Vec<f64>,
+    /// What hidden objects are not yet expected to be detected.
+    pub undetected: Undetected,
     agents: Vec<Standing>,
     /// Nothing happens any more until the horizon.
     pub terminal: bool,
@@ -117,6 +120,7 @@ impl<'p> Team<'p> {
             time: self.problem.start,
             reward: 0.0,
             pools: self.problem.pools(),
+            undetected: Undetected::of(self.problem),
             agents: self.problem.agents.iter().map(standing).collect(),
             terminal: self.problem.agents.iter().all(|agent| agent.lost),
             busy: 0.0,
@@ -139,7 +143,7 @@ impl<'p> Team<'p> {
     pub fn menu(&self, state: &State, agent: usize) -> Vec<Act> {
         let (set, at) = (&self.sets.of[agent], state.agents[agent].spot);
         let mut acts = Vec::new();
-        if set.spots[at].source.is_some() {
+        if set.spots[at].source.is_some() || set.spots[at].lookout {
             acts.push(Act::Stay);
         }
         acts.extend((0..set.spots.len()).filter(|to| *to != at && set.way(at, *to).is_some()).map(Act::Go));
@@ -161,7 +165,7 @@ impl<'p> Team<'p> {
     /// End of an action that begins now (s); that of a wait is the horizon. None: the action is impossible or pointless.
     pub fn end_of(&self, state: &State, agent: usize, act: Act) -> Option<f64> {
         let (set, at) = (&self.sets.of[agent], state.agents[agent].spot);
-        let horizon = self.problem.horizon;
+        let horizon = self.problem.end();
         // A goal that somebody has told comes first; who has no time for it does nothing that is planned.
         if let Some(told) = set.told.filter(|_| at == 0) {
             let ends = set.way(at, told).map(|way| state.time + way.duration).filter(|ends| *ends <= horizon);
@@ -172,6 +176,10 @@ impl<'p> Team<'p> {
             };
         }
         match act {
+            Act::Stay if set.spots[at].lookout => {
+                let time = self.problem.planner.stay.min(horizon - state.time);
+                (time > SAME).then_some(state.time + time)
+            }
             Act::Stay => {
                 let source = set.spots[at].source?;
                 let open = self.is_useful(state, agent, source) && self.problem.is_open(source, &state.pools);
@@ -182,6 +190,10 @@ impl<'p> Team<'p> {
                 let pool = state.pools[source];
                 let time = if pool.is_finite() { pool / rate } else { self.problem.planner.stay };
                 Some((state.time + time.max(SHORTEST)).min(horizon))
+            }
+            Act::Go(to) if set.spots[to].lookout => {
+                let ends = state.time + set.way(at, to)?.duration;
+                (ends <= horizon && distance(set.spots[at].at, set.spots[to].at) >= SAME).then_some(ends)
             }
             Act::Go(to) => {
                 let source = set.spots[to].source?;
@@ -207,10 +219,14 @@ impl<'p> Team<'p> {
     /// Estimates an action of an agent that is possible now.
     pub fn estimate(&self, state: &State, agent: usize, act: Act, optimistic: bool) -> Estimate {
         let (set, at) = (&self.sets.of[agent], state.agents[agent].spot);
-        let horizon = self.problem.horizon;
+        let horizon = self.problem.end();
         let opens = |source: usize| optimistic || self.problem.is_open(source, &state.pools);
         // The stay at a spot from a time on: its reward and its time.
         let stay = |spot: usize, from: f64| {
+            if set.spots[spot].lookout {
+                let time = self.problem.planner.stay.min(horizon - from);
+                return (self.seen_from(state, agent, spot, [from, from + time]), time);
+            }
             let Some(source) = set.spots[spot].source.filter(|source| opens(*source)) else { return (0.0, 0.0) };
             let (rate, pool) = (set.spots[spot].rates[source], state.pools[source]);
             let time = if pool.is_finite() { pool / rate } else { self.problem.planner.stay };
@@ -223,7 +239,9 @@ impl<'p> Team<'p> {
                 (rate * (horizon - from)).min(state.pools[*source])
             };
             let others = (0..self.problem.sources.len()).filter(|source| Some(*source) != without);
-            others.filter(|source| self.is_useful(state, agent, *source)).map(|source| most(&source)).sum()
+            let sources: f64 =
+                others.filter(|source| self.is_useful(state, agent, *source)).map(|source| most(&source)).sum();
+            sources + state.undetected.sum * self.problem.urgency(from)
         };
         match act {
             Act::Stay => {
@@ -242,13 +260,33 @@ impl<'p> Team<'p> {
                     })
                     .sum();
                 let (gain, time) = stay(to, state.time + way.duration);
-                let gain = gain + on_the_way;
+                let gain = gain + on_the_way + self.seen_along(state, agent, way);
                 let bound = gain + rest(state.time + way.duration + time, set.spots[to].source);
                 Estimate { gain, time: way.duration + time, bound }
             }
             Act::Wait => Estimate { gain: 0.0, time: 1.0, bound: rest(state.time, None) },
             Act::End => Estimate { gain: 0.0, time: 0.0, bound: 0.0 },
         }
+    }
+
+    /// Expected worth of what an agent detects from a spot between two times, of what is undetected now.
+    fn seen_from(&self, state: &State, agent: usize, spot: usize, [from, to]: [f64; 2]) -> f64 {
+        let (Some(sight), Some(sees)) = (&self.sets.sight, self.problem.looks(agent)) else { return 0.0 };
+        let Some(seat) = self.sets.of[agent].spots[spot].seat else { return 0.0 };
+        let detected = state.undetected.gain(sight, seat, sees.within, sees.rate * (to - from));
+        detected * self.problem.urgency(0.5 * (from + to))
+    }
+
+    /// About the same of a way that begins now: cells that are in sight from several places of it count more than they should.
+    fn seen_along(&self, state: &State, agent: usize, way: &Way) -> f64 {
+        let (Some(sight), Some(sees)) = (&self.sets.sight, self.problem.looks(agent)) else { return 0.0 };
+        let mut worth = 0.0;
+        for dwell in &way.dwells {
+            let [begin, end] = dwell.shares.map(|share| share * way.duration);
+            let detected = state.undetected.gain(sight, dwell.seat, sees.within, sees.rate * (end - begin));
+            worth += detected * self.problem.urgency(state.time + 0.5 * (begin + end));
+        }
+        worth
     }
 
     /// The state that follows when every free agent has chosen: that at the next end of an action, or at the horizon.
@@ -273,7 +311,7 @@ impl<'p> Team<'p> {
         let active = |standing: &&Standing| matches!(standing.doing, Doing::Staying | Doing::Going(_));
         let next = then.agents.iter().filter(active).map(|standing| standing.ends).reduce(f64::min);
         then.terminal = next.is_none();
-        let end = next.unwrap_or(self.problem.horizon).max(state.time);
+        let end = next.unwrap_or(self.problem.end()).max(state.time);
         self.pass(&mut then, end);
         for standing in &mut then.agents {
             let over = match standing.doing {
@@ -316,12 +354,16 @@ impl<'p> Team<'p> {
                 let spot = &set.spots[standing.spot];
                 // Who waits for nothing has no activity any more.
                 let idle = standing.doing == Doing::Ended || state.terminal;
-                Motion::Still { rates: &spot.rates, pose: Pose { at: spot.at, heading: standing.heading }, idle }
+                let pose = Pose { at: spot.at, heading: standing.heading };
+                Motion::Still { rates: &spot.rates, pose, seat: spot.seat, idle }
             })
             .collect();
         let mut gained = Vec::new();
         produced(self.problem, &motions, end - now, &mut gained);
         state.reward += settle(self.problem, &mut state.pools, &gained, |_, _, _| {});
+        if let Some(sight) = &self.sets.sight {
+            state.reward += look(self.problem, sight, &motions, [now, end], &mut state.undetected, |_, _| {});
+        }
         state.time = end;
     }
 

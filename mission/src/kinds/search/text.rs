@@ -58,7 +58,9 @@ fn write(name: &str, p: &Problem, out: &mut String) -> std::fmt::Result {
         )?;
         names(out, "does not know of", sources(p, &agent.unaware))?;
     }
-    writeln!(out, "\n  {:<16} {:<12} {:>8}  boundary", "source", "set", "pool")?;
+    if !p.sources.is_empty() || p.objects.is_empty() {
+        writeln!(out, "\n  {:<16} {:<12} {:>8}  boundary", "source", "set", "pool")?;
+    }
     for source in &p.sources {
         let pool = source.pool.map_or("endless".into(), number);
         writeln!(out, "  {:<16} {:<12} {pool:>8}  {}", source.name, source.kind.name(), boundary(source))?;
@@ -77,6 +79,7 @@ fn write(name: &str, p: &Problem, out: &mut String) -> std::fmt::Result {
         let [one, other] = pair.of.map(|source| p.sources.get(source).map_or("?", |source| source.name.as_str()));
         writeln!(out, "  {one} and {other} share {} of what is taken", number(pair.share))?;
     }
+    objects(p, out)?;
     let planner = &p.planner;
     writeln!(
         out,
@@ -87,6 +90,34 @@ fn write(name: &str, p: &Problem, out: &mut String) -> std::fmt::Result {
         number(planner.discount),
         planner.seed
     )
+}
+
+/// Hidden objects, and those who look for them.
+fn objects(p: &Problem, out: &mut String) -> std::fmt::Result {
+    if p.objects.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\n  {:<16} {:>6} {:>8}  region", "hidden", "count", "worth")?;
+    for object in &p.objects {
+        let region = match object.region.len() {
+            0 => "the whole ground".into(),
+            corners => {
+                let [x, y] = super::geometry::middle(&object.region);
+                format!("polygon of {corners} corners around ({}, {}) m", number(x), number(y))
+            }
+        };
+        writeln!(out, "  {:<16} {:>6} {:>8}  {region}", object.name, object.count, number(object.worth))?;
+    }
+    for agent in &p.agents {
+        if let Some(sees) = agent.sees {
+            writeln!(out, "    {} sees {} m far, with {} /s", agent.name, number(sees.within), number(sees.rate))?;
+        }
+    }
+    writeln!(out, "    belief of {} cells of {} m", p.sight().len(), number(p.cell))?;
+    match p.planner.window {
+        Some(window) => writeln!(out, "    plans look {} s ahead, from {} lookouts", number(window), p.planner.lookouts),
+        None => writeln!(out, "    plans look from {} lookouts", p.planner.lookouts),
+    }
 }
 
 fn sources<'p>(p: &'p Problem, of: &'p [usize]) -> impl Iterator<Item = &'p str> + Clone {

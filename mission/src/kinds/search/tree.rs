@@ -28,14 +28,15 @@ impl<'p> Price<'p> {
     pub fn of(problem: &'p Problem, agent: usize) -> Price<'p> {
         let content = |source: &Source| match source.pool {
             Some(pool) => pool,
-            None => source.inside.peak.max(source.outside.peak).max(0.0) * (problem.horizon - problem.start),
+            None => source.inside.peak.max(source.outside.peak).max(0.0) * (problem.end() - problem.start),
         };
-        let all: f64 = problem.sources.iter().map(content).sum();
+        let hidden = problem.objects.iter().map(|object| object.worth * object.left() as f64);
+        let all: f64 = problem.sources.iter().map(content).chain(hidden).sum();
         let stays = |source: &Source| matches!(source.kind, SourceKind::Environment | SourceKind::Task);
         let repelling = problem.sources.iter().enumerate();
         let repelling = repelling.filter(|(k, s)| s.repels() && stays(s) && problem.consumes(agent, *k));
         Price {
-            time: (all / (problem.horizon - problem.start)).max(1e-3),
+            time: (all / (problem.end() - problem.start)).max(1e-3),
             speed: problem.agents[agent].speed,
             repelling: repelling.map(|(_, source)| source).collect(),
         }

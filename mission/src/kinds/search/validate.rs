@@ -6,6 +6,7 @@ use std::fmt;
 use super::geometry::{Point, Pose, edges, inside, segments};
 use super::plan::{Activity, Phase, Plan};
 use super::problem::{EMPTY, Problem, Source, SourceKind};
+use super::validate_looks::{Looks, Steps};
 use super::validate_map::enters_blocked;
 
 /// Tolerance for times (s), lengths (m) and rewards relative to the largest.
@@ -72,8 +73,8 @@ fn sequence(problem: &Problem, plan: &Plan, agent: usize, found: &mut Vec<Violat
             }
         }
         first = false;
-        if *end > problem.horizon + TOLERANCE {
-            wrong(format!("an activity ends at {end} s, behind the horizon"));
+        if *end > problem.end() + TOLERANCE {
+            wrong(format!("an activity ends at {end} s, behind the time of the plan"));
         }
         if f64::hypot(way[0][0] - at[0], way[0][1] - at[1]) > TOLERANCE {
             wrong(format!("it is at {at:?}, and an activity begins at {:?}", way[0]));
@@ -104,8 +105,16 @@ fn sequence(problem: &Problem, plan: &Plan, agent: usize, found: &mut Vec<Violat
                 wrong(format!("it waits until {end} s for an activity that ends at another time"));
             }
         }
-        if *phase == Phase::Staying && activity.source.is_none_or(|source| !problem.consumes(agent, source)) {
-            wrong("it stays at a source that it may not consume".into());
+        if *phase == Phase::Staying {
+            match activity.source {
+                Some(source) if !problem.consumes(agent, source) => {
+                    wrong("it stays at a source that it may not consume".into());
+                }
+                None if who.sees.is_none() || problem.objects.iter().all(|object| object.found >= object.count) => {
+                    wrong("it stays to look for what is hidden, and does not see or has nothing to find".into());
+                }
+                _ => {}
+            }
         }
         time = *end;
         at = way[way.len() - 1];
@@ -150,8 +159,8 @@ struct Account<'a> {
 impl Account<'_> {
     fn new<'a>(problem: &'a Problem, plan: &'a Plan) -> Account<'a> {
         let mut ends: Vec<f64> = plan.activities.iter().map(|activity| activity.end).collect();
-        ends.push(problem.horizon);
-        ends.retain(|end| *end > problem.start && *end <= problem.horizon);
+        ends.push(problem.end());
+        ends.retain(|end| *end > problem.start && *end <= problem.end());
         ends.sort_by(f64::total_cmp);
         ends.dedup_by(|a, b| (*a - *b).abs() <= 1e-9);
         Account { problem, plan, ends }
@@ -230,6 +239,38 @@ impl Account<'_> {
         (0..count).map(step).sum()
     }
 
+    /// The steps of an agent between two times that no end of an activity separates.
+    fn steps(&self, agent: usize, from: f64, to: f64) -> Steps {
+        let Some(activity) = self.doing(agent, 0.5 * (from + to)) else { return Vec::new() };
+        if activity.phase != Phase::Going {
+            return vec![(self.pose(agent, 0.5 * (from + to)).0.at, [from, to])];
+        }
+        let time = length(&activity.way) / self.problem.agents[agent].speed;
+        let count = ((time / 0.1 - 1e-6).ceil() as usize).clamp(1, 256);
+        let width = (activity.end - activity.start) / count as f64;
+        let step = |i: usize| {
+            let begin = activity.start + i as f64 * width;
+            let times = [begin.max(from), (begin + width).min(to)];
+            (times[0] < times[1]).then(|| (self.pose(agent, begin + 0.5 * width).0.at, times))
+        };
+        (0..count).filter_map(step).collect()
+    }
+
+    /// Expected worth of the hidden objects that are detected.
+    fn looks(&self) -> f64 {
+        let mut looks = Looks::new(self.problem);
+        let (mut total, mut from) = (0.0, self.problem.start);
+        for to in self.ends.iter().copied() {
+            for (agent, who) in self.problem.agents.iter().enumerate().filter(|(_, who)| !who.lost) {
+                if let Some(sees) = who.sees {
+                    total += looks.total(sees, &self.steps(agent, from, to));
+                }
+            }
+            from = to;
+        }
+        total
+    }
+
     /// The reward of the team. Pools are never negative, and nothing is taken from a closed source.
     fn total(&self, found: &mut Vec<Violation>) -> f64 {
         let p = self.problem;
@@ -264,6 +305,14 @@ impl Account<'_> {
                 }
             }
             from = to;
+        }
+        if p.objects.iter().any(|object| object.found < object.count) {
+            let worth: f64 = p.objects.iter().map(|of| of.worth * (of.count - of.found) as f64).sum();
+            let looks = self.looks();
+            if looks > worth * (1.0 + TOLERANCE) {
+                found.push(Violation(format!("the team expects {looks} of objects worth {worth}")));
+            }
+            return total + looks;
         }
         let held: f64 = p.sources.iter().filter_map(|source| source.pool).sum();
         if !total.is_finite() || (p.sources.iter().all(|s| s.pool.is_some()) && total > held * (1.0 + TOLERANCE)) {

@@ -32,6 +32,26 @@ pub(super) fn enters_blocked(map: &OccupancyGrid, radius: f64, way: &[Point]) ->
     None
 }
 
+/// Returns true if blocked cells hide the two ends of a line from one another: it leads into one, or between two that touch at
+/// a corner.
+pub(super) fn hides(map: &OccupancyGrid, a: Point, b: Point) -> bool {
+    let (a, b) = (map.to_cells(a), map.to_cells(b));
+    let shares = borders(a, b);
+    // Rounding at a corner makes pieces without a length.
+    let pieces = shares.windows(2).filter(|piece| piece[1] - piece[0] > 1e-9);
+    let cell = |piece: &[f64]| {
+        let share = 0.5 * (piece[0] + piece[1]);
+        [0, 1].map(|axis| (a[axis] + share * (b[axis] - a[axis])).floor() as i64)
+    };
+    let cells: Vec<[i64; 2]> = pieces.map(cell).collect();
+    let blocked = |column: i64, row: i64| map.is_blocked(CellIndex { column, row });
+    let between = |two: &[[i64; 2]]| {
+        let ([c0, r0], [c1, r1]) = (two[0], two[1]);
+        c0 != c1 && r0 != r1 && blocked(c0, r1) && blocked(c1, r0)
+    };
+    cells.iter().any(|[column, row]| blocked(*column, *row)) || cells.windows(2).any(between)
+}
+
 /// Shares of the line from `a` to `b` at which it passes the border of a cell, with both ends.
 fn borders(a: Point, b: Point) -> Vec<f64> {
     let mut shares = vec![0.0, 1.0];

@@ -2,11 +2,17 @@
 //! them.
 //!
 //! Each spot is the root of a tree, as the paper roots one at each source of positive reward. An action of an agent is a way
-//! to a spot, or a stay there.
+//! to a spot, or a stay there. Lookouts are spots as well.
 
+use std::sync::Arc;
+
+use super::belief::{Dwell, dwells};
 use super::geometry::{Point, along, between, bounds, distance, middle};
 use super::ground::{Body, Ground, Raster, Reached};
+use super::lookouts::lookouts;
 use super::problem::{Boundary, Problem, Source, SourceKind};
+use super::roads::Roads;
+use super::sight::Sight;
 use super::tree::{Price, Tree, shortcut};
 use crate::random::stream;
 
@@ -46,13 +52,28 @@ pub fn rate(problem: &Problem, agent: usize, source: usize, at: Point, speed: f6
     }
 }
 
-/// A place where an agent can begin, or consume a source.
+/// The purpose of a place to which an agent may go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// Somebody has told the agent to go there.
+    Told,
+    /// A source is consumed there, by index.
+    Source(usize),
+    /// Hidden objects are looked for from there.
+    Lookout,
+}
+
+/// A place where an agent can begin, consume a source, or look for hidden objects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spot {
     /// Position (m).
     pub at: Point,
-    /// The source; none: the start, or a goal that somebody has told.
+    /// The source; none: the start, a goal that somebody has told, or a lookout.
     pub source: Option<usize>,
+    /// Hidden objects are looked for from here.
+    pub lookout: bool,
+    /// Cell from which an agent sees here; none: it does not look.
+    pub seat: Option<u32>,
     /// Reward rate of each source at rest here (1/s).
     pub rates: Vec<f64>,
 }
@@ -66,6 +87,8 @@ pub struct Way {
     pub duration: f64,
     /// For each source that rewards along it: the reward from its begin to the end of each step, srs (2).
     pub rewards: Vec<(usize, Vec<f64>)>,
+    /// Cells from which the agent sees on it, if it looks for hidden objects.
+    pub dwells: Vec<Dwell>,
 }
 
 impl Way {
@@ -87,7 +110,11 @@ impl Way {
                 rewards.push((source, sums));
             }
         }
-        Way { points, duration, rewards }
+        let dwells = problem.looks(agent).map_or_else(Vec::new, |_| {
+            let sight = problem.sight();
+            dwells(count, |share| sight.seat(along(&points, share, 0.0).at))
+        });
+        Way { points, duration, rewards, dwells }
     }
 
     /// Adds the reward between two shares of the way to that of each source. The rate is constant in each step.
@@ -126,6 +153,8 @@ impl ActionSet {
 pub struct ActionSets {
     /// By agent.
     pub of: Vec<ActionSet>,
+    /// Cells in sight of one another, if hidden objects are looked for.
+    pub sight: Option<Arc<Sight>>,
     /// Number of nodes of all trees.
     pub nodes: u64,
 }
@@ -133,7 +162,7 @@ pub struct ActionSets {
 /// Polylines between the spots of agents with one body.
 struct Lines {
     body: Body,
-    goals: Vec<(Point, Option<usize>)>,
+    goals: Vec<(Point, Goal)>,
     start: Point,
     agent: usize,
     lines: Vec<Option<Vec<Point>>>,
@@ -142,7 +171,8 @@ struct Lines {
 impl ActionSets {
     /// Builds the action sets.
     pub fn new(problem: &Problem) -> ActionSets {
-        let mut sets = ActionSets { of: Vec::new(), nodes: 0 };
+        let sight = problem.is_searching().then(|| problem.sight());
+        let mut sets = ActionSets { of: Vec::new(), sight, nodes: 0 };
         let mut known: Vec<Lines> = Vec::new();
         for (index, agent) in problem.agents.iter().enumerate() {
             if agent.lost {
@@ -155,9 +185,11 @@ impl ActionSets {
             let reached =
                 (!problem.walls.is_empty() || !ground.clear_everywhere()).then(|| raster.reached(agent.start));
             let of_sources = goals(problem, index, &ground, reached.as_ref());
-            let told = agent.told.filter(|to| ground.fits(*to)).map(|to| (to, None));
-            let goals: Vec<(Point, Option<usize>)> =
-                told.into_iter().chain(of_sources.into_iter().map(|(at, source)| (at, Some(source)))).collect();
+            let told = agent.told.filter(|to| ground.fits(*to)).map(|to| (to, Goal::Told));
+            let of_sources = of_sources.into_iter().map(|(at, source)| (at, Goal::Source(source)));
+            let views = lookouts(problem, index, &ground, reached.as_ref());
+            let views = views.into_iter().map(|at| (at, Goal::Lookout));
+            let goals: Vec<(Point, Goal)> = told.into_iter().chain(of_sources).chain(views).collect();
             let same = |other: &&Lines| {
                 other.body == body && other.goals == goals && price_is_same(problem, other.agent, index)
             };
@@ -189,7 +221,7 @@ fn lines(
     agent: usize,
     ground: &Ground,
     raster: &Raster<'_>,
-    goals: &[(Point, Option<usize>)],
+    goals: &[(Point, Goal)],
     shared: Option<&Lines>,
     nodes: &mut u64,
 ) -> Vec<Option<Vec<Point>>> {
@@ -198,6 +230,8 @@ fn lines(
     let spots: Vec<Point> = std::iter::once(start).chain(goals.iter().map(|goal| goal.0)).collect();
     let count = spots.len();
     let mut all: Vec<Option<Vec<Point>>> = vec![None; count * count];
+    let sight = problem.looks(agent).map(|_| problem.sight());
+    let roads = sight.as_ref().map(|sight| Roads::new(sight, ground, problem.cell, &price));
     for from in 0..count {
         if let Some(shared) = shared.filter(|shared| from > 0 || shared.start == start) {
             for to in 0..count {
@@ -212,7 +246,19 @@ fn lines(
         }
         if !others.is_empty() {
             let targets: Vec<Point> = others.iter().map(|to| spots[*to]).collect();
-            let found = grown(problem, ground, raster, spots[from], &targets, &price, from, nodes);
+            let mut found = match &roads {
+                Some(roads) => roads.ways(ground, spots[from], &targets, &price),
+                None => vec![None; targets.len()],
+            };
+            for way in found.iter_mut().flatten() {
+                *way = shortcut(ground, way, &price);
+            }
+            let missing: Vec<usize> = (0..targets.len()).filter(|k| found[*k].is_none()).collect();
+            if !missing.is_empty() {
+                let far: Vec<Point> = missing.iter().map(|k| targets[*k]).collect();
+                let grown = grown(problem, ground, raster, spots[from], &far, &price, from, nodes);
+                missing.into_iter().zip(grown).for_each(|(k, way)| found[k] = way);
+            }
             for (to, way) in others.into_iter().zip(found) {
                 all[from * count + to] = way;
             }
@@ -273,16 +319,19 @@ fn grown(
 fn action_set(
     problem: &Problem,
     agent: usize,
-    goals: &[(Point, Option<usize>)],
+    goals: &[(Point, Goal)],
     lines: &[Option<Vec<Point>>],
 ) -> ActionSet {
-    let spot = |at: Point, source: Option<usize>| Spot {
+    let sight = problem.looks(agent).map(|_| problem.sight());
+    let spot = |at: Point, goal: Goal| Spot {
         at,
-        source,
+        source: if let Goal::Source(source) = goal { Some(source) } else { None },
+        lookout: goal == Goal::Lookout,
+        seat: sight.as_ref().and_then(|sight| sight.seat(at)),
         rates: (0..problem.sources.len()).map(|source| rate(problem, agent, source, at, 0.0)).collect(),
     };
-    let start = spot(problem.agents[agent].start, None);
-    let spots = std::iter::once(start).chain(goals.iter().map(|(at, source)| spot(*at, *source)));
+    let start = spot(problem.agents[agent].start, Goal::Told);
+    let spots = std::iter::once(start).chain(goals.iter().map(|(at, goal)| spot(*at, *goal)));
     let way = |line: &Option<Vec<Point>>| line.clone().map(|points| Way::new(problem, agent, points));
     ActionSet { spots: spots.collect(), told: None, ways: lines.iter().map(way).collect() }
 }

@@ -79,6 +79,11 @@ pub enum Event {
         /// The person.
         agent: usize,
     },
+    /// Somebody says that a hidden object is found.
+    Found {
+        /// The group of objects.
+        object: usize,
+    },
     /// *Replan*: everything is planned anew, if the settings allow it.
     Replan,
 }
@@ -103,6 +108,10 @@ pub enum EventError {
     SameGoal { name: String },
     #[error("nobody has told a goal for {name}")]
     NoGoal { name: String },
+    #[error("there are no hidden objects with number {object}")]
+    NoObject { object: usize },
+    #[error("every {name} is found already")]
+    AllFound { name: String },
     #[error("{name} is no person")]
     NoPerson { name: String },
     #[error("{name} is no robot")]

@@ -77,12 +77,14 @@ impl SearchExecution {
                 self.reopen();
                 self.update(ReplanPolicy::IfInfeasible);
             }
+            Event::Found { object } => self.report_find(object),
             Event::Replan => {
                 self.world.sent.replans += 1;
                 self.reopen();
                 self.update(ReplanPolicy::Asked);
             }
         }
+        self.follow();
         self.wake();
         Ok(&self.log.records[from..])
     }
@@ -149,6 +151,13 @@ impl SearchExecution {
             Event::Back { agent } => match self.problem.agents.get(agent) {
                 None => return Err(EventError::NoAgent { agent }),
                 Some(who) if !who.lost => return Err(EventError::NotLost { name: name(agent) }),
+                Some(_) => {}
+            },
+            Event::Found { object } => match self.problem.objects.get(object) {
+                None => return Err(EventError::NoObject { object }),
+                Some(of) if of.left() == 0 => {
+                    return Err(EventError::AllFound { name: self.problem.object_label(object).to_string() });
+                }
                 Some(_) => {}
             },
             Event::Replan => {}

@@ -13,7 +13,7 @@ use crate::kinds::search::ways::Way;
 use super::SearchExecution;
 use super::event::EventError;
 use super::record::LogEntry;
-use super::rewards::rates;
+use super::rewards::{rates, seat};
 
 /// Two places nearer than this are one (m).
 pub(super) const SAME_PLACE: f64 = 0.05;
@@ -29,6 +29,8 @@ pub(super) struct Stray {
     pub since: f64,
     /// Reward rates of the sources at its end (1/s).
     pub there: Vec<f64>,
+    /// Cell from which the person sees at its end.
+    pub seat: Option<u32>,
     /// Distance covered before it (m).
     pub before: f64,
 }
@@ -47,7 +49,7 @@ impl Stray {
     /// The motion between two times (s) that its end does not separate.
     pub fn motion(&self, from: f64, to: f64) -> Motion<'_> {
         if from >= self.ends() - 1e-9 {
-            return Motion::Still { rates: &self.there, pose: along(&self.way.points, 1.0, 0.0), idle: false };
+            return Motion::Still { rates: &self.there, pose: along(&self.way.points, 1.0, 0.0), seat: self.seat, idle: false };
         }
         Motion::Along { way: &self.way, shares: [self.share(from), self.share(to)], pace: 1.0 }
     }
@@ -197,9 +199,9 @@ impl SearchExecution {
         // The check has found this way.
         let points = raster.reached(from).way(to).unwrap_or_else(|| vec![from, to]);
         let way = Way::new(&self.problem, agent, points);
-        let there = rates(&self.problem, agent, to);
+        let (there, seat) = (rates(&self.problem, agent, to), seat(&self.problem, agent, to));
         let before = self.agent(agent).map_or(0.0, |view| view.travelled);
-        self.world.members[agent].stray = Some(Stray { way, since: self.time, there, before });
+        self.world.members[agent].stray = Some(Stray { way, since: self.time, there, seat, before });
     }
 
     /// A person follows the plan again, from where the person truly is: the caller places the person there.

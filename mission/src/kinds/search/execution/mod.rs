@@ -11,6 +11,7 @@
 //! planner was ended by its wall time.
 
 mod event;
+mod finds;
 mod handle_event;
 mod messages;
 mod record;
@@ -32,11 +33,13 @@ use super::reward::Rewards;
 use super::validate::validate;
 
 pub use self::event::{Event, EventError};
+pub use self::finds::Secret;
 pub use self::messages::{MessageCounts, Role};
 pub use self::record::{LogEntry, Record};
 pub use self::settings::{Refusal, Settings};
 pub use self::view::AgentView;
 
+use self::finds::Hunt;
 use self::state::Member;
 
 /// Rewards that differ by less are equal.
@@ -52,6 +55,8 @@ pub struct SearchWorld {
     settled: f64,
     rewards: Rewards,
     members: Vec<Member>,
+    /// Looking for what is hidden; none: nothing is.
+    hunt: Option<Hunt>,
     /// Positions at the start.
     starts: Vec<[f64; 2]>,
     /// Messages that people have sent.
@@ -89,11 +94,13 @@ impl SearchExecution {
         }
         let member = |(agent, who): (usize, &Agent)| {
             let pose = Pose { at: who.start, heading: who.heading };
-            Member::new(pose, rewards::rates(&problem, agent, who.start), own(&plan, agent))
+            let rates = rewards::rates(&problem, agent, who.start);
+            Member::new(pose, rates, rewards::seat(&problem, agent, who.start), own(&plan, agent))
         };
         let world = SearchWorld {
             settled: problem.start,
             rewards: Rewards::none(&problem),
+            hunt: Hunt::new(&problem, &settings),
             members: problem.agents.iter().enumerate().map(member).collect(),
             starts: problem.agents.iter().map(|who| who.start).collect(),
             sent: MessageCounts::default(),

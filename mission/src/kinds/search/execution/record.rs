@@ -26,6 +26,13 @@ pub enum LogEntry {
         /// Index of the source.
         source: usize,
     },
+    /// A hidden object is found.
+    Found {
+        /// Index of its group.
+        object: usize,
+        /// Index of the agent that has detected it.
+        agent: usize,
+    },
     /// An event was handled.
     Handled {
         /// The event.

@@ -3,7 +3,7 @@
 use crate::engine::Budget;
 use crate::execution::{Durations, Replan};
 use crate::kinds::search::check::Mistake;
-use crate::kinds::search::choose::Options;
+use crate::kinds::search::choose::{Formulation, Options};
 use crate::kinds::search::problem::Problem;
 use crate::kinds::search::validate::Violation;
 
@@ -19,6 +19,8 @@ pub struct Settings {
     pub replan: Replan,
     /// Limits of each planning.
     pub budget: Budget,
+    /// The planner.
+    pub formulation: Formulation,
     /// Agents (by index) whose activities end only by an event.
     pub reporting: Vec<usize>,
 }
@@ -51,6 +53,6 @@ impl Settings {
 
     /// The options of the planner.
     pub(super) fn options(&self, problem: &Problem) -> Options {
-        Options { budget: self.budget, ..Options::of(problem) }
+        Options { budget: self.budget, formulation: self.formulation, ..Options::of(problem) }
     }
 }

@@ -15,6 +15,8 @@ pub(super) struct Current {
     pub way: Option<Way>,
     /// Reward rates of the sources at the end of the way (1/s).
     pub there: Vec<f64>,
+    /// Cell from which the agent sees there.
+    pub seat_there: Option<u32>,
     /// Share of the way at a time (s): it grows evenly until the end.
     pub from: [f64; 2],
 }
@@ -41,6 +43,8 @@ pub(super) struct Member {
     pub pose: Pose,
     /// Reward rates of the sources where it stands (1/s).
     pub rates: Vec<f64>,
+    /// Cell from which it sees there, if it looks for hidden objects.
+    pub seat: Option<u32>,
     /// True if it is where no activity of the plan begins.
     pub displaced: bool,
     /// Activities that have ended, with their true times.
@@ -54,13 +58,14 @@ pub(super) struct Member {
 
 impl Member {
     /// An agent that stands somewhere, with reward rates (1/s) there and these activities to come.
-    pub fn new(pose: Pose, rates: Vec<f64>, queue: Vec<Activity>) -> Member {
+    pub fn new(pose: Pose, rates: Vec<f64>, seat: Option<u32>, queue: Vec<Activity>) -> Member {
         Member {
             queue,
             next: 0,
             current: None,
             pose,
             rates,
+            seat,
             displaced: false,
             past: Vec::new(),
             travelled: 0.0,

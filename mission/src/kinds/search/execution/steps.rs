@@ -7,9 +7,10 @@ use crate::kinds::search::problem::{Agent, Problem};
 use crate::kinds::search::ways::Way;
 use crate::random::{normal_above, stream};
 
+use super::finds::LOOK;
 use super::messages::SAME_PLACE;
 use super::record::LogEntry;
-use super::rewards::rates;
+use super::rewards::{rates, seat};
 use super::settings::Settings;
 use super::state::{Current, Member};
 use super::{SearchExecution, SearchWorld};
@@ -17,34 +18,47 @@ use super::{SearchExecution, SearchWorld};
 /// Least factor of a sampled duration.
 const LEAST: f64 = 0.1;
 
-/// The activity under way of an agent ends.
+/// A step of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Ends(usize);
+pub enum Step {
+    /// The activity under way of an agent ends.
+    Ends(usize),
+    /// It is checked which hidden objects are detected.
+    Look,
+}
 
 impl World for SearchWorld {
     type Problem = Problem;
     type Settings = Settings;
     type Activity = Activity;
     type LogEntry = LogEntry;
-    type Step = Ends;
+    type Step = Step;
 
-    fn due(of: &SearchExecution, _: bool) -> Vec<(f64, Ends)> {
+    fn due(of: &SearchExecution, ticks: bool) -> Vec<(f64, Step)> {
         // The activity of somebody who reports goes on behind its expected end, at which only rewards are counted.
         let by_itself = |(agent, member): (usize, &Member)| {
             let ends = member.current.as_ref()?.ends?;
             let reports = of.settings.reporting.contains(&agent);
-            (!reports || (of.world.settled < ends && ends <= of.problem.horizon)).then_some((ends, Ends(agent)))
+            (!reports || (of.world.settled < ends && ends <= of.problem.horizon)).then_some((ends, Step::Ends(agent)))
         };
-        of.world.members.iter().enumerate().filter_map(by_itself).collect()
+        let look = (of.world.settled / LOOK + 1e-9).floor() * LOOK + LOOK;
+        let looks = ticks && of.problem.is_searching() && look <= of.problem.horizon;
+        let ends = of.world.members.iter().enumerate().filter_map(by_itself);
+        ends.chain(looks.then_some((look, Step::Look))).collect()
     }
 
-    fn perform(of: &mut SearchExecution, Ends(agent): Ends) {
+    fn perform(of: &mut SearchExecution, step: Step) {
         of.settle();
-        if !of.settings.reporting.contains(&agent) {
-            of.end(agent, true);
-            of.start(agent);
-            of.wake();
+        match step {
+            Step::Ends(agent) if of.settings.reporting.contains(&agent) => {}
+            Step::Ends(agent) => {
+                of.end(agent, true);
+                of.start(agent);
+            }
+            Step::Look => {}
         }
+        of.follow();
+        of.wake();
     }
 }
 
@@ -90,9 +104,9 @@ impl SearchExecution {
 
     /// An agent stands at a place.
     pub(super) fn stand(&mut self, agent: usize, pose: Pose) {
-        let rates = rates(&self.problem, agent, pose.at);
+        let (rates, seat) = (rates(&self.problem, agent, pose.at), seat(&self.problem, agent, pose.at));
         let member = &mut self.world.members[agent];
-        (member.pose, member.rates) = (pose, rates);
+        (member.pose, member.rates, member.seat) = (pose, rates, seat);
     }
 
     /// Begins the next activity of an agent.
@@ -113,10 +127,11 @@ impl SearchExecution {
         let now = self.time;
         let end = way.as_ref().and_then(|way| way.points.last());
         let there = end.map(|end| rates(&self.problem, agent, *end)).unwrap_or_default();
+        let seat_there = end.and_then(|end| seat(&self.problem, agent, *end));
         let member = &mut self.world.members[agent];
         member.ways += usize::from(phase == Phase::Going);
         let ends = (phase != Phase::Waiting).then_some(now + factor * planned);
-        member.current = Some(Current { began: now, ends, way, there, from: [0.0, now] });
+        member.current = Some(Current { began: now, ends, way, there, seat_there, from: [0.0, now] });
         self.record(LogEntry::Begun { agent, phase, source });
     }
 

@@ -43,7 +43,7 @@ impl Replans for SearchWorld {
             return Repaired { problem, plan: None };
         }
         let rest = of.rest();
-        let plan = plan_of(&problem, of.remaining(&rest, problem.horizon));
+        let plan = plan_of(&problem, of.remaining(&rest, problem.end()));
         Repaired { problem, plan: Some((Remaining::Kept(rest), plan)) }
     }
 
@@ -187,7 +187,7 @@ impl SearchExecution {
         rest
     }
 
-    /// The part of these activities that counts: until the horizon. Numbers of activities that are waited for are those among
+    /// The part of these activities that counts: until the end of the plan's time. Numbers of activities that are waited for are those among
     /// the rest.
     fn remaining(&self, rest: &[Vec<Activity>], horizon: f64) -> Vec<Activity> {
         let mut all = Vec::new();

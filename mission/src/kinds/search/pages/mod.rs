@@ -39,6 +39,11 @@ enum PersonRequest {
         activity: usize,
         until: f64,
     },
+    /// A hidden object is found: the number of those of its group that the page shows as found, and its member.
+    Found {
+        object: usize,
+        found: usize,
+    },
     /// A message: *My pose*, *My goal*, *Robot goal*, *Robot pose*, the goal of somebody is withdrawn, *Replan*.
     MyPose(Message),
     MyGoal(Message),
@@ -72,11 +77,32 @@ impl SearchPages {
 
 /// An activity as an instruction for the person who performs it.
 fn instruction(problem: &Problem, phase: Phase, source: Option<usize>) -> String {
+    if phase == Phase::Staying && source.is_none() {
+        return "Look around".into();
+    }
     let source = source.map_or("a place", |source| problem.source_label(source));
     match phase {
         Phase::Going => format!("Go to {source}"),
         Phase::Staying => format!("Stay at {source}"),
         Phase::Waiting => "Wait".into(),
+    }
+}
+
+impl SearchPages {
+    /// The buttons by which people report finds.
+    fn hidden_objects(&self, here: bool) -> Option<ButtonGroup> {
+        let open = self.problem().objects.iter().enumerate().filter(|(_, object)| object.left() > 0);
+        let buttons: Vec<Button> = open
+            .map(|(index, object)| {
+                let request = json!({ "what": "found", "object": index, "found": object.found });
+                let label = format!("Found: {}", self.problem().object_label(index));
+                Button::new(format!("found_{index}"), label, here, request)
+            })
+            .collect();
+        let count: (usize, usize) =
+            self.problem().objects.iter().fold((0, 0), |(found, all), of| (found + of.found, all + of.count));
+        let heading = format!("Hidden objects, {} of {} found", count.0, count.1);
+        (!buttons.is_empty()).then_some(ButtonGroup { heading, buttons })
     }
 }
 
@@ -107,6 +133,10 @@ impl Pages for SearchPages {
         let problem = self.problem();
         let Some(view) = self.view(member) else {
             let source = member - problem.agents.len().min(member);
+            if let Some(object) = source.checked_sub(problem.sources.len()).and_then(|of| problem.objects.get(of)) {
+                let doing = format!("{} of {} found", object.found, object.count);
+                return Activity { doing, ..Activity::default() };
+            }
             let pool = self.run.execution.rewards().pools.get(source).copied().unwrap_or_default();
             let doing = match pool {
                 pool if pool.is_infinite() => "never ends".into(),
@@ -169,6 +199,7 @@ impl Pages for SearchPages {
                     Button::new("longer", "30 s longer", ends, longer),
                 ],
             })
+            .chain(self.hidden_objects(!view.lost))
             .chain(self.message_buttons(member, !view.lost))
             .collect(),
             map: Some(PersonMap {
@@ -197,6 +228,15 @@ impl Pages for SearchPages {
             }
             LogEntry::Handled { event: Handled::MyGoal { agent, .. } } if *agent != member => {
                 format!("{} has told a goal.", who(agent))
+            }
+            LogEntry::Found { object, agent } if *agent == member => {
+                format!("You have found {}.", problem.object_label(*object))
+            }
+            LogEntry::Found { object, agent } => {
+                format!("{} has found {}.", who(agent), problem.object_label(*object))
+            }
+            LogEntry::Handled { event: Handled::Found { object } } => {
+                format!("{} is found.", problem.object_label(*object))
             }
             LogEntry::GoalReached { agent } if *agent == member => "You have reached your goal.".into(),
             LogEntry::GoalReached { agent } => format!("{} has reached the goal.", who(agent)),
@@ -236,6 +276,18 @@ impl Pages for SearchPages {
                 let Some(by) = additional_time(view.until, until) else { return Ok(ALREADY_NOTED.into()) };
                 let update = self.happen(&named(member, "late", Some(("by", Detail::Number(by)))), journal)?;
                 Ok(format!("Noted: {by:.0} s longer, until {}. {}", clock_time(until), planned(update)))
+            }
+            PersonRequest::Found { object, found } => {
+                let of = self.problem().objects.get(object).ok_or_else(|| Refusal::Invalid("there is no such object".into()))?;
+                if found < of.found {
+                    return Ok("This find is noted already.".into());
+                }
+                if found > of.found || of.left() == 0 {
+                    return Err(Refusal::NotNow("This page is not up to date: look at it, and send it again.".into()));
+                }
+                let whole = self.problem().agents.len() + self.problem().sources.len() + object;
+                self.happen(&named(whole, "found", None), journal)?;
+                Ok(format!("Noted: found at {now}."))
             }
             PersonRequest::MyPose(message) => self.send(member, message, "my_pose", member, journal),
             PersonRequest::MyGoal(message) => self.send(member, message, "my_goal", member, journal),

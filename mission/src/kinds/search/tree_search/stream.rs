@@ -12,6 +12,8 @@ use crate::random::{stream, unit};
 
 /// The most states of a stream, for its memory.
 const MOST_STATES: usize = 400_000;
+/// The most memory of a stream for what is undetected in its states (bytes).
+const MOST_BYTES: usize = 64 << 20;
 /// Draws of successors before exhausted ones are stepped over.
 const DRAWS: usize = 8;
 /// The least `q` relative to the greatest one of a node.
@@ -110,10 +112,20 @@ impl<'t> Stream<'t> {
         if let Some(told) = self.team.told(state, agent) {
             goals.retain(|(act, _)| *act == told);
         }
+        // Where something is hidden, bounds hardly differ: everything can still be detected after every action.
+        let hidden = state.undetected.sum > 0.0;
+        let rate = |estimate: &Estimate| (estimate.gain / (1.0 + estimate.time)).max(0.0);
+        if hidden {
+            goals.sort_by(|a, b| rate(&b.1).total_cmp(&rate(&a.1)).then(a.0.cmp(&b.0)));
+            goals.truncate(self.team.problem.planner.goals);
+        }
         goals.sort_by(|a, b| b.1.bound.total_cmp(&a.1.bound).then(a.1.time.total_cmp(&b.1.time)).then(a.0.cmp(&b.0)));
         goals.truncate(self.team.problem.planner.goals);
         let all: Vec<_> = others.into_iter().chain(goals).collect();
-        let weight = |estimate: &Estimate| (estimate.bound / (1.0 + estimate.time)).max(0.0);
+        let weight = |estimate: &Estimate| match hidden {
+            true => rate(estimate),
+            false => (estimate.bound / (1.0 + estimate.time)).max(0.0),
+        };
         let top = all.iter().map(|(_, estimate)| weight(estimate)).fold(0.0, f64::max);
         let q = |estimate: &Estimate| if top > 0.0 { (weight(estimate) / top).max(0.05) } else { 1.0 };
         let menu = Menu {
@@ -296,7 +308,9 @@ impl<'t> Stream<'t> {
 
     /// True if nothing is left to try, or no memory.
     pub(super) fn is_over(&self) -> bool {
-        self.nodes[0].exhausted || self.nodes.len() >= MOST_STATES
+        let cells = self.nodes[0].state.undetected.weights.len();
+        let most = MOST_STATES.min(MOST_BYTES / (8 * cells.max(1)));
+        self.nodes[0].exhausted || self.nodes.len() >= most
     }
 
     /// Number of states that were expanded.
