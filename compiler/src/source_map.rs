@@ -29,6 +29,8 @@ pub(crate) struct MachinePlaces {
     pub stacks: Vec<Option<Span>>,
     /// For each state, its transitions.
     pub transitions: Vec<Vec<TransitionPlace>>,
+    /// For each action, its span.
+    pub actions: Vec<Span>,
 }
 
 /// Source spans of a transition, with facts about it.
@@ -40,6 +42,8 @@ pub(crate) struct TransitionPlace {
     pub target: Span,
     /// True if the transition, or an enclosing state, sets a blend time.
     pub blend: bool,
+    /// Node of the condition in the graph.
+    pub condition: Option<usize>,
     /// Value of the condition, if it is constant.
     pub constant: Option<bool>,
     /// Signals that are present when the transition is taken.

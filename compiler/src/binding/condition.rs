@@ -15,6 +15,8 @@ use crate::expr::{Frame, Graph, Kind, Lowering};
 pub(crate) struct Condition {
     /// The condition.
     pub expression: Expression,
+    /// Its node in the graph.
+    pub node: usize,
     /// Its value, if it never changes.
     pub constant: Option<bool>,
     /// Signals that must be present: the condition is false if one of them is absent.
@@ -65,7 +67,7 @@ impl Binder<'_> {
         for input in &mut expression.inputs {
             *input = self.table.place(&[*input]).at;
         }
-        Some(Condition { expression, constant, demands })
+        Some(Condition { expression, node: typed.nodes[0], constant, demands })
     }
 
     /// Binds the value that an action assigns to a variable of the machine; `None` if it is invalid, with diagnostics.

@@ -107,6 +107,8 @@ impl Lowerer<'_> {
                 MemberTask::Name(_) | MemberTask::For(_) => BTreeSet::new(),
             })
             .collect();
+        // After an error, a transition may wait for an event under another name.
+        let all_heard = self.errors() == 0;
         let advice = |imported: bool, own: &'static str| if imported { "do not import it" } else { own };
         for value in &expanded.values {
             let (word, name) = match value {
@@ -119,12 +121,20 @@ impl Lowerer<'_> {
             };
             let known = (self.params.symbols.contains_key(&name.value)
                 || self.params.humans.contains_key(&name.value)
+                || (self.params.events.contains_key(&name.value) && all_heard)
                 || self.params.fields.contains(&name.value))
                 && !self.params.used.contains(&name.value)
                 && !mentioned.contains(&name.value);
             if let Some((at, imported)) = place(Class::Value, name).filter(|_| complete && known) {
+                let event = self.params.events.contains_key(&name.value);
                 let d = Diagnostic::unused(at, format!("{word} `{}` is never used", name.value));
-                self.push(d.help(advice(imported, "use it, or remove it")));
+                let own = match event {
+                    true => "let a transition wait for it, or remove it",
+                    false => "use it, or remove it",
+                };
+                self.push(
+                    if event { d.note("no transition waits for this event") } else { d }.help(advice(imported, own)),
+                );
             }
         }
         let members: Vec<&str> = (declared.stacks.iter().flat_map(|s| &s.levels).flat_map(|l| &l.members))

@@ -120,7 +120,7 @@ impl MachineLowering<'_, '_> {
         let (mut states, mut all) = (Vec::new(), Vec::new());
         // Actions come first, because transitions may refer to the events that they raise.
         let actions: Vec<[Vec<usize>; 3]> =
-            (0..self.flat.len()).map(|i| self.actions(self.flat[i].body, &mut all)).collect();
+            (0..self.flat.len()).map(|i| self.actions(self.flat[i].body, &mut all, &mut places.actions)).collect();
         for (i, [enter, activities, exit]) in actions.into_iter().enumerate() {
             let (body, at) = (self.flat[i].body, self.flat[i].at);
             let stack = body.stack.as_ref().and_then(|c| self.around.stacks.iter().position(|s| *s == c.name.value));
@@ -214,11 +214,16 @@ impl MachineLowering<'_, '_> {
         }
     }
 
-    /// Lowers the actions of a state: on entry, during the state, and on exit.
-    fn actions(&mut self, body: &StateBody, out: &mut Vec<ActionProgram>) -> [Vec<usize>; 3] {
+    /// Lowers the actions of a state, on entry, during the state, and on exit, with their spans.
+    fn actions(&mut self, body: &StateBody, out: &mut Vec<ActionProgram>, places: &mut Vec<Span>) -> [Vec<usize>; 3] {
         Moment::ALL.map(|moment| {
-            let own: Vec<&Action> = body.actions_at(moment).collect();
-            own.into_iter().filter_map(|a| self.action(a, out)).collect()
+            let mut indices = Vec::new();
+            for a in body.actions_at(moment) {
+                let found = self.action(a, out);
+                places.extend(found.map(|_| a.span));
+                indices.extend(found);
+            }
+            indices
         })
     }
 

@@ -27,6 +27,7 @@ impl MachineLowering<'_, '_> {
             let (Some(target), Some((trigger, condition, at))) = (target, found) else { continue };
             let text = super::wording::trigger(t);
             out.push(TransitionProgram { trigger, text, target, blend: blend.unwrap_or(0.0) });
+            let node = condition.as_ref().map(|c| c.node);
             let (constant, demands) = condition.map_or((None, Vec::new()), |c| {
                 (c.constant, c.demands.into_iter().filter_map(|at| self.lowerer.interface.signal_of(at)).collect())
             });
@@ -34,6 +35,7 @@ impl MachineLowering<'_, '_> {
                 trigger: at,
                 target: t.target.span,
                 blend: blend.is_some(),
+                condition: node,
                 constant,
                 demands,
             });
@@ -137,6 +139,7 @@ impl MachineLowering<'_, '_> {
                 };
                 let name = crate::forms::target(name);
                 if let Some(event) = self.lowerer.interface.event(name) {
+                    self.lowerer.params.used.insert(name.to_string());
                     return Some(Trigger::Event(event));
                 }
                 let d = Diagnostic::error("HQ0702", value.span, format!("nothing provides the event `{name}`"));

@@ -7,7 +7,7 @@ use runtime::program::{FaultPattern, Program, Times, Trigger};
 use runtime::{Evaluator, RestInputs};
 use stdlib_tasks::task::RowKind;
 
-use super::{Checked, is_dead, is_fault};
+use super::{Checked, is_fault};
 use crate::checks::configurations;
 
 /// Times (s) since the entry of a state at which its targets are evaluated: a target can begin at rest and move later.
@@ -72,7 +72,7 @@ impl Checked<'_> {
                     continue;
                 }
                 let all = self.machine.states[s].transitions.iter().enumerate();
-                let alive = all.filter(|(i, t)| !is_fault(&t.trigger) && !is_dead(self.places, s, *i));
+                let alive = all.filter(|(i, t)| !is_fault(&t.trigger) && !self.is_dead(s, *i));
                 open.extend(alive.map(|(_, t)| self.machine.leaf(t.target)));
             }
         }

@@ -1,15 +1,21 @@
 //! Static checks of a machine.
 
 mod fault_answers;
+mod lost_events;
+mod never;
+mod outcomes;
 mod presence;
+mod scope_events;
 mod stacks;
 mod task_outputs;
 
 use std::collections::BTreeSet;
 
 use dsl::Diagnostic;
-use runtime::program::{FaultPattern, MachineProgram, Program, Subject, TransitionProgram, Trigger};
+use runtime::program::{MachineProgram, Program, Subject, TransitionProgram, Trigger};
 
+use crate::analysis::conditions::Conditions;
+use crate::expr::Graph;
 use crate::source_map::MachinePlaces;
 
 /// The machine of a program, with its source places.
@@ -17,15 +23,26 @@ pub(crate) struct Checked<'c> {
     program: &'c Program,
     machine: &'c MachineProgram,
     places: &'c MachinePlaces,
+    /// Conditions of the transitions.
+    conditions: Conditions,
+    /// For each transition of each state, the value of its condition if it never changes.
+    constants: Vec<Vec<Option<bool>>>,
     /// Reachable states.
     reached: BTreeSet<usize>,
 }
 
 /// Runs all checks of the machine.
-pub(super) fn checks(program: &Program, places: Option<&MachinePlaces>, diagnostics: &mut Vec<Diagnostic>) {
+pub(super) fn checks(
+    program: &Program,
+    graph: &Graph,
+    places: Option<&MachinePlaces>,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
     let (Some(machine), Some(places)) = (&program.machine, places) else { return };
-    let reached = reached(machine, places);
-    let c = Checked { program, machine, places, reached };
+    let conditions = Conditions::new(graph, &program.interface, machine, places);
+    let constants = never::constants(&conditions, machine, places);
+    let mut c = Checked { program, machine, places, conditions, constants, reached: BTreeSet::new() };
+    c.reached = c.reachable();
     c.unreachable(diagnostics);
     c.traps(diagnostics);
     c.never(diagnostics);
@@ -33,33 +50,43 @@ pub(super) fn checks(program: &Program, places: Option<&MachinePlaces>, diagnost
     c.fault_answers(diagnostics);
     c.waiting(diagnostics);
     c.task_outputs(diagnostics);
+    c.lost_events(diagnostics);
+    c.scope_events(diagnostics);
+    c.outcomes(diagnostics);
     c.targets(diagnostics);
     c.stacks(diagnostics);
     c.absent(diagnostics);
 }
 
-/// True if the condition of a transition never holds.
-fn is_dead(places: &MachinePlaces, state: usize, transition: usize) -> bool {
-    places.transitions[state][transition].constant == Some(false)
-}
-
-/// Reachable states, with their enclosing states.
-fn reached(m: &MachineProgram, places: &MachinePlaces) -> BTreeSet<usize> {
-    let mut reached = BTreeSet::new();
-    let mut open = vec![m.leaf(0)];
-    while let Some(state) = open.pop() {
-        for s in m.path(state).collect::<Vec<_>>() {
-            if !reached.insert(s) {
-                continue;
-            }
-            let alive = m.states[s].transitions.iter().enumerate().filter(|(i, _)| !is_dead(places, s, *i));
-            open.extend(alive.map(|(_, t)| m.leaf(t.target)));
-        }
-    }
-    reached
-}
-
 impl Checked<'_> {
+    /// True if the condition of a transition never holds.
+    fn is_dead(&self, state: usize, transition: usize) -> bool {
+        self.constants[state][transition] == Some(false)
+    }
+
+    /// Reachable states, with their enclosing states.
+    fn reachable(&self) -> BTreeSet<usize> {
+        let m = self.machine;
+        let mut reached = BTreeSet::new();
+        let mut open = vec![m.leaf(0)];
+        while let Some(state) = open.pop() {
+            for s in m.path(state).collect::<Vec<_>>() {
+                if !reached.insert(s) {
+                    continue;
+                }
+                let alive = m.states[s].transitions.iter().enumerate().filter(|(i, _)| !self.is_dead(s, *i));
+                open.extend(alive.map(|(_, t)| m.leaf(t.target)));
+            }
+        }
+        reached
+    }
+
+    /// Reachable states without states inside that are `state` itself or inside it.
+    fn leaves(&self, state: usize) -> impl Iterator<Item = usize> + '_ {
+        let innermost = self.reached.iter().copied().filter(|&l| self.machine.states[l].initial.is_none());
+        innermost.filter(move |&l| l == state || self.machine.is_around(state, l))
+    }
+
     fn name(&self, state: usize) -> &str {
         &self.machine.states[state].name
     }
@@ -92,7 +119,7 @@ impl Checked<'_> {
                 // A condition that leads to the current state is not taken.
                 let stays =
                     |t: &TransitionProgram| self.machine.keeps(p, t) && self.machine.path(s).any(|o| o == t.target);
-                let alive = |i, t: &TransitionProgram| !is_fault(&t.trigger) && !is_dead(self.places, p, i);
+                let alive = |i, t: &TransitionProgram| !is_fault(&t.trigger) && !self.is_dead(p, i);
                 all.into_iter().any(|(i, t)| alive(i, t) && !stays(t))
             };
             if s == 0 || own.initial.is_some() || ended || self.machine.path(s).any(leads) {
@@ -103,71 +130,6 @@ impl Checked<'_> {
             diagnostics
                 .push(d.help("write where it goes from here, or `final state` where the machine has come to its end"));
         }
-    }
-
-    /// Warns of transitions that are never taken: an earlier one always precedes them, their condition never holds, or
-    /// the machine is already in their target.
-    fn never(&self, diagnostics: &mut Vec<Diagnostic>) {
-        for (s, state) in self.machine.states.iter().enumerate() {
-            for (i, t) in state.transitions.iter().enumerate() {
-                let place = &self.places.transitions[s][i];
-                if place.constant == Some(false) {
-                    let d = Diagnostic::warning("HQ0706", place.trigger, "this condition never holds");
-                    diagnostics.push(d.help("remove the transition, or check its comparison"));
-                    continue;
-                }
-                if let Some(d) = self.already_there(s, i) {
-                    diagnostics.push(d);
-                    continue;
-                }
-                let before = (0..i).find(|&k| {
-                    let first = &state.transitions[k];
-                    // A transition that restarts the state is not taken again until its condition has been false. An
-                    // `after` transition to an inner state is taken only once.
-                    let once = matches!(first.trigger, Trigger::After(_)) && self.machine.keeps(s, first);
-                    let covered = covers(&first.trigger, &t.trigger) && !self.machine.restarts(s, first) && !once;
-                    let always = self.places.transitions[s][k].constant == Some(true) && immediate(&first.trigger);
-                    let kept = self.machine.keeps(s, first) && matches!(t.trigger, Trigger::Event(_));
-                    covered || (always && !kept && !is_fault(&t.trigger) && !self.machine.restarts(s, first))
-                });
-                if let Some(k) = before {
-                    let d = Diagnostic::warning("HQ0706", place.trigger, "this transition is never taken");
-                    diagnostics.push(
-                        d.label(self.places.transitions[s][k].trigger, "this one always takes precedence")
-                            .help("remove it, or write it first"),
-                    );
-                } else if place.constant == Some(true) && immediate(&t.trigger) {
-                    let d = Diagnostic::warning("HQ0706", place.trigger, "this condition always holds");
-                    let note = match self.machine.keeps(s, t) {
-                        true => format!("the machine goes to `{}` at once, and is kept there", self.name(t.target)),
-                        false => "the state is left at the tick after it is entered".to_string(),
-                    };
-                    diagnostics.push(d.note(note).help("check its comparison"));
-                }
-            }
-        }
-    }
-
-    /// Warns of a transition whose target is active whenever the transition is examined.
-    fn already_there(&self, s: usize, i: usize) -> Option<Diagnostic> {
-        let (t, place) = (&self.machine.states[s].transitions[i], &self.places.transitions[s][i]);
-        let never = || Diagnostic::warning("HQ0706", place.trigger, "this transition is never taken");
-        if self.machine.restarts(s, t) && place.constant == Some(true) && immediate(&t.trigger) {
-            let text = format!(
-                "it re-enters `{}` when its condition becomes true, and the condition always holds",
-                self.name(t.target)
-            );
-            return Some(never().note(text).help("write for how long it holds before that, `for 1 s`, or `after 1 s`"));
-        }
-        let leaves = self.reached.iter().copied().filter(|&l| self.machine.states[l].initial.is_none());
-        let mut inside = leaves.filter(|&l| l == s || self.machine.is_around(s, l)).peekable();
-        let there = |l: usize| self.machine.path(l).any(|o| o == t.target);
-        if !self.machine.keeps(s, t) || inside.peek().is_none() || !inside.all(there) {
-            return None;
-        }
-        let text = format!("the machine is already in `{}` whenever this is evaluated", self.name(t.target));
-        let d = never().label(place.target, text).note("a condition or a time does not re-enter the current state");
-        Some(d.help("remove it; an event, `on NAME`, re-enters the state"))
     }
 
     fn faults(&self, diagnostics: &mut Vec<Diagnostic>) {
@@ -230,31 +192,4 @@ impl Checked<'_> {
 
 fn is_fault(trigger: &Trigger) -> bool {
     matches!(trigger, Trigger::Fault(_))
-}
-
-/// True for a condition without a hold time.
-fn immediate(trigger: &Trigger) -> bool {
-    matches!(trigger, Trigger::When { hold, .. } if *hold == 0.0)
-}
-
-/// True if `first` fires whenever `second` fires.
-fn covers(first: &Trigger, second: &Trigger) -> bool {
-    match (first, second) {
-        (Trigger::Event(a), Trigger::Event(b)) => a == b,
-        (Trigger::After(a), Trigger::After(b)) => a <= b,
-        (Trigger::When { condition: a, hold: x }, Trigger::When { condition: b, hold: y }) => a == b && x <= y,
-        (Trigger::Reached { task: a, tolerances: x }, Trigger::Reached { task: b, tolerances: y }) => {
-            a == b && x.iter().zip(y).all(|(x, y)| x >= y)
-        }
-        (Trigger::Fault(a), Trigger::Fault(b)) => match (a, b) {
-            (FaultPattern::Any, _) => true,
-            (FaultPattern::Kind(kind), FaultPattern::Stale(_)) => *kind == runtime::FaultKind::Stale,
-            (FaultPattern::Kind(kind), FaultPattern::StaleAmong(_)) => *kind == runtime::FaultKind::Stale,
-            (FaultPattern::StaleAmong(all), FaultPattern::Stale(one)) => all.contains(one),
-            (FaultPattern::Kind(kind), FaultPattern::Infeasible(_)) => *kind == runtime::FaultKind::Infeasible,
-            (FaultPattern::Kind(kind), FaultPattern::Limit(_)) => *kind == runtime::FaultKind::Limit,
-            _ => a == b,
-        },
-        _ => false,
-    }
 }

@@ -6,7 +6,7 @@ use dsl::Diagnostic;
 use runtime::Controller;
 use runtime::program::MachineAction;
 
-use super::{Checked, is_dead};
+use super::Checked;
 
 impl Checked<'_> {
     /// Computes, for each state, the signals that are present at every entry: those that all paths to it demand.
@@ -25,7 +25,7 @@ impl Checked<'_> {
                 let here = certain[&from].clone();
                 for s in m.path(from).collect::<Vec<_>>() {
                     for (i, t) in m.states[s].transitions.iter().enumerate() {
-                        if is_dead(self.places, s, i) {
+                        if self.is_dead(s, i) {
                             continue;
                         }
                         let demanded = self.places.transitions[s][i].demands.iter().copied();

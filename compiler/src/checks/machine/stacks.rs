@@ -9,7 +9,7 @@ use runtime::program::Program;
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::{RowKind, Task};
 
-use super::{Checked, is_dead, is_fault};
+use super::{Checked, is_fault};
 use crate::checks::accelerations::AccelerationBounds;
 use crate::checks::first_tick::millimetres;
 
@@ -126,7 +126,7 @@ impl Checked<'_> {
         let (mut found, mut entered) = (Vec::new(), BTreeMap::new());
         for &s in &self.reached {
             for (i, t) in self.machine.states[s].transitions.iter().enumerate() {
-                if is_fault(&t.trigger) || is_dead(self.places, s, i) || self.places.transitions[s][i].blend {
+                if is_fault(&t.trigger) || self.is_dead(s, i) || self.places.transitions[s][i].blend {
                     continue;
                 }
                 let to = self.machine.leaf(t.target);

@@ -1,0 +1,118 @@
+//! Outcomes of actions: a failure that no transition answers, and a time-out that leads where success leads.
+
+use dsl::{Diagnostic, Help, Snippet};
+use runtime::program::{Op, Trigger};
+
+use super::Checked;
+
+impl Checked<'_> {
+    /// Warns of actions whose failure leaves the machine waiting, and of times that are taken for success.
+    pub(super) fn outcomes(&self, diagnostics: &mut Vec<Diagnostic>) {
+        for &s in &self.reached {
+            let state = &self.machine.states[s];
+            for &action in state.enter.iter().chain(&state.activities) {
+                let [(success, done), (failure, failed)] = self.machine.actions[action].outcomes.as_slice() else {
+                    continue;
+                };
+                self.unanswered(s, action, ((success, *done), (failure, *failed)), diagnostics);
+                self.late_success(s, action, *done, diagnostics);
+            }
+        }
+    }
+
+    /// States whose transitions are examined while the machine is in `s`: `s` itself and those inside it.
+    fn own(&self, s: usize) -> Vec<usize> {
+        self.reached.iter().copied().filter(|&i| i == s || self.machine.is_around(s, i)).collect()
+    }
+
+    /// Warns of an action whose success is answered in its state and whose failure is not, neither by its event nor by
+    /// anything else in that state, such as a time or a condition.
+    fn unanswered(
+        &self,
+        s: usize,
+        action: usize,
+        ((success, done), (failure, failed)): ((&str, usize), (&str, usize)),
+        diagnostics: &mut Vec<Diagnostic>,
+    ) {
+        let own = self.own(s);
+        let around: Vec<usize> = self.machine.path(s).skip(1).collect();
+        let Some((at, i)) = own.iter().find_map(|&p| Some((p, self.on(p, done)?))) else { return };
+        let is_success = |trigger: &Trigger| *trigger == Trigger::Event(done);
+        let answers = own.iter().any(|&p| {
+            let all = self.machine.states[p].transitions.iter().enumerate();
+            all.into_iter().any(|(i, t)| !super::is_fault(&t.trigger) && !is_success(&t.trigger) && !self.is_dead(p, i))
+        });
+        // Around the state, a condition or an event is for something else, such as a stop. A time is an answer.
+        let outside = around.iter().any(|&p| {
+            self.machine.states[p].transitions.iter().any(|t| match &t.trigger {
+                Trigger::Event(event) => *event == failed,
+                Trigger::After(_) => true,
+                Trigger::When { condition, .. } => self.reads_time(&condition.inputs),
+                Trigger::Reached { .. } | Trigger::Fault(_) => false,
+            })
+        });
+        if answers || outside {
+            return;
+        }
+        let name = |word: &str, event: usize| match self.program.interface.events[event].as_str() {
+            event if event == word => format!("`{event}`"),
+            event => format!("`{event}` ({word})"),
+        };
+        let text = format!("no transition answers {} of this action", name(failure, failed));
+        diagnostics.push(
+            Diagnostic::warning("HQ0717", self.places.actions[action], text)
+                .label(self.places.transitions[at][i].trigger, format!("only {} leads on", name(success, done)))
+                .note(format!("if it fails, the machine waits in `{}` for ever", self.name(s)))
+                .help(Help::with(
+                    "write for instance {}, or a time after which the machine goes on, {}",
+                    [
+                        Snippet::transition(self.program.interface.events[failed].as_str(), "STATE"),
+                        Snippet::each("after 10 s -> STATE", "{ after: 10 s, to: STATE }"),
+                    ],
+                )),
+        );
+    }
+
+    /// True if an entry of the table of values depends on the time.
+    fn reads_time(&self, inputs: &[usize]) -> bool {
+        let tape = self.program.values.tape.only(&inputs.iter().copied().collect());
+        tape.ops.iter().any(|op| matches!(op, Op::T | Op::Time))
+    }
+
+    /// Warns of a time that leads to the same state as the success of an action, for actions on objects: the next state
+    /// relies on the success.
+    fn late_success(&self, s: usize, action: usize, done: usize, diagnostics: &mut Vec<Diagnostic>) {
+        let asked = &self.machine.actions[action];
+        if !matches!(asked.verb.as_str(), "gripper" | "tool" | "capture") {
+            return;
+        }
+        let own = self.own(s);
+        let Some((at, i)) = own.iter().find_map(|&p| Some((p, self.on(p, done)?))) else { return };
+        let target = self.machine.states[at].transitions[i].target;
+        // In a final state nothing relies on the success any more.
+        if self.machine.path(self.machine.leaf(target)).any(|p| self.machine.states[p].is_final) {
+            return;
+        }
+        for &p in &own {
+            for (k, t) in self.machine.states[p].transitions.iter().enumerate() {
+                if !matches!(t.trigger, Trigger::After(_)) || self.machine.leaf(t.target) != self.machine.leaf(target) {
+                    continue;
+                }
+                let place = &self.places.transitions[p][k];
+                let name = &self.program.interface.events[done];
+                let text =
+                    format!("a missing answer counts as `{name}`: this time leads to `{}` too", self.name(target));
+                diagnostics.push(
+                    Diagnostic::warning("HQ0718", place.trigger, text)
+                        .label(self.places.transitions[at][i].trigger, "success leads there")
+                        .label(self.places.actions[action], "the outcome of this action is not known then")
+                        .note(format!("`{}` goes on as if the action had succeeded", self.name(target)))
+                        .help(
+                            "let the time lead to a state that handles the missing answer; if it is meant, lead there \
+                             through a state that says so, with `log`",
+                        ),
+                );
+            }
+        }
+    }
+}
