@@ -109,9 +109,10 @@ fn main() {
             100.0 * explored,
             100.0 * robot
         );
-        let shares = TIMES.iter().enumerate().map(|(k, at)| {
-            format!("{at:.0} s {:.1} %", 100.0 * mean(of().map(|e| e.progress[k])).0)
-        });
+        let shares = TIMES
+            .iter()
+            .enumerate()
+            .map(|(k, at)| format!("{at:.0} s {:.1} %", 100.0 * mean(of().map(|e| e.progress[k])).0));
         println!("             explored after {}", shares.collect::<Vec<_>>().join(", "));
         if number > 0 {
             let (difference, error) = mean(all.iter().map(|e| e[number].time - e[0].time));

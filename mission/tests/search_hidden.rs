@@ -138,7 +138,9 @@ fn looks_take_what_they_detect() {
             let mut left = Undetected::of(&p);
             let all = left.sum;
             let got: f64 = order.map(|(seat, exposure)| left.look(&sight, *seat, within, *exposure)).sum();
-            assert!((got + left.sum - all).abs() < 1e-9 * all && (left.weights.iter().sum::<f64>() - left.sum).abs() < 1e-9);
+            assert!(
+                (got + left.sum - all).abs() < 1e-9 * all && (left.weights.iter().sum::<f64>() - left.sum).abs() < 1e-9
+            );
             left.weights
         };
         let (one, other) = (run(&mut looks.iter()), run(&mut looks.iter().rev()));
@@ -153,7 +155,8 @@ fn looks_take_what_they_detect() {
                 }
             }
         }
-        let exposure: Vec<f64> = (0..middles.len()).map(|cell| exposed.get(&cell).copied().unwrap_or_default()).collect();
+        let exposure: Vec<f64> =
+            (0..middles.len()).map(|cell| exposed.get(&cell).copied().unwrap_or_default()).collect();
         let all = Undetected::of(&p).weights;
         for cell in 0..middles.len() {
             assert!((one[cell] - all[cell] * (-exposure[cell]).exp()).abs() < 1e-12, "seed {seed}, cell {cell}");

@@ -20,6 +20,7 @@ fn agent(name: &str, human: bool, start: [f64; 2]) -> Agent {
         radius: 0.3,
         passes: Vec::new(),
         unaware: Vec::new(),
+        sees: None,
         spread: 0.0,
         lost: false,
         told: None,
@@ -55,9 +56,13 @@ fn mission() -> Search {
             source("panel", [1.0, 5.0], vec![0], vec![0]),
         ],
         codependent: Vec::new(),
+        objects: Vec::new(),
+        cell: 1.0,
+        exposure: Vec::new(),
         horizon: 3600.0,
         start: 0.0,
         planner: Planner { states: 500, tree_nodes: 100, ..Planner::default() },
+        sight: Default::default(),
         labels,
     };
     Search { problem }

@@ -113,7 +113,15 @@ mod tests {
 
     #[test]
     fn dwells_with_one_seat_are_joined() {
-        let seat = |share: f64| if share < 0.5 { Some(3) } else if share < 0.75 { None } else { Some(3) };
+        let seat = |share: f64| {
+            if share < 0.5 {
+                Some(3)
+            } else if share < 0.75 {
+                None
+            } else {
+                Some(3)
+            }
+        };
         let all = dwells(8, seat);
         assert_eq!(all, [Dwell { seat: 3, shares: [0.0, 0.5] }, Dwell { seat: 3, shares: [0.75, 1.0] }]);
     }

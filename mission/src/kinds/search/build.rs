@@ -296,11 +296,10 @@ fn idle(problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
         if agent.sees.is_some() && problem.objects.is_empty() {
             let text = format!("`{}` looks for hidden objects, and this search has none", agent.name);
             let remark = Remark::warning("HQ0946", places.of(Item::Agent(index), &["sees"]), text);
-            remarks.push(remark.help(Help::with("declare them, {}, or remove `sees`", [Snippet::declared(
-                "object",
-                "NAME",
-                [Snippet::entry("count", "3")],
-            )])));
+            remarks.push(remark.help(Help::with(
+                "declare them, {}, or remove `sees`",
+                [Snippet::declared("object", "NAME", [Snippet::entry("count", "3")])],
+            )));
         }
     }
 }
@@ -309,7 +308,8 @@ fn idle(problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
 fn hidden_for_good(problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
     for (index, object) in problem.objects.iter().enumerate() {
         let Some((share, [x, y])) = unseen(problem, index) else { continue };
-        let text = format!("`{}` can be where nobody sees it, with a probability of {:.0} %", object.name, 100.0 * share);
+        let text =
+            format!("`{}` can be where nobody sees it, with a probability of {:.0} %", object.name, 100.0 * share);
         let remark = Remark::warning("HQ0949", places.of(Item::Object(index), &["region"]), text);
         let remark = remark.note(format!("for instance at ({x}, {y}) m"));
         let help = "let an agent see farther or pass a wall, or leave that part out of the region";

@@ -23,7 +23,8 @@ fn sees() -> Snippet {
 /// Sizes, without which nothing else can be looked at.
 pub(super) fn sizes(p: &Problem, found: &mut Vec<Mistake>) {
     if p.objects.len() > MAX_OBJECTS {
-        let text = format!("{} groups of objects are more than the {MAX_OBJECTS} that a search may have", p.objects.len());
+        let text =
+            format!("{} groups of objects are more than the {MAX_OBJECTS} that a search may have", p.objects.len());
         found.push(Mistake::new("HQ0904", Item::Mission, &[], text, "split the mission into several"));
     }
     let small = |points: &[Point]| points.iter().flatten().all(|x| x.is_finite() && x.abs() <= MAX_NUMBER);
@@ -75,7 +76,8 @@ pub(super) fn objects(p: &Problem, found: &mut Vec<Mistake>) {
         if !object.places.is_empty() && object.places.len() != object.count {
             let (places, count) = (object.places.len(), object.count);
             let text = format!("`{}` has {places} places and a `count` of {count}", object.name);
-            let help = Help::with("write a place for each object, or {}", [Snippet::entry("count", places.to_string())]);
+            let help =
+                Help::with("write a place for each object, or {}", [Snippet::entry("count", places.to_string())]);
             let mistake = Mistake::new("HQ0948", Item::Object(i), &["places"], text, help);
             let against = Some((Item::Object(i), &["count"][..], "the number of the objects"));
             found.push(Mistake { against, ..mistake });
@@ -91,10 +93,10 @@ pub(super) fn objects(p: &Problem, found: &mut Vec<Mistake>) {
     for (i, object) in p.objects.iter().enumerate() {
         if prior(&sight, object).iter().all(|share| *share <= 0.0) {
             let text = format!("no cell in which `{}` could be has its middle on free ground", object.name);
-            let help = Help::with("move the region to free ground, or write smaller cells, {}", [Snippet::entry(
-                "cell",
-                "0.5 m",
-            )]);
+            let help = Help::with(
+                "move the region to free ground, or write smaller cells, {}",
+                [Snippet::entry("cell", "0.5 m")],
+            );
             found.push(Mistake::new("HQ0947", Item::Object(i), &["region"], text, help));
             continue;
         }
@@ -104,7 +106,10 @@ pub(super) fn objects(p: &Problem, found: &mut Vec<Mistake>) {
                 let help = "write a position on free ground";
                 found.push(Mistake::new("HQ0948", Item::Object(i), &["places"], text, help));
             } else if !object.region.is_empty() && !super::geometry::inside(*at, &object.region) {
-                let text = format!("an object at ({}, {}) m is outside the region in which it is believed to be", at[0], at[1]);
+                let text = format!(
+                    "an object at ({}, {}) m is outside the region in which it is believed to be",
+                    at[0], at[1]
+                );
                 let mistake = Mistake::new(
                     "HQ0948",
                     Item::Object(i),

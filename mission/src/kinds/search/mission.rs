@@ -22,7 +22,8 @@ use super::{event, text};
 /// Sources and hidden objects take part in no event of agents.
 const A_SOURCE: NotOf =
     NotOf { role: "source", who: "a source", why: "a source is consumed by agents and performs nothing" };
-const AN_OBJECT: NotOf = NotOf { role: "object", who: "a hidden object", why: "a hidden object is found, and performs nothing" };
+const AN_OBJECT: NotOf =
+    NotOf { role: "object", who: "a hidden object", why: "a hidden object is found, and performs nothing" };
 const NOT_A_SOURCE: &[NotOf] = &[A_SOURCE, AN_OBJECT];
 
 const fn event_of(name: &'static str, with: &'static [Further]) -> EventInfo {
@@ -163,7 +164,9 @@ impl kind::Mission for Search {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         let hidden = positive(p.cell)
             && p.planner.window.is_none_or(positive)
-            && p.objects.iter().all(|of| (1..=MAX_COUNT).contains(&of.count) && of.found <= of.count && positive(of.worth))
+            && p.objects
+                .iter()
+                .all(|of| (1..=MAX_COUNT).contains(&of.count) && of.found <= of.count && positive(of.worth))
             && p.agents.iter().filter_map(|a| a.sees).all(|sees| positive(sees.within) && positive(sees.rate))
             && p.exposure.iter().all(|x| x.is_finite() && *x >= 0.0);
         let settings = hidden

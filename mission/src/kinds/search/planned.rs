@@ -209,5 +209,10 @@ fn data(problem: &Problem, plan: &Plan, rewards: &Rewards) -> Data {
         way: if activity.phase == Phase::Going { activity.way.clone() } else { Vec::new() },
         begun: activity.begun,
     });
-    Data { agents: agents.collect(), sources: sources.collect(), objects: objects.collect(), activities: activities.collect() }
+    Data {
+        agents: agents.collect(),
+        sources: sources.collect(),
+        objects: objects.collect(),
+        activities: activities.collect(),
+    }
 }

@@ -86,18 +86,25 @@ pub(super) const MEASURES: &MeasureTable<SearchWorld> = &[
         Some(truth(!of.problem().is_searching()))
     }),
     (
-        Measure::of(EVERYBODY, "explored", Form::Number(NONE), "Share of the ground that it has explored before the others."),
+        Measure::of(
+            EVERYBODY,
+            "explored",
+            Form::Number(NONE),
+            "Share of the ground that it has explored before the others.",
+        ),
         |of, agent| Some(number(of.explored(Some(agent)))),
     ),
-    (Measure::of(EVERYBODY, "finds", Form::Number(NONE), "Number of hidden objects that it has found."), |of, agent| {
-        Some(number(of.finds(agent) as f64))
-    }),
+    (
+        Measure::of(EVERYBODY, "finds", Form::Number(NONE), "Number of hidden objects that it has found."),
+        |of, agent| Some(number(of.finds(agent) as f64)),
+    ),
     (Measure::of(OBJECT, "found", Form::Number(NONE), "Number of these objects that are found."), |of, object| {
         Some(number(of.problem().objects.get(object)?.found as f64))
     }),
-    (Measure::of(OBJECT, "left", Form::Number(NONE), "Number of these objects that are still hidden."), |of, object| {
-        Some(number(of.problem().objects.get(object)?.left() as f64))
-    }),
+    (
+        Measure::of(OBJECT, "left", Form::Number(NONE), "Number of these objects that are still hidden."),
+        |of, object| Some(number(of.problem().objects.get(object)?.left() as f64)),
+    ),
     (Measure::of(EVERYBODY, "position", Form::Point, "Its position."), |of, agent| {
         let [x, y] = of.agent(agent)?.pose.at;
         Some([x, y, 0.0])

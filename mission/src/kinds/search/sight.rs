@@ -110,7 +110,8 @@ impl Sight {
     /// Returns true if nothing blocks the sight between two points.
     pub fn is_clear(&self, a: Point, b: Point) -> bool {
         // Lines whose boxes are apart do not meet.
-        let [low, high] = [0, 1].map(|side| [0, 1].map(|axis| if side == 0 { a[axis].min(b[axis]) } else { a[axis].max(b[axis]) }));
+        let [low, high] =
+            [0, 1].map(|side| [0, 1].map(|axis| if side == 0 { a[axis].min(b[axis]) } else { a[axis].max(b[axis]) }));
         let is_apart = |c: &Point, d: &Point| {
             (0..2).any(|axis| c[axis].max(d[axis]) < low[axis] || c[axis].min(d[axis]) > high[axis])
         };

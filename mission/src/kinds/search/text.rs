@@ -115,7 +115,9 @@ fn objects(p: &Problem, out: &mut String) -> std::fmt::Result {
     }
     writeln!(out, "    belief of {} cells of {} m", p.sight().len(), number(p.cell))?;
     match p.planner.window {
-        Some(window) => writeln!(out, "    plans look {} s ahead, from {} lookouts", number(window), p.planner.lookouts),
+        Some(window) => {
+            writeln!(out, "    plans look {} s ahead, from {} lookouts", number(window), p.planner.lookouts)
+        }
         None => writeln!(out, "    plans look from {} lookouts", p.planner.lookouts),
     }
 }

@@ -65,9 +65,7 @@ impl<'p> Looks<'p> {
             false => wall.points.windows(2).any(|two| hits([two[0], two[1]])),
         });
         let map = self.problem.occupancy.as_ref();
-        !edges(&self.problem.area).any(hits)
-            && !walls.any(|hit| hit)
-            && map.is_none_or(|map| !hides(map, a, b))
+        !edges(&self.problem.area).any(hits) && !walls.any(|hit| hit) && map.is_none_or(|map| !hides(map, a, b))
     }
 
     /// The cell from which an agent sees at a point.

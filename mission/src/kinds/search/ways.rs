@@ -316,12 +316,7 @@ fn grown(
 }
 
 /// The action set with the rewards along its ways.
-fn action_set(
-    problem: &Problem,
-    agent: usize,
-    goals: &[(Point, Goal)],
-    lines: &[Option<Vec<Point>>],
-) -> ActionSet {
+fn action_set(problem: &Problem, agent: usize, goals: &[(Point, Goal)], lines: &[Option<Vec<Point>>]) -> ActionSet {
     let sight = problem.looks(agent).map(|_| problem.sight());
     let spot = |at: Point, goal: Goal| Spot {
         at,

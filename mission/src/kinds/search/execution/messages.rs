@@ -49,7 +49,12 @@ impl Stray {
     /// The motion between two times (s) that its end does not separate.
     pub fn motion(&self, from: f64, to: f64) -> Motion<'_> {
         if from >= self.ends() - 1e-9 {
-            return Motion::Still { rates: &self.there, pose: along(&self.way.points, 1.0, 0.0), seat: self.seat, idle: false };
+            return Motion::Still {
+                rates: &self.there,
+                pose: along(&self.way.points, 1.0, 0.0),
+                seat: self.seat,
+                idle: false,
+            };
         }
         Motion::Along { way: &self.way, shares: [self.share(from), self.share(to)], pace: 1.0 }
     }

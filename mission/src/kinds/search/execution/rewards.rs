@@ -72,12 +72,9 @@ impl SearchExecution {
                 let pace = (until - from) / ((end - begin) * way.duration);
                 Motion::Along { way, shares: [begin, end], pace }
             }
-            current => Motion::Still {
-                rates: &member.rates,
-                pose: member.pose,
-                seat: member.seat,
-                idle: current.is_none(),
-            },
+            current => {
+                Motion::Still { rates: &member.rates, pose: member.pose, seat: member.seat, idle: current.is_none() }
+            }
         }
     }
 

@@ -278,7 +278,11 @@ impl Pages for SearchPages {
                 Ok(format!("Noted: {by:.0} s longer, until {}. {}", clock_time(until), planned(update)))
             }
             PersonRequest::Found { object, found } => {
-                let of = self.problem().objects.get(object).ok_or_else(|| Refusal::Invalid("there is no such object".into()))?;
+                let of = self
+                    .problem()
+                    .objects
+                    .get(object)
+                    .ok_or_else(|| Refusal::Invalid("there is no such object".into()))?;
                 if found < of.found {
                     return Ok("This find is noted already.".into());
                 }
