@@ -20,14 +20,21 @@ use crate::sections::{
 pub(super) static MEASURED: LazyLock<Vec<&'static str>> =
     LazyLock::new(|| ROLES.iter().copied().filter(|role| KINDS.iter().any(|kind| is_measured(kind, role))).collect());
 
-/// Those of them that an event can be of.
-pub(super) static ACTING: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+/// Those of them that an event of each kind can be of.
+static ACTING: LazyLock<Vec<(&'static str, Vec<&'static str>)>> = LazyLock::new(|| {
     let acts = |kind: &&Kind, role: &str| {
         let can = |event: &EventInfo| event.not_of.iter().all(|not| not.role != role);
         is_measured(kind, role) && kind.events.iter().any(can)
     };
-    MEASURED.iter().copied().filter(|role| KINDS.iter().any(|kind| acts(kind, role))).collect()
+    let of = |kind: &&Kind| MEASURED.iter().copied().filter(|role| acts(kind, role)).collect();
+    KINDS.iter().map(|kind| (kind.name, of(kind))).collect()
 });
+
+/// Roles of members that an event of a mission of this kind can be of; of an unknown kind, those of all kinds.
+pub(super) fn acting(kind: Option<&Kind>) -> &'static [&'static str] {
+    let known = kind.and_then(|kind| ACTING.iter().find(|(name, _)| *name == kind.name));
+    known.map_or(&MEASURED, |(_, roles)| roles)
+}
 
 fn is_measured(kind: &Kind, role: &str) -> bool {
     (kind.measures)().iter().any(|measure| measure.is_of(Some(role)))

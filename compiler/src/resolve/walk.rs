@@ -7,7 +7,7 @@ use dsl::{Span, Spanned};
 
 use super::context::Offered;
 use super::declare::New;
-use super::sections::ACTING;
+use super::sections::acting;
 use super::symbols::{FileId, SymbolId, SymbolKind};
 use super::{Around, CompletionContext, Meaning, Reference, Resolver};
 use crate::expand::{Class, parameter_types};
@@ -215,10 +215,10 @@ impl Resolver<'_> {
             ItemKind::Scenario(s) => {
                 let mission = s.body.get("mission");
                 self.around.of_mission = mission.is_some();
-                self.around.roles = &ACTING;
                 let machine = s.body.get("machine");
                 self.around.holder = machine.and_then(|e| self.declared(Class::Machine, e.value.word()?));
                 self.around.mission = mission.and_then(|e| self.declared(Class::Mission, e.value.word()?));
+                self.around.roles = acting(self.around.mission.and_then(|m| find(&self.out.symbol(m).ty)));
                 self.section(&s.body, &SCENARIO);
                 s.expects.iter().for_each(|e| self.formula(&e.formula));
             }

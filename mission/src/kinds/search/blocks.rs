@@ -141,9 +141,9 @@ block! {
         /// Corners of the region in which each object is believed to be, with the same probability everywhere. Default: the
         /// whole ground.
         region: Vec<[f64; 2]> = optional(POINTS, SQUARE);
-        /// True places in scenarios, one for each object, of which plans know nothing. Default: they are drawn from the region
+        /// True positions in scenarios, one for each object, of which plans know nothing. Default: they are drawn from the region
         /// by the seed.
-        places: Vec<[f64; 2]> = optional(POINTS, "[[3, 2]] m");
+        positions: Vec<[f64; 2]> = optional(POINTS, "[[3, 2]] m");
     }
 }
 

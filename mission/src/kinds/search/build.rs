@@ -108,7 +108,7 @@ fn hidden(member: &DeclaredMember) -> Hidden {
         found: 0,
         worth: block.worth,
         region: block.region,
-        places: block.places,
+        places: block.positions,
     }
 }
 

@@ -29,7 +29,7 @@ pub(super) fn sizes(p: &Problem, found: &mut Vec<Mistake>) {
     }
     let small = |points: &[Point]| points.iter().flatten().all(|x| x.is_finite() && x.abs() <= MAX_NUMBER);
     for (i, object) in p.objects.iter().enumerate() {
-        for (keys, points) in [(&["region"][..], &object.region), (&["places"][..], &object.places)] {
+        for (keys, points) in [(&["region"][..], &object.region), (&["positions"][..], &object.places)] {
             if !small(points) {
                 let text = "this number is larger than 1e6".to_string();
                 found.push(Mistake::new("HQ0904", Item::Object(i), keys, text, "check the unit after the number"));
@@ -75,10 +75,10 @@ pub(super) fn objects(p: &Problem, found: &mut Vec<Mistake>) {
         }
         if !object.places.is_empty() && object.places.len() != object.count {
             let (places, count) = (object.places.len(), object.count);
-            let text = format!("`{}` has {places} places and a `count` of {count}", object.name);
+            let text = format!("`{}` has {places} positions and a `count` of {count}", object.name);
             let help =
-                Help::with("write a place for each object, or {}", [Snippet::entry("count", places.to_string())]);
-            let mistake = Mistake::new("HQ0948", Item::Object(i), &["places"], text, help);
+                Help::with("write a position for each object, or {}", [Snippet::entry("count", places.to_string())]);
+            let mistake = Mistake::new("HQ0948", Item::Object(i), &["positions"], text, help);
             let against = Some((Item::Object(i), &["count"][..], "the number of the objects"));
             found.push(Mistake { against, ..mistake });
         }
@@ -104,7 +104,7 @@ pub(super) fn objects(p: &Problem, found: &mut Vec<Mistake>) {
             if sight.seat(*at).is_none() {
                 let text = format!("an object at ({}, {}) m is in a wall or outside the ground", at[0], at[1]);
                 let help = "write a position on free ground";
-                found.push(Mistake::new("HQ0948", Item::Object(i), &["places"], text, help));
+                found.push(Mistake::new("HQ0948", Item::Object(i), &["positions"], text, help));
             } else if !object.region.is_empty() && !super::geometry::inside(*at, &object.region) {
                 let text = format!(
                     "an object at ({}, {}) m is outside the region in which it is believed to be",
@@ -113,7 +113,7 @@ pub(super) fn objects(p: &Problem, found: &mut Vec<Mistake>) {
                 let mistake = Mistake::new(
                     "HQ0948",
                     Item::Object(i),
-                    &["places"],
+                    &["positions"],
                     text,
                     "write a place in the region, or a larger region",
                 );

@@ -74,7 +74,7 @@ fn by_kind(problem: &Problem, rewards: &Rewards) -> [f64; 4] {
 fn cost(problem: &Problem, rewards: &Rewards) -> Cost {
     let sums = by_kind(problem, rewards);
     let parts = SourceKind::ALL.into_iter().zip(sums).map(|(kind, sum)| Part::plain(kind.name(), 0.0 - sum));
-    let hidden = (!problem.objects.is_empty()).then(|| Part::plain("objects", 0.0 - rewards.objects));
+    let hidden = (!problem.objects.is_empty()).then(|| Part::plain("hidden", 0.0 - rewards.objects));
     let parts: Vec<Part> = parts.chain(hidden).collect();
     Cost { total: parts.iter().map(|part| part.cost).sum(), parts }
 }
@@ -124,7 +124,7 @@ struct Data {
     agents: Vec<AgentData>,
     sources: Vec<SourceData>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    objects: Vec<ObjectData>,
+    hidden: Vec<ObjectData>,
     activities: Vec<ActivityData>,
 }
 
@@ -212,7 +212,7 @@ fn data(problem: &Problem, plan: &Plan, rewards: &Rewards) -> Data {
     Data {
         agents: agents.collect(),
         sources: sources.collect(),
-        objects: objects.collect(),
+        hidden: objects.collect(),
         activities: activities.collect(),
     }
 }
