@@ -58,8 +58,8 @@ pub enum ValueType {
     NumberOr(Quantity, &'static [&'static str]),
     /// One constant number, or a list of them.
     Numbers(Quantity),
-    /// Three constant numbers.
-    Vector(Dimension),
+    /// Three constant numbers, each of this unit and range.
+    Vector(Quantity),
     /// A position of a mission (m), or the name of a place.
     Spot,
     /// Two constant numbers: a point of the ground.

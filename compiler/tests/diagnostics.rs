@@ -39,6 +39,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("searches", include_str!("cases/searches.txt"), Syntax::Native),
     ("missions_reuse", include_str!("cases/missions_reuse.txt"), Syntax::Native),
     ("yardstick", include_str!("cases/yardstick.txt"), Syntax::Native),
+    ("unusual", include_str!("cases/unusual.txt"), Syntax::Native),
+    ("unusual_yaml", include_str!("cases/unusual_yaml.txt"), Syntax::Yaml),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Syntax::Yaml),
 ];
 
@@ -167,6 +169,16 @@ fn humans_yaml() {
 #[test]
 fn values() {
     check("values");
+}
+
+#[test]
+fn unusual() {
+    check("unusual");
+}
+
+#[test]
+fn unusual_yaml() {
+    check("unusual_yaml");
 }
 
 #[test]

@@ -55,6 +55,8 @@ pub enum Topic {
     BareAngle,
     /// A number whose unit measures another quantity.
     Dimension,
+    /// A number whose size is unusual.
+    UnusualSize,
 }
 
 /// A labelled location in a diagnostic.

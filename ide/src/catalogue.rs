@@ -3,8 +3,11 @@
 use std::fmt::Write;
 
 use compiler::codes::Part;
+use quantities::usual::{
+    GAIN, JOINT_ACCELERATION, JOINT_ANGLE, JOINT_SPEED, JOINT_TRAVEL, JOINT_TRAVEL_ACCELERATION, JOINT_TRAVEL_SPEED,
+    of_joint,
+};
 use serde_json::{Value as Json, json};
-use stdlib_tasks::dimension::{ANGLE, LENGTH};
 use stdlib_tasks::kinds::safety_planner::PATH;
 use stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence, Quantity};
 use stdlib_tasks::task::{RowKind, TaskKind};
@@ -38,7 +41,13 @@ pub(crate) fn quantity(q: &Quantity) -> String {
     let range = q.describe();
     let comma = if range.is_empty() { String::new() } else { format!(", {range}") };
     let constant = if q.constant { ", constant" } else { "" };
-    format!("number in {}{comma}{constant}", unit(q.dimension))
+    format!("number in {}{comma}{constant}{}", unit(q.dimension), usual(q))
+}
+
+/// Returns the usual sizes of a number, behind its range.
+pub(crate) fn usual(q: &Quantity) -> String {
+    let usual = q.describe_usual();
+    if usual.is_empty() { usual } else { format!(", {usual}") }
 }
 
 fn expression(form: &Form) -> String {
@@ -54,6 +63,17 @@ fn expression(form: &Form) -> String {
     }
 }
 
+/// Returns values by joint in words, from those of revolute and of prismatic joints.
+fn joint_values(value: &str, [turn, travel]: [Quantity; 2]) -> String {
+    format!("`{{ JOINT {value} .. }}` {}", of_joints([turn, travel]))
+}
+
+/// Returns the units of revolute and of prismatic joints with their usual sizes.
+pub(crate) fn of_joints(both: [Quantity; 2]) -> String {
+    let [turn, travel] = both.map(|q| format!("in {}{}", q.dimension, usual(&q)));
+    format!("{turn}, or {travel}")
+}
+
 /// Returns the permitted values of a parameter in words.
 pub fn describe(ty: &ParamType) -> String {
     match ty {
@@ -63,16 +83,16 @@ pub fn describe(ty: &ParamType) -> String {
         ParamType::PerAxis(q) => format!("{}, or a vector with one for each axis", quantity(q)),
         ParamType::Vectors(n, d) => format!("{n} constant vectors in {}", unit(*d)),
         ParamType::Rotation => "orientation".to_string(),
-        ParamType::Gains(names) => format!("rate in 1/s, or `{{ {} }}`", names.join(" .. ") + " .."),
+        ParamType::Gains(names) => format!("rate in 1/s{}, or `{{ {} }}`", usual(&GAIN), names.join(" .. ") + " .."),
         ParamType::Frame => "link".to_string(),
         ParamType::Frames => "links or arms".to_string(),
         ParamType::Arm => "arm".to_string(),
         ParamType::Geometries => "points, segments, links, groups".to_string(),
         ParamType::Joints => "joints, groups of joints".to_string(),
-        ParamType::JointPositions => format!("`{{ JOINT value .. }}` in {ANGLE} or {LENGTH}"),
-        ParamType::JointVelocities => "`{ JOINT value .. }` in rad/s or m/s".to_string(),
-        ParamType::JointAccelerations => "`{ JOINT value .. }` in rad/s^2 or m/s^2".to_string(),
-        ParamType::PerArm(d) => format!("`{{ ARM value .. }}` in {d}"),
+        ParamType::JointPositions => joint_values("value", [JOINT_ANGLE, JOINT_TRAVEL]),
+        ParamType::JointVelocities => joint_values("value", [JOINT_SPEED, JOINT_TRAVEL_SPEED]),
+        ParamType::JointAccelerations => joint_values("value", [JOINT_ACCELERATION, JOINT_TRAVEL_ACCELERATION]),
+        ParamType::PerArm(d) => format!("`{{ ARM value .. }}` in {d}{}", usual(&of_joint(*d))),
         ParamType::Choice(words) => words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "),
         ParamType::Expression(form) => expression(form),
         ParamType::Group(_) => "block".to_string(),

@@ -5,10 +5,11 @@ use std::fmt::Write;
 use compiler::sections::{ALL, Named, Place, ValueType};
 use mission::kind::Form;
 use mission::kinds::KINDS;
+use quantities::usual::{JOINT_ANGLE, JOINT_SPEED, JOINT_TRAVEL, JOINT_TRAVEL_SPEED};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::params::Presence;
 
-use crate::catalogue::{presence, quantity, unit};
+use crate::catalogue::{of_joints, presence, quantity, unit, usual};
 
 /// Describes the type of a key's value in words.
 pub fn describe(holds: &ValueType) -> String {
@@ -20,13 +21,13 @@ pub fn describe(holds: &ValueType) -> String {
             format!("{}, or {}", quantity(q), words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "))
         }
         ValueType::Numbers(q) => format!("{}, or a list of them", quantity(q)),
-        ValueType::Vector(d) => format!("vector in {}", unit(*d)),
+        ValueType::Vector(q) => format!("vector in {}{}", unit(q.dimension), usual(q)),
         ValueType::Spot => "position in m, or a place".to_string(),
         ValueType::Pair(d) => format!("two numbers `[x, y]` in {}", unit(*d)),
         ValueType::Range(q) => format!("{}, or `[least, greatest]`", quantity(q)),
         ValueType::Spread(q) => format!("{}, or `normal(mean, deviation)`", quantity(q)),
-        ValueType::OfJoint { speed: false } => "position in rad or m".to_string(),
-        ValueType::OfJoint { speed: true } => "speed in rad/s or m/s".to_string(),
+        ValueType::OfJoint { speed: false } => format!("position {}", of_joints([JOINT_ANGLE, JOINT_TRAVEL])),
+        ValueType::OfJoint { speed: true } => format!("speed {}", of_joints([JOINT_SPEED, JOINT_TRAVEL_SPEED])),
         ValueType::Bound => "number in the unit of the value".to_string(),
         ValueType::WordOr(words) => {
             format!("{}, or an expression", words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "))
@@ -60,7 +61,9 @@ pub fn describe(holds: &ValueType) -> String {
         ValueType::Links => "links, arms, points, segments, groups".to_string(),
         ValueType::Joints => "joints, groups of joints, patterns".to_string(),
         ValueType::Locks => "joints, groups of joints, patterns, or `{ JOINT position .. }`".to_string(),
-        ValueType::Positions => "`{ JOINT position .. }` in rad or m".to_string(),
+        ValueType::Positions => {
+            format!("`{{ JOINT position .. }}` {}", of_joints([JOINT_ANGLE, JOINT_TRAVEL]))
+        }
         ValueType::Block(section) => section.name.to_string(),
         ValueType::Blocks(section) => format!("{}, or a list of such", section.name),
         ValueType::LinkOr(section) => format!("link, or {}", section.name),

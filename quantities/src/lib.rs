@@ -3,6 +3,7 @@
 pub mod dimension;
 mod numbers;
 mod quantity;
+pub mod usual;
 
 pub use numbers::number;
 pub use quantity::{Presence, Quantity};

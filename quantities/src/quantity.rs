@@ -16,12 +16,24 @@ pub struct Quantity {
     pub max: f64,
     /// True if the value must not move with time.
     pub constant: bool,
+    /// Sizes that values usually have, the least and the greatest; `None` if any size is usual.
+    pub usual: Option<[f64; 2]>,
 }
+
+/// Relative rounding error of a value that is converted from another unit.
+const ROUNDING: f64 = 1e-9;
 
 impl Quantity {
     /// Any finite value of a dimension.
     pub const fn any(dimension: Dimension) -> Self {
-        Quantity { dimension, min: f64::NEG_INFINITY, min_included: true, max: f64::INFINITY, constant: false }
+        Quantity {
+            dimension,
+            min: f64::NEG_INFINITY,
+            min_included: true,
+            max: f64::INFINITY,
+            constant: false,
+            usual: None,
+        }
     }
 
     /// `min` or more.
@@ -42,6 +54,29 @@ impl Quantity {
     /// The same quantity, which must not move with time.
     pub const fn constant(self) -> Self {
         Quantity { constant: true, ..self }
+    }
+
+    /// The same quantity, whose values are usually of a size from `least` to `greatest`, without regard to their sign.
+    pub const fn usually(self, least: f64, greatest: f64) -> Self {
+        Quantity { usual: Some([least, greatest]), ..self }
+    }
+
+    /// Returns true if a value has a usual size. Zero always has one: it turns off what the value belongs to.
+    pub fn is_usual(&self, x: f64) -> bool {
+        let Some([least, greatest]) = self.usual else { return true };
+        x == 0.0 || (x.abs() >= least * (1.0 - ROUNDING) && x.abs() <= greatest * (1.0 + ROUNDING))
+    }
+
+    /// Describes the usual sizes in words, in SI; empty if any size is usual.
+    pub fn describe_usual(&self) -> String {
+        match self.usual {
+            None => String::new(),
+            Some([least, greatest]) => {
+                // `1e-6` and not its six digits.
+                let short = |x: f64| if x < 1e-4 { format!("{x:e}") } else { crate::number(x) };
+                format!("usually {} to {}", short(least), short(greatest))
+            }
+        }
     }
 
     /// Returns true if the value is in the range. False for NaN.
@@ -72,4 +107,24 @@ pub enum Presence {
     Optional,
     /// This text of the language replaces it. For a group it is `{}`, whose parameters have defaults of their own.
     Default(&'static str),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dimension::TIME;
+
+    #[test]
+    fn usual_sizes_ignore_the_sign_and_rounding_errors() {
+        let timeout = Quantity::any(TIME).usually(1e-3, 60.0);
+        for x in [0.0, 1e-3, 0.2, -0.2, 60.0, 6.0e4 * 1e-3, 60.0 + 1e-9] {
+            assert!(timeout.is_usual(x), "{x}");
+        }
+        for x in [9e-4, 61.0, -61.0, f64::NAN] {
+            assert!(!timeout.is_usual(x), "{x}");
+        }
+        assert!(Quantity::any(TIME).is_usual(1e12));
+        assert_eq!(timeout.describe_usual(), "usually 0.001 to 60");
+        assert_eq!(Quantity::any(TIME).describe_usual(), "");
+    }
 }

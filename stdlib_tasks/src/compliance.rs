@@ -54,9 +54,9 @@ crate::params! {
     /// The virtual mass of a frame.
     pub struct Mass {
         /// The mass of its position, for all axes of the world or one for each; it may move with time.
-        linear: Input<3> = ParamType::PerAxis(Quantity::above(MASS, 0.0)), Presence::Required;
+        linear: Input<3> = ParamType::PerAxis(Quantity::above(MASS, 0.0).usually(1e-3, 2e3)), Presence::Required;
         /// The moment of inertia of its orientation, for all axes of the world or one for each; it may move with time.
-        angular: Input<3> = ParamType::PerAxis(Quantity::above(INERTIA, 0.0)), Presence::Required;
+        angular: Input<3> = ParamType::PerAxis(Quantity::above(INERTIA, 0.0).usually(1e-6, 1e3)), Presence::Required;
     }
 }
 
@@ -64,10 +64,10 @@ crate::params! {
     /// The virtual damping of a frame.
     pub struct Damping {
         /// The damping of its position, for all axes of the world or one for each; it may move with time.
-        linear: Input<3> = ParamType::PerAxis(Quantity::above(DAMPING, 0.0)), Presence::Required;
+        linear: Input<3> = ParamType::PerAxis(Quantity::above(DAMPING, 0.0).usually(1e-2, 1e5)), Presence::Required;
         /// The damping of its orientation, for all axes of the world or one for each, in N m s or N m s/rad; it may
         /// move with time.
-        angular: Input<3> = ParamType::PerAxis(Quantity::above(ANGULAR_DAMPING, 0.0)), Presence::Required;
+        angular: Input<3> = ParamType::PerAxis(Quantity::above(ANGULAR_DAMPING, 0.0).usually(1e-4, 1e4)), Presence::Required;
     }
 }
 
@@ -75,10 +75,10 @@ crate::params! {
     /// The virtual stiffness of a frame.
     pub struct Stiffness {
         /// The stiffness of its position, for all axes of the world or one for each; it may move with time.
-        linear: Input<3> = ParamType::PerAxis(Quantity::at_least(STIFFNESS, 0.0)), Presence::Required;
+        linear: Input<3> = ParamType::PerAxis(Quantity::at_least(STIFFNESS, 0.0).usually(0.1, 1e6)), Presence::Required;
         /// The stiffness of its orientation, for all axes of the world or one for each, in N m or N m/rad; it may move
         /// with time.
-        angular: Input<3> = ParamType::PerAxis(Quantity::at_least(MOMENT, 0.0)), Presence::Required;
+        angular: Input<3> = ParamType::PerAxis(Quantity::at_least(MOMENT, 0.0).usually(1e-3, 1e5)), Presence::Required;
     }
 }
 

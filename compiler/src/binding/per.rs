@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span};
+use quantities::usual::of_joint;
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
 use stdlib_tasks::params::{ParamInfo, Quantity};
@@ -20,7 +21,8 @@ use crate::units;
 impl Owner<'_> {
     /// Range of a number. Limits of joints are read once, when the task is built, so they must be constant.
     fn range(&self, dimension: Dimension) -> Option<Quantity> {
-        (self.kind.row_kind == RowKind::Inequality).then(|| Quantity::any(dimension).constant())
+        let q = of_joint(dimension);
+        Some(Quantity { constant: self.kind.row_kind == RowKind::Inequality, ..q })
     }
 }
 
@@ -211,7 +213,7 @@ impl Binder<'_> {
         for e in &block.entries {
             let name = Value { kind: ValueKind::Name(e.key.value.clone()), span: e.key.span };
             let arm = self.arm(&name, info);
-            let slot = self.value(owner, &e.value, (Kind::Scalar, d), None, &format!("`{}`", e.key.value));
+            let slot = self.value(owner, &e.value, (Kind::Scalar, d), Some(of_joint(d)), &format!("`{}`", e.key.value));
             match (arm, slot) {
                 (Some(arm), Some(slot)) => out.push((arm, slot)),
                 _ => good = false,

@@ -12,7 +12,7 @@ use super::gain;
 use super::scope::TaskScope;
 use super::{Binder, DEFAULTS, Number, Owner, robot_state};
 use crate::expr::constants::{check_dimension, misplaced_unit, one_unit, with_units};
-use crate::expr::{Frame, Kind, Lowering, Typed, frames};
+use crate::expr::{Frame, Kind, Lowering, Typed, frames, unusual};
 use crate::forms::unknown_key;
 use crate::units;
 
@@ -193,6 +193,10 @@ impl Binder<'_> {
                 }
             }
         }
+        let numbers: Option<Vec<f64>> = typed.nodes.iter().map(|&n| self.graph.constant(n)).collect();
+        if let (true, Some(q), Some(numbers)) = (written, quantity, numbers) {
+            self.diagnostics.extend(unusual(value, what, &numbers, &q));
+        }
         Some(slot)
     }
 
@@ -251,7 +255,7 @@ impl Binder<'_> {
         names: &'static [&'static str],
         info: &ParamInfo,
     ) -> Option<Bound> {
-        let q = Quantity::at_least(RATE, 0.0);
+        let q = quantities::usual::GAIN;
         let ValueKind::Block(block) = &value.kind else {
             let slot = self.value(owner, value, (Kind::Scalar, RATE), Some(q), &format!("`{}`", info.name))?;
             let node = self.table.nodes[slot.at];

@@ -12,7 +12,7 @@ use super::BlockBinder;
 use super::files::Unreadable;
 use crate::expr::constants::with_units;
 use crate::expr::dimension_check::one_unit;
-use crate::expr::function;
+use crate::expr::{function, unusual};
 use crate::forms::{block_of, path_of, text_of};
 use crate::paths::instead_of;
 use crate::units;
@@ -25,6 +25,11 @@ pub(super) fn holds_wrong(bound: &Bound) -> bool {
         Bound::Each(entries) => entries.iter().any(|e| holds_wrong(&e.value.value)),
         _ => false,
     }
+}
+
+/// Returns a name as the subject of a sentence. A part of a value has no name of its own: `the mean`.
+fn named(name: &str) -> String {
+    if name.contains(' ') { name.to_string() } else { format!("`{name}`") }
 }
 
 /// The key, or the name inside its value, that a value stands behind.
@@ -50,12 +55,20 @@ impl BlockBinder<'_> {
                 None => Bound::One(self.number(value, name, q)?),
             },
             ValueType::Range(q) => Bound::Range(match with_units(value) {
-                Some(items) => self.two(value, &items, q.dimension, asked)?,
-                None => [self.constant(value, q.dimension)?; 2],
+                Some(items) => {
+                    let two = self.two(value, &items, q.dimension, asked)?;
+                    self.diagnostics.extend(unusual(value, &named(name), &two, q));
+                    two
+                }
+                None => {
+                    let one = self.constant(value, q.dimension)?;
+                    self.diagnostics.extend(unusual(value, &named(name), &[one], q));
+                    [one; 2]
+                }
             }),
             ValueType::Spread(q) => Bound::Spread(self.spread(value, name, q)?),
             ValueType::Pair(dimension) => Bound::Pair(self.pair(value, *dimension, asked)?),
-            ValueType::Vector(dimension) => Bound::Vector(self.vector(value, *dimension)?),
+            ValueType::Vector(q) => Bound::Vector(self.vector(value, name, q)?),
             ValueType::Spot => Bound::Vector(self.spot(value)?),
             ValueType::Text => Bound::Text(self.text(value, asked)?),
             ValueType::Spec => Bound::Text(self.text(value, asked)?),
@@ -114,6 +127,7 @@ impl BlockBinder<'_> {
         }
         let x = self.constant(value, q.dimension)?;
         if q.contains(x) {
+            self.diagnostics.extend(unusual(value, &named(name), &[x], q));
             return Some(x);
         }
         let in_hertz = q.dimension == RATE && self.files.sources.snippet(value.span).ends_with("Hz");
@@ -123,9 +137,7 @@ impl BlockBinder<'_> {
         };
         let range = q.describe();
         let range = if q.dimension == NONE { range } else { format!("{range} {unit}") };
-        // A part of a value has no name of its own: `the mean`.
-        let subject = if name.contains(' ') { name.to_string() } else { format!("`{name}`") };
-        let text = format!("{subject} must be {range}, and this is {shown}");
+        let text = format!("{} must be {range}, and this is {shown}", named(name));
         let d = Diagnostic::error("HQ0308", value.span, text);
         self.diagnostics.push(d.help(format!("write a number that is {range}")));
         None
@@ -247,19 +259,22 @@ impl BlockBinder<'_> {
         Some([mean?, sigma?])
     }
 
-    fn vector(&mut self, value: &Value, dimension: Dimension) -> Option<[f64; 3]> {
-        if let ValueKind::Name(name) = &value.kind
-            && !self.constants.params.knows(name)
-            && self.scope.has_place(name)
+    fn vector(&mut self, value: &Value, name: &str, q: &Quantity) -> Option<[f64; 3]> {
+        if let ValueKind::Name(place) = &value.kind
+            && !self.constants.params.knows(place)
+            && self.scope.has_place(place)
         {
-            let d = Diagnostic::error("HQ0304", value.span, format!("`{name}` is a place, and a place has a position"));
+            let d =
+                Diagnostic::error("HQ0304", value.span, format!("`{place}` is a place, and a place has a position"));
             self.diagnostics.push(d.help(Help::with(
                 "write the position itself, for instance {}",
                 [Snippet::entry("at", "[0.4, 0, 0.1] m")],
             )));
             return None;
         }
-        self.constants.vector(value, dimension, self.diagnostics)
+        let x = self.constants.vector(value, q.dimension, self.diagnostics)?;
+        self.diagnostics.extend(unusual(value, &named(name), &x, q));
+        Some(x)
     }
 
     /// A position (m): that of a place, or one that is written out.

@@ -16,6 +16,7 @@ pub(crate) fn remove(diagnostics: &mut Vec<Diagnostic>, form: usize, spec: &Spec
     if diagnostics.iter().any(|d| d.topic == Topic::UnknownKey) {
         diagnostics.retain(|d| d.topic != Topic::Unused);
     }
+    merge_unusual(diagnostics);
     let errors: Vec<Span> = diagnostics
         .iter()
         .take(form)
@@ -57,6 +58,19 @@ pub(crate) fn remove(diagnostics: &mut Vec<Diagnostic>, form: usize, spec: &Spec
         index += 1;
         index <= form || !follows(d)
     });
+}
+
+/// Removes the remarks on the size of a number about which another diagnostic speaks, which takes over their fixes.
+fn merge_unusual(diagnostics: &mut Vec<Diagnostic>) {
+    let unusual = |d: &Diagnostic| d.topic == Topic::UnusualSize;
+    let others: BTreeSet<Span> = diagnostics.iter().filter(|d| !unusual(d)).map(|d| d.primary.span).collect();
+    let merged: Vec<Diagnostic> =
+        diagnostics.extract_if(.., |d| unusual(d) && others.contains(&d.primary.span)).collect();
+    for Diagnostic { primary, fixes, .. } in merged {
+        if let Some(other) = diagnostics.iter_mut().find(|d| d.primary.span == primary.span) {
+            other.fixes.extend(fixes);
+        }
+    }
 }
 
 /// Splits a text into words.

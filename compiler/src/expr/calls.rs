@@ -7,12 +7,12 @@ use stdlib_tasks::dimension::{ANGLE, TIME};
 
 use super::arguments::CallError;
 use super::errors;
-use super::functions::{self, FUNCTIONS};
+use super::functions::{self, FUNCTIONS, Family};
 use super::helps::{count, elsewhere, families};
 use super::robot_state::PRESENT;
 use super::scope::{Failed, MEASURES};
 use super::trajectories::{self, TRAJECTORIES};
-use super::{Kind, Lowering, Typed, frames, ops};
+use super::{Kind, Lowering, Typed, frames, ops, unusual_angle};
 use crate::expr::constants::{bare_angle, merge_bare};
 
 impl Lowering<'_> {
@@ -78,6 +78,12 @@ impl Lowering<'_> {
         for a in typed.iter().enumerate().filter(|(i, _)| known.is_angle(*i)).map(|(_, a)| a) {
             if a.kind == Kind::Scalar && a.bare && !ops::is_zero(self.graph, a) {
                 self.diagnostics.push(bare_angle(self.graph, a, ANGLE));
+            }
+        }
+        if known.family == Family::Orientations {
+            for (a, written) in typed.iter().zip(args).enumerate().filter(|(i, _)| known.is_angle(*i)).map(|(_, a)| a) {
+                let x = (a.kind == Kind::Scalar).then(|| self.graph.constant(a.nodes[0])).flatten();
+                self.diagnostics.extend(x.and_then(|x| unusual_angle(written, x)));
             }
         }
         // A bare number beside an angle is read as an angle.

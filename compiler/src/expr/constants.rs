@@ -2,6 +2,7 @@
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Span, Spanned};
+use quantities::usual::of_joint;
 use robot::Model;
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
 
@@ -9,7 +10,7 @@ pub use crate::expr::dimension_check::{
     bare_angle, check_dimension, merge_bare, misplaced_unit, one_unit, wrong_dimension,
 };
 pub use crate::expr::environment::{Human, Params, is_word};
-use crate::expr::{Frame, Graph, Kind, Lowering, Meaning, RobotStateTerm, Scope, Typed};
+use crate::expr::{Frame, Graph, Kind, Lowering, Meaning, RobotStateTerm, Scope, Typed, unusual};
 
 /// Context of values that are needed at compile time: their graph and scope.
 pub struct Constants<'a> {
@@ -183,9 +184,14 @@ impl Constants<'_> {
     ) -> Option<Vec<(f64, Span)>> {
         let before = diagnostics.len();
         let Some(items) = joint_items(value, dofs.len(), diagnostics)? else {
-            let all =
-                dofs.iter().map(|&d| Some((self.scalar(value, joint_dimension(model, d), diagnostics)?, value.span)));
-            return all.collect();
+            let all: Option<Vec<(f64, Span)>> = dofs
+                .iter()
+                .map(|&d| Some((self.scalar(value, joint_dimension(model, d), diagnostics)?, value.span)))
+                .collect();
+            if let (Some(all), Some(&d)) = (&all, dofs.first()) {
+                self.usual_position(value, all[0].0, joint_dimension(model, d), diagnostics);
+            }
+            return all;
         };
         let all: Vec<Option<(f64, Span)>> = items
             .iter()
@@ -194,7 +200,16 @@ impl Constants<'_> {
             .collect();
         merge_bare(diagnostics, before, value.span);
         one_unit(diagnostics, before, value, items.len());
-        all.into_iter().collect()
+        let all: Option<Vec<(f64, Span)>> = all.into_iter().collect();
+        for ((item, (x, _)), &d) in items.iter().zip(all.iter().flatten()).zip(dofs) {
+            self.usual_position(item, *x, joint_dimension(model, d), diagnostics);
+        }
+        all
+    }
+
+    /// Warns of a position of a joint that has an unusual size.
+    fn usual_position(&self, value: &Value, x: f64, unit: Dimension, diagnostics: &mut Vec<Diagnostic>) {
+        diagnostics.extend(unusual(value, "a position", &[x], &of_joint(unit)));
     }
 }
 

@@ -23,6 +23,7 @@ mod scope;
 mod signals;
 mod task_outputs;
 mod trajectories;
+mod unusual;
 mod vector_bounds;
 
 pub use frames::{Axes, Frame};
@@ -39,6 +40,7 @@ pub(crate) use scope::not_measured;
 pub use scope::{MEASURES, MOTION, Meaning, Scope, Symbol};
 pub(crate) use task_outputs::output_symbol;
 pub use trajectories::{Named, Start, TRAJECTORIES, Trajectory, needs_from};
+pub(crate) use unusual::{unusual, unusual_angle};
 pub use vector_bounds::{Known, VectorBound};
 
 use dsl::Span;

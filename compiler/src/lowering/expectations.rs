@@ -3,17 +3,17 @@
 use std::collections::BTreeSet;
 
 use dsl::tree::{Expect, Value};
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use names::list;
 use runtime::expect::Unit;
 use runtime::program::{Measure, PredicateTable, Program, ScenarioProgram};
 use runtime::world::is_bound_to_its_stack;
 
-use super::Lowerer;
 use super::expectation_scope::Watch;
 use super::formulas::{Source, Ticks};
 use super::predicates::{Graphs, measure, mixed, number, predicate};
 use super::shapes::Shape;
+use super::{Lowerer, expectation_checks};
 use crate::binding::{Known, TaskScope};
 use crate::robot_binding::BoundRobot;
 
@@ -33,6 +33,8 @@ struct OfRobot<'b> {
     tasks: Vec<(usize, Span)>,
     /// True if this expectation refers to states.
     of_states: bool,
+    /// People of whom it was reported that nobody plays them.
+    missed: BTreeSet<usize>,
 }
 
 impl Lowerer<'_> {
@@ -47,8 +49,9 @@ impl Lowerer<'_> {
         let period = program.robot.period;
         let count = (scenario.run.duration / period).round() as u32;
         let runs = scenario.program(program);
-        let (mixed, tasks) = (BTreeSet::new(), Vec::new());
-        let mut source = OfRobot { robot, program, runs, shapes, scenario, measures, mixed, tasks, of_states: false };
+        let (mixed, tasks, missed) = (BTreeSet::new(), Vec::new(), BTreeSet::new());
+        let of_states = false;
+        let mut source = OfRobot { robot, program, runs, shapes, scenario, measures, mixed, tasks, of_states, missed };
         let expectations = self.formulas(written, Ticks { period, count, at: robot.rate_span }, &mut source);
         scenario.expectations = expectations;
     }
@@ -91,7 +94,43 @@ pub(super) fn of_a_stack(moves: bool, at: Span) -> Diagnostic {
         .help("write `initial(..)` in the expectation itself: the value at the start of the run")
 }
 
+impl OfRobot<'_> {
+    /// Warns of a comparison that reads the position of a person whom nobody plays in the scenario.
+    fn not_played(&mut self, inputs: &[usize], value: &Value) -> Option<Diagnostic> {
+        // A comparison that asks for the presence of a person has a value without readings.
+        if expectation_checks::asks_for_presence(value) {
+            return None;
+        }
+        let at = value.span;
+        let interface = &self.program.interface;
+        let of_position = |number: usize| {
+            let index = interface.signal_of(number).filter(|_| number < interface.width())?;
+            let signal = interface.signals.get(index)?;
+            let person = interface.humans.iter().position(|human| human.points.contains(&index))?;
+            (signal.at < number && number <= signal.at + signal.len).then_some(person)
+        };
+        let played = |person: &usize| self.scenario.world.humans.iter().any(|script| script.human == *person);
+        let person = inputs.iter().filter_map(|i| of_position(*i)).find(|person| !played(person))?;
+        let name = &interface.humans[person].name;
+        if !self.missed.insert(person) {
+            return None;
+        }
+        let text = format!("nobody plays `{name}` in this scenario");
+        let d = Diagnostic::warning("HQ0810", at, text).here("false at every tick");
+        let script =
+            Snippet::block("humans", [Snippet::block(name, [Snippet::entry("value", "[1, 0, 0] m"), Snippet::dots()])]);
+        Some(
+            d.note("a comparison with a position that is never received is false, so `never` holds and `always` fails")
+                .help(Help::with("say where the person is: {}", [script])),
+        )
+    }
+}
+
 impl Source for OfRobot<'_> {
+    fn is_of_robot(&self) -> bool {
+        true
+    }
+
     fn units(&self) -> Vec<Unit> {
         self.scenario.units()
     }
@@ -133,6 +172,7 @@ impl Source for OfRobot<'_> {
             lowerer.push(d);
             return None;
         };
+        lowerer.diagnostics.extend(self.not_played(&p.value.inputs, value));
         let is_state = |at: &usize| {
             let first = self.scenario.table(self.program).measure(0);
             at.checked_sub(first)

@@ -7,7 +7,7 @@ use runtime::expect::{Formula, MAX_KEPT, MAX_NODES, Monitor, Node, Unit, Window,
 use runtime::program::ExpectationProgram;
 use stdlib_tasks::dimension::TIME;
 
-use super::Lowerer;
+use super::{Lowerer, expectation_checks};
 use crate::expr::constants::Constants;
 
 /// Maximum number of parts of all expectations in a spec.
@@ -32,6 +32,11 @@ pub(super) trait Source {
     /// Units of the predicates so far.
     fn units(&self) -> Vec<Unit>;
 
+    /// Returns true for a robot that runs its program, of which zero satisfies `>`.
+    fn is_of_robot(&self) -> bool {
+        false
+    }
+
     /// Checks a formula as a whole, after all its predicates are lowered.
     fn whole(&mut self) -> Option<Diagnostic> {
         None
@@ -55,7 +60,7 @@ impl Lowerer<'_> {
                 break;
             }
             let mut formula = Formula::new(ticks.period);
-            let found = Builder { lowerer: self, ticks, source }.formula(&expect.formula, &mut formula);
+            let found = Builder { lowerer: self, ticks, source, from: 0 }.formula(&expect.formula, &mut formula);
             let wrong = source.whole();
             if found.is_none() {
                 continue;
@@ -81,6 +86,18 @@ impl Lowerer<'_> {
                 self.push(d.help("shorten their windows, or spread them over several scenarios"));
                 break;
             }
+            // A formula that is read as a label was reported.
+            let inside = |outer: Span| {
+                outer.source == expect.formula.span.source && outer.range().contains(&expect.formula.span.range().start)
+            };
+            if !self.diagnostics.iter().any(|d| d.code == "HQ0138" && inside(d.primary.span)) {
+                self.diagnostics.extend(expectation_checks::first_tick(expect));
+            }
+            if source.is_of_robot() {
+                let mut idle = Vec::new();
+                self.idle_conditions(&expect.formula, &mut idle);
+                self.diagnostics.append(&mut idle);
+            }
             let label = expect.label.as_ref().map(|l| l.value.clone());
             all.push(ExpectationProgram { label, text: text.clone(), formula });
         }
@@ -93,6 +110,8 @@ struct Builder<'b, 'l> {
     lowerer: &'b mut Lowerer<'l>,
     ticks: Ticks,
     source: &'b mut dyn Source,
+    /// First tick at which the part under construction can be judged.
+    from: u32,
 }
 
 impl Builder<'_, '_> {
@@ -124,16 +143,16 @@ impl Builder<'_, '_> {
                 return Some(out.after(a?, b?));
             }
             F::Always(w, a) => {
-                let (w, a) = (self.window(w), self.formula(a, out));
+                let (w, a) = self.inside(w, a, out);
                 Node::Always(w?, a?)
             }
             F::Never(w, a) => {
-                let (w, a) = (self.window(w), self.formula(a, out));
+                let (w, a) = self.inside(w, a, out);
                 let not = out.add(Node::Not(a?));
                 Node::Always(w?, not)
             }
             F::Eventually(w, a) => {
-                let (w, a) = (self.window(w), self.formula(a, out));
+                let (w, a) = self.inside(w, a, out);
                 match (w?, a?) {
                     (Window { first: 0, last: Some(last) }, a) => {
                         return Some(out.within(last, a, &self.source.units()));
@@ -147,6 +166,25 @@ impl Builder<'_, '_> {
             }
         };
         Some(out.add(node))
+    }
+
+    /// Adds a formula in a window.
+    fn inside(&mut self, w: &Times, a: &Written, out: &mut Formula) -> (Option<Window>, Option<usize>) {
+        let before = self.from;
+        let window = self.window(w);
+        if let Some(window) = &window {
+            self.from = before.saturating_add(window.first);
+            // Reported once, at the window that leads behind the end.
+            if before < self.ticks.count && self.from > self.ticks.count {
+                let end = f64::from(self.ticks.count) * self.ticks.period;
+                let text = format!("this window begins after the end of the run at {} s", runtime::text::number(end));
+                let d = Diagnostic::warning("HQ0809", w.span, text);
+                self.lowerer.push(d.help("write an earlier time, or a longer `duration`"));
+            }
+        }
+        let a = self.formula(a, out);
+        self.from = before;
+        (window, a)
     }
 
     fn window(&mut self, w: &Times) -> Option<Window> {

@@ -5,6 +5,7 @@ mod argument_types;
 mod blocks;
 mod declared;
 mod distances;
+mod expectation_checks;
 mod expectation_scope;
 mod expectations;
 mod fields;

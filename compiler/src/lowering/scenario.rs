@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use blocks::{Block as _, BoundBlock, Located};
-use dsl::tree::{Block, Scenario};
+use dsl::tree::{Block, Scenario, Value, ValueKind};
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, ScenarioProgram, Subject, WorldProgram};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
@@ -73,6 +73,7 @@ impl Lowerer<'_> {
         run.simulator.noise = noise.unwrap_or(run.simulator.noise);
         run.simulator.speed = speed.or(run.simulator.speed);
         run.simulator.acceleration = acceleration.or(run.simulator.acceleration);
+        self.behind_the_end(&s.body, run.duration);
         run.subject = subject?;
         Some(ScenarioProgram {
             name: s.name.value.clone(),
@@ -83,6 +84,31 @@ impl Lowerer<'_> {
             predicates: Vec::new(),
             expectations: Vec::new(),
         })
+    }
+
+    /// Warns of what the script of a scenario begins after the end of the run.
+    fn behind_the_end(&mut self, body: &Block, duration: f64) {
+        let mut times: Vec<&Value> = Vec::new();
+        for e in &body.entries {
+            match e.key.value.as_str() {
+                "signals" | "humans" | "push" | "late" | "lost" => beginnings(&e.value, &mut times),
+                "events" => {
+                    if let ValueKind::Block(block) = &e.value.kind {
+                        times.extend(block.entries.iter().flat_map(|e| e.value.items()));
+                    }
+                }
+                _ => {}
+            }
+        }
+        for value in times {
+            let typed = Constants { graph: &mut self.graph, params: &mut self.params }.argument(value);
+            let number = typed.and_then(|typed| self.graph.constant(*typed.nodes.first()?));
+            if number.is_some_and(|at| at > duration) {
+                let text = format!("this is after the end of the run at {} s", runtime::text::number(duration));
+                let d = Diagnostic::warning("HQ0809", value.span, text);
+                self.push(d.help("write an earlier time, or a longer `duration`"));
+            }
+        }
     }
 
     /// Stack or machine that runs. Returns `None` if it is invalid, with diagnostics.
@@ -175,5 +201,23 @@ impl Lowerer<'_> {
             late: block.late.iter().map(|late| (late.at, late.by)).collect(),
             lost: self.lost_readings(&block.lost, robot),
         }
+    }
+}
+
+/// Collects the times at which parts of a script begin. A path is followed only as long as the run lasts, so its instants do not
+/// count.
+fn beginnings<'v>(value: &'v Value, out: &mut Vec<&'v Value>) {
+    match &value.kind {
+        ValueKind::List(items) => items.iter().for_each(|item| beginnings(item, out)),
+        ValueKind::Block(block) => {
+            for e in &block.entries {
+                match e.key.value.as_str() {
+                    "from" | "at" => out.push(&e.value),
+                    "path" | "points" | "shape" | "value" => {}
+                    _ => beginnings(&e.value, out),
+                }
+            }
+        }
+        _ => {}
     }
 }

@@ -3,7 +3,9 @@
 use dsl::tree::{Transition, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
+use quantities::usual::{ANGLE_TOLERANCE, TOLERANCE};
 use runtime::program::{FaultPattern, TransitionProgram, Trigger};
+use stdlib_tasks::dimension::ANGLE;
 use stdlib_tasks::task::RowKind;
 
 use super::machine::{MachineLowering, unknown_state};
@@ -11,6 +13,7 @@ use super::triggers::{self, Known};
 use crate::binding::Condition;
 use crate::binding::motion::MeasuredState;
 use crate::expr::constants::Constants;
+use crate::expr::unusual;
 use crate::forms::text_of;
 use crate::sections::{TRANSITION, TransitionBlock};
 use crate::source_map::TransitionPlace;
@@ -208,7 +211,16 @@ impl MachineLowering<'_, '_> {
             })
             .collect();
         match triggers::tolerances(&numbers, &measures, self.around.tasks[task], at) {
-            Ok(tolerances) => Some(Trigger::Reached { task, tolerances }),
+            Ok(tolerances) => {
+                for ((typed, x, _), (_, written)) in numbers.iter().zip(&given) {
+                    let q = if typed.dimension == ANGLE { ANGLE_TOLERANCE } else { TOLERANCE };
+                    if typed.dimension == q.dimension {
+                        let found = x.and_then(|x| unusual(written, "a tolerance", &[x], &q));
+                        self.lowerer.diagnostics.extend(found);
+                    }
+                }
+                Some(Trigger::Reached { task, tolerances })
+            }
             Err(d) => {
                 self.lowerer.push(*d);
                 None

@@ -5,6 +5,8 @@ use std::ops::Range;
 use dsl::tree::{Item, ItemKind, Parameter, Repeat, Spec, Value, Values};
 use dsl::{Span, Spanned};
 
+use mission::kinds::find;
+
 use super::context::Offered;
 use super::declare::New;
 use super::sections::acting;

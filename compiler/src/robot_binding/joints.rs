@@ -4,13 +4,15 @@ use std::collections::BTreeSet;
 
 use blocks::{ByName, Located, Unbound};
 use dsl::tree::{Block, Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned};
+use dsl::{Diagnostic, Span, Spanned, Topic};
+use quantities::usual::of_joint;
 use robot::Model;
 use stdlib_tasks::dimension::RATE;
 
 use super::lookup::{is_pattern, joints};
 use super::{Binder, JointGroups};
 use crate::expr::constants::joint_dimension;
+use crate::expr::unusual;
 use crate::sections::LimitBlock;
 use crate::units;
 
@@ -78,7 +80,12 @@ impl Binder<'_, '_> {
         let speed = unit.times(RATE).unwrap_or(RATE);
         let mut get = |of: &Option<Located<Unbound>>, dimension| {
             let value = self.origins.unbound(of.as_ref()?)?;
-            self.constants.scalar(value, dimension, self.diagnostics)
+            let x = self.constants.scalar(value, dimension, self.diagnostics)?;
+            // One entry can give the limits of many joints.
+            if !self.diagnostics.iter().any(|d| d.topic == Topic::UnusualSize && d.primary.span == value.span) {
+                self.diagnostics.extend(unusual(value, "a limit", &[x], &of_joint(dimension)));
+            }
+            Some(x)
         };
         let (lower, upper) = (get(lower, unit), get(upper, unit));
         let speed = get(velocity, speed).zip(velocity.as_ref());

@@ -1,7 +1,8 @@
 //! Keys of signals, machines and states. What begins a part of a state is a word that the readers take.
 
 use blocks::{Located, Unbound, block};
-use stdlib_tasks::dimension::{FORCE, MOMENT, RATE, TIME};
+use quantities::usual;
+use stdlib_tasks::dimension::TIME;
 use stdlib_tasks::params::Quantity;
 
 use super::{BlockSchema, Key, Named, ValueType};
@@ -11,7 +12,7 @@ block! {
     pub struct SignalBlock = SIGNAL, "a signal" {
         /// Time for which a value is valid after it was received. After this time the signal is absent; if the state
         /// needs a signal without `?`, this is the fault `stale`.
-        timeout: Option<f64> = optional(ValueType::Number(Quantity::above(TIME, 0.0)));
+        timeout: Option<f64> = optional(ValueType::Number(usual::TIMEOUT));
         /// Of a wrench: the link in whose axes the sensor gives force and moment, with the moment about the link's
         /// origin; the name of an arm is that of its tip. The wrench is rotated into the axes of the world at the
         /// observed configuration. Default: the sensor gives the wrench in the axes of the world.
@@ -21,7 +22,7 @@ block! {
         bias: Option<WrenchBlock> = optional(ValueType::Block(&WRENCH));
         /// Cutoff frequency of a first-order low-pass filter for a number, a vector or a wrench. It is applied last,
         /// and starts again after the signal was absent.
-        low_pass: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(RATE, 0.0)));
+        low_pass: Option<Located<f64>> = optional(ValueType::Number(usual::CUTOFF));
     }
     also [
         Key::required(
@@ -38,9 +39,9 @@ block! {
     /// The parts of a wrench.
     pub struct WrenchBlock = WRENCH, "a wrench" {
         /// The force.
-        force: [f64; 3] = or(ValueType::Vector(FORCE), "[0, 0, 0] N");
+        force: [f64; 3] = or(ValueType::Vector(usual::CONTACT_FORCE), "[0, 0, 0] N");
         /// The moment.
-        moment: [f64; 3] = or(ValueType::Vector(MOMENT), "[0, 0, 0] Nm");
+        moment: [f64; 3] = or(ValueType::Vector(usual::CONTACT_MOMENT), "[0, 0, 0] Nm");
     }
 }
 
@@ -94,7 +95,7 @@ block! {
 }
 
 const FINAL: &str = "A state in which the machine has come to its end: `final state NAME { stack NAME }`.";
-const BLEND: ValueType = ValueType::Number(Quantity::at_least(TIME, 0.0));
+const BLEND: ValueType = ValueType::Number(Quantity::at_least(TIME, 0.0).usually(1e-3, 60.0));
 const TRANSITIONS: &str = "Transitions, in the order of their evaluation: `- { on: found, to: grasp }`, \
      `- { when: CONDITION, for: 3 s, to: grasp, blend: 1 s }`, `- { after: 10 s, to: ask }`.";
 

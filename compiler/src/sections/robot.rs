@@ -1,7 +1,8 @@
 //! The keys of a robot and of its parts.
 
 use blocks::{ByName, Located, Unbound, Word, block};
-use stdlib_tasks::dimension::{LENGTH, RATE, TIME};
+use quantities::usual;
+use stdlib_tasks::dimension::{RATE, TIME};
 use stdlib_tasks::params::Quantity;
 
 use super::{Key, Named, Place, ValueType};
@@ -18,7 +19,7 @@ block! {
         base: Word = or(ValueType::Choice(BASES), "fixed");
         /// The rate of control, from 0.1 Hz to 100 kHz.
         rate: Option<Located<f64>> =
-            required(ValueType::Number(Quantity { min: 0.1, max: 1e5, ..Quantity::any(RATE) }), "100 Hz");
+            required(ValueType::Number(Quantity { min: 0.1, max: 1e5, ..Quantity::any(RATE) }.usually(1.0, 2e4)), "100 Hz");
         /// Arms by name: `left { shoulder ..  elbow ..  wrist ..  tip ..  points [..] }`.
         arms: Vec<ByName<ArmBlock>> = optional(ValueType::Each(&ValueType::Block(&ARM)));
         /// Points by name: `NAME LINK`, or `NAME { link LINK  offset [x, y, z] m }`.
@@ -37,9 +38,9 @@ block! {
         limits: Vec<ByName<LimitBlock>> = optional(ValueType::PerJoint(&ValueType::Block(&LIMIT)));
         /// Maximum time between two ticks; a longer one is the fault `deadline`. More than a period; default: two
         /// periods.
-        deadline: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0)));
+        deadline: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0).usually(1e-5, 30.0)));
         /// Gain that pulls the measured configuration to the reference, at most the rate of control.
-        tracking_gain: Located<f64> = or(ValueType::Number(Quantity::at_least(RATE, 0.0)), "0 /s");
+        tracking_gain: Located<f64> = or(ValueType::Number(usual::GAIN), "0 /s");
         /// Folder for `package://` addresses of the URDF, relative to the folder of the spec.
         package_path: Option<String> = optional(ValueType::Text);
     }
@@ -75,7 +76,7 @@ block! {
         /// The link that carries the point.
         link: Option<Located<String>> = required(ValueType::Link, "link_4");
         /// Position in the frame of the link.
-        offset: [f64; 3] = or(ValueType::Vector(LENGTH), "[0, 0, 0] m");
+        offset: [f64; 3] = or(ValueType::Vector(usual::OFFSET), "[0, 0, 0] m");
     }
 }
 
@@ -85,9 +86,9 @@ block! {
         /// The link that carries the segment.
         link: Option<Located<String>> = required(ValueType::Link, "link_4");
         /// One end in the frame of the link.
-        from: Option<Located<[f64; 3]>> = required(ValueType::Vector(LENGTH), "[0, 0, 0] m");
+        from: Option<Located<[f64; 3]>> = required(ValueType::Vector(usual::OFFSET), "[0, 0, 0] m");
         /// The other end in the frame of the link.
-        to: Option<Located<[f64; 3]>> = required(ValueType::Vector(LENGTH), "[0, 0, 0.3] m");
+        to: Option<Located<[f64; 3]>> = required(ValueType::Vector(usual::OFFSET), "[0, 0, 0.3] m");
     }
 }
 

@@ -1,7 +1,8 @@
 //! The keys of a scenario, and of what the world does in it.
 
 use blocks::{ByName, Located, OneOrEach, Unbound, Word, block};
-use stdlib_tasks::dimension::{ANGLE, Dimension, FORCE, LENGTH, MOMENT, NONE, TIME};
+use quantities::usual;
+use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE, TIME};
 use stdlib_tasks::params::Quantity;
 
 use super::human::HUMAN_SCRIPT;
@@ -12,6 +13,7 @@ use super::{Key, Named, Place, ValueType};
 const STIFFNESS: Dimension = Dimension { m: 0, kg: 1, s: -2, rad: 0 };
 const DAMPING: Dimension = Dimension { m: 0, kg: 1, s: -1, rad: 0 };
 
+const A_DELAY: ValueType = ValueType::Number(Quantity::at_least(TIME, 0.0).usually(1e-4, 120.0));
 const A_TIME: ValueType = ValueType::Number(Quantity::at_least(TIME, 0.0));
 
 /// Entries of scenarios of missions and of robots' controllers.
@@ -113,11 +115,11 @@ block! {
         /// Standard deviation of the noise on each number, in the unit of the value.
         noise: Unbound = or(ValueType::Bound, "0");
         /// Time from the measurement of a value to its arrival.
-        delay: f64 = or(A_TIME, "0 s");
+        delay: f64 = or(A_DELAY, "0 s");
         /// Fraction of the values that are lost in transmission, from 0 to 1.
         drop: f64 = or(DROP, "0");
         /// Time between two values; 0 for one at every tick.
-        period: f64 = or(A_TIME, "0 s");
+        period: f64 = or(A_DELAY, "0 s");
         /// Times at which a value is sent that is not a number.
         nan: Option<OneOrEach> = optional(TIMES);
     }
@@ -153,19 +155,20 @@ block! {
         /// End of the push; default: the end of the run.
         to: Option<Located<f64>> = optional(A_TIME);
         /// The force on the robot, in the axes of the world.
-        force: Option<[f64; 3]> = optional(ValueType::Vector(FORCE), "[0, 0, -20] N");
+        force: Option<[f64; 3]> = optional(ValueType::Vector(usual::CONTACT_FORCE), "[0, 0, -20] N");
         /// The moment on the robot, in the axes of the world.
-        moment: Option<[f64; 3]> = optional(ValueType::Vector(MOMENT));
+        moment: Option<[f64; 3]> = optional(ValueType::Vector(usual::CONTACT_MOMENT));
         /// Instead of a force: the link whose origin a hand pulls.
         link: Option<Unbound> = elsewhere(ValueType::Link);
         /// The point in the world towards which the hand pulls.
-        towards: Option<[f64; 3]> = optional(ValueType::Vector(LENGTH), "[0.6, 0, 1.2] m");
+        towards: Option<[f64; 3]> = optional(ValueType::Vector(Quantity::any(LENGTH)), "[0.6, 0, 1.2] m");
         /// Stiffness of the hand: force for each metre from the point.
-        stiffness: f64 = or(ValueType::Number(Quantity::at_least(STIFFNESS, 0.0)), "200 N/m");
+        stiffness: f64 = or(ValueType::Number(Quantity::at_least(STIFFNESS, 0.0).usually(0.1, 2e5)), "200 N/m");
         /// Damping of the hand: force against each metre per second.
-        damping: f64 = or(ValueType::Number(Quantity::at_least(DAMPING, 0.0)), "20 N s/m");
+        damping: f64 = or(ValueType::Number(Quantity::at_least(DAMPING, 0.0).usually(1e-2, 2e4)), "20 N s/m");
         /// The largest force of the hand.
-        most: f64 = or(ValueType::Number(Quantity::at_least(FORCE, 0.0)), "30 N");
+        most: f64 =
+            or(ValueType::Number(Quantity { min: 0.0, ..usual::CONTACT_FORCE }), "30 N");
     }
 }
 
@@ -175,7 +178,7 @@ block! {
         /// Time of the first tick that is late.
         at: f64 = required(A_TIME, "3 s");
         /// Delay of the next tick.
-        by: f64 = required(ValueType::Number(Quantity::above(TIME, 0.0)), "30 ms");
+        by: f64 = required(ValueType::Number(Quantity::above(TIME, 0.0).usually(1e-5, 60.0)), "30 ms");
     }
 }
 

@@ -226,7 +226,8 @@ block! {
         solver: Word = or(ValueType::Choice(&["active_set", "clarabel"]), "active_set");
         /// Time limit of a tick, at most a period. When it is spent, the tick uses the part of the solution that is
         /// known. Default: no limit.
-        tick_budget: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0)));
+        tick_budget: Option<Located<f64>> =
+            optional(ValueType::Number(Quantity::above(TIME, 0.0).usually(1e-6, 1.0)));
         /// Deviations of the simulated robot from a perfect one.
         simulator: SimulatorBlock = optional(ValueType::Block(&SIMULATOR));
     }
@@ -237,12 +238,12 @@ pub(super) const SEED: ValueType = ValueType::Count(Quantity { min: 0.0, max: 9e
 
 pub(super) const ACTUATOR_SPEED: Key = Key::optional(
     "speed",
-    ValueType::Number(Quantity::above(ANGULAR_VELOCITY, 0.0)),
+    ValueType::Number(Quantity::above(ANGULAR_VELOCITY, 0.0).usually(1e-4, 200.0)),
     "The largest real speed of every joint, in addition to its own limit; for prismatic joints the same number in m/s.",
 );
 pub(super) const ACTUATOR_ACCELERATION: Key = Key::optional(
     "acceleration",
-    ValueType::Number(Quantity::above(ANGULAR_ACCELERATION, 0.0)),
+    ValueType::Number(Quantity::above(ANGULAR_ACCELERATION, 0.0).usually(1e-3, 1e4)),
     "The largest real acceleration of every joint; for prismatic joints the same number in m/s^2.",
 );
 

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::Reader;
-use super::events::{Kind, NodeId};
+use super::events::{Kind, NodeId, Style};
 use crate::diagnostic::clip;
 use crate::explain;
+use crate::expr::Place;
 use crate::grammar::{Grammar, Rule};
-use crate::tree::{Block, Comments, Expect, Formula, FormulaKind, Item, ItemKind, Scenario};
-use crate::{Diagnostic, Span, Spanned, checks, formulas};
+use crate::tree::{Block, Comments, Expect, Formula, FormulaKind, Item, ItemKind, Scenario, Value, ValueKind};
+use crate::{Diagnostic, Fix, Span, Spanned, checks, formulas};
 use pest::Parser;
 
 impl Reader<'_> {
@@ -102,6 +103,7 @@ impl Reader<'_> {
                 self.wrong_shape(id, "a formula, or one label and its formula,", help);
                 return None;
             };
+            self.formula_as_label((at, value));
             label = Some(Spanned::new(text, self.span(at)));
             said = value;
         }
@@ -118,6 +120,53 @@ impl Reader<'_> {
         self.pool.before(span.range().end, &mut comments.before);
         self.pool.behind(span.range().end, &[',', '}'], &mut comments.behind);
         Some(Expect { label, formula, span, comments: std::mem::take(comments) })
+    }
+
+    /// Warns of a formula with a `:` and without quotes, whose beginning YAML takes for the label.
+    fn formula_as_label(&mut self, ids: (NodeId, NodeId)) {
+        let (Some((label, Style::Plain)), Some((rest, Style::Plain))) = (self.scalar(ids.0), self.scalar(ids.1)) else {
+            return;
+        };
+        let (label, rest) = (label.to_owned(), rest.to_owned());
+        let begins = |text: &str, words: &[&str]| text.split([' ', '(']).next().is_some_and(|w| words.contains(&w));
+        // A formula of its own may have a label that sounds like one.
+        let words = ["always", "eventually", "never", "within", "from", "to", "after", "until"];
+        let joined = format!("{label} : {rest}");
+        if !begins(&label, &words) || begins(&rest, &words) || !self.is_formula(&joined) {
+            return;
+        }
+        let at = self.span(ids.0).to(self.span(ids.1));
+        let d = Diagnostic::warning("HQ0138", at, format!("`{label}` is read as a label"));
+        let fix = Fix::replace(at, format!("\"{joined}\""));
+        let d = d.here(format!("the formula is `{rest}` alone"));
+        self.diags.push(d.help(format!("put the whole formula in quotes: `\"{joined}\"`")).fix(fix));
+    }
+
+    /// Returns true for a formula without mistakes, in which a window has numbers.
+    fn is_formula(&mut self, text: &str) -> bool {
+        let before = self.diags.len();
+        let Some(parsed) = Grammar::parse(Rule::scalar_formula, text).ok().and_then(|mut p| p.next()) else {
+            return false;
+        };
+        let place = Place::Whole(Span::default());
+        let (mut diags, mut found) = (Vec::new(), None);
+        for part in parsed.into_inner().filter(|part| part.as_rule() == Rule::formula) {
+            let end = part.as_span().end();
+            let formula = formulas::formula(part, place, &mut |part| self.flat(part, place), &mut diags);
+            found = Some((formula, end));
+        }
+        let mistakes = self.diags.len() > before || !diags.is_empty();
+        self.diags.truncate(before);
+        found.is_some_and(|(formula, end)| {
+            let names = |time: &Option<Value>| time.as_ref().is_some_and(|t| matches!(t.kind, ValueKind::Name(_)));
+            let named = match &formula.kind {
+                FormulaKind::Always(w, _) | FormulaKind::Eventually(w, _) | FormulaKind::Never(w, _) => {
+                    names(&w.from) || names(&w.to)
+                }
+                _ => false,
+            };
+            !mistakes && !named && text[end..].trim().is_empty()
+        })
     }
 
     /// Reads a scalar as a formula.

@@ -53,7 +53,7 @@ fn held(holds: &ValueType) -> Value {
     match holds {
         ValueType::Number(q) | ValueType::Count(q) | ValueType::Spread(q) => values::scalar(q),
         ValueType::NumberOr(q, words) => json!({ "anyOf": [values::scalar(q), { "enum": words }] }),
-        ValueType::Vector(d) => values::vector(*d),
+        ValueType::Vector(q) => values::vector(q.dimension),
         ValueType::Spot => values::vector(LENGTH),
         ValueType::Pair(d) => values::pair(*d),
         ValueType::Range(q) => values::range(q),
@@ -110,7 +110,9 @@ fn held(holds: &ValueType) -> Value {
             json!({ "type": "array", "items": change() })
         }
         // A list may also be a text, with a unit after it.
-        ValueType::List(ValueType::Vector(d)) => json!({ "type": ["string", "array"], "items": values::vector(*d) }),
+        ValueType::List(ValueType::Vector(q)) => {
+            json!({ "type": ["string", "array"], "items": values::vector(q.dimension) })
+        }
         ValueType::List(ValueType::Pair(d)) => json!({ "type": ["string", "array"], "items": values::pair(*d) }),
         ValueType::List(ValueType::Spot) => json!({ "type": ["string", "array"], "items": values::vector(LENGTH) }),
         ValueType::List(inner) => json!({ "type": "array", "minItems": 1, "items": held(inner) }),

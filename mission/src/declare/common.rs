@@ -1,8 +1,8 @@
 //! Blocks and keys that several kinds share.
 
 use blocks::{Bound, FromBound, Help, Key, Located, Named, Snippet, ValueType, block};
-use quantities::Quantity;
-use quantities::dimension::{DAMPING, Dimension, FORCE, LENGTH, NONE, TIME};
+use quantities::dimension::{DAMPING, Dimension, FORCE, LENGTH, NONE};
+use quantities::{Quantity, usual};
 
 use crate::numbers::{Energy, MAX_BATCH, Range};
 
@@ -11,7 +11,7 @@ use super::{DeclaredMission, Remark, Remarks};
 const POWER: Dimension = Dimension { m: 2, kg: 1, s: -3, rad: 0 };
 
 /// A time of zero or more.
-pub const A_TIME: ValueType = ValueType::Number(Quantity::at_least(TIME, 0.0));
+pub const A_TIME: ValueType = ValueType::Number(usual::WORK_TIME);
 /// A length of zero or more.
 pub const A_LENGTH: ValueType = ValueType::Number(Quantity::at_least(LENGTH, 0.0));
 /// A number of zero or more.
@@ -33,11 +33,11 @@ block! {
     /// Coefficients of the power of a robot that moves.
     pub struct EnergyBlock = ENERGY, "the energy of a robot" {
         /// Constant power.
-        standby: f64 = or(ValueType::Number(Quantity::at_least(POWER, 0.0)), "1 W");
+        standby: f64 = or(ValueType::Number(Quantity::at_least(POWER, 0.0).usually(1e-4, 1e5)), "1 W");
         /// Coefficient of the speed; default: 20 N times the factor.
-        friction: Option<f64> = optional(ValueType::Number(Quantity::at_least(FORCE, 0.0)));
+        friction: Option<f64> = optional(ValueType::Number(Quantity::at_least(FORCE, 0.0).usually(1e-3, 1e5)));
         /// Coefficient of the squared speed; default: 400 N s/m times the factor.
-        drag: Option<f64> = optional(ValueType::Number(Quantity::at_least(DAMPING, 0.0)));
+        drag: Option<f64> = optional(ValueType::Number(Quantity::at_least(DAMPING, 0.0).usually(1e-3, 1e5)));
     }
 }
 
@@ -75,7 +75,7 @@ block! {
         /// See [`LABEL`].
         label: Option<String> = same(LABEL);
         /// Position of the place.
-        at: [f64; 3] = required(ValueType::Vector(LENGTH));
+        at: [f64; 3] = required(ValueType::Vector(Quantity::any(LENGTH)));
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::cx::{Cx, Spanned, list};
 use super::read::{RawJoint, RawRobot};
+use super::units;
 use super::{Options, UrdfCode, UrdfMessage};
 use crate::model::assemble::MAX_MOVING;
 use crate::sample::nearest;
@@ -181,6 +182,7 @@ fn remark_limits(cx: &mut Cx, joint: &RawJoint) {
         let help = "write `<limit lower=\"..\" upper=\"..\" velocity=\"..\" effort=\"..\"/>`";
         cx.warn(UrdfMessage::new(UrdfCode::NoLimits, span.clone(), text).help(help).joint(name));
     }
+    units::degrees(cx, joint);
     let velocity = joint.limit.as_ref().and_then(|l| l.velocity);
     let text = match velocity {
         None => format!("joint `{name}` has no limit of speed"),

@@ -81,6 +81,8 @@ codes! {
     MeshUnreadable = "mesh-unreadable",
     /// Warning: collision meshes were left out because [`Options::read_meshes`](crate::Options::read_meshes) is off.
     MeshNotRead = "mesh-not-read",
+    /// Warning: a number that looks as if it were written in another unit.
+    Unit = "unit",
     /// Warning: an element or an option without effect.
     Ignored = "ignored",
 }

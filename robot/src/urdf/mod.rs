@@ -16,6 +16,7 @@ mod message;
 mod read;
 mod solid;
 mod tree;
+mod units;
 mod xml;
 
 pub use message::{UrdfCode, UrdfMessage};

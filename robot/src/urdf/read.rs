@@ -8,7 +8,7 @@ use roxmltree::Node;
 
 use super::cx::{Cx, Spanned, attribute, child, children};
 use super::solid::{self, Solids};
-use super::{UrdfCode, UrdfMessage, xml};
+use super::{UrdfCode, UrdfMessage, units, xml};
 use crate::{JointKind, PlacedShape, Visual};
 
 /// Maximum number of links of a robot.
@@ -138,9 +138,14 @@ fn link(cx: &mut Cx, node: Node, solids: &mut Solids) -> Option<RawLink> {
             cx.error(UrdfMessage::new(UrdfCode::BadSize, span, "the mass is negative"));
         }
     }
-    let collision = children(node, "collision").filter_map(|element| solid::collision(cx, element, solids)).collect();
+    let collision: Vec<PlacedShape> =
+        children(node, "collision").filter_map(|element| solid::collision(cx, element, solids)).collect();
     let visual = children(node, "visual").filter_map(|element| solid::visual(cx, element, solids)).collect();
-    Some(RawLink { name: owned(name?), mass, center_of_mass, collision, visual })
+    let name = name?;
+    if let Some(inertial) = inertial {
+        units::grams(cx, name.value, inertial, mass, &collision);
+    }
+    Some(RawLink { name: owned(name), mass, center_of_mass, collision, visual })
 }
 
 fn joint(cx: &mut Cx, node: Node) -> Option<RawJoint> {

@@ -5,13 +5,14 @@ use robot::LinkId;
 use crate::bound::BoundParams;
 use crate::build::check;
 use crate::clik;
-use crate::dimension::{LENGTH, RATE};
+use crate::dimension::LENGTH;
 use crate::kinds::frame_pose::{current_pose, pose_rows};
-use crate::params::{Input, ParamType, Presence, Quantity};
+use crate::params::{Input, ParamType, Presence};
 use crate::task::{
     BuildError, Context, CurrentValue, CurrentValueType, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault,
     TaskKind,
 };
+use quantities::usual;
 
 crate::params! {
     /// Parameters of `frame_position`.
@@ -21,7 +22,7 @@ crate::params! {
         /// Target position of the frame's origin in the world; it may move with time.
         position: Input<3> = ParamType::Vector(LENGTH), Presence::Required;
         /// K: how fast the error decays.
-        gain: Input<1> = ParamType::Scalar(Quantity::at_least(RATE, 0.0)), Presence::Default("2 /s");
+        gain: Input<1> = ParamType::Scalar(usual::GAIN), Presence::Default("2 /s");
     }
 }
 

@@ -2,10 +2,11 @@
 
 use crate::bound::{BoundParams, Slot};
 use crate::build::check;
-use crate::dimension::{Dimension, RATE};
+use crate::dimension::Dimension;
 use crate::kinds::joint_position_limits::dof_dimension;
-use crate::params::{Input, ParamType, Presence, Quantity};
+use crate::params::{Input, ParamType, Presence};
 use crate::task::{BuildError, Context, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
+use quantities::usual;
 
 crate::params! {
     /// Parameters of `joint_position`.
@@ -13,7 +14,7 @@ crate::params! {
         /// Target of each joint or group, or one value for all joints of its unit, in rad or m; it may move with time.
         target: Vec<(usize, Slot)> = ParamType::JointPositions, Presence::Required;
         /// K: how fast the error decays.
-        gain: Input<1> = ParamType::Scalar(Quantity::at_least(RATE, 0.0)), Presence::Default("2 /s");
+        gain: Input<1> = ParamType::Scalar(usual::GAIN), Presence::Default("2 /s");
     }
 }
 

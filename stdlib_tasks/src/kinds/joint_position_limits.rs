@@ -4,9 +4,10 @@ use robot::Model;
 
 use crate::bound::{BoundParams, Slot};
 use crate::build::check;
-use crate::dimension::{ANGLE, LENGTH, RATE};
-use crate::params::{Input, ParamType, Presence, Quantity};
+use crate::dimension::{ANGLE, LENGTH};
+use crate::params::{Input, ParamType, Presence};
 use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
+use quantities::usual;
 
 crate::params! {
     /// Parameters of `joint_position_limits`.
@@ -18,7 +19,7 @@ crate::params! {
         /// Upper limits that replace the robot's; constants.
         upper: Option<Vec<(usize, Slot)>> = ParamType::JointPositions, Presence::Optional;
         /// φ: how fast the distance to a limit may decrease, relative to its size.
-        gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0)), Presence::Default("10 /s");
+        gain: Input<1> = ParamType::Scalar(usual::LIMIT_GAIN), Presence::Default("10 /s");
     }
 }
 

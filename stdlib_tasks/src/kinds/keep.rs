@@ -11,14 +11,15 @@ use std::cell::RefCell;
 
 use crate::bound::BoundParams;
 use crate::build::check;
-use crate::dimension::{Dimension, NONE, RATE};
+use crate::dimension::{Dimension, NONE};
 use crate::expression::{Term, settle};
 use crate::expression_tasks::{Gain, current_value, dimension, fault, row_names};
-use crate::params::{Form, Input, Operand, ParamType, Presence, Quantity};
+use crate::params::{Form, Input, Operand, ParamType, Presence};
 use crate::task::{
     BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, PersonVelocityUse, RowInfo, RowKind, Rows, State,
     Task, TaskFault, TaskKind,
 };
+use quantities::usual;
 
 crate::params! {
     /// Parameters of `keep`.
@@ -30,7 +31,7 @@ crate::params! {
         /// The largest allowed value; it may move.
         max: Option<Operand> = ParamType::Expression(Form::Like("value")), Presence::Optional;
         /// φ: how fast the margin may decrease, relative to its size.
-        gain: Operand = ParamType::Expression(Form::Number(Quantity::above(RATE, 0.0))), Presence::Default("5 /s");
+        gain: Operand = ParamType::Expression(Form::Number(usual::LIMIT_GAIN)), Presence::Default("5 /s");
         /// δ: reserve against the margin that sampling in time can lose.
         sampled_margin: Input<1> = ParamType::Expression(Form::Size("value")), Presence::Default("0");
     }

@@ -9,13 +9,14 @@
 
 use crate::bound::{Bound, BoundParams};
 use crate::build::check;
-use crate::dimension::{ANGLE, ANGULAR_VELOCITY, LENGTH, NONE, RATE, VELOCITY};
+use crate::dimension::{ANGLE, ANGULAR_VELOCITY, LENGTH, NONE, VELOCITY};
 use crate::kinds::joint_position::common_dimension;
 use crate::params::{Form, Input, ParamInfo, ParamType, Presence, Quantity};
 use crate::task::{
     BuildError, Context, Measure, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind,
     TaskOutput,
 };
+use quantities::usual;
 
 /// Range of a weight in the planner's cost.
 const WEIGHT: Quantity = Quantity::above(NONE, 0.0).constant();
@@ -69,7 +70,7 @@ macro_rules! deviation {
             ParamInfo {
                 name: "return",
                 doc: &["T: how fast the deviation decays by itself."],
-                ty: ParamType::Scalar(Quantity::above(RATE, 0.0).constant()),
+                ty: ParamType::Scalar(usual::LIMIT_GAIN.constant()),
                 presence: Presence::Default("2 /s"),
             },
             ParamInfo {
@@ -95,9 +96,9 @@ crate::params! {
         /// F: a declared `safety_field`.
         field: crate::params::FieldIndex = ParamType::Field, Presence::Required;
         /// F_min: the threshold of the field. It may move with time.
-        min: Input<1> = ParamType::Scalar(Quantity::above(LENGTH, 0.0)), Presence::Required;
+        min: Input<1> = ParamType::Scalar(Quantity::above(LENGTH, 0.0).usually(1e-4, 50.0)), Presence::Required;
         /// k_f: how fast the margin F - F_min may decrease, relative to its size.
-        gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0).constant()), Presence::Default("10 /s");
+        gain: Input<1> = ParamType::Scalar(usual::LIMIT_GAIN.constant()), Presence::Default("10 /s");
         /// The planner, or one of two methods for comparison: `evasive` motion (4.50), or a `stop` (4.52).
         method: String = ParamType::Choice(METHODS), Presence::Default("planner");
         /// Of `evasive`: half the width of the band about `min` in which the task fades out, as a fraction of `min`.

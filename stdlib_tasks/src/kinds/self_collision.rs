@@ -11,11 +11,12 @@ use crate::bound::{BoundParams, Geometry};
 use crate::build::check;
 use crate::clearance;
 use crate::closest_points::{Pair, SeparationError};
-use crate::dimension::{LENGTH, RATE};
+use crate::dimension::LENGTH;
 use crate::gradient_bound;
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};
 use crate::sampled_margin::{SampledMargin, extent, is_ball};
 use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
+use quantities::usual;
 
 crate::params! {
     /// Parameters of `self_collision`.
@@ -25,11 +26,11 @@ crate::params! {
         /// The other side, likewise.
         and: Vec<Geometry> = ParamType::Geometries, Presence::Required;
         /// d_min: smallest distance between the two sides.
-        d_min: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0)), Presence::Required;
+        d_min: Input<1> = ParamType::Scalar(usual::CLEARANCE), Presence::Required;
         /// φ: how fast the margin may decrease, relative to its size.
-        gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0)), Presence::Default("10 /s");
+        gain: Input<1> = ParamType::Scalar(usual::LIMIT_GAIN), Presence::Default("10 /s");
         /// δ: held in reserve for what sampling in time can lose; `auto` computes it from the hard speed limits.
-        sampled_margin: Auto = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Default("0 m");
+        sampled_margin: Auto = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).usually(1e-8, 1.0).constant()), Presence::Default("0 m");
     }
 }
 

@@ -21,6 +21,7 @@ use crate::params::{Input, ParamType, Presence, Quantity};
 use crate::task::{
     BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind, TaskOutput,
 };
+use quantities::usual;
 
 crate::params! {
     /// Parameters of `speed_separation`.
@@ -36,20 +37,20 @@ crate::params! {
         /// has `velocity none`, this derivative is zero, so `measured` assumes that the person stands still.
         human: String = ParamType::Choice(&["assumed", "measured"]), Presence::Default("assumed");
         /// v_h: assumed speed of the person towards the robot; 1.6 m/s is the walking speed of ISO 13855.
-        human_speed: Input<1> = ParamType::Scalar(Quantity::at_least(VELOCITY, 0.0)), Presence::Default("1.6 m/s");
+        human_speed: Input<1> = ParamType::Scalar(Quantity { min_included: true, ..usual::WALKING_SPEED }), Presence::Default("1.6 m/s");
         /// T_r: time from the reading until the robot begins to stop. The task adds one control period, with `watch`
         /// two.
-        reaction: Input<1> = ParamType::Scalar(Quantity::at_least(TIME, 0.0).constant()), Presence::Required;
+        reaction: Input<1> = ParamType::Scalar(Quantity::at_least(TIME, 0.0).usually(1e-4, 20.0).constant()), Presence::Required;
         /// T_s: time until the robot stands, at any speed.
-        stopping: Option<Input<1>> = ParamType::Scalar(Quantity::at_least(TIME, 0.0).constant()), Presence::Optional;
+        stopping: Option<Input<1>> = ParamType::Scalar(Quantity::at_least(TIME, 0.0).usually(1e-4, 60.0).constant()), Presence::Optional;
         /// a: instead of `stopping`, the smallest deceleration of the parts.
-        deceleration: Option<Input<1>> = ParamType::Scalar(Quantity::above(ACCELERATION, 0.0).constant()), Presence::Optional;
+        deceleration: Option<Input<1>> = ParamType::Scalar(Quantity::above(ACCELERATION, 0.0).usually(0.01, 1e3).constant()), Presence::Optional;
         /// C: intrusion distance of ISO 13855, how far a part of the body reaches before it is detected.
-        intrusion: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Required;
+        intrusion: Input<1> = ParamType::Scalar(usual::CLEARANCE.constant()), Presence::Required;
         /// Z_d: uncertainty of the person's position; it may move, as `uncertainty(operator)` does.
-        human_uncertainty: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0)), Presence::Default("0 m");
+        human_uncertainty: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0).usually(1e-6, 10.0)), Presence::Default("0 m");
         /// Z_r: uncertainty of the robot's position.
-        robot_uncertainty: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Default("0 m");
+        robot_uncertainty: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0).usually(1e-6, 10.0).constant()), Presence::Default("0 m");
     }
 }
 

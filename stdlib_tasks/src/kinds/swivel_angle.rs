@@ -21,12 +21,13 @@ use robot::LinkId;
 
 use crate::bound::{Arm, BoundParams, Slot};
 use crate::build::check;
-use crate::dimension::{ANGLE, RATE};
-use crate::params::{Input, ParamType, Presence, Quantity};
+use crate::dimension::ANGLE;
+use crate::params::{Input, ParamType, Presence};
 use crate::task::{
     BuildError, Context, CurrentValue, CurrentValueType, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault,
     TaskKind,
 };
+use quantities::usual;
 
 crate::params! {
     /// Parameters of `swivel_angle`.
@@ -34,7 +35,7 @@ crate::params! {
         /// Target angle of each arm; it may move with time.
         angle: Vec<(Arm, Slot)> = ParamType::PerArm(ANGLE), Presence::Required;
         /// k: how fast the error decays.
-        gain: Input<1> = ParamType::Scalar(Quantity::at_least(RATE, 0.0)), Presence::Default("1 /s");
+        gain: Input<1> = ParamType::Scalar(usual::GAIN), Presence::Default("1 /s");
     }
 }
 

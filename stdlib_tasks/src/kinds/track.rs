@@ -14,16 +14,17 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::bound::BoundParams;
 use crate::build::check;
-use crate::dimension::{ANGLE, Dimension, RATE};
+use crate::dimension::{ANGLE, Dimension};
 use crate::expression::{Term, settle, turn_seeds};
 use crate::expression_tasks::{Gain, current_value, dimension, fault, row_names};
 use crate::kinds::frame_pose::{pose_measures, pose_rows};
-use crate::params::{Form, Operand, ParamType, Presence, Quantity};
+use crate::params::{Form, Operand, ParamType, Presence};
 use crate::so3;
 use crate::task::{
     BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
     TaskFault, TaskKind,
 };
+use quantities::usual;
 
 crate::params! {
     /// Parameters of `track`.
@@ -33,7 +34,7 @@ crate::params! {
         /// y_d: the target of the value; it may move.
         target: Operand = ParamType::Expression(Form::Like("value")), Presence::Required;
         /// K: how fast the error decays.
-        gain: Operand = ParamType::Expression(Form::Number(Quantity::at_least(RATE, 0.0))), Presence::Default("2 /s");
+        gain: Operand = ParamType::Expression(Form::Number(usual::GAIN)), Presence::Default("2 /s");
     }
 }
 

@@ -14,11 +14,12 @@ use robot::{LinkId, Model, geometry};
 use crate::bound::{BoundParams, Geometry, Slot};
 use crate::build::check;
 use crate::clearance;
-use crate::dimension::{LENGTH, RATE};
+use crate::dimension::LENGTH;
 use crate::gradient_bound;
 use crate::params::{Auto, FromBound, Input, ParamType, Presence, Quantity};
 use crate::sampled_margin::{SampledMargin, extent};
 use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
+use quantities::usual;
 
 /// Three points, as nine constants.
 #[derive(Clone, Copy, Debug)]
@@ -44,11 +45,11 @@ crate::params! {
         /// The link that carries the plane; `through` is then in that link's frame. Default: the world.
         on: Option<(String, LinkId)> = ParamType::Frame, Presence::Optional;
         /// d_min: smallest distance of a point from the plane.
-        d_min: Input<1> = ParamType::Scalar(Quantity::at_least(LENGTH, 0.0)), Presence::Default("0 m");
+        d_min: Input<1> = ParamType::Scalar(usual::CLEARANCE), Presence::Default("0 m");
         /// φ: how fast the margin may decrease, relative to its size.
-        gain: Input<1> = ParamType::Scalar(Quantity::above(RATE, 0.0)), Presence::Default("5 /s");
+        gain: Input<1> = ParamType::Scalar(usual::LIMIT_GAIN), Presence::Default("5 /s");
         /// δ: held in reserve for what sampling in time can lose; `auto` computes it from the hard speed limits.
-        sampled_margin: Auto = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).constant()), Presence::Default("0 m");
+        sampled_margin: Auto = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).usually(1e-8, 1.0).constant()), Presence::Default("0 m");
     }
 }
 

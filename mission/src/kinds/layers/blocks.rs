@@ -3,16 +3,16 @@
 use std::collections::BTreeSet;
 
 use blocks::{ByName, Key, Located, MemberIndex, Members, Named, Place, ValueType, block};
-use quantities::Quantity;
-use quantities::dimension::{Dimension, MASS, NONE, TIME, VELOCITY};
+use quantities::dimension::{Dimension, NONE};
+use quantities::{Quantity, usual};
 use serde::{Deserialize, Serialize};
 
 use crate::declare::common::{A_FACTOR, A_LENGTH, A_SHARE, A_WEIGHT, ENERGY, EnergyBlock, LABEL, PLACE_BLOCK};
 use crate::numbers::Range;
 
 const PER_MASS: Dimension = Dimension { kg: -1, ..NONE };
-const A_MASS: ValueType = ValueType::Number(Quantity::at_least(MASS, 0.0));
-const A_TIME: ValueType = ValueType::Number(Quantity::at_least(TIME, 0.0));
+const A_MASS: ValueType = ValueType::Number(usual::HANDLED_MASS);
+const A_TIME: ValueType = ValueType::Number(usual::WORK_TIME);
 const WORDS: ValueType = ValueType::List(&ValueType::NewName);
 
 /// The objects, in the order of [`Problem::objects`](super::problem::Problem::objects).
@@ -111,7 +111,7 @@ block! {
         /// Base.
         place: [f64; 3] = same(PLACE);
         /// Range of its speed, `[lowest, highest]`; one number for a fixed speed.
-        speed: Range = required(ValueType::Range(Quantity::above(VELOCITY, 0.0)));
+        speed: Range = required(ValueType::Range(usual::WALKING_SPEED));
         /// Actions, each with its duration without motion (s).
         skills: Vec<ByName<f64>> = same(SKILLS);
         /// Largest distance from its base (m).
@@ -137,7 +137,7 @@ block! {
         /// Base.
         place: [f64; 3] = same(PLACE);
         /// Highest speed of the person, with the lightest object.
-        speed: f64 = required(ValueType::Number(Quantity::above(VELOCITY, 0.0)), "0.5 m/s");
+        speed: f64 = required(ValueType::Number(usual::WALKING_SPEED), "0.5 m/s");
         /// Actions, each with its duration without motion (s).
         skills: Vec<ByName<f64>> = same(SKILLS);
         /// Fraction of that speed during a skill, `kappa`: `paces { inspect 0.5 }`; default: 1.

@@ -1,8 +1,8 @@
 //! The blocks of a schedule: keys with their types, units, ranges, defaults and texts.
 
 use blocks::{Block, Bound, ByName, FromBound, Key, Located, Members, Named, OneOrEach, Place, ValueType, block};
-use quantities::Quantity;
-use quantities::dimension::{LENGTH, NONE, TIME, VELOCITY};
+use quantities::dimension::{LENGTH, NONE};
+use quantities::{Quantity, usual};
 use serde::{Deserialize, Serialize};
 
 use super::problem::Duration;
@@ -12,7 +12,7 @@ use crate::declare::common::{
 use crate::numbers::Range;
 
 const WEIGHTS: ValueType = ValueType::Numbers(Quantity::at_least(NONE, 0.0));
-const SPEEDS: ValueType = ValueType::Range(Quantity::above(VELOCITY, 0.0));
+const SPEEDS: ValueType = ValueType::Range(usual::WALKING_SPEED);
 
 /// Service robots, in the order of [`Problem::robots`](super::problem::Problem::robots).
 pub static SERVERS: Members = Members { noun: "robot", roles: &["robot"] };
@@ -126,7 +126,7 @@ const OPERATIONS: Key = Key::or(
 );
 const DURATION: Key = Key::required(
     "duration",
-    ValueType::Spread(Quantity::above(TIME, 0.0)),
+    ValueType::Spread(Quantity { min_included: false, ..usual::WORK_TIME }),
     "Duration of an operation: `250 s`, or `normal(204 s, 20 s)` with its mean and standard deviation.",
 );
 const WAIT_DISTANCE: Key = Key::or(

@@ -1,8 +1,8 @@
 //! The blocks of a search: keys with their types, units, ranges, defaults and texts.
 
 use blocks::{ByName, Companion, FileWith, Key, Located, MemberIndex, Members, Named, Place, ValueType, Word, block};
-use quantities::Quantity;
-use quantities::dimension::{ANGLE, LENGTH, NONE, RATE, TIME, VELOCITY};
+use quantities::dimension::{LENGTH, NONE, RATE, TIME};
+use quantities::{Quantity, usual};
 
 use super::map_file::UNREADABLE;
 use super::problem::{Fall, MAX_COUNT, SourceKind};
@@ -102,9 +102,9 @@ block! {
         /// Position at the start.
         start: [f64; 2] = required(ValueType::Pair(LENGTH), "[0, 0] m");
         /// Direction at the start, from the x axis; for sources that are relative to the agent.
-        heading: f64 = or(ValueType::Number(Quantity::any(ANGLE)), "0 rad");
+        heading: f64 = or(ValueType::Number(usual::JOINT_ANGLE), "0 rad");
         /// Speed of its motion.
-        speed: f64 = required(ValueType::Number(Quantity::above(VELOCITY, 0.0)), "1 m/s");
+        speed: f64 = required(ValueType::Number(usual::WALKING_SPEED), "1 m/s");
         /// Distance that its middle keeps from walls and from the edge of the area.
         radius: f64 = or(A_LENGTH, "0.3 m");
         /// Walls that it passes, as a drone passes low ones.
@@ -180,7 +180,7 @@ block! {
         /// Points that are its boundary.
         points: Vec<[f64; 2]> = optional(POINTS, "[[0, 2], [3, 2]] m");
         /// Boundary of an action source: an interval of speeds.
-        speeds: Option<Range> = optional(ValueType::Range(Quantity::at_least(VELOCITY, 0.0)), "[0.1, 2] m/s");
+        speeds: Option<Range> = optional(ValueType::Range(Quantity { min_included: true, ..usual::WALKING_SPEED }), "[0.1, 2] m/s");
         /// Reward rate inside the boundary and on it, `r_i`; default: none.
         inside: Option<RateBlock> = optional(ValueType::Block(&REWARD_RATE), "{ rate 5 /s }");
         /// Reward rate outside the boundary, `r_e`; default: none.
