@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use dsl::tree::{Item, ItemKind, Parameter, Repeat, Spec, Value, Values};
 use dsl::{Span, Spanned};
-
 use mission::kinds::find;
 
 use super::context::Offered;

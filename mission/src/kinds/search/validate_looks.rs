@@ -7,6 +7,9 @@ use super::geometry::{Point, edges, inside, segments};
 use super::problem::{Detection, Problem};
 use super::validate_map::hides;
 
+/// Row and column of a cell.
+type Key = (i64, i64);
+
 /// Difference of two distances below which they are the same (m).
 const TIE: f64 = 1e-6;
 
@@ -16,11 +19,11 @@ pub(super) type Steps = Vec<(Point, [f64; 2])>;
 /// The ground as seen, with what is expected to be undetected.
 pub(super) struct Looks<'p> {
     problem: &'p Problem,
-    cells: BTreeMap<(i64, i64), Point>,
+    cells: BTreeMap<Key, Point>,
     /// Expected worth of what is hidden in each cell.
-    left: BTreeMap<(i64, i64), f64>,
+    left: BTreeMap<Key, f64>,
     /// Cells in sight of a cell, with their distances (m).
-    known: BTreeMap<(i64, i64), Vec<((i64, i64), f64)>>,
+    known: BTreeMap<Key, Vec<(Key, f64)>>,
     low: Point,
 }
 
@@ -40,10 +43,10 @@ impl<'p> Looks<'p> {
                 cells.insert(key, at);
             }
         }
-        let mut left: BTreeMap<(i64, i64), f64> = cells.keys().map(|key| (*key, 0.0)).collect();
+        let mut left: BTreeMap<Key, f64> = cells.keys().map(|key| (*key, 0.0)).collect();
         for object in problem.objects.iter().filter(|object| object.count > object.found) {
             // (26): the prior times the probability that nobody has detected the object there, divided by the sum over all places.
-            let mut terms: Vec<((i64, i64), f64)> = Vec::new();
+            let mut terms: Vec<(Key, f64)> = Vec::new();
             for (number, (key, at)) in cells.iter().enumerate() {
                 if object.region.is_empty() || inside(*at, &object.region) {
                     terms.push((*key, (-problem.exposure.get(number).copied().unwrap_or_default()).exp()));
@@ -69,10 +72,10 @@ impl<'p> Looks<'p> {
     }
 
     /// The cell from which an agent sees at a point.
-    pub fn seat(&self, at: Point) -> Option<(i64, i64)> {
+    pub fn seat(&self, at: Point) -> Option<Key> {
         let index = |axis: usize| ((at[axis] - self.low[axis]) / self.problem.cell).floor() as i64;
         let (column, row) = (index(0), index(1));
-        let mut best: Option<(f64, (i64, i64))> = None;
+        let mut best: Option<(f64, Key)> = None;
         for key in (row - 1..=row + 1).flat_map(|r| (column - 1..=column + 1).map(move |c| (r, c))) {
             let Some(middle) = self.cells.get(&key) else { continue };
             let far = f64::hypot(middle[0] - at[0], middle[1] - at[1]);
@@ -85,7 +88,7 @@ impl<'p> Looks<'p> {
     }
 
     /// Expected worth of what an agent detects who sees from a cell between two times (s).
-    fn detect(&mut self, seat: (i64, i64), sees: Detection, [from, to]: [f64; 2]) -> f64 {
+    fn detect(&mut self, seat: Key, sees: Detection, [from, to]: [f64; 2]) -> f64 {
         if !self.known.contains_key(&seat) {
             let at = self.cells[&seat];
             let reach = self.problem.agents.iter().filter_map(|agent| agent.sees).map(|sees| sees.within);
@@ -112,7 +115,7 @@ impl<'p> Looks<'p> {
 
     /// Expected worth of what an agent detects in steps. Steps one after the other from the same cell are one.
     pub fn total(&mut self, sees: Detection, steps: &Steps) -> f64 {
-        let mut joined: Vec<((i64, i64), [f64; 2])> = Vec::new();
+        let mut joined: Vec<(Key, [f64; 2])> = Vec::new();
         for (at, [from, to]) in steps {
             let Some(seat) = self.seat(*at) else { continue };
             match joined.last_mut().filter(|(key, times)| *key == seat && (times[1] - from).abs() < 1e-9) {
