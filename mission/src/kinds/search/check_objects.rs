@@ -75,7 +75,8 @@ pub(super) fn objects(p: &Problem, found: &mut Vec<Mistake>) {
         }
         if !object.places.is_empty() && object.places.len() != object.count {
             let (places, count) = (object.places.len(), object.count);
-            let text = format!("`{}` has {places} positions and a `count` of {count}", object.name);
+            let noun = if places == 1 { "position" } else { "positions" };
+            let text = format!("`{}` has {places} {noun} and a `count` of {count}", object.name);
             let help =
                 Help::with("write a position for each object, or {}", [Snippet::entry("count", places.to_string())]);
             let mistake = Mistake::new("HQ0948", Item::Object(i), &["positions"], text, help);
