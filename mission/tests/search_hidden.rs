@@ -123,7 +123,7 @@ fn the_belief_follows_bayes() {
     assert_eq!(belief, [0.5, 0.5, 0.0, 0.0]);
 }
 
-/// What is left undetected does not depend on the order of looks, and nothing is lost: detected and left are all there was.
+/// The undetected weights do not depend on the order of looks, and weights that are detected and weights that are left add up.
 #[test]
 fn looks_take_what_they_detect() {
     for seed in 0..20 {

@@ -66,7 +66,7 @@ pub fn dwells(count: usize, seat: impl Fn(f64) -> Option<u32>) -> Vec<Dwell> {
     all
 }
 
-/// What is undetected, while a team looks.
+/// The expected worth that is undetected in each cell, while a team looks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Undetected {
     /// Weight of each cell that is left.
@@ -76,7 +76,7 @@ pub struct Undetected {
 }
 
 impl Undetected {
-    /// That of a problem at its start; without hidden objects it is empty.
+    /// The worth of a problem at its start; without hidden objects it is empty.
     pub fn of(problem: &Problem) -> Undetected {
         if !problem.is_searching() {
             return Undetected::default();

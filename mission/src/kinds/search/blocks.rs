@@ -111,7 +111,7 @@ block! {
         passes: Vec<MemberIndex> = optional(SOME_WALLS, "[fence]");
         /// Sources that it is believed not to know of. The plan does not expect it to consume them.
         unaware: Vec<MemberIndex> = optional(SOME_SOURCES, "[light]");
-        /// How it detects hidden objects; default: it does not look for them.
+        /// Its detection model for hidden objects; default: it does not look for them.
         sees: Option<SeesBlock> = optional(ValueType::Block(&SEES), "{ within 6 m  rate 0.2 /s }");
         /// Relative standard deviation of the times of its ways when they are executed with `operations sampled`. Plans do
         /// not use it.
@@ -131,7 +131,7 @@ block! {
 
 block! {
     /// Hidden objects that are alike.
-    pub struct HiddenBlock = HIDDEN, "hidden objects" {
+    pub struct HiddenBlock = HIDDEN, "a group of hidden objects" {
         /// See [`LABEL`].
         label: Option<String> = same(LABEL);
         /// Number of the objects.

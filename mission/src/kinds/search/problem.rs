@@ -135,7 +135,7 @@ pub struct Agent {
     pub passes: Vec<usize>,
     /// Indices of the sources that it is believed not to know of: it is not expected to consume them (srs (11)).
     pub unaware: Vec<usize>,
-    /// How it detects hidden objects; none: it does not look for them.
+    /// Its detection model for hidden objects; none: it does not look for them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sees: Option<Detection>,
     /// Relative standard deviation of the times of its ways.

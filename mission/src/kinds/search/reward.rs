@@ -193,7 +193,7 @@ pub struct Rewards {
     pub agents: Vec<f64>,
     /// Pools at the horizon.
     pub pools: Vec<f64>,
-    /// That of hidden objects: expected of a plan, collected in an execution.
+    /// Reward of hidden objects: expected of a plan, collected in an execution.
     pub objects: f64,
 }
 

@@ -63,7 +63,7 @@ pub struct State {
     pub reward: f64,
     /// Content of the sources.
     pub pools: Vec<f64>,
-    /// What hidden objects are not yet expected to be detected.
+    /// Worth of the hidden objects that are not yet expected to be detected.
     pub undetected: Undetected,
     agents: Vec<Standing>,
     /// Nothing happens any more until the horizon.

@@ -13,7 +13,7 @@ type Key = (i64, i64);
 /// Difference of two distances below which they are the same (m).
 const TIE: f64 = 1e-6;
 
-/// What an agent does in an interval: where it sees from, step by step, with the times (s) of each step.
+/// Positions from which an agent sees in an interval, step by step, with the times (s) of each step.
 pub(super) type Steps = Vec<(Point, [f64; 2])>;
 
 /// The ground as seen, with what is expected to be undetected.
