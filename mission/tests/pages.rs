@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use crate::common::{Random, vineyard};
 use crate::layered;
-use crate::searched::light_and_panel;
+use crate::searched::{hidden, light_and_panel};
 use hierarq_mission::kind::Mission;
 use hierarq_mission::kind::pages::{
     Button, Client, JournalSink, MissionSession, Refusal, Request, ServeSettings, Session,
@@ -12,6 +12,7 @@ use hierarq_mission::kind::pages::{
 use hierarq_mission::kinds::layers::Layers;
 use hierarq_mission::kinds::schedule::Schedule;
 use hierarq_mission::kinds::search::Search;
+use hierarq_mission::kinds::search::problem::Detection;
 
 /// A mission with the requests that had an effect.
 struct Recorded {
@@ -204,6 +205,38 @@ fn requests_of_a_search_that_come_too_late_are_told_so() {
     assert!(on.press(done(0)).unwrap().starts_with("Noted: done at"));
     assert_eq!(on.press(done(0)).unwrap(), "This activity is done already.");
     assert_eq!(on.journal.len(), 1);
+}
+
+/// A find is reported by the button of the page, once, however often it is pressed; the page shows the count.
+#[test]
+fn a_find_is_reported_once() {
+    let mut problem = light_and_panel(true);
+    problem.agents[1].sees = Some(Detection { within: 4.0, rate: 0.1 });
+    problem.objects.push(hidden("token", 2, 5.0));
+    let settings = ServeSettings { sampled: None, reporting: vec![1], nodes: Some(500) };
+    let mission = Search { problem };
+    let mut on = Recorded { session: MissionSession::new(&mission, &settings).unwrap(), journal: Vec::new() };
+    on.session.advance(1.0);
+    let button = |on: &Recorded| {
+        let groups = on.session.data(true).people[&1].content.groups.clone();
+        let group = groups.into_iter().find(|group| group.heading.starts_with("Hidden objects"))?;
+        let request = Request { from: Client::Person(1), body: group.buttons[0].request.clone() };
+        Some((group.heading, group.buttons[0].text.to_string(), request))
+    };
+    let (heading, text, first) = button(&on).unwrap();
+    assert_eq!((heading.as_str(), text.as_str()), ("Hidden objects, 0 of 2 found", "Found: token"));
+    assert!(on.press(first.clone()).unwrap().starts_with("Noted: found at"));
+    assert_eq!(on.press(first.clone()).unwrap(), "This find is noted already.");
+    let (heading, _, second) = button(&on).unwrap();
+    assert_eq!(heading, "Hidden objects, 1 of 2 found");
+    on.press(second).unwrap();
+    assert!(button(&on).is_none(), "nothing is hidden any more");
+    assert_eq!(on.press(first).unwrap(), "This find is noted already.");
+    let third = Request { from: Client::Person(1), body: json!({ "what": "found", "object": 0, "found": 2 }) };
+    assert!(matches!(on.press(third), Err(Refusal::NotNow(_))));
+    let nobody = Request { from: Client::Person(1), body: json!({ "what": "found", "object": 1, "found": 0 }) };
+    assert!(matches!(on.press(nobody), Err(Refusal::Invalid(_))));
+    assert_eq!(on.journal.len(), 2);
 }
 
 /// Each message has its effect once: one that comes twice is noted already, one that is older than the last is refused, and so

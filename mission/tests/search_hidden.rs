@@ -328,6 +328,23 @@ fn a_report_of_a_find_counts_once() {
     assert!(run.handle_event(Event::Found { object: 1 }).is_err());
 }
 
+/// Somebody who reports finds nothing by dice, and explores and changes the belief as everybody does.
+#[test]
+fn those_who_report_say_themselves_what_they_find() {
+    let mut p = problem(square(3.0), vec![agent("anna", true, [1.5, 1.5], 1.0)], Vec::new(), 60.0);
+    p.agents[0].sees = Some(Detection { within: 9.0, rate: 1.0 });
+    p.objects.push(hidden("token", 5, 1.0));
+    (p.planner.states, p.planner.lookouts) = (100, 1);
+    let how = Run { reporting: vec![0], sampled: Some(1), ..Run::default() };
+    let settings = Search { problem: p.clone() }.settings(&how);
+    let mut run = SearchExecution::new(p, settings).expect("an execution");
+    run.run_until(50.0);
+    assert_eq!(run.problem().objects[0].found, 0);
+    assert!(run.explored(None) > 0.99 && run.problem().exposure.iter().all(|x| *x > 40.0));
+    run.handle_event(Event::Found { object: 0 }).expect("a report");
+    assert_eq!(run.problem().objects[0].found, 1);
+}
+
 /// On occupancy grids the belief has free cells alone, sight ends at blocked ones, and plans are valid.
 #[test]
 fn blocked_cells_block_the_sight() {

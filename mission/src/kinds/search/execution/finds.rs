@@ -2,7 +2,7 @@
 //!
 //! Each object has a true place and a threshold, drawn from the exponential distribution of mean 1: it is detected when the
 //! exposure of its cell reaches the threshold, which has the probabilities of (22) to (24). Twice a second, and at each event, it is
-//! checked which ones are. Exposures follow the true motions, and those of the belief, from which plans are made, the believed
+//! checked which ones are. An agent that reports, such as a person with a page, says itself what it finds. Exposures follow the true motions, and those of the belief, from which plans are made, the believed
 //! ones. The belief that a straying person caused is not corrected afterwards.
 
 use std::sync::Arc;
@@ -43,6 +43,8 @@ pub(super) struct Hunt {
     sight: Arc<Sight>,
     /// True exposure of each cell.
     exposure: Vec<f64>,
+    /// Its part by the agents whose finds are simulated: those who report say themselves what they find.
+    simulated: Vec<f64>,
     pub secrets: Vec<Secret>,
     /// Share of the ground that each agent has explored.
     pub explored: Vec<f64>,
@@ -86,6 +88,7 @@ impl Hunt {
         let agents = problem.agents.len();
         Some(Hunt {
             exposure: vec![0.0; sight.len()],
+            simulated: vec![0.0; sight.len()],
             sight,
             secrets,
             explored: vec![0.0; agents],
@@ -142,7 +145,8 @@ impl SearchExecution {
         let mut detected: Vec<(usize, usize)> = Vec::new();
         for agent in 0..self.problem.agents.len() {
             let Some(sees) = self.problem.looks(agent) else { continue };
-            let (exposure, sight) = (&mut hunt.exposure, &hunt.sight);
+            let reports = self.settings.reporting.contains(&agent);
+            let (exposure, simulated, sight) = (&mut hunt.exposure, &mut hunt.simulated, &hunt.sight);
             let mut gained = 0.0;
             let motion = self.motion(agent, from, to);
             motion.each_seat(from, to, |seat, begin, end| {
@@ -150,6 +154,9 @@ impl SearchExecution {
                     let of = &mut exposure[*cell as usize];
                     let before = *of;
                     *of += sees.rate * (end - begin);
+                    if !reports {
+                        simulated[*cell as usize] += sees.rate * (end - begin);
+                    }
                     gained += (-before).exp() - (-*of).exp();
                 }
             });
@@ -162,8 +169,8 @@ impl SearchExecution {
             });
             for (number, secret) in hunt.secrets.iter().enumerate().filter(|(_, secret)| secret.found.is_none()) {
                 let is_new = detected.iter().all(|(known, _)| *known != number);
-                let reached = |cell: u32| hunt.exposure[cell as usize] >= secret.threshold;
-                if is_new && secret.cell.is_some_and(reached) {
+                let reached = |cell: u32| hunt.simulated[cell as usize] >= secret.threshold;
+                if is_new && !reports && secret.cell.is_some_and(reached) {
                     detected.push((number, agent));
                 }
             }
