@@ -167,6 +167,7 @@ fn no_files_import_each_other_across_folders() {
         "compiler",
         "context",
         "dsl",
+        "expressions",
         "files",
         "ide",
         "mission",

@@ -4,6 +4,8 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use expressions::Function;
+
 use crate::schema::BlockSchema;
 
 /// Place of a text in a spec: a number that the compiler gives, and that it alone can look up.
@@ -47,6 +49,8 @@ struct BoundKey {
 pub enum Bound {
     /// A number; a whole one if the schema says so.
     Number(f64),
+    /// A number that may depend on arguments.
+    Function(Function),
     /// One number for all.
     One(f64),
     /// A number for each.

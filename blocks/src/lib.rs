@@ -13,6 +13,6 @@ mod table;
 
 pub use bound::{Bound, BoundBlock, BoundEntry, FileWith, Located, Origin};
 pub use read::{ByName, FromBound, MemberIndex, NumberOrWord, OneOrEach, Unbound, Word};
-pub use schema::{BlockSchema, Companion, Key, Members, Named, Place, Role, ValueType};
+pub use schema::{Argument, BlockSchema, Companion, FunctionType, Key, Members, Named, Place, Role, ValueType};
 pub use snippet::{Help, Snippet};
 pub use table::{Block, read_key, text};

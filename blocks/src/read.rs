@@ -5,6 +5,8 @@
 
 use std::collections::BTreeSet;
 
+use expressions::Function;
+
 use crate::bound::{Bound, BoundBlock, BoundEntry, FileWith, Located, Origin};
 use crate::schema::{Key, ValueType};
 use quantities::Presence;
@@ -40,6 +42,19 @@ impl FromBound for f64 {
 
     fn stand_in(key: &Key) -> f64 {
         key.default_number().unwrap_or(1.0)
+    }
+}
+
+impl FromBound for Function {
+    fn from_bound(bound: &Bound) -> Option<Function> {
+        match bound {
+            Bound::Function(of) => Some(of.clone()),
+            _ => None,
+        }
+    }
+
+    fn stand_in(key: &Key) -> Function {
+        Function::constant(f64::stand_in(key))
     }
 }
 

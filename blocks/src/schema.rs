@@ -62,6 +62,8 @@ pub enum ValueType {
     Vector(Quantity),
     /// A position of a mission (m), or the name of a place.
     Spot,
+    /// A number that may depend on these arguments.
+    Function(&'static FunctionType),
     /// Two constant numbers: a point of the ground.
     Pair(Dimension),
     /// One constant number, or the least and the greatest of a range.
@@ -133,6 +135,35 @@ pub enum ValueType {
     Tasks,
     /// A declaration, or several; the readers take them.
     Declarations,
+}
+
+/// Type of a function: an expression in which certain names are its arguments.
+#[derive(Debug)]
+pub struct FunctionType {
+    /// Its arguments. Their numbers are counted through.
+    pub arguments: &'static [Argument],
+    /// Unit and range of its value; the range is that of a value that is constant.
+    pub result: Quantity,
+}
+
+/// An argument of a function.
+#[derive(Debug)]
+pub struct Argument {
+    /// Its name.
+    pub name: &'static str,
+    /// Three numbers; else one.
+    pub is_vector: bool,
+    /// Its unit.
+    pub dimension: Dimension,
+    /// Description in Markdown, without the unit.
+    pub doc: &'static str,
+}
+
+impl FunctionType {
+    /// Returns the names of its arguments.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> + Clone + use<> {
+        self.arguments.iter().map(|argument| argument.name)
+    }
 }
 
 /// A file that a text file names, such as the image of a map.

@@ -75,6 +75,11 @@ pub fn print(spec: &tree::Spec, syntax: Syntax) -> String {
     }
 }
 
+/// Formats an expression on one line, as the printer of `*.hq` files writes it.
+pub fn expression_text(value: &tree::Value) -> String {
+    print::expression(value)
+}
+
 /// Formats a formula on one line, as the printers write it in either syntax.
 pub fn formula_text(formula: &tree::Formula) -> String {
     print::formula(formula)

@@ -21,6 +21,10 @@ pub fn describe(holds: &ValueType) -> String {
             format!("{}, or {}", quantity(q), words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "))
         }
         ValueType::Numbers(q) => format!("{}, or a list of them", quantity(q)),
+        ValueType::Function(of) => {
+            let names = of.names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" and ");
+            format!("{}, or an expression of {names}", quantity(&of.result))
+        }
         ValueType::Vector(q) => format!("vector in {}{}", unit(q.dimension), usual(q)),
         ValueType::Spot => "position in m, or a place".to_string(),
         ValueType::Pair(d) => format!("two numbers `[x, y]` in {}", unit(*d)),

@@ -221,8 +221,8 @@ fn rewards_of_a_way_are_integrals() {
         vec![source("s", [4.0, 4.0], 0.9, 2.0, 9.0, 1)],
         60.0,
     );
-    p.sources[0].inside = Rate { peak: 3.0, fall: Fall::Rising, scale: 0.4 };
-    p.sources[0].outside = Rate { peak: 1.5, fall: Fall::Gaussian, scale: 0.8 };
+    p.sources[0].inside = Rate { peak: 3.0, fall: Fall::Rising, scale: 0.4, ..Rate::ZERO };
+    p.sources[0].outside = Rate { peak: 1.5, fall: Fall::Gaussian, scale: 0.8, ..Rate::ZERO };
     let way = Way::new(&p, 0, vec![[1.0, 1.0], [4.0, 3.5], [7.0, 7.0]]);
     let fine = 100_000;
     let exact: f64 = (0..fine)

@@ -2,6 +2,7 @@
 //! checked against their types, units and ranges, and names of members are resolved. What a block is does not matter.
 
 mod files;
+mod functions;
 mod origins;
 mod scope;
 mod values;

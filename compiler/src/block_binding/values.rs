@@ -49,6 +49,7 @@ impl BlockBinder<'_> {
         let name = asked.name;
         let bound = match of {
             ValueType::Number(q) => Bound::Number(self.number(value, name, q)?),
+            ValueType::Function(of) => Bound::Function(self.function(value, asked, of)?),
             ValueType::Count(q) => Bound::Number(self.count(value, name, q)?),
             ValueType::Numbers(q) => match with_units(value) {
                 Some(items) => Bound::Several(self.all(&items, |b, item| b.number(item, name, q))?),
@@ -120,7 +121,7 @@ impl BlockBinder<'_> {
     }
 
     /// Evaluates a constant number inside its range.
-    fn number(&mut self, value: &Value, name: &str, q: &Quantity) -> Option<f64> {
+    pub(super) fn number(&mut self, value: &Value, name: &str, q: &Quantity) -> Option<f64> {
         if let Some(items) = with_units(value) {
             self.not_one(value, name, &items, q);
             return None;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dsl::tree::{ItemKind, MemberTask, Task, TaskDefinition, ValueKind};
-use dsl::{Diagnostic, SourceId, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, SourceId, Span, Spanned};
 
 use super::arguments::{Arguments, Taker};
 use super::substitute::{Bindings, Bound, Frame};
@@ -110,9 +110,15 @@ impl Expander<'_> {
         self.used.insert((m, Class::Task, name.value.clone()));
         if task.parameters.is_empty() {
             let e = Diagnostic::error("HQ0204", kind.span, format!("`{}` is a task, and no task type", kind.value));
-            self.fail(e.label(name.span, "declared here").help(format!(
-                "write `{}` alone in a level, or give it parameters: `task {}(..) = ..`",
-                kind.value, name.value
+            self.fail(e.label(name.span, "declared here").help(Help::with(
+                "write {} alone in a level, or give it parameters: {}",
+                [
+                    Snippet::same(kind.value.as_str()),
+                    Snippet::each(
+                        format!("task {}(..) = ..", name.value),
+                        format!("tasks: {{ \"{}(..)\": .. }}", name.value),
+                    ),
+                ],
             )));
             return None;
         }

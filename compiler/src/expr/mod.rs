@@ -10,6 +10,7 @@ pub(crate) mod environment;
 pub(crate) mod errors;
 pub mod frames;
 mod functions;
+pub(crate) mod functions_of_arguments;
 mod graph;
 mod helps;
 mod humans;

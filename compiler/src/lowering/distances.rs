@@ -4,16 +4,17 @@ use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, LENGTH};
-use stdlib_tasks::field::{DistanceFunction, DistanceProgram, ExpressionDistance, MAX_OPERATIONS};
+use stdlib_tasks::field::{DistanceFunction, DistanceProgram, ExpressionDistance};
 
 use super::Lowerer;
 use crate::expr::constants::Constants;
-use crate::expr::{Axes, Kind, Symbol, Typed};
+use crate::expr::functions_of_arguments::{Argument, Extracted};
+use crate::expr::{Kind, Typed};
 use crate::forms::text_of;
 use crate::units::shown;
 
-/// Number of the table of signals for the distance `d`; no signal has it. Its rate is the next number.
-const DISTANCE: usize = usize::MAX - 1;
+/// The distance, the argument of the function.
+const D: Argument = Argument { name: "d", kind: Kind::Scalar, dimension: LENGTH, first: 0 };
 
 impl Lowerer<'_> {
     /// Lowers the function of the distance, and returns it with the dimension of its value.
@@ -38,7 +39,7 @@ impl Lowerer<'_> {
         }
         let typed = self.function_of_distance(value)?;
         let node = typed.nodes[0];
-        let (d, constant) = (self.graph.moving_signal(DISTANCE, DISTANCE + 1), |s: &Self, n| s.graph.constant(n));
+        let (d, constant) = (D.node(&mut self.graph), |s: &Self, n| s.graph.constant(n));
         let reach = match self.graph.ops()[node] {
             _ if node == d => return Some((DistanceProgram::Identity, LENGTH)),
             Op::Min(a, b) if a == d => constant(self, b),
@@ -55,17 +56,8 @@ impl Lowerer<'_> {
 
     /// Types an expression in which `d` is the distance.
     fn function_of_distance(&mut self, value: &Value) -> Option<Typed> {
-        let nodes = vec![self.graph.moving_signal(DISTANCE, DISTANCE + 1)];
-        let axes = Axes::default();
-        let d = Typed { kind: Kind::Scalar, dimension: LENGTH, nodes, bare: false, axes, span: value.span };
-        let own = self.params.symbols.insert("d".to_string(), Symbol { value: d, declared: value.span });
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-        let typed = constants.typed(value, self.diagnostics);
-        match own {
-            Some(own) => self.params.symbols.insert("d".to_string(), own),
-            None => self.params.symbols.remove("d"),
-        };
-        let typed = typed?;
+        let typed = constants.function(value, &[D], self.diagnostics)?;
         if typed.kind != Kind::Scalar {
             let is = typed.kind.describe();
             let d =
@@ -83,33 +75,15 @@ impl Lowerer<'_> {
     fn written(&mut self, typed: &Typed, at: Span) -> Option<ExpressionDistance> {
         let value = typed.nodes[0];
         let slope = self.graph.rate(value);
-        let (mut ops, index) = self.graph.extract(&[value, slope]);
-        let mut foreign = false;
-        for op in &mut ops {
-            *op = match *op {
-                Op::Signal(DISTANCE) => Op::Input(0),
-                Op::Signal(k) if k == DISTANCE + 1 => Op::Const(1.0),
-                Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => {
-                    foreign = true;
-                    *op
-                }
-                other => other,
-            };
+        match Extracted::new(&self.graph, &[value, slope], true, at) {
+            Ok(Extracted { ops, index }) => {
+                Some(ExpressionDistance { ops, value: index[&value], slope: index[&slope] })
+            }
+            Err(wrong) => {
+                self.push(wrong);
+                None
+            }
         }
-        if foreign {
-            let d = Diagnostic::error("HQ0307", at, "this function depends on something else than the distance `d`");
-            self.push(d.help("leave `t`, `time`, signals and people out of it"));
-            return None;
-        }
-        if ops.len() > MAX_OPERATIONS {
-            let text = format!(
-                "this function has {} operations with its derivative, and {MAX_OPERATIONS} are the most",
-                ops.len()
-            );
-            self.push(Diagnostic::error("HQ0308", at, text).help("write a shorter one"));
-            return None;
-        }
-        Some(ExpressionDistance { ops, value: index[&value], slope: index[&slope] })
     }
 
     /// Rejects a function that is undefined or decreasing at a distance from zero to a kilometre.

@@ -7,7 +7,7 @@ use stdlib_tasks::task::{CurrentValue, TaskOutput};
 use super::symbols::{Formal, SymbolKind};
 use super::{Meaning, Resolver};
 use crate::expr::Trajectory;
-use crate::sections::BlockSchema;
+use crate::sections::{Argument, BlockSchema};
 
 /// Word that stands for the cursor in a text, to determine the completion context.
 pub const CURSOR: &str = "hqCursorHereqh";
@@ -52,6 +52,8 @@ pub enum CompletionContext {
         auto: bool,
         /// True if the robot's current state is permitted.
         state: bool,
+        /// Arguments of the function around.
+        arguments: &'static [Argument],
     },
     /// An expectation: an expression that may also use measures of a scenario.
     Expectation,
@@ -114,7 +116,7 @@ impl Resolver<'_> {
             around if around.expected && around.of_mission => self.of_mission(),
             around if around.expected => CompletionContext::Expectation,
             around if around.condition => CompletionContext::Condition,
-            around => CompletionContext::Expression { auto: false, state: around.state },
+            around => CompletionContext::Expression { auto: false, state: around.state, arguments: around.arguments },
         }
     }
 

@@ -23,9 +23,12 @@ impl Resolver<'_> {
                 if self.is_cursor(name, Self::expression_context) || self.is_bound(name, value.span) {
                     return;
                 }
+                if let Some(own) = self.around.arguments.iter().find(|argument| argument.name == name) {
+                    self.note(name, value.span, Meaning::Argument(own));
+                    return;
+                }
                 let mission = |r: &Self| r.declared(Class::Mission, name).filter(|_| r.around.expected);
-                let own = self.around.variable == Some(name);
-                let measured = own || self.around.expected && ["fault", "done"].contains(&name.as_str());
+                let measured = self.around.expected && ["fault", "done"].contains(&name.as_str());
                 match self.declared(Class::Value, name).or_else(|| mission(self)) {
                     None if measured => self.note(name, value.span, Meaning::BuiltIn(name.clone())),
                     None if built_in(name).is_some() && !CALLED.contains(&name.as_str()) => {

@@ -34,7 +34,7 @@ use stdlib_tasks::task::{TaskKind, TaskOutput};
 use crate::expand::{Class, read_files};
 use crate::input::{Input, Texts};
 use crate::lowering::Verb;
-use crate::sections::Key;
+use crate::sections::{Argument, Key};
 
 pub use context::{CURSOR, CompletionContext, Offered};
 pub use symbols::{FileId, Formal, Symbol, SymbolId, SymbolKind};
@@ -56,6 +56,8 @@ pub enum Meaning {
     Parameter(&'static TaskKind, &'static ParamInfo),
     /// An output of a task type.
     Output(&'static TaskKind, &'static TaskOutput),
+    /// An argument of a function.
+    Argument(&'static Argument),
     /// A key or keyword.
     Key(&'static Key),
     /// A built-in function or name.
@@ -247,8 +249,8 @@ struct Around {
     roles: &'static [&'static str],
     /// The machine or state; in a scenario, its machine.
     holder: Option<SymbolId>,
-    /// Name of the variable of an expression that has one.
-    variable: Option<&'static str>,
+    /// Arguments of the function around.
+    arguments: &'static [Argument],
     /// The human that a block is of.
     human: Option<SymbolId>,
     /// The spec that the enclosing worker runs.

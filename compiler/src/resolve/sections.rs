@@ -87,6 +87,9 @@ impl Resolver<'_> {
             | ValueType::Bound
             | ValueType::Value
             | ValueType::People => self.expression(value),
+            ValueType::Function(of) => {
+                self.with(super::Around { arguments: of.arguments, ..self.around.clone() }, |r| r.expression(value));
+            }
             ValueType::Numbers(_) | ValueType::Range(_) => value.items().iter().for_each(|v| self.expression(v)),
             ValueType::Sent => self.anything(value),
             ValueType::Spot => self.place_name(value),

@@ -82,7 +82,7 @@ impl Resolver<'_> {
             ParamType::Scalar(_) => self.typed(value, kind.current_values),
             ParamType::AutoScalar(_) => match value.word() {
                 Some("auto") => {}
-                Some(CURSOR) => self.out.context = Some(C::Expression { auto: true, state: false }),
+                Some(CURSOR) => self.out.context = Some(C::Expression { auto: true, state: false, arguments: &[] }),
                 _ => self.typed(value, kind.current_values),
             },
             ParamType::Vector(_) | ParamType::Vectors(..) | ParamType::PerAxis(_) => {

@@ -13,7 +13,7 @@ use super::symbols::{FileId, SymbolId, SymbolKind};
 use super::{Around, CompletionContext, Meaning, Reference, Resolver};
 use crate::expand::{Class, parameter_types};
 use crate::lowering::signal_types;
-use crate::sections::{HUMAN, InSyntax, Key, PARAM, ROBOT, RUN, SAFETY_FIELD, SCENARIO, SIGNAL, SPEC};
+use crate::sections::{FIELD_DISTANCE, HUMAN, InSyntax, Key, PARAM, ROBOT, RUN, SAFETY_FIELD, SCENARIO, SIGNAL, SPEC};
 
 /// Range of a word inside its span, which may include quotes or be a whole scalar; with true if the range is exactly
 /// the word.
@@ -201,8 +201,7 @@ impl Resolver<'_> {
                 self.section(&h.body, &HUMAN);
             }
             ItemKind::SafetyField(f) => {
-                // The distance, in the function of it.
-                self.around.variable = Some("d");
+                self.around.arguments = FIELD_DISTANCE;
                 self.section(&f.body, &SAFETY_FIELD);
             }
             ItemKind::Variable(v) => {

@@ -1,6 +1,11 @@
 //! Keys of safety fields.
 
-use blocks::{Unbound, ValueType, block};
+use blocks::{Argument, Unbound, ValueType, block};
+use stdlib_tasks::dimension::LENGTH;
+
+/// Argument of the function of the distance.
+pub static FIELD_DISTANCE: &[Argument] =
+    &[Argument { name: "d", is_vector: false, dimension: LENGTH, doc: "The distance from the robot to the person." }];
 
 block! {
     /// A safety field.

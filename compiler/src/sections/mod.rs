@@ -18,8 +18,8 @@ use std::sync::LazyLock;
 
 use dsl::Syntax;
 
-pub use blocks::{BlockSchema, Key, Members, Named, Place, ValueType};
-pub use field::{SAFETY_FIELD, SafetyFieldBlock};
+pub use blocks::{Argument, BlockSchema, Key, Members, Named, Place, ValueType};
+pub use field::{FIELD_DISTANCE, SAFETY_FIELD, SafetyFieldBlock};
 pub use human::{HUMAN, HUMAN_POINT, HUMAN_SCRIPT, HumanBlock, HumanScriptBlock};
 pub use machine::{
     MACHINE, MachineBlock, SIGNAL, STATE, SignalBlock, StateBlock, TRANSITION, TransitionBlock, VARIABLE, WRENCH,

@@ -6,7 +6,7 @@ use std::ops::Range;
 use compiler::resolve::{
     BUILT_IN, CURSOR, CompletionContext, FAULTS, Formal, MEASURED, PRESENT, Resolution, SymbolKind, TRIGGERS,
 };
-use compiler::sections::{BlockSchema, InSyntax, SPEC};
+use compiler::sections::{Argument, BlockSchema, InSyntax, SPEC};
 use dsl::Syntax;
 use dsl::vocabulary::UNITS;
 use lsp_types::{
@@ -17,7 +17,7 @@ use stdlib_tasks::params::{ParamInfo, Presence};
 
 use super::document::Document;
 use super::hover;
-use crate::catalogue::describe;
+use crate::catalogue::{self, describe};
 use crate::keys;
 
 /// Completion items at a byte.
@@ -179,7 +179,10 @@ impl List<'_> {
                 }
             }
             C::Argument(ty, left) => self.argument(names, ty.as_deref(), left),
-            C::Expression { auto, state } => self.expression(names, *auto, *state),
+            C::Expression { auto, state, arguments } => {
+                self.arguments(arguments);
+                self.expression(names, *auto, *state);
+            }
             C::Expectation => {
                 let measured: Vec<&str> = MEASURED.iter().map(|w| w.name).collect();
                 self.built_in(&measured, 0);
@@ -303,6 +306,14 @@ impl List<'_> {
     fn built_in(&mut self, names: &[&str], rank: usize) {
         for name in names {
             self.add(name, CompletionItemKind::FUNCTION, rank, "", hover::built_in(name).unwrap_or_default());
+        }
+    }
+
+    /// Arguments of a function.
+    fn arguments(&mut self, arguments: &[Argument]) {
+        for argument in arguments {
+            let unit = catalogue::unit(argument.dimension);
+            self.add(argument.name, CompletionItemKind::VARIABLE, 0, &unit, argument.doc.to_string());
         }
     }
 

@@ -35,6 +35,10 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
                 output.name, output.description, kind.name
             )
         }
+        Meaning::Argument(of) => {
+            let unit = catalogue::unit(of.dimension);
+            format!("`{}`, in {unit}: {}\n\nArgument of this function.", of.name, of.doc)
+        }
         Meaning::Key(key) => self::key(key),
         Meaning::Verb(verb) => self::verb(verb),
         Meaning::BuiltIn(name) => built_in(name)?,

@@ -26,6 +26,7 @@ fn kind(names: &Resolution, meaning: &Meaning) -> Option<u32> {
         Meaning::Key(_) => 0,
         Meaning::TaskType(_) => 1,
         Meaning::Parameter(..) | Meaning::Output(..) => 2,
+        Meaning::Argument(_) => 6,
         Meaning::Symbol(id) => of_symbol(names.symbol(*id).kind),
         Meaning::Unknown(kind, _) => of_symbol(*kind),
         // Names with a value of their own are shown as constants; the others take arguments.

@@ -53,6 +53,7 @@ fn held(holds: &ValueType) -> Value {
     match holds {
         ValueType::Number(q) | ValueType::Count(q) | ValueType::Spread(q) => values::scalar(q),
         ValueType::NumberOr(q, words) => json!({ "anyOf": [values::scalar(q), { "enum": words }] }),
+        ValueType::Function(_) => json!({ "type": ["number", "string"] }),
         ValueType::Vector(q) => values::vector(q.dimension),
         ValueType::Spot => values::vector(LENGTH),
         ValueType::Pair(d) => values::pair(*d),

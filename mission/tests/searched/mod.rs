@@ -49,7 +49,7 @@ pub fn hazard(name: &str, centre: Point, radius: f64, rate: f64, targets: Vec<us
     Source {
         kind: SourceKind::Environment,
         inside: Rate::constant(-rate),
-        outside: Rate { peak: -rate, fall: Fall::Exponential, scale: 0.3 },
+        outside: Rate { peak: -rate, fall: Fall::Exponential, scale: 0.3, ..Rate::ZERO },
         pool: None,
         targets,
         ..source(name, centre, radius, 0.0, 0.0, 0)
@@ -167,7 +167,7 @@ pub fn random(seed: u64, agents: usize, sources: usize) -> Problem {
             agents,
         );
         match random.below(6) {
-            0 => one.outside = Rate { peak: random.within(0.1, 1.0), fall: Fall::Gaussian, scale: 0.5 },
+            0 => one.outside = Rate { peak: random.within(0.1, 1.0), fall: Fall::Gaussian, scale: 0.5, ..Rate::ZERO },
             1 => one.targets = vec![random.below(agents)],
             2 => one.pool = None,
             3 => one.kind = SourceKind::Environment,

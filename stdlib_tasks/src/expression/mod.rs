@@ -8,7 +8,6 @@
 mod center_of_mass;
 mod evaluation;
 mod human_field;
-mod op;
 mod operand;
 mod plane_distance;
 mod point_distance;
@@ -25,7 +24,7 @@ use crate::slot::Slot;
 
 pub use center_of_mass::center_of_mass;
 pub use evaluation::Evaluation;
-pub use op::{Op, ROUNDING};
+pub use expressions::{Op, ROUNDING};
 pub use operand::Operand;
 pub use plane_distance::{Plane, PlaneDistance};
 pub use point_distance::PointDistance;

@@ -23,7 +23,7 @@ pub use body::{Attached, Body, LinkSegment};
 pub use chi::{Chi, DistanceFunction};
 pub use error::{SafetyError, finite, gain, setting};
 pub use line::line_mean;
-pub use program::{DistanceProgram, ExpressionDistance, FieldProgram, MAX_OPERATIONS};
+pub use program::{DistanceProgram, ExpressionDistance, FieldProgram};
 pub use quadrature::GaussLegendre;
 pub use segment::{Mean, mean_distance};
 pub use separation::{SpeedAndSeparation, Stopping, Verdict};

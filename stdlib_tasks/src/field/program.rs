@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use expressions::Registers;
 use robot::{LinkId, Model};
 use serde::{Deserialize, Serialize};
 
@@ -11,9 +12,6 @@ use crate::field::body::Body;
 use crate::field::chi::{Chi, DistanceFunction};
 use crate::field::error::SafetyError;
 use crate::field::value::{Field, Over};
-
-/// Largest number of operations of a written function of the distance.
-pub const MAX_OPERATIONS: usize = 128;
 
 /// Safety field as data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,7 +49,7 @@ pub enum DistanceProgram {
 /// A function of the distance as operations, of which [`Op::Input`] 0 is the distance in m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExpressionDistance {
-    /// Operations, operands before users; at most [`MAX_OPERATIONS`].
+    /// Operations, operands before users; at most [`expressions::MAX_OPERATIONS`].
     pub ops: Vec<Op>,
     /// Operation that computes the value.
     pub value: usize,
@@ -61,29 +59,14 @@ pub struct ExpressionDistance {
 
 impl DistanceFunction for ExpressionDistance {
     fn evaluate(&self, d: f64) -> (f64, f64) {
-        let mut registers = [f64::NAN; MAX_OPERATIONS];
-        for (i, op) in self.ops.iter().enumerate().take(MAX_OPERATIONS) {
-            registers[i] = op.value(
-                |a| registers.get(a).copied().unwrap_or(f64::NAN),
-                |leaf| if leaf == Op::Input(0) { d } else { f64::NAN },
-            );
-        }
-        let at = |i: usize| registers.get(i).copied().unwrap_or(f64::NAN);
-        (at(self.value), at(self.slope))
+        let registers = Registers::of(&self.ops, &[d]);
+        (registers.get(self.value), registers.get(self.slope))
     }
 }
 
 impl ExpressionDistance {
     fn check(&self) -> Result<(), &'static str> {
-        let ensure = |good: bool, message| if good { Ok(()) } else { Err(message) };
-        ensure(self.ops.len() <= MAX_OPERATIONS, "the function of the distance has too many operations")?;
-        for (i, op) in self.ops.iter().enumerate() {
-            ensure(op.operands().iter().flatten().all(|&o| o < i), "an operation reads one that comes later")?;
-            let leaf = matches!(op, Op::T | Op::Time | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) | Op::Input(_));
-            ensure(!leaf || *op == Op::Input(0), "a function of the distance reads something else")?;
-        }
-        let exists = self.value < self.ops.len() && self.slope < self.ops.len();
-        ensure(exists, "a result of the function of the distance points nowhere")
+        expressions::check(&self.ops, 1, &[self.value, self.slope])
     }
 }
 
@@ -136,6 +119,8 @@ impl FieldProgram {
 
 #[cfg(test)]
 mod tests {
+    use expressions::MAX_OPERATIONS;
+
     use super::*;
     use crate::dimension::LENGTH;
     use crate::field::HumanPoint;

@@ -11,7 +11,7 @@ mod task_outputs;
 
 use std::collections::BTreeSet;
 
-use dsl::Diagnostic;
+use dsl::{Diagnostic, Help, Snippet};
 use runtime::program::{MachineProgram, Program, Subject, TransitionProgram, Trigger};
 
 use crate::analysis::conditions::Conditions;
@@ -103,7 +103,10 @@ impl Checked<'_> {
             diagnostics.push(if named {
                 d.note("no transition to it can be taken").help("add a transition from a reachable state, or remove it")
             } else {
-                d.help(format!("add a transition to it, `-> {}`, or remove it", self.name(s)))
+                d.help(Help::with(
+                    "add a transition to it, {}, or remove it",
+                    [Snippet::transition("EVENT", self.name(s))],
+                ))
             });
         }
     }
@@ -127,8 +130,10 @@ impl Checked<'_> {
             }
             let text = format!("state `{}` has no exit", self.name(s));
             let d = Diagnostic::warning("HQ0705", self.places.states[s], text);
-            diagnostics
-                .push(d.help("write where it goes from here, or `final state` where the machine has come to its end"));
+            diagnostics.push(d.help(Help::with(
+                "add a transition, or declare it as final, {}, if the machine ends here",
+                [Snippet::each("final state NAME", "NAME: { final: true }")],
+            )));
         }
     }
 
@@ -141,7 +146,7 @@ impl Checked<'_> {
         diagnostics.push(
             Diagnostic::warning("HQ0707", self.places.states[0], text)
                 .note("at a fault the robot stops at once, and stays stopped until the controller is restarted")
-                .help("write a transition: `on fault(any) -> STATE`"),
+                .help(Help::with("add a transition: {}", [Snippet::transition("fault(any)", "STATE")])),
         );
     }
 

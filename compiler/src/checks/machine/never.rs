@@ -2,7 +2,7 @@
 //! machine is in their target already. What conditions imply follows from [`crate::analysis::conditions`]: `d < 0.1 m`
 //! after `d < 0.2 m` in one state is never taken.
 
-use dsl::Diagnostic;
+use dsl::{Diagnostic, Help, Snippet};
 use runtime::program::{FaultPattern, MachineProgram, TransitionProgram, Trigger};
 
 use super::{Checked, is_fault};
@@ -138,7 +138,10 @@ impl Checked<'_> {
                 "it re-enters `{}` when its condition becomes true, and the condition always holds",
                 self.name(t.target)
             );
-            return Some(never().note(text).help("write for how long it holds before that, `for 1 s`, or `after 1 s`"));
+            return Some(never().note(text).help(Help::with(
+                "write for how long it must hold before that, {}, or {}",
+                [Snippet::entry("for", "1 s"), Snippet::entry("after", "1 s")],
+            )));
         }
         let mut inside = self.leaves(s).peekable();
         let there = |l: usize| self.machine.path(l).any(|o| o == t.target);
@@ -147,7 +150,7 @@ impl Checked<'_> {
         }
         let text = format!("the machine is already in `{}` whenever this is evaluated", self.name(t.target));
         let d = never().label(place.target, text).note("a condition or a time does not re-enter the current state");
-        Some(d.help("remove it; an event, `on NAME`, re-enters the state"))
+        Some(d.help(Help::with("remove it; an event, {}, re-enters the state", [Snippet::entry("on", "EVENT")])))
     }
 }
 

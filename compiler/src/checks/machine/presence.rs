@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use dsl::Diagnostic;
+use dsl::{Diagnostic, Help, Snippet};
 use runtime::Controller;
 use runtime::program::MachineAction;
 
@@ -84,7 +84,10 @@ impl Checked<'_> {
                 diagnostics.push(
                     Diagnostic::warning("HQ0710", at, text)
                         .note("its stack needs the value; without it the fault is `stale`")
-                        .help(format!("enter it only `when present({0})`, as in `when present({0}) -> ..`", s.name)),
+                        .help(Help::with(
+                            "enter it only if the value is known: {}",
+                            [Snippet::transition_when(&format!("present({})", s.name), self.name(owner))],
+                        )),
                 );
             }
         }

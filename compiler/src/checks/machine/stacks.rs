@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use dsl::{Diagnostic, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use names::list;
 use runtime::build_tasks;
 use runtime::program::Program;
@@ -55,7 +55,7 @@ impl Checked<'_> {
                 diagnostics.push(
                     Diagnostic::warning("HQ0708", at, text)
                         .note("in this state the robot may violate them")
-                        .help("add them to the stack too: `stack B from A { replace .. }` keeps all other levels"),
+                        .help(Help::with("add them to the stack too: {} keeps all other levels", [changed()])),
                 );
             }
             if !soft.is_empty() {
@@ -67,7 +67,10 @@ impl Checked<'_> {
                 diagnostics.push(
                     Diagnostic::warning("HQ0708", at, text)
                         .note("in this state the robot may violate them, because a soft level has slack")
-                        .help("write `hard` after the name of their level, or move them to a hard level"),
+                        .help(Help::each(
+                            "write `hard` after the name of their level, or move them to a hard level",
+                            "write `hard: true` into their level, or move them to a hard level",
+                        )),
                 );
             }
         }
@@ -148,9 +151,20 @@ impl Checked<'_> {
         diagnostics.push(
             Diagnostic::warning("HQ0709", first, text)
                 .note("the next stack starts at once, with another velocity")
-                .help("write `blend 0.3 s` in the machine, in a state or after a transition; `blend 0 s` if this is intended"),
+                .help(Help::with(
+                    "write {} in the machine, in a state or in a transition; {} if this is intended",
+                    [Snippet::entry("blend", "0.3 s"), Snippet::entry("blend", "0 s")],
+                )),
         );
     }
+}
+
+/// A stack that is declared as changes of another one.
+fn changed() -> Snippet {
+    Snippet::each(
+        "stack B from A { replace LEVEL { .. } }",
+        "stacks: { B: { from: A, changes: [ { replace: LEVEL, .. } ] } }",
+    )
 }
 
 /// Largest reserve (m) of each limit on a hard level of a stack that computes its own reserve.

@@ -1,6 +1,10 @@
 //! The blocks of a search: keys with their types, units, ranges, defaults and texts.
 
-use blocks::{ByName, Companion, FileWith, Key, Located, MemberIndex, Members, Named, Place, ValueType, Word, block};
+use blocks::{
+    Argument, ByName, Companion, FileWith, FunctionType, Key, Located, MemberIndex, Members, Named, Place, ValueType,
+    Word, block,
+};
+use expressions::Function;
 use quantities::dimension::{LENGTH, NONE, RATE, TIME};
 use quantities::{Quantity, usual};
 
@@ -26,6 +30,26 @@ static MAP: Companion = Companion {
     most: MAX_IMAGE_BYTES,
     if_larger: "crop it, or save the map with a larger `resolution`",
     if_no_text: "name the YAML file of the map, which names its image",
+};
+
+/// A reward rate as a function of the vector from the nearest point of the boundary, srs (1).
+static RATE_OF: FunctionType = FunctionType {
+    arguments: &[
+        Argument {
+            name: "d",
+            is_vector: false,
+            dimension: LENGTH,
+            doc: "Distance from the boundary, inside of it too.",
+        },
+        Argument {
+            name: "away",
+            is_vector: true,
+            dimension: LENGTH,
+            doc: "Vector from the nearest point of the boundary to the agent, in the axes of the map; of an interaction \
+                  source in the frame of its agent, whose x axis points forward.",
+        },
+    ],
+    result: Quantity::any(RATE),
 };
 
 /// The ground as a polygon, as an example.
@@ -202,12 +226,13 @@ block! {
 }
 
 block! {
-    /// A reward rate as a function of the distance `d` from the boundary.
+    /// A reward rate as a function of the vector from the boundary.
     pub struct RateBlock = REWARD_RATE, "a reward rate" {
         /// Reward a second at the boundary; with `fall rising` the value that it approaches. Negative for what is to be
-        /// avoided.
-        rate: f64 = required(ValueType::Number(Quantity::any(RATE)), "5 /s");
-        /// Form of the rate over `d`, with the length `scale`: `constant`; `linear`, down to zero at `scale`; `exponential`,
+        /// avoided. As an expression it depends on the distance `d` from the boundary and on the vector `away` from the nearest
+        /// point of the boundary: `2 /s * exp(-(away.x/(1 m))^2)`.
+        rate: Function = required(ValueType::Function(&RATE_OF), "5 /s");
+        /// Form over `d` by which the rate is multiplied, with the length `scale`: `constant`; `linear`, down to zero at `scale`; `exponential`,
         /// `exp(-d/scale)`; `gaussian`, `exp(-d^2/(2 scale^2))`; `rising`, `1 - exp(-d/scale)`.
         fall: Word = or(ValueType::Choice(&Fall::NAMES), "constant");
         /// Length of the form.

@@ -5,10 +5,12 @@ use blocks::{Block, Help, MemberIndex, Snippet, Word};
 use super::blocks::{AgentBlock, HiddenBlock, RateBlock, SearchBlock, SourceBlock, WallBlock};
 use super::check::{Item, check};
 use super::check_objects::unseen;
+use super::geometry::Point;
 use super::map_file;
 use super::mission::{Search, members};
 use super::problem::{
-    Agent, Boundary, Codependence, Detection, Fall, Hidden, Planner, Problem, Rate, Source, SourceKind, Wall,
+    Agent, Boundary, Codependence, Detection, Extent, Fall, Hidden, Planner, Problem, Rate, RateFunction, Source,
+    SourceKind, Wall,
 };
 use crate::declare::{DeclaredMember, DeclaredMission, Origins, Remark, Remarks, labels, mistaken};
 
@@ -56,7 +58,11 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
     for member in declared.of("source") {
         let item = Item::Source(problem.sources.len());
         places.add(item, &member.settings);
-        let source = source(member, item, agents.len(), &mut places, remarks);
+        let mut source = source(member, item, agents.len(), &mut places, remarks);
+        if let Err(at) = source.survey(problem.bounds()) {
+            remarks.push(no_value(&source, at, places.of(item, &["inside", "outside"])));
+            places.mark_wrong(item, "inside");
+        }
         problem.sources.push(source);
     }
     for member in declared.of("object") {
@@ -142,8 +148,23 @@ fn wall(member: &DeclaredMember, item: Item, places: &mut Origins<Item>, remarks
 
 fn rate(block: Option<RateBlock>) -> Rate {
     let Some(RateBlock { rate, fall, scale }) = block else { return Rate::ZERO };
-    let found = Fall::ALL.into_iter().find(|form| form.name() == fall);
-    Rate { peak: rate, fall: found.unwrap_or(Fall::Constant), scale }
+    let fall = Fall::ALL.into_iter().find(|form| form.name() == fall).unwrap_or(Fall::Constant);
+    match rate.as_constant() {
+        Some(peak) => Rate { peak, fall, scale, function: None },
+        None => Rate { peak: 0.0, fall, scale, function: Some(RateFunction { of: rate, extent: Extent::default() }) },
+    }
+}
+
+/// A function that has no finite value at a point.
+fn no_value(source: &Source, [x, y]: Point, at: blocks::Origin) -> Remark {
+    let near = match source.kind {
+        SourceKind::Interaction => "in the frame of its agent",
+        _ => "of the map",
+    };
+    let text = format!("the rate of `{}` has no finite value at ({x:.2}, {y:.2}) m {near}", source.name);
+    Remark::error("HQ0945", at, text).help(
+        "check for a root of a negative number, a division by zero, or a logarithm of a number that is not positive",
+    )
 }
 
 /// A circle, as an example.

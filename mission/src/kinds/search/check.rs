@@ -5,7 +5,7 @@ use blocks::{Help, Snippet};
 use super::geometry::{Point, area, crosses_itself, length};
 use super::ground::{Body, Ground};
 use super::map_file;
-use super::problem::{Boundary, Fall, MAX_AGENTS, MAX_CORNERS, MAX_SOURCES, MAX_WALLS, Problem, Source, SourceKind};
+use super::problem::{Boundary, Fall, MAX_AGENTS, MAX_CORNERS, MAX_SOURCES, MAX_WALLS, Problem, Rate, SourceKind};
 use super::ways::goals;
 use crate::declare::{Origins, Remark};
 use crate::numbers::{MAX_NUMBER, MIN_SPEED};
@@ -130,6 +130,7 @@ fn sizes(p: &Problem, found: &mut Vec<Mistake>) {
         }
     };
     let small = |x: f64| x.is_finite() && x.abs() <= MAX_NUMBER;
+    let of_rate = |rate: &Rate| rate.range().into_iter().all(small) && small(rate.scale);
     let points = |points: &[Point]| points.iter().flatten().all(|x| small(*x));
     large(Item::Mission, &["area"], points(&p.area));
     large(Item::Mission, &["horizon"], small(p.horizon));
@@ -147,8 +148,8 @@ fn sizes(p: &Problem, found: &mut Vec<Mistake>) {
         let radius = if let Boundary::Circle { radius, .. } = source.boundary { radius } else { 0.0 };
         large(Item::Source(i), &["radius"], small(radius));
         large(Item::Source(i), &["pool"], source.pool.is_none_or(small));
-        large(Item::Source(i), &["inside"], small(source.inside.peak) && small(source.inside.scale));
-        large(Item::Source(i), &["outside"], small(source.outside.peak) && small(source.outside.scale));
+        large(Item::Source(i), &["inside"], of_rate(&source.inside));
+        large(Item::Source(i), &["outside"], of_rate(&source.outside));
     }
     if found.is_empty() {
         super::check_objects::sizes(p, found);
@@ -224,7 +225,7 @@ fn outside() -> Snippet {
 fn rates(p: &Problem, found: &mut Vec<Mistake>) {
     for (i, source) in p.sources.iter().enumerate() {
         let (item, name) = (Item::Source(i), &source.name);
-        let zero = source.inside.peak == 0.0 && source.outside.peak == 0.0;
+        let zero = source.inside.is_zero() && source.outside.is_zero();
         if zero {
             let text = format!("`{name}` gives no reward, neither inside its boundary nor outside");
             found.push(Mistake::new(
@@ -254,10 +255,10 @@ fn rates(p: &Problem, found: &mut Vec<Mistake>) {
                 found.push(Mistake::new("HQ0945", item, BOUNDARY, text, Help::write_for_instance(outside())));
             }
         }
-        let varies = |source: &Source| source.inside.fall != Fall::Constant || source.outside.fall != Fall::Constant;
-        if source.kind == SourceKind::Action && varies(source) {
+        let varies = |rate: &Rate| rate.fall != Fall::Constant || rate.function.is_some();
+        if source.kind == SourceKind::Action && (varies(&source.inside) || varies(&source.outside)) {
             let text = format!("the rate of `{name}` varies with a length, and its axis is a speed");
-            let help = "remove `fall` and `scale`: an action source has constant rates inside and outside";
+            let help = "write constant rates inside and outside, without `fall`, `scale`, `d` and `away`";
             found.push(Mistake::new("HQ0945", item, &["inside", "outside"], text, help));
         }
     }

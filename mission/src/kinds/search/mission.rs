@@ -15,7 +15,7 @@ use super::check::{Item, check};
 use super::choose::{Formulation, Options};
 use super::execution::{SearchExecution, Settings};
 use super::pages::SearchPages;
-use super::problem::{MAX_COUNT, Problem};
+use super::problem::{MAX_COUNT, Problem, RateFunction};
 use super::run::MEASURES;
 use super::{event, text};
 
@@ -160,6 +160,11 @@ impl kind::Mission for Search {
         });
         let pairs = p.codependent.iter().all(|pair| good(&pair.of, p.sources.len()));
         Mistake::unless(agents && sources && pairs, "the mission", "a part refers to another one that does not exist")?;
+        let rates = p.sources.iter().flat_map(|source| [&source.inside, &source.outside]);
+        for function in rates.filter_map(|rate| rate.function.as_ref()) {
+            let sound = function.of.check(RateFunction::ARGUMENTS);
+            sound.map_err(|why| Mistake { place: "the mission".into(), why: why.into() })?;
+        }
         let planner = &p.planner;
         let positive = |x: f64| x.is_finite() && x > 0.0;
         let hidden = positive(p.cell)

@@ -31,6 +31,7 @@ pub mod reward;
 pub mod roads;
 mod run;
 pub mod sight;
+mod source;
 pub mod team;
 mod text;
 pub mod tree;

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::geometry::{self, Point, distance, edges, inside, to_segment};
+use super::geometry::{self, Point};
 use super::sight::{Sight, SightCache};
+pub use super::source::{Boundary, Extent, Fall, Rate, RateFunction, Source, SourceKind, TOUCHES};
 use crate::labels::Labels;
 use crate::occupancy::OccupancyGrid;
 
@@ -21,8 +22,6 @@ pub const MAX_WALLS: usize = 512;
 pub const MAX_CORNERS: usize = 4096;
 /// Content of a pool below which the pool is empty.
 pub const EMPTY: f64 = 1e-9;
-/// Distance from a boundary up to which a point is on it (m).
-pub const TOUCHES: f64 = 1e-9;
 
 /// A search: agents, walls, sources and their interdependence `G_I` (srs (8), (12)).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -145,208 +144,6 @@ pub struct Agent {
     /// Goal that somebody has told (m), srs section 6: it goes there before anything else, if it can.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub told: Option<Point>,
-}
-
-/// A source of reward, `psi`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Source {
-    /// Name.
-    pub name: String,
-    /// The set that it belongs to.
-    pub kind: SourceKind,
-    /// Its boundary, `beta`.
-    pub boundary: Boundary,
-    /// Internal reward rate, `r_i`.
-    pub inside: Rate,
-    /// External reward rate, `r_e`.
-    pub outside: Rate,
-    /// Content at the present, `R`; none: infinite.
-    pub pool: Option<f64>,
-    /// Indices of the agents that may consume it, `tau`.
-    pub targets: Vec<usize>,
-    /// It is rewarding only after all of these are consumed: strict precedence.
-    pub after: Vec<usize>,
-    /// It is rewarding only until one of these is consumed: soft precedence.
-    pub until: Vec<usize>,
-    /// Agent in whose frame the boundary is, of an interaction source.
-    pub of: Option<usize>,
-}
-
-/// The sets of srs (7).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SourceKind {
-    /// Of an element of the environment.
-    Environment,
-    /// Of the actions of an agent; its axis is the speed.
-    Action,
-    /// Of a goal with a fixed place.
-    Task,
-    /// Of the position relative to an agent.
-    Interaction,
-}
-
-impl SourceKind {
-    /// All kinds, in the order of srs (7).
-    pub const ALL: [SourceKind; 4] =
-        [SourceKind::Environment, SourceKind::Action, SourceKind::Task, SourceKind::Interaction];
-    /// Their names.
-    pub const NAMES: [&str; 4] = ["environment", "action", "task", "interaction"];
-
-    /// Name, as in specs.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-}
-
-/// The boundary of a source, `beta`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Boundary {
-    /// A polygon (m).
-    Polygon(Vec<Point>),
-    /// A circle.
-    Circle {
-        /// Its centre (m).
-        centre: Point,
-        /// Its radius (m), more than 0.
-        radius: f64,
-    },
-    /// A polyline without an inside (m).
-    Line(Vec<Point>),
-    /// Points (m).
-    Points(Vec<Point>),
-    /// An interval of the axis of speeds (m/s).
-    Speed([f64; 2]),
-}
-
-/// Position of a point relative to a boundary.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Side {
-    /// Inside, or on the boundary.
-    pub inside: bool,
-    /// Length of the vector from the nearest point of the boundary, `p_beta`.
-    pub distance: f64,
-}
-
-impl Boundary {
-    /// Returns the side of a point of the ground. Of an interval of speeds the first coordinate is the speed.
-    pub fn side(&self, p: Point) -> Side {
-        let least = |all: &mut dyn Iterator<Item = f64>| all.fold(f64::INFINITY, f64::min);
-        match self {
-            Boundary::Polygon(corners) => {
-                let distance = least(&mut edges(corners).map(|[a, b]| to_segment(p, a, b)));
-                Side { inside: distance <= TOUCHES || inside(p, corners), distance }
-            }
-            Boundary::Circle { centre, radius } => {
-                let from = distance(p, *centre) - radius;
-                Side { inside: from <= TOUCHES, distance: from.abs() }
-            }
-            Boundary::Line(points) => {
-                let distance = least(&mut points.windows(2).map(|two| to_segment(p, two[0], two[1])));
-                Side { inside: distance <= TOUCHES, distance }
-            }
-            Boundary::Points(points) => {
-                let distance = least(&mut points.iter().map(|q| distance(p, *q)));
-                Side { inside: distance <= TOUCHES, distance }
-            }
-            Boundary::Speed([low, high]) => {
-                let inside = *low <= p[0] && p[0] <= *high;
-                Side { inside, distance: (p[0] - low).abs().min((p[0] - high).abs()) }
-            }
-        }
-    }
-
-    /// Returns its points (m); of an interval of speeds there are none.
-    pub fn points(&self) -> Vec<Point> {
-        match self {
-            Boundary::Polygon(points) | Boundary::Line(points) | Boundary::Points(points) => points.clone(),
-            Boundary::Circle { centre, .. } => vec![*centre],
-            Boundary::Speed(_) => Vec::new(),
-        }
-    }
-}
-
-/// A reward rate (1/s) as a function of the distance from the boundary.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Rate {
-    /// Its value at the boundary; of `Rising` the value that it approaches.
-    pub peak: f64,
-    /// Its form.
-    pub fall: Fall,
-    /// Length of the form (m), more than 0.
-    pub scale: f64,
-}
-
-/// Form of a reward rate over the distance `d` from the boundary, with the length `l`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Fall {
-    /// `1`
-    Constant,
-    /// `max(0, 1 - d / l)`
-    Linear,
-    /// `exp(-d / l)`
-    Exponential,
-    /// `exp(-d^2 / (2 l^2))`
-    Gaussian,
-    /// `1 - exp(-d / l)`
-    Rising,
-}
-
-impl Fall {
-    /// All forms.
-    pub const ALL: [Fall; 5] = [Fall::Constant, Fall::Linear, Fall::Exponential, Fall::Gaussian, Fall::Rising];
-    /// Their names.
-    pub const NAMES: [&str; 5] = ["constant", "linear", "exponential", "gaussian", "rising"];
-
-    /// Name, as in specs.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-}
-
-impl Rate {
-    /// No reward.
-    pub const ZERO: Rate = Rate { peak: 0.0, fall: Fall::Constant, scale: 1.0 };
-
-    /// A constant rate (1/s).
-    pub fn constant(peak: f64) -> Rate {
-        Rate { peak, ..Rate::ZERO }
-    }
-
-    /// Returns the rate (1/s) at a distance from the boundary (m).
-    pub fn at(&self, distance: f64) -> f64 {
-        let d = distance / self.scale;
-        let share = match self.fall {
-            Fall::Constant => 1.0,
-            Fall::Linear => (1.0 - d).max(0.0),
-            Fall::Exponential => (-d).exp(),
-            Fall::Gaussian => (-0.5 * d * d).exp(),
-            Fall::Rising => -(-d).exp_m1(),
-        };
-        self.peak * share
-    }
-}
-
-impl Source {
-    /// Returns the reward rate (1/s) at a point, srs (1). Of an action source its first coordinate is the speed; of an
-    /// interaction source the point is in the frame of the agent.
-    pub fn rate(&self, p: Point) -> f64 {
-        let side = self.boundary.side(p);
-        if side.inside { self.inside.at(side.distance) } else { self.outside.at(side.distance) }
-    }
-
-    /// Returns true if its rate can be negative.
-    pub fn repels(&self) -> bool {
-        self.inside.peak < 0.0 || self.outside.peak < 0.0
-    }
-
-    /// Returns true if its rate can be positive.
-    pub fn attracts(&self) -> bool {
-        let has_inside = !matches!(self.boundary, Boundary::Line(_) | Boundary::Points(_));
-        (has_inside && self.inside.peak > 0.0) || self.outside.peak > 0.0
-    }
 }
 
 /// Codependent consumption of two sources: a unit that is taken from one takes `share` units from the other.

@@ -154,9 +154,15 @@ fn boundary(source: &Source) -> String {
 }
 
 fn rate(out: &mut String, side: &str, of: &Rate) -> std::fmt::Result {
+    if of.is_zero() {
+        return Ok(());
+    }
+    match &of.function {
+        None => write!(out, "    {side} {} /s", number(of.peak))?,
+        Some(function) => write!(out, "    {side} {}", function.of.text)?,
+    }
     match of.fall {
-        _ if of.peak == 0.0 => Ok(()),
-        Fall::Constant => writeln!(out, "    {side} {} /s", number(of.peak)),
-        fall => writeln!(out, "    {side} {} /s, {} over {} m", number(of.peak), fall.name(), number(of.scale)),
+        Fall::Constant => writeln!(out),
+        fall => writeln!(out, ", {} over {} m", fall.name(), number(of.scale)),
     }
 }

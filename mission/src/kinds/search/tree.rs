@@ -28,7 +28,7 @@ impl<'p> Price<'p> {
     pub fn of(problem: &'p Problem, agent: usize) -> Price<'p> {
         let content = |source: &Source| match source.pool {
             Some(pool) => pool,
-            None => source.inside.peak.max(source.outside.peak).max(0.0) * (problem.end() - problem.start),
+            None => source.inside.range()[1].max(source.outside.range()[1]).max(0.0) * (problem.end() - problem.start),
         };
         let hidden = problem.objects.iter().map(|object| object.worth * object.left() as f64);
         let all: f64 = problem.sources.iter().map(content).chain(hidden).sum();

@@ -390,7 +390,7 @@ fn best(source: &Source, tried: Vec<Point>, good: &dyn Fn(&Point) -> bool) -> Ve
 
 /// Points in and around a boundary.
 fn raster(source: &Source) -> Vec<Point> {
-    let margin = if source.outside.peak > 0.0 { source.outside.scale } else { 0.0 };
+    let margin = if source.outside.range()[1] > 0.0 { source.outside.reach() } else { 0.0 };
     let more = match source.boundary {
         Boundary::Circle { radius, .. } => radius + margin,
         _ => margin,
