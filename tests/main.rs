@@ -31,6 +31,7 @@ mod periods;
 mod plan_data;
 mod planner;
 mod same_bytes;
+mod search_report;
 mod sampled_margin;
 mod scenarios;
 mod serve;

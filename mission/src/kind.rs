@@ -58,6 +58,11 @@ pub trait Mission: MissionData + Any + fmt::Debug + Send + Sync {
         false
     }
 
+    /// True if the ground of its map changes while it is executed, as beliefs do. Runs then keep maps of several instants.
+    fn map_changes(&self) -> bool {
+        false
+    }
+
     /// Number of pieces of work of a member that may run a controller of its own; zero for others.
     fn work_of(&self, _member: usize) -> usize {
         0

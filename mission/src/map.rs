@@ -97,14 +97,41 @@ pub enum Region {
     Attracts,
     /// It repels.
     Repels,
-    /// A belief of up to a quarter of the highest.
+    /// A belief of this height.
+    Belief(Shade),
+    /// A field that attracts with this strength.
+    AttractsNear(Shade),
+    /// A field that repels with this strength.
+    RepelsNear(Shade),
+}
+
+/// Height of a value relative to the greatest one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shade {
+    /// Up to a quarter.
     Faint,
-    /// A belief of up to half of the highest.
+    /// Up to half.
     Light,
-    /// A belief of up to three quarters of the highest.
+    /// Up to three quarters.
     Medium,
-    /// A belief near the highest.
+    /// More.
     Strong,
+}
+
+impl Shade {
+    /// All shades, from the lowest one.
+    pub const ALL: [Shade; 4] = [Shade::Faint, Shade::Light, Shade::Medium, Shade::Strong];
+
+    /// Returns the shade of a share of the greatest value; none: the share is next to nothing.
+    pub fn of(share: f64) -> Option<Shade> {
+        let least = 0.02;
+        (share > least).then(|| Shade::ALL[((4.0 * share).ceil() as usize).clamp(1, 4) - 1])
+    }
+
+    /// Returns the greatest share that has the shade, in percent.
+    pub fn percent(self) -> usize {
+        25 * (self as usize + 1)
+    }
 }
 
 /// Form of a line.
@@ -120,11 +147,28 @@ pub enum Line {
     Carry(usize),
     /// A wall.
     Wall,
+    /// A path that was considered.
+    Considered,
 }
 
 impl Shape {
     /// A sign with a text under the pointer.
     pub fn sign(sign: Sign, at: [f64; 2], title: String) -> Shape {
         Shape::Sign { sign, at, title: Some(title) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Shade;
+
+    #[test]
+    fn shades_are_quarters() {
+        let of = |share| Shade::of(share);
+        assert_eq!([of(-0.5), of(0.0), of(0.02), of(f64::NAN)], [None; 4]);
+        assert_eq!([of(0.1), of(0.25)], [Some(Shade::Faint); 2]);
+        assert_eq!([of(0.26), of(0.5), of(0.75)], [Some(Shade::Light), Some(Shade::Light), Some(Shade::Medium)]);
+        assert_eq!([of(0.8), of(1.0), of(1.2)], [Some(Shade::Strong); 3]);
+        assert_eq!(Shade::ALL.map(Shade::percent), [25, 50, 75, 100]);
     }
 }

@@ -6,6 +6,7 @@
 
 pub mod csv;
 mod monitors;
+mod snapshots;
 mod summary;
 mod workers;
 
@@ -16,7 +17,9 @@ use mission::map::Map;
 
 use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram, ProgramError};
 use monitors::MissionMonitors;
+use snapshots::Snapshots;
 
+pub use snapshots::MapAt;
 pub use summary::{End, LogEntry, MissionSummary, RejectedEvent};
 pub use workers::{BrokeDown, WorkerRecord, Workers};
 
@@ -69,6 +72,8 @@ pub struct MissionRun {
     pub executed: Option<Chart>,
     /// The map of these; none: there was no plan.
     pub map: Option<Map>,
+    /// Maps of a few instants, by time, if the ground of the map changes.
+    pub maps: Vec<MapAt>,
 }
 
 /// Error of a run.
@@ -100,13 +105,14 @@ pub fn run(
         Ok(execution) => execution,
         Err(why) => {
             let summary = MissionSummary::refused(mission, scenario, why, monitors.finish());
-            return Ok(MissionRun { summary, labels, planned: None, executed: None, map: None });
+            return Ok(MissionRun { summary, labels, planned: None, executed: None, map: None, maps: Vec::new() });
         }
     };
     let planned = execution.chart();
     let mut world = MissionWorld::new(scenario, execution, workers);
     recorder.begin(&*world.execution, &world.workers.names())?;
     let (mut instants, mut interrupted) = (0, false);
+    let mut snapshots = mission.kind.map_changes().then(Snapshots::new);
     for k in 0..scenario.instants() {
         if !go_on(k) {
             interrupted = true;
@@ -116,15 +122,19 @@ pub fn run(
         world.drive(time);
         let MissionWorld { execution, workers, .. } = &world;
         monitors.instant(time, &|measure| value(measure, &**execution, workers)).map_err(std::io::Error::other)?;
+        if let Some(snapshots) = &mut snapshots {
+            snapshots.instant(k, time, &**execution);
+        }
         recorder.instant(&Instant { time, execution: &**execution, workers })?;
         instants = k + 1;
     }
     let outcomes = monitors.finish();
     let end = if interrupted { End::Interrupted } else { End::of(&*world.execution) };
     let map = Some(world.execution.map());
+    let maps = snapshots.map_or_else(Vec::new, |all| all.finish(world.execution.done().unwrap_or(f64::INFINITY)));
     let executed = Some(world.execution.chart());
     let summary = MissionSummary::new(mission, scenario, world, RunEnd { end, instants, outcomes });
-    Ok(MissionRun { summary, labels, planned: Some(planned), executed, map })
+    Ok(MissionRun { summary, labels, planned: Some(planned), executed, map, maps })
 }
 
 /// The end of a run.

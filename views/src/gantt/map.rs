@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use mission::map::{Line, Map, Region, Shape, Sign};
+use mission::map::{Line, Map, Region, Shade, Shape, Sign};
 
 use crate::xml::escaped;
 
@@ -91,6 +91,7 @@ fn line(line: Line, points: &[[f64; 2]], title: Option<&str>, frame: &Frame, out
         Line::Near => "near".to_string(),
         Line::Fetch => "goes".to_string(),
         Line::Wall => "wall".to_string(),
+        Line::Considered => "considered".to_string(),
         Line::Carry(group) => format!("carries line-{}", group % LAYERS),
     };
     write!(out, "<path class=\"{class}\" d=\"")?;
@@ -109,18 +110,27 @@ fn path(points: &[[f64; 2]], frame: &Frame, out: &mut String) -> std::fmt::Resul
     Ok(())
 }
 
-fn class_of(region: Region) -> &'static str {
-    match region {
+fn class_of(region: Region) -> String {
+    let shaded = |of: &str, shade: Shade| {
+        let shade = match shade {
+            Shade::Faint => "faint",
+            Shade::Light => "light",
+            Shade::Medium => "medium",
+            Shade::Strong => "strong",
+        };
+        format!("{of} {shade}")
+    };
+    let plain = match region {
+        Region::Belief(shade) => return shaded("belief", shade),
+        Region::AttractsNear(shade) => return shaded("attracts-near", shade),
+        Region::RepelsNear(shade) => return shaded("repels-near", shade),
         Region::Ground => "ground",
         Region::Solid => "solid",
         Region::Unknown => "unknown",
         Region::Attracts => "attracts",
         Region::Repels => "repels",
-        Region::Faint => "belief faint",
-        Region::Light => "belief light",
-        Region::Medium => "belief medium",
-        Region::Strong => "belief strong",
-    }
+    };
+    plain.to_string()
 }
 
 fn region(of: Region, corners: &[[f64; 2]], title: Option<&str>, frame: &Frame, out: &mut String) -> std::fmt::Result {

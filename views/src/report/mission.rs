@@ -74,6 +74,18 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
         let map = gantt::map(map, &Standing::default());
         writeln!(out, "<h2>Places and ways</h2>\n<div class=\"rolls\">\n{map}</div>")?;
     }
+    if !run.maps.is_empty() {
+        writeln!(out, "<h2>Map over time</h2>\n<div class=\"maps\">")?;
+        for of in &run.maps {
+            let map = gantt::map(&of.map, &Standing { robots: of.positions.clone(), ..Standing::default() });
+            writeln!(
+                out,
+                "<figure><figcaption>at {:.1} s</figcaption>\n<div class=\"rolls\">\n{map}</div></figure>",
+                of.time
+            )?;
+        }
+        writeln!(out, "</div>")?;
+    }
     if !summary.workers.is_empty() {
         writeln!(
             out,

@@ -1,17 +1,40 @@
 //! The map of a search: the area with its walls, the boundaries of sources, and the ways of the agents.
 
-use crate::map::{Line, Map, Region, Shape, Sign};
+use crate::map::{Line, Map, Region, Shade, Shape, Sign};
 use crate::occupancy::Cell;
 
 use super::belief::weights;
-use super::geometry::Point;
+use super::geometry::{Point, bounds, inside};
 use super::plan::{Activity, Phase};
 use super::problem::{Boundary, Problem, Source, SourceKind};
+use super::ways::ActionSets;
 
 /// Corners of a circle.
 const CORNERS: usize = 32;
 /// The most rectangles of the cells of a map, about 30 bytes each in a drawing.
 const MOST_RECTANGLES: usize = 3_000;
+
+/// Cells of the reward field along the longer side of the ground.
+const FIELD_CELLS: f64 = 60.0;
+/// The most ways that were considered and are drawn.
+const MOST_CONSIDERED: usize = 400;
+
+/// The map of a plan: that of its activities, and the ways from the starts that its action sets have, branches of the trees.
+pub fn map_of_plan(problem: &Problem, activities: &[Activity]) -> Map {
+    let mut map = map(problem, activities);
+    let sets = ActionSets::new(problem);
+    let ways = sets.of.iter().flat_map(|set| (1..set.spots.len()).filter_map(|spot| set.way(0, spot)));
+    let lines = ways.take(MOST_CONSIDERED).map(|way| Shape::Line {
+        line: Line::Considered,
+        points: way.points.clone(),
+        title: None,
+    });
+    // Below the ways of the plan.
+    let first = map.shapes.iter().position(|shape| matches!(shape, Shape::Line { line: Line::Carry(_), .. }));
+    let first = first.unwrap_or(map.shapes.len());
+    map.shapes.splice(first..first, lines);
+    map
+}
 
 /// The map of activities.
 pub fn map(problem: &Problem, activities: &[Activity]) -> Map {
@@ -25,6 +48,7 @@ pub fn map(problem: &Problem, activities: &[Activity]) -> Map {
             }
         }
     }
+    field(problem, &mut shapes);
     belief(problem, &mut shapes);
     for wall in &problem.walls {
         let title = Some(problem.labels.member(&wall.name).to_string());
@@ -81,19 +105,52 @@ fn belief(problem: &Problem, shapes: &mut Vec<Shape>) {
     let sight = problem.sight();
     let weights = weights(problem, &sight);
     let most = weights.iter().copied().fold(0.0, f64::max);
-    let shades = [Region::Faint, Region::Light, Region::Medium, Region::Strong];
-    for (level, region) in shades.into_iter().enumerate() {
-        let (low, high) = (0.25 * level as f64, 0.25 * (level + 1) as f64);
-        let is_in = |weight: f64| {
-            let share = weight / most;
-            // Cells in which next to nothing is left stay blank.
-            share > low.max(0.02) && (share <= high || level == 3)
-        };
-        let cells = (0..sight.len()).filter(|cell| is_in(weights[*cell]));
+    for shade in Shade::ALL {
+        let cells = (0..sight.len()).filter(|cell| Shade::of(weights[*cell] / most) == Some(shade));
         let rectangles: Vec<[Point; 4]> = cells.map(|cell| sight.corners(cell)).collect();
         if !rectangles.is_empty() {
-            let title = format!("belief of {} to {} % of the highest", 25 * level, 25 * (level + 1));
-            shapes.push(Shape::Regions { region, rectangles, title: Some(title) });
+            let high = shade.percent();
+            let title = format!("belief of {} to {high} % of the highest", high - 25);
+            shapes.push(Shape::Regions { region: Region::Belief(shade), rectangles, title: Some(title) });
+        }
+    }
+}
+
+/// Draws the reward field around sources: in each cell the sum of the rates of those outside of whose boundaries it is.
+fn field(problem: &Problem, shapes: &mut Vec<Shape>) {
+    let reaches = |source: &&Source| {
+        matches!(source.kind, SourceKind::Environment | SourceKind::Task) && !source.outside.is_zero()
+    };
+    let sources: Vec<&Source> = problem.sources.iter().filter(reaches).collect();
+    let [low, high] = bounds(problem.area.iter().copied());
+    let width = (high[0] - low[0]).max(high[1] - low[1]) / FIELD_CELLS;
+    if sources.is_empty() || !width.is_finite() || width <= 0.0 {
+        return;
+    }
+    let [columns, rows] = [0, 1].map(|axis| ((high[axis] - low[axis]) / width).ceil() as usize);
+    let mut cells: Vec<(f64, [Point; 4])> = Vec::new();
+    for row in 0..rows {
+        for column in 0..columns {
+            let at = |i: f64, j: f64| [low[0] + (column as f64 + i) * width, low[1] + (row as f64 + j) * width];
+            let middle = at(0.5, 0.5);
+            if inside(middle, &problem.area) {
+                let outside = sources.iter().filter(|source| !source.boundary.side(middle).inside);
+                let rate = outside.map(|source| source.rate(middle)).sum();
+                cells.push((rate, [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)]));
+            }
+        }
+    }
+    let most = cells.iter().map(|(rate, _)| rate.abs()).fold(0.0, f64::max);
+    for (sign, name) in [(1.0, "attracts"), (-1.0, "repels")] {
+        for shade in Shade::ALL {
+            let own = cells.iter().filter(|(rate, _)| Shade::of(sign * rate / most) == Some(shade));
+            let rectangles: Vec<[Point; 4]> = own.map(|(_, corners)| *corners).collect();
+            if !rectangles.is_empty() {
+                let region = if sign > 0.0 { Region::AttractsNear(shade) } else { Region::RepelsNear(shade) };
+                let high = 0.01 * shade.percent() as f64 * most;
+                let title = format!("{name} with up to {high:.2} /s");
+                shapes.push(Shape::Regions { region, rectangles, title: Some(title) });
+            }
         }
     }
 }

@@ -148,6 +148,10 @@ impl kind::Mission for Search {
         &self.problem.labels
     }
 
+    fn map_changes(&self) -> bool {
+        !self.problem.objects.is_empty()
+    }
+
     fn check(&self) -> Result<(), Mistake> {
         let p = &self.problem;
         let good = |of: &[usize], count: usize| of.iter().all(|index| *index < count);

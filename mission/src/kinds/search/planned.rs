@@ -8,7 +8,7 @@ use crate::planned::{Listing, Method, PlanOptions, Planned, Refusal};
 
 use super::chart::chart;
 use super::choose::{Formulation, Options, plan};
-use super::map::map;
+use super::map::map_of_plan;
 use super::mission::Search;
 use super::plan::{Phase, Plan};
 use super::problem::{Problem, SourceKind};
@@ -51,7 +51,7 @@ pub fn planned(problem: &Problem, plan: &Plan, method: Method) -> Result<Planned
         return Err(Refusal::Invalid(violations.iter().map(ToString::to_string).collect()));
     }
     let rewards = evaluate(problem, &plan.activities);
-    let drawn = (chart(problem, &plan.activities), map(problem, &plan.activities));
+    let drawn = (chart(problem, &plan.activities), map_of_plan(problem, &plan.activities));
     Ok(Planned {
         summary: format!("{} activities", plan.activities.len()),
         cost: cost(problem, &rewards),

@@ -9,7 +9,7 @@ use crate::kind::{Cell, Event, Form, Measure, Table, Work, number, truth};
 use crate::labels::Labels;
 use crate::map::Map;
 
-use super::chart::chart;
+use super::chart::chart_of_execution;
 use super::event;
 use super::execution::{LogEntry, Role, SearchExecution, SearchWorld};
 use super::map::map;
@@ -249,7 +249,7 @@ impl Reports for SearchWorld {
     }
 
     fn chart(of: &SearchExecution) -> Chart {
-        chart(&of.problem, &of.activities())
+        chart_of_execution(of)
     }
 
     fn map(of: &SearchExecution) -> Map {
