@@ -38,7 +38,7 @@ impl BlockBinder<'_> {
             return None;
         }
         let result = typed.nodes[0];
-        match Extracted::new(self.constants.graph, &[result], false, value.span) {
+        match Extracted::new(self.constants.graph, &[result], &names, false, value.span) {
             Ok(Extracted { ops, index }) => {
                 Some(Function { ops, result: index[&result], text: dsl::expression_text(value) })
             }

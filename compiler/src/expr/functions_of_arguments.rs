@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span};
 use expressions::{MAX_OPERATIONS, Op};
+use names::list;
 use stdlib_tasks::dimension::Dimension;
 
 use super::constants::Constants;
@@ -94,19 +95,26 @@ pub(crate) struct Extracted {
 }
 
 impl Extracted {
-    /// Extracts the operations that compute these results. `slope` says that the first argument is the variable of a
+    /// Extracts the operations that compute these results; `names` are those of the arguments, for messages. `slope` says that the first argument is the variable of a
     /// derivative, whose own derivative is one.
     ///
     /// # Errors
     /// The function depends on something else, or has too many operations.
-    pub fn new(graph: &Graph, results: &[usize], slope: bool, at: Span) -> Result<Extracted, Diagnostic> {
+    pub fn new(
+        graph: &Graph,
+        results: &[usize],
+        names: &[&str],
+        slope: bool,
+        at: Span,
+    ) -> Result<Extracted, Diagnostic> {
         let (mut ops, index) = graph.extract(results);
         for op in &mut ops {
             match *op {
                 Op::Signal(k) if slope && k == FIRST + 1 => *op = Op::Const(1.0),
                 Op::Signal(k) if k >= FIRST && (k - FIRST) % 2 == 0 => *op = Op::Input((k - FIRST) / 2),
                 Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => {
-                    let text = "this function depends on something else than its arguments";
+                    let text =
+                        format!("this function depends on something else than {}", list(names.iter().copied(), 8));
                     let help = "leave `t`, `time`, signals and people out of it";
                     return Err(Diagnostic::error("HQ0307", at, text).help(help));
                 }

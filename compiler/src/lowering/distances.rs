@@ -75,7 +75,7 @@ impl Lowerer<'_> {
     fn written(&mut self, typed: &Typed, at: Span) -> Option<ExpressionDistance> {
         let value = typed.nodes[0];
         let slope = self.graph.rate(value);
-        match Extracted::new(&self.graph, &[value, slope], true, at) {
+        match Extracted::new(&self.graph, &[value, slope], &["d"], true, at) {
             Ok(Extracted { ops, index }) => {
                 Some(ExpressionDistance { ops, value: index[&value], slope: index[&slope] })
             }

@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use expressions::Registers;
+use expressions::{Op, Registers};
 use robot::{LinkId, Model};
 use serde::{Deserialize, Serialize};
 
 use crate::dimension::Dimension;
-use crate::expression::Op;
 use crate::field::body::Body;
 use crate::field::chi::{Chi, DistanceFunction};
 use crate::field::error::SafetyError;
