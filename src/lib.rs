@@ -35,7 +35,7 @@ pub use ide::lsp;
 pub use ide::{catalogue, keys, schema};
 #[cfg(feature = "sweep")]
 pub use runs::sweep;
-pub use runs::{mend, project, qp_log, scenario_runner};
+pub use runs::{diff, mend, project, qp_log, scenario_runner};
 pub use views::{gantt, graph, report, xml};
 
 pub mod init;

@@ -7,6 +7,7 @@ mod common;
 mod context;
 mod corpus;
 mod declared;
+mod diff;
 mod documentation;
 mod examples;
 mod experiments;

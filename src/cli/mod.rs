@@ -11,6 +11,7 @@ mod compile;
 mod completions;
 #[cfg(feature = "context")]
 mod context;
+mod diff;
 mod explain;
 mod fmt;
 mod graph;
@@ -69,6 +70,8 @@ enum Command {
     Check(check::Arguments),
     /// Print the compiled program.
     Compile(compile::Arguments),
+    /// Compare the behaviour of two specs, or of a spec and a compiled program.
+    Diff(diff::Arguments),
     /// Draw the machine of a spec: Mermaid, Graphviz or SVG.
     Graph(graph::Arguments),
     /// Run a spec, or a compiled program, on the simulated robot.
@@ -166,6 +169,7 @@ pub fn main() -> ExitCode {
         Command::Init(a) => init::run(&a),
         Command::Check(a) => check::run(&a),
         Command::Compile(a) => compile::run(&a),
+        Command::Diff(a) => diff::run(&a),
         Command::Graph(a) => graph::run(&a),
         Command::Run(a) => run::run(&a),
         Command::Test(a) => test::run(&a),

@@ -1,0 +1,244 @@
+//! Values of a program written out: numbers of the table of values as the expressions that compute them.
+
+use runtime::program::{CaptureSource, Op, Program};
+use runtime::text::number;
+use stdlib_tasks::bound::{Bound, Slot};
+use stdlib_tasks::expression::{Expression, Leaf};
+
+use super::facts::digest;
+
+/// Longest expression that is written out, in characters.
+const LONGEST: usize = 240;
+
+/// Writes values of a program.
+pub(super) struct Values<'p> {
+    program: &'p Program,
+    /// Text of each number of the table of signals.
+    signals: Vec<String>,
+    /// Text of each captured number.
+    captured: Vec<String>,
+}
+
+impl<'p> Values<'p> {
+    pub fn new(program: &'p Program) -> Values<'p> {
+        let mut signals = vec![String::new(); program.interface.width()];
+        for s in &program.interface.signals {
+            let parts: &[&str] = if s.len == 3 { &["x", "y", "z"] } else { &[] };
+            for (k, text) in signals.iter_mut().skip(s.at).take(s.width()).enumerate() {
+                *text = match k {
+                    0 => format!("present({})", s.name),
+                    _ if s.len == 1 => s.name.clone(),
+                    k => parts.get(k - 1).map_or_else(|| format!("{}[{k}]", s.name), |part| format!("{}.{part}", s.name)),
+                };
+            }
+        }
+        let mut values = Values { program, signals, captured: Vec::new() };
+        for capture in &program.values.captures {
+            let source = match &capture.source {
+                CaptureSource::Task(task, name) => format!("{name} of {}", values.task(*task)),
+                CaptureSource::Velocity(task, name, _) => format!("velocity of {name} of {}", values.task(*task)),
+                CaptureSource::State(e) => values.expression(e),
+            };
+            for k in 0..capture.len {
+                let part = if capture.len == 1 { String::new() } else { format!("[{k}]") };
+                values.captured.push(format!("initial({source}){part}"));
+            }
+        }
+        values
+    }
+
+    fn task(&self, task: usize) -> &str {
+        self.program.tasks.get(task).map_or("?", |task| task.name.as_str())
+    }
+
+    /// The numbers of a slot.
+    pub fn slot(&self, slot: &Slot) -> String {
+        let parts: Vec<String> = (slot.at..slot.at + slot.len).map(|at| self.place(at)).collect();
+        bracketed(parts)
+    }
+
+    /// A number of the table of values.
+    fn place(&self, at: usize) -> String {
+        let values = &self.program.values;
+        match values.tape.outputs.iter().find(|output| output.at == at) {
+            Some(output) => self.operations(&values.tape.ops, output.value, &|op| self.leaf_of_tape(op)),
+            None => values.initial.get(at).map_or_else(|| "?".to_string(), |x| number(*x)),
+        }
+    }
+
+    fn leaf_of_tape(&self, op: Op) -> String {
+        match op {
+            Op::Signal(k) => self.signals.get(k).cloned().unwrap_or_default(),
+            Op::Input(k) => self.captured.get(k).cloned().unwrap_or_default(),
+            Op::Trajectory(k) => {
+                let tape = &self.program.values.tape;
+                let Some(t) = tape.trajectory_of(k).and_then(|t| tape.trajectories.get(t)) else { return "?".into() };
+                let all = |list: &[usize]| {
+                    bracketed(list.iter().map(|i| self.operations(&tape.ops, *i, &|op| self.leaf_of_tape(op))).collect())
+                };
+                let motion = format!("{:?}", t.motion).to_lowercase();
+                let of = format!("{motion}({}, within {}, from {})", all(&t.goals), all(&t.limits), all(&t.start));
+                format!("{}[{}]", of, k - t.at)
+            }
+            Op::T => "t".into(),
+            Op::Time => "time".into(),
+            _ => "?".into(),
+        }
+    }
+
+    /// An expression of the robot's state.
+    pub fn expression(&self, e: &Expression) -> String {
+        let states: Vec<String> = e.leaves.iter().flat_map(|leaf| self.leaf(e, leaf)).collect();
+        let leaf = |op: Op| match op {
+            Op::State(k) => states.get(k).cloned().unwrap_or_default(),
+            Op::Input(k) => e.inputs.get(k).map_or_else(String::new, |at| self.place(*at)),
+            _ => "?".into(),
+        };
+        bracketed(e.outputs.iter().map(|output| self.operations(&e.ops, *output, &leaf)).collect())
+    }
+
+    /// The numbers of a quantity of the robot's state.
+    fn leaf(&self, e: &Expression, leaf: &Leaf) -> Vec<String> {
+        let model = &self.program.robot.model;
+        let link = |l: robot::LinkId| model.link_ref(l).name.as_str();
+        let base = match leaf {
+            Leaf::Point { link: l, offset } if offset.norm() == 0.0 => format!("frame({}).position", link(*l)),
+            Leaf::Point { link: l, offset } => {
+                let at: Vec<String> = offset.iter().map(|x| number(*x)).collect();
+                format!("point({}, [{}])", link(*l), at.join(", "))
+            }
+            Leaf::Orientation(l) => format!("frame({}).orientation", link(*l)),
+            Leaf::Joint(dof) => format!("joint({})", model.dofs.get(*dof).map_or("?", |d| d.name.as_str())),
+            Leaf::Distance(pair) => format!("distance({}, {})", pair.0.name, pair.1.name),
+            Leaf::Com => "com".into(),
+            Leaf::Field(field) => format!("field({})", field.name),
+            // Their operands are operations of the expression, which the digest holds.
+            Leaf::PlaneDistance(_) | Leaf::PointDistance(_) => {
+                let ops: Vec<_> = leaf.reads().iter().flatten().map(|i| e.ops.get(*i)).collect();
+                format!("distance #{}", digest(&(leaf, format!("{ops:?}"))))
+            }
+        };
+        match leaf.width() {
+            1 => vec![base],
+            3 => ["x", "y", "z"].map(|part| format!("{base}.{part}")).to_vec(),
+            _ => ["w", "x", "y", "z"].map(|part| format!("{base}.{part}")).to_vec(),
+        }
+    }
+
+    /// An operation with all that it reads, as an expression. A long one is shortened, with a digest of the whole.
+    fn operations(&self, ops: &[Op], result: usize, leaf: &dyn Fn(Op) -> String) -> String {
+        // Texts of long operands are digests already, so that sharing does not make them explode.
+        let mut texts: Vec<String> = Vec::new();
+        for op in ops.iter().take(result + 1) {
+            let text = operation(op, &|i| texts.get(i).cloned().unwrap_or_default(), leaf);
+            texts.push(match text.chars().count() > LONGEST {
+                true => {
+                    let start: String = text.chars().take(60).collect();
+                    format!("{start}.. #{}", digest(&text))
+                }
+                false => text,
+            });
+        }
+        let text = texts.pop().unwrap_or_default();
+        // The outermost parentheses say nothing.
+        match text.strip_prefix('(').and_then(|text| text.strip_suffix(')')) {
+            Some(inner) if is_balanced(inner) => inner.to_string(),
+            _ => text,
+        }
+    }
+
+    /// A parameter of a task; none: its rows say it.
+    pub fn bound(&self, bound: &Bound) -> String {
+        let p = self.program;
+        let joint = |dof: usize| p.robot.model.dofs.get(dof).map_or("?", |d| d.name.as_str());
+        let join = |parts: Vec<String>| parts.join(", ");
+        match bound {
+            Bound::Value(slot) => self.slot(slot),
+            Bound::Frame(name, _) => name.clone(),
+            Bound::Frames(list) => join(list.iter().map(|(name, _)| name.clone()).collect()),
+            Bound::Arm(arm) => arm.name.clone(),
+            Bound::Geometries(list) => join(list.iter().map(|g| format!("{} #{}", g.name, digest(g))).collect()),
+            Bound::Joints(list) => join(list.iter().map(|dof| joint(*dof).to_string()).collect()),
+            Bound::PerJoint(list) => {
+                join(list.iter().map(|(dof, slot)| format!("{} {}", joint(*dof), self.slot(slot))).collect())
+            }
+            Bound::PerArm(list) => {
+                join(list.iter().map(|(arm, slot)| format!("{} {}", arm.name, self.slot(slot))).collect())
+            }
+            Bound::Choice(word) => word.clone(),
+            Bound::Expression(e) => self.expression(e),
+            Bound::Group(map) => {
+                let inner: Vec<String> = map.iter().map(|(key, of)| format!("{key} {}", self.bound(of))).collect();
+                format!("{{ {} }}", inner.join("  "))
+            }
+            Bound::Task(task) => self.task(*task).to_string(),
+            Bound::Field(field) => p.fields.get(*field).map_or_else(String::new, |field| field.name.clone()),
+        }
+    }
+}
+
+fn bracketed(parts: Vec<String>) -> String {
+    match parts.as_slice() {
+        [one] => one.clone(),
+        _ => format!("[{}]", parts.join(", ")),
+    }
+}
+
+/// True if no parenthesis of a text closes one that is not in it.
+fn is_balanced(text: &str) -> bool {
+    let mut open = 0_i64;
+    text.chars().all(|c| {
+        open += i64::from(c == '(') - i64::from(c == ')');
+        open >= 0
+    })
+}
+
+/// An operation from the texts of its operands.
+fn operation(op: &Op, r: &dyn Fn(usize) -> String, leaf: &dyn Fn(Op) -> String) -> String {
+    let two = |a: usize, sign: &str, b: usize| format!("({} {sign} {})", r(a), r(b));
+    let call = |name: &str, of: &[usize]| format!("{name}({})", of.iter().map(|i| r(*i)).collect::<Vec<_>>().join(", "));
+    match *op {
+        Op::Const(x) => number(x),
+        Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => leaf(*op),
+        Op::Add(a, b) => two(a, "+", b),
+        Op::Sub(a, b) => two(a, "-", b),
+        Op::Mul(a, b) => two(a, "*", b),
+        Op::Div(a, b) => two(a, "/", b),
+        Op::Less(a, b) => two(a, "<", b),
+        Op::LessEqual(a, b) => two(a, "<=", b),
+        Op::Neg(a) => format!("(-{})", r(a)),
+        Op::Powi(a, n) => format!("{}^{n}", r(a)),
+        Op::Sin(a) => call("sin", &[a]),
+        Op::Cos(a) => call("cos", &[a]),
+        Op::Asin(a) => call("asin", &[a]),
+        Op::Acos(a) => call("acos", &[a]),
+        Op::Atan2(a, b) => call("atan2", &[a, b]),
+        Op::Exp(a) => call("exp", &[a]),
+        Op::Log(a) => call("log", &[a]),
+        Op::Sqrt(a) => call("sqrt", &[a]),
+        Op::Abs(a) => call("abs", &[a]),
+        Op::Min(a, b) => call("min", &[a, b]),
+        Op::Max(a, b) => call("max", &[a, b]),
+        Op::Select(a, b, c) => call("if", &[a, b, c]),
+    }
+}
+
+impl Values<'_> {
+    /// A trigger with the numbers that its words may only name.
+    pub fn trigger(&self, trigger: &runtime::program::Trigger) -> String {
+        use runtime::program::Trigger;
+        match trigger {
+            Trigger::When { condition, hold } => format!("when {} for {}", self.expression(condition), number(*hold)),
+            Trigger::After(time) => format!("after {}", number(*time)),
+            Trigger::Reached { task, tolerances } => {
+                let tolerances: Vec<String> = tolerances.iter().map(|x| number(*x)).collect();
+                format!("reached {} {}", self.task(*task), tolerances.join(" "))
+            }
+            Trigger::Event(event) => {
+                self.program.interface.events.get(*event).map_or_else(String::new, |event| format!("on {event}"))
+            }
+            // The words of a fault name what it is of.
+            Trigger::Fault(_) => "fault".to_string(),
+        }
+    }
+}
