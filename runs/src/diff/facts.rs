@@ -5,7 +5,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use compiler::Compiled;
 use runtime::evaluator::Evaluator;
 use runtime::program::{
-    ActionProgram, ExpectationProgram, MachineProgram, MissionProgram, Program, ScenarioProgram, StackProgram, Subject as Runs,
+    ActionProgram, ExpectationProgram, MachineProgram, MissionProgram, Program, ScenarioProgram, StackProgram,
+    Subject as Runs,
 };
 use runtime::text::number;
 use serde::Serialize;
@@ -152,7 +153,8 @@ fn stack(p: &Program, stack: &StackProgram, all: &mut Vec<Subject>) {
     let mut facts = Facts::about(format!("stack {}", stack.name));
     let names: Vec<&str> = stack.levels.iter().map(|level| level.name.as_str()).collect();
     facts.add("levels", names.join(", "));
-    let locked: Vec<&str> = stack.locked.iter().filter_map(|d| Some(p.robot.model.dofs.get(*d)?.name.as_str())).collect();
+    let locked: Vec<&str> =
+        stack.locked.iter().filter_map(|d| Some(p.robot.model.dofs.get(*d)?.name.as_str())).collect();
     if !locked.is_empty() {
         facts.add("locked joints", locked.join(", "));
     }

@@ -28,7 +28,9 @@ impl<'p> Values<'p> {
                 *text = match k {
                     0 => format!("present({})", s.name),
                     _ if s.len == 1 => s.name.clone(),
-                    k => parts.get(k - 1).map_or_else(|| format!("{}[{k}]", s.name), |part| format!("{}.{part}", s.name)),
+                    k => {
+                        parts.get(k - 1).map_or_else(|| format!("{}[{k}]", s.name), |part| format!("{}.{part}", s.name))
+                    }
                 };
             }
         }
@@ -74,7 +76,9 @@ impl<'p> Values<'p> {
                 let tape = &self.program.values.tape;
                 let Some(t) = tape.trajectory_of(k).and_then(|t| tape.trajectories.get(t)) else { return "?".into() };
                 let all = |list: &[usize]| {
-                    bracketed(list.iter().map(|i| self.operations(&tape.ops, *i, &|op| self.leaf_of_tape(op))).collect())
+                    bracketed(
+                        list.iter().map(|i| self.operations(&tape.ops, *i, &|op| self.leaf_of_tape(op))).collect(),
+                    )
                 };
                 let motion = format!("{:?}", t.motion).to_lowercase();
                 let of = format!("{motion}({}, within {}, from {})", all(&t.goals), all(&t.limits), all(&t.start));
@@ -196,7 +200,8 @@ fn is_balanced(text: &str) -> bool {
 /// An operation from the texts of its operands.
 fn operation(op: &Op, r: &dyn Fn(usize) -> String, leaf: &dyn Fn(Op) -> String) -> String {
     let two = |a: usize, sign: &str, b: usize| format!("({} {sign} {})", r(a), r(b));
-    let call = |name: &str, of: &[usize]| format!("{name}({})", of.iter().map(|i| r(*i)).collect::<Vec<_>>().join(", "));
+    let call =
+        |name: &str, of: &[usize]| format!("{name}({})", of.iter().map(|i| r(*i)).collect::<Vec<_>>().join(", "));
     match *op {
         Op::Const(x) => number(x),
         Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => leaf(*op),
