@@ -63,6 +63,12 @@ fn doubled_unit(value: &Value, wanted: Dimension) -> Option<String> {
         .then(|| format!("the units `{own}` and `{outer}` are multiplied: leave out one of the two"))
 }
 
+/// The unit that one number of a list has and another has not, as in `[0.4, 0, 500 mm]`.
+pub(crate) fn unit_of_some(value: &Value) -> Option<&Unit> {
+    let ValueKind::List(items) = &value.kind else { return None };
+    items.iter().any(|item| own_unit(item).is_none()).then(|| items.iter().find_map(own_unit))?
+}
+
 /// The unit of `5 cm` or `-5 cm`.
 fn own_unit(value: &Value) -> Option<&Unit> {
     match &value.kind {

@@ -5,6 +5,7 @@ use dsl::{Diagnostic, Help, Span};
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE};
 
+use super::dimension_check::unit_of_some;
 use super::errors;
 use super::helps::bracketed;
 use super::scope::{Failed, Scope};
@@ -45,7 +46,15 @@ impl Lowering<'_> {
             ValueKind::Missing => Err(Failed),
             ValueKind::Number(n) => Ok(scalar(self.graph.number(n.value), NONE, true)),
             ValueKind::Unit(inner, unit) => {
-                let inner = self.value(inner)?;
+                let before = self.diagnostics.len();
+                let typed = self.value(inner);
+                let own = unit_of_some(inner).filter(|_| typed.is_err());
+                if let (Some(own), Some(d)) = (own, self.diagnostics.get_mut(before).filter(|d| d.help.is_none())) {
+                    let text =
+                        format!("`{own}` is the unit of one number, and `{unit}` that of the list: leave out one");
+                    d.help = Some(text.into());
+                }
+                let inner = typed?;
                 // The argument already had the warning for a bare angle.
                 if units::is_assumed(unit) && !inner.bare {
                     return Ok(Typed { span, ..inner });

@@ -131,7 +131,7 @@ pub fn run(
     let outcomes = monitors.finish();
     let end = if interrupted { End::Interrupted } else { End::of(&*world.execution) };
     let map = Some(world.execution.map());
-    let maps = snapshots.map_or_else(Vec::new, |all| all.finish(world.execution.done().unwrap_or(f64::INFINITY)));
+    let maps = snapshots.map_or_else(Vec::new, Snapshots::finish);
     let executed = Some(world.execution.chart());
     let summary = MissionSummary::new(mission, scenario, world, RunEnd { end, instants, outcomes });
     Ok(MissionRun { summary, labels, planned: Some(planned), executed, map, maps })

@@ -35,18 +35,21 @@ pub struct Snapshots {
     maps: Vec<MapAt>,
     /// Instants from one map to the next.
     stride: u32,
+    /// The mission is over, and its map does not change any more.
+    over: bool,
 }
 
 impl Snapshots {
     pub fn new() -> Snapshots {
-        Snapshots { maps: Vec::new(), stride: 1 }
+        Snapshots { maps: Vec::new(), stride: 1, over: false }
     }
 
     /// Keeps the map of an instant, if it is its turn.
     pub fn instant(&mut self, number: u32, time: f64, execution: &dyn Execution) {
-        if !number.is_multiple_of(self.stride) {
+        if self.over || !number.is_multiple_of(self.stride) {
             return;
         }
+        self.over = execution.done().is_some();
         if self.maps.len() == MOST {
             let mut index = 0;
             self.maps.retain(|_| {
@@ -61,9 +64,8 @@ impl Snapshots {
         self.maps.push(MapAt::new(time, execution));
     }
 
-    /// At most six of the maps, evenly spread, up to the time (s) at which the mission was over.
-    pub fn finish(mut self, over: f64) -> Vec<MapAt> {
-        self.maps.retain(|map| map.time <= over);
+    /// At most six of the maps, evenly spread.
+    pub fn finish(self) -> Vec<MapAt> {
         let every = self.maps.len().div_ceil(6).max(1);
         self.maps.into_iter().step_by(every).collect()
     }
