@@ -49,7 +49,7 @@ impl Lowering<'_> {
                 let before = self.diagnostics.len();
                 let typed = self.value(inner);
                 let own = unit_of_some(inner).filter(|_| typed.is_err());
-                if let (Some(own), Some(d)) = (own, self.diagnostics.get_mut(before).filter(|d| d.help.is_none())) {
+                if let (Some(own), Some(d)) = (own, self.diagnostics.get_mut(before).filter(|d| d.code == "HQ0302")) {
                     let text =
                         format!("`{own}` is the unit of one number, and `{unit}` that of the list: leave out one");
                     d.help = Some(text.into());

@@ -104,7 +104,7 @@ impl<'p> Values<'p> {
     /// The numbers of a quantity of the robot's state.
     fn leaf(&self, e: &Expression, leaf: &Leaf) -> Vec<String> {
         let model = &self.program.robot.model;
-        let link = |l: robot::LinkId| model.link_ref(l).name.as_str();
+        let link = |l| model.link_ref(l).name.as_str();
         let base = match leaf {
             Leaf::Point { link: l, offset } if offset.norm() == 0.0 => format!("frame({}).position", link(*l)),
             Leaf::Point { link: l, offset } => {
