@@ -46,7 +46,8 @@ fn lines(of: &Differences) -> Vec<String> {
 #[test]
 fn the_same_behaviour_has_no_difference() {
     for name in EXAMPLES.iter().chain(MISSIONS) {
-        let [native, yaml] = ["hq", "yaml"].map(|end| load(&example(&format!("{name}.{end}")), &Settings::default()));
+        let [native, yaml] =
+            ["hq", "yaml"].map(|end| compile(&example(&format!("{name}.{end}")), &Settings::default()));
         let found = Differences::new(&native, &yaml, [false; 2]);
         assert_eq!(lines(&found), Vec::<String>::new(), "{name}");
         assert_eq!((found.gained, found.lost), (vec![], vec![]), "{name}");

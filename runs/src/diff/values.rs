@@ -17,6 +17,10 @@ pub(super) struct Values<'p> {
     signals: Vec<String>,
     /// Text of each captured number.
     captured: Vec<String>,
+    /// Text of each operation of the tape.
+    tape: Vec<String>,
+    /// Operation of the tape that computes each place of the table of values; none: it is constant.
+    outputs: Vec<Option<usize>>,
 }
 
 impl<'p> Values<'p> {
@@ -34,7 +38,13 @@ impl<'p> Values<'p> {
                 };
             }
         }
-        let mut values = Values { program, signals, captured: Vec::new() };
+        let mut outputs = vec![None; program.values.initial.len()];
+        for output in &program.values.tape.outputs {
+            if let Some(place) = outputs.get_mut(output.at) {
+                *place = Some(output.value);
+            }
+        }
+        let mut values = Values { program, signals, captured: Vec::new(), tape: Vec::new(), outputs };
         for capture in &program.values.captures {
             let source = match &capture.source {
                 CaptureSource::Task(task, name) => format!("{name} of {}", values.task(*task)),
@@ -45,6 +55,11 @@ impl<'p> Values<'p> {
                 let part = if capture.len == 1 { String::new() } else { format!("[{k}]") };
                 values.captured.push(format!("initial({source}){part}"));
             }
+        }
+        for op in &program.values.tape.ops {
+            let text =
+                operation(op, &|i| values.tape.get(i).cloned().unwrap_or_default(), &|op| values.leaf_of_tape(op));
+            values.tape.push(shortened(text));
         }
         values
     }
@@ -61,10 +76,9 @@ impl<'p> Values<'p> {
 
     /// A number of the table of values.
     fn place(&self, at: usize) -> String {
-        let values = &self.program.values;
-        match values.tape.outputs.iter().find(|output| output.at == at) {
-            Some(output) => self.operations(&values.tape.ops, output.value, &|op| self.leaf_of_tape(op)),
-            None => values.initial.get(at).map_or_else(|| "?".to_string(), |x| number(*x)),
+        match self.outputs.get(at).copied().flatten() {
+            Some(value) => unwrapped(self.tape.get(value).map_or("?", String::as_str)).to_string(),
+            None => self.program.values.initial.get(at).map_or_else(|| "?".to_string(), |x| number(*x)),
         }
     }
 
@@ -75,11 +89,9 @@ impl<'p> Values<'p> {
             Op::Trajectory(k) => {
                 let tape = &self.program.values.tape;
                 let Some(t) = tape.trajectory_of(k).and_then(|t| tape.trajectories.get(t)) else { return "?".into() };
-                let all = |list: &[usize]| {
-                    bracketed(
-                        list.iter().map(|i| self.operations(&tape.ops, *i, &|op| self.leaf_of_tape(op))).collect(),
-                    )
-                };
+                // Its operands come before it.
+                let one = |i: &usize| unwrapped(self.tape.get(*i).map_or("?", String::as_str)).to_string();
+                let all = |list: &[usize]| bracketed(list.iter().map(one).collect());
                 let motion = format!("{:?}", t.motion).to_lowercase();
                 let of = format!("{motion}({}, within {}, from {})", all(&t.goals), all(&t.limits), all(&t.start));
                 format!("{}[{}]", of, k - t.at)
@@ -98,7 +110,13 @@ impl<'p> Values<'p> {
             Op::Input(k) => e.inputs.get(k).map_or_else(String::new, |at| self.place(*at)),
             _ => "?".into(),
         };
-        bracketed(e.outputs.iter().map(|output| self.operations(&e.ops, *output, &leaf)).collect())
+        let mut texts: Vec<String> = Vec::new();
+        for op in &e.ops {
+            let text = operation(op, &|i| texts.get(i).cloned().unwrap_or_default(), &leaf);
+            texts.push(shortened(text));
+        }
+        let one = |output: &usize| unwrapped(texts.get(*output).map_or("?", String::as_str)).to_string();
+        bracketed(e.outputs.iter().map(one).collect())
     }
 
     /// The numbers of a quantity of the robot's state.
@@ -129,28 +147,6 @@ impl<'p> Values<'p> {
         }
     }
 
-    /// An operation with all that it reads, as an expression. A long one is shortened, with a digest of the whole.
-    fn operations(&self, ops: &[Op], result: usize, leaf: &dyn Fn(Op) -> String) -> String {
-        // Texts of long operands are digests already, so that sharing does not make them explode.
-        let mut texts: Vec<String> = Vec::new();
-        for op in ops.iter().take(result + 1) {
-            let text = operation(op, &|i| texts.get(i).cloned().unwrap_or_default(), leaf);
-            texts.push(match text.chars().count() > LONGEST {
-                true => {
-                    let start: String = text.chars().take(60).collect();
-                    format!("{start}.. #{}", digest(&text))
-                }
-                false => text,
-            });
-        }
-        let text = texts.pop().unwrap_or_default();
-        // The outermost parentheses say nothing.
-        match text.strip_prefix('(').and_then(|text| text.strip_suffix(')')) {
-            Some(inner) if is_balanced(inner) => inner.to_string(),
-            _ => text,
-        }
-    }
-
     /// A parameter of a task; none: its rows say it.
     pub fn bound(&self, bound: &Bound) -> String {
         let p = self.program;
@@ -178,6 +174,24 @@ impl<'p> Values<'p> {
             Bound::Task(task) => self.task(*task).to_string(),
             Bound::Field(field) => p.fields.get(*field).map_or_else(String::new, |field| field.name.clone()),
         }
+    }
+}
+
+/// A long text is shortened, with a digest of the whole. Texts of long operands are digests already, so that sharing does not
+/// make them explode.
+fn shortened(text: String) -> String {
+    if text.chars().count() <= LONGEST {
+        return text;
+    }
+    let start: String = text.chars().take(60).collect();
+    format!("{start}.. #{}", digest(&text))
+}
+
+/// The outermost parentheses say nothing.
+fn unwrapped(text: &str) -> &str {
+    match text.strip_prefix('(').and_then(|text| text.strip_suffix(')')) {
+        Some(inner) if is_balanced(inner) => inner,
+        _ => text,
     }
 }
 
