@@ -19,5 +19,6 @@ mod search;
 mod search_execution;
 mod search_hidden;
 mod search_messages;
+mod search_people;
 mod searched;
 mod thesis;

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::geometry::{self, Point, distance, edges, inside, to_segment};
+use super::habits::{Habits, Reminder};
 use super::sight::{Sight, SightCache};
 use crate::labels::Labels;
 use crate::occupancy::OccupancyGrid;
@@ -54,6 +55,9 @@ pub struct Problem {
     pub horizon: f64,
     /// Present time (s); 0 before the execution.
     pub start: f64,
+    /// Reminders of people to send their pose.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reminder: Option<Reminder>,
     /// Settings of the planner.
     pub planner: Planner,
     /// Texts that people read in place of names.
@@ -145,6 +149,9 @@ pub struct Agent {
     /// Goal that somebody has told (m), srs section 6: it goes there before anything else, if it can.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub told: Option<Point>,
+    /// Habits of a person whom nobody plays.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub habits: Option<Habits>,
 }
 
 /// A source of reward, `psi`.
