@@ -2,10 +2,12 @@
 //! as if it were alone, over many seeds: `cargo run --release -p hierarq-mission --example hidden -- 100`.
 //!
 //! A seed gives the places of the tokens, their thresholds of detection and the times of ways, the same for the three planners, so
-//! that differences are those of pairs.
+//! that differences are those of pairs. `-- 100 people` runs the yard with simulated people in their place.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[path = "hidden/people.rs"]
+mod people;
 #[path = "../tests/searched/mod.rs"]
 mod searched;
 
@@ -72,6 +74,9 @@ fn mean(of: impl Iterator<Item = f64>) -> (f64, f64) {
 
 fn main() {
     let seeds: u64 = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(100);
+    if std::env::args().nth(2).as_deref() == Some("people") {
+        return people::report(seeds);
+    }
     let begun = std::time::Instant::now();
     let problem = yard();
     // One thread for half of the seeds each; planners use a single thread then.

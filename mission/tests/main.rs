@@ -19,6 +19,7 @@ mod search;
 mod search_execution;
 mod search_hidden;
 mod search_messages;
+mod search_people;
 mod search_rates;
 mod searched;
 mod thesis;

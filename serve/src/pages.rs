@@ -14,6 +14,7 @@ pub fn file(name: &str) -> Option<Response> {
         "plan.css" => ("text/css; charset=utf-8", gantt::STYLE),
         "common.js" => ("text/javascript; charset=utf-8", include_str!("assets/common.js")),
         "map.js" => ("text/javascript; charset=utf-8", include_str!("assets/map.js")),
+        "reminder.js" => ("text/javascript; charset=utf-8", include_str!("assets/reminder.js")),
         "person.js" => ("text/javascript; charset=utf-8", include_str!("assets/person.js")),
         "supervisor.js" => ("text/javascript; charset=utf-8", include_str!("assets/supervisor.js")),
         _ => return None,

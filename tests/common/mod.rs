@@ -51,6 +51,7 @@ pub const MISSIONS: &[&str] = &[
     "panel",
     "hazards",
     "lab",
+    "reminders",
     "tokens",
 ];
 

@@ -24,6 +24,7 @@ fn agent(name: &str, human: bool, start: [f64; 2]) -> Agent {
         spread: 0.0,
         lost: false,
         told: None,
+        habits: None,
     }
 }
 
@@ -61,6 +62,7 @@ fn mission() -> Search {
         exposure: Vec::new(),
         horizon: 3600.0,
         start: 0.0,
+        reminder: None,
         planner: Planner { states: 500, tree_nodes: 100, ..Planner::default() },
         sight: Default::default(),
         labels,
@@ -195,4 +197,39 @@ fn a_search_goes_on_where_its_journal_ends() {
     assert!(same && time > 0.0);
     assert_eq!(lasting(&again.supervisor().state()), before);
     again.end();
+}
+
+/// Reminders of each kind on the page of the person: numbered, until the pose is sent; counters show uses instead.
+#[test]
+fn people_are_reminded_to_send_their_pose() {
+    use mission::kinds::search::habits::{Reminder, ReminderKind};
+    for kind in ReminderKind::ALL {
+        let mut of = mission();
+        of.problem.reminder = Some(Reminder { kind, after: 5.0, shorten: 0.8, least: 4.0 });
+        let options = Options { nodes: Some(500), speed: 40.0, begin: true, ..Options::default() };
+        let on = Running { server: Some(Server::start("find", &of, &options).expect("a server")) };
+        let anna = on.open(ANNA);
+        let state = anna.until(may("my_pose"));
+        assert!(
+            button(&state, "my_goal")["uses"] == if kind == ReminderKind::Counters { json!(0) } else { Json::Null }
+        );
+        let send = |number: usize| anna.tell(json!({ "what": "my_pose", "number": number, "to": [7.0, 2.0] }));
+        if kind == ReminderKind::Counters {
+            assert!(send(0).said().starts_with("Noted"));
+            let state = anna.until(|state| button(state, "my_pose")["uses"] == 1);
+            assert!(button(&state, "my_goal")["uses"] == 0 && button(&state, "replan")["uses"].is_null());
+            assert!(button(&state, "robot_goal_0")["uses"] == 0 && state["person"]["reminder"].is_null());
+            continue;
+        }
+        let state = anna.until(|state| state["person"]["reminder"]["number"].as_u64() >= Some(2));
+        let reminder = &state["person"]["reminder"];
+        assert_eq!((&reminder["kind"], &reminder["button"]), (&json!(kind.name()), &json!("my_pose")));
+        let number = reminder["number"].as_u64().expect("a number");
+        assert!(state["person"]["messages"].to_string().contains("reminded to send your pose"));
+        assert!(send(0).said().starts_with("Noted"));
+        // The next one comes after the whole time again, with the next number.
+        let state = anna.until(|state| state["person"]["reminder"]["number"].as_u64() > Some(number));
+        assert_eq!(state["person"]["reminder"]["kind"], kind.name());
+        assert!(on.supervisor().state()["person"].is_null(), "a supervisor is not reminded");
+    }
 }

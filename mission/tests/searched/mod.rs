@@ -25,6 +25,7 @@ pub fn agent(name: &str, human: bool, start: Point, speed: f64) -> Agent {
         spread: 0.0,
         lost: false,
         told: None,
+        habits: None,
     }
 }
 
@@ -73,6 +74,7 @@ pub fn problem(area: Vec<Point>, agents: Vec<Agent>, sources: Vec<Source>, horiz
         exposure: Vec::new(),
         horizon,
         start: 0.0,
+        reminder: None,
         planner: Planner { states: 4_000, tree_nodes: 200, ..Planner::default() },
         labels: Default::default(),
         sight: Default::default(),

@@ -2,9 +2,11 @@
 
 import { byId, clock, el, listen, may, online, say, tell, time } from './common.js';
 import { fetchPicture, moveMarks, placePicker, pointForm } from './map.js';
+import { reminders } from './reminder.js';
 
 byId('places').append(pointForm());
 const choose = placePicker();
+const remind = reminders((id) => press(id));
 
 let person = null;
 let formKey = null;
@@ -47,7 +49,14 @@ function groups() {
   }
   const legends = byId('groups').querySelectorAll('legend');
   person.groups.forEach((group, index) => { legends[index].textContent = group.heading; });
-  for (const button of buttons()) may(byId(button.id), button.enabled);
+  for (const button of buttons()) {
+    const shown = byId(button.id);
+    may(shown, button.enabled);
+    // The number of its uses stands behind its text.
+    if (button.uses === undefined) delete shown.dataset.uses;
+    else shown.dataset.uses = button.uses;
+  }
+  remind(person.reminder, buttons());
 }
 
 /** Sends the request of a button. It names what the page shows, so that a duplicated press counts once. */

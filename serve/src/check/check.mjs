@@ -206,6 +206,13 @@ await press(seeker, 'my_pose');
 await tap(5, 5);
 check('a pose in a wall is refused', await seeker.until(`document.getElementById('said').textContent.includes('in a wall')`), await text(seeker, 'said'));
 await shot(seeker, 'search');
+await press(seeker, 'cancel');
+check('a reminder blocks the page', await longer(seeker, `document.getElementById('remind').open && document.getElementById('my_goal').disabled`));
+await shot(seeker, 'reminder');
+await press(seeker, 'remind_now');
+check('its button asks for the place', await seeker.evaluate(`!document.getElementById('remind').open && !document.getElementById('point').hidden`));
+await tap(8, 2);
+check('a pose ends it', await seeker.until(`document.getElementById('said').textContent.startsWith('Noted: you are at (8.0, 2.0) m') && !document.getElementById('my_goal').disabled`), await text(seeker, 'said'));
 for (const [name, page] of Object.entries({ seeker, chief })) {
   const problems = page.problems.filter((problem) => !expected.test(problem) && !/409/.test(problem));
   check(`nothing to complain of: ${name}`, problems.length === 0, problems.join(' | '));

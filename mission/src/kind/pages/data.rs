@@ -63,6 +63,23 @@ pub struct PersonContent {
     /// The map, if people see it: the one of the supervisor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<PersonMap>,
+    /// A reminder to press a button, until it was pressed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reminder: Option<PageReminder>,
+}
+
+/// A reminder to press a button.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PageReminder {
+    /// Number of the reminder: the page shows each once.
+    pub number: usize,
+    /// Form: `toast`, a small message that passes; `popup`, a window that blocks the page until the button is used; `multimodal`, vibration
+    /// and a blinking button.
+    pub kind: &'static str,
+    /// Identifier of the button.
+    pub button: &'static str,
+    /// Text.
+    pub text: String,
 }
 
 /// The map on a person's page.
@@ -100,6 +117,9 @@ pub struct Button {
     pub confirm: bool,
     /// A point that the page adds to the request.
     pub point: Option<PointInput>,
+    /// Number of its uses, which the page shows behind the text; none: it is not shown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uses: Option<usize>,
     /// The request that it sends.
     pub request: Value,
 }
@@ -113,7 +133,7 @@ impl Button {
         request: Value,
     ) -> Button {
         let (id, text) = (id.into(), text.into());
-        Button { id, text, title: None, enabled, main: false, confirm: false, point: None, request }
+        Button { id, text, title: None, enabled, main: false, confirm: false, point: None, uses: None, request }
     }
 
     /// A prominent button.

@@ -29,8 +29,8 @@ use crate::engine::Budget;
 use crate::kind::{Event, Execution, Run};
 
 pub use self::data::{
-    Activity, Answer, Button, ButtonGroup, Form, Measured, MemberRow, Message, PageData, PersonContent, PersonMap,
-    PersonPage, PointInput, Question, Step, SupervisorPage,
+    Activity, Answer, Button, ButtonGroup, Form, Measured, MemberRow, Message, PageData, PageReminder, PersonContent,
+    PersonMap, PersonPage, PointInput, Question, Step, SupervisorPage,
 };
 pub use self::request::{ALREADY_NOTED, Client, JournalSink, Refusal, Request, additional_time, is_current, parse};
 pub use self::session::{MissionSession, Session};

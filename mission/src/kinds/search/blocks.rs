@@ -8,6 +8,7 @@ use expressions::Function;
 use quantities::dimension::{LENGTH, NONE, RATE, TIME};
 use quantities::{Quantity, usual};
 
+use super::habits_blocks::{HABITS, HabitsBlock, REMINDER, ReminderBlock};
 use super::map_file::UNREADABLE;
 use super::problem::{Fall, MAX_COUNT, SourceKind};
 use crate::declare::common::{A_LENGTH, A_SHARE, A_WEIGHT, LABEL};
@@ -93,6 +94,8 @@ block! {
         lookouts: usize = or(count(1.0, 64.0), "16");
         /// Number of states of the search tree, with which planning ends.
         states: usize = or(count(100.0, 1e6), "20000");
+        /// Reminders of people to send their pose; default: none.
+        reminder: Option<ReminderBlock> = optional(ValueType::Block(&REMINDER), "{ kind multimodal  after 10 s }");
         /// Seed of the planner.
         seed: usize = or(count(0.0, 1e6), "1");
     }
@@ -140,6 +143,8 @@ block! {
         /// Relative standard deviation of the times of its ways when they are executed with `operations sampled`. Plans do
         /// not use it.
         spread: f64 = or(A_SHARE, "0");
+        /// Of a person: habits in scenarios, in which nobody plays the person. Plans do not use them, and on a page the person acts.
+        habits: Option<HabitsBlock> = optional(ValueType::Block(&HABITS), "{ my_pose { mean 9.4 s  share 0.73 }  follows 0.8 }");
     }
 }
 

@@ -5,6 +5,7 @@ use blocks::{Block, Help, MemberIndex, Snippet, Word};
 use super::blocks::{AgentBlock, HiddenBlock, RateBlock, SearchBlock, SourceBlock, WallBlock};
 use super::check::{Item, check};
 use super::check_objects::unseen;
+use super::check_people;
 use super::geometry::Point;
 use super::map_file;
 use super::mission::{Search, members};
@@ -31,6 +32,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
         exposure: Vec::new(),
         horizon: settings.horizon,
         start: 0.0,
+        reminder: settings.reminder.map(check_people::reminder),
         planner: Planner {
             goals: settings.goals,
             reduction: settings.reduction,
@@ -45,6 +47,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
         labels: Default::default(),
         sight: Default::default(),
     };
+    check_people::add_places(Item::Mission, &declared.settings, &mut places);
     map_file::add(declared, settings.map, &mut problem, &mut places, remarks);
     for member in declared.of("wall") {
         let item = Item::Wall(problem.walls.len());
@@ -52,7 +55,9 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
         problem.walls.push(wall(member, item, &mut places, remarks));
     }
     for member in &agents {
-        places.add(Item::Agent(problem.agents.len()), &member.settings);
+        let item = Item::Agent(problem.agents.len());
+        places.add(item, &member.settings);
+        check_people::add_places(item, &member.settings, &mut places);
         problem.agents.push(agent(member));
     }
     for member in declared.of("source") {
@@ -79,6 +84,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
     }
     if !remarks.has_error() && !places.any_wrong() {
         idle(&problem, &places, remarks);
+        check_people::without_effect(&problem, &places, remarks);
         hidden_for_good(&problem, &places, remarks);
     }
     Search { problem }
@@ -103,6 +109,7 @@ fn agent(member: &DeclaredMember) -> Agent {
         spread: block.spread,
         lost: false,
         told: None,
+        habits: block.habits.map(check_people::habits),
     }
 }
 

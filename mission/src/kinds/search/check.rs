@@ -89,6 +89,7 @@ pub fn check(problem: &Problem) -> Vec<Mistake> {
     }
     if found.is_empty() {
         super::check_objects::objects(problem, &mut found);
+        super::check_people::people(problem, &mut found);
         reach(problem, &mut found);
     }
     found

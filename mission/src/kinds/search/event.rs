@@ -99,6 +99,7 @@ pub(super) fn of_log_entry(problem: &Problem, what: &LogEntry) -> String {
         LogEntry::Found { object, agent } => {
             format!("{} has found {}", problem.agent_label(*agent), problem.object_label(*object))
         }
+        LogEntry::Reminded { agent } => format!("{} is reminded to send the pose", problem.agent_label(*agent)),
         LogEntry::GoalReached { agent } => {
             format!("{} has reached the goal that was told", problem.agent_label(*agent))
         }

@@ -12,6 +12,7 @@ use crate::planned::{PlanOptions, Planned, Refusal};
 use super::blocks::SEARCH;
 use super::build::build;
 use super::check::{Item, check};
+use super::check_people::in_range;
 use super::choose::{Formulation, Options};
 use super::execution::{SearchExecution, Settings};
 use super::pages::SearchPages;
@@ -177,6 +178,7 @@ impl kind::Mission for Search {
                 .iter()
                 .all(|of| (1..=MAX_COUNT).contains(&of.count) && of.found <= of.count && positive(of.worth))
             && p.agents.iter().filter_map(|a| a.sees).all(|sees| positive(sees.within) && positive(sees.rate))
+            && in_range(p)
             && p.exposure.iter().all(|x| x.is_finite() && *x >= 0.0);
         let settings = hidden
             && (16..=20_000).contains(&planner.tree_nodes)

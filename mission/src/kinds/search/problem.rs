@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::geometry::{self, Point};
+use super::habits::{Habits, Reminder};
 use super::sight::{Sight, SightCache};
 pub use super::source::{Boundary, Extent, Fall, Rate, RateFunction, Source, SourceKind, TOUCHES};
 use crate::labels::Labels;
@@ -53,6 +54,9 @@ pub struct Problem {
     pub horizon: f64,
     /// Present time (s); 0 before the execution.
     pub start: f64,
+    /// Reminders of people to send their pose.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reminder: Option<Reminder>,
     /// Settings of the planner.
     pub planner: Planner,
     /// Texts that people read in place of names.
@@ -144,6 +148,9 @@ pub struct Agent {
     /// Goal that somebody has told (m), srs section 6: it goes there before anything else, if it can.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub told: Option<Point>,
+    /// Habits of a person whom nobody plays.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub habits: Option<Habits>,
 }
 
 /// Codependent consumption of two sources: a unit that is taken from one takes `share` units from the other.

@@ -17,6 +17,7 @@ use super::plan::Phase;
 use super::problem::{EMPTY, Problem};
 
 const EVERYBODY: &[&str] = &["robot", "human"];
+const PERSON: &[&str] = &["human"];
 const SOURCE: &[&str] = &["source"];
 const OBJECT: &[&str] = &["object"];
 
@@ -130,6 +131,26 @@ pub(super) const MEASURES: &MeasureTable<SearchWorld> = &[
         ),
         |of, agent| Some(truth(of.told_goal(agent).is_some())),
     ),
+    (Measure::of(PERSON, "poses", Form::Number(NONE), "Number of its messages *My pose*."), |of, agent| {
+        Some(number(of.poses(agent) as f64))
+    }),
+    (
+        Measure::of(
+            PERSON,
+            "prompt",
+            Form::Number(NONE),
+            "Share of the times between its messages *My pose* that are below the threshold: `below` of its habits, else `after` of \
+             the reminder, else 10 s. Before the second message it is 1.",
+        ),
+        |of, agent| {
+            let [times, prompt] = of.times_between_poses(agent);
+            Some(number(if times == 0 { 1.0 } else { prompt as f64 / times as f64 }))
+        },
+    ),
+    (
+        Measure::of(PERSON, "reminders", Form::Number(NONE), "Number of times that it was reminded to send its pose."),
+        |of, agent| Some(number(of.reminders(agent) as f64)),
+    ),
     (Measure::of(EVERYBODY, "going", Form::Truth, "True while it is on a way."), |of, agent| {
         Some(truth(of.agent(agent)?.doing == Some(Phase::Going)))
     }),
@@ -237,7 +258,7 @@ impl Reports for SearchWorld {
 
     fn is_notable(what: &LogEntry) -> bool {
         match what {
-            LogEntry::Begun { .. } => false,
+            LogEntry::Begun { .. } | LogEntry::Reminded { .. } => false,
             LogEntry::Plan(change) => change.is_notable(),
             LogEntry::Consumed { .. }
             | LogEntry::Found { .. }

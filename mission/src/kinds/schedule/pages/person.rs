@@ -26,6 +26,7 @@ pub(super) fn page(execution: &ScheduleExecution, history: &History, index: usiz
         form: history.form(problem),
         steps: steps(execution, &agent, index),
         map: None,
+        reminder: None,
     })
 }
 

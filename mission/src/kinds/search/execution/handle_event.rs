@@ -37,6 +37,7 @@ impl SearchExecution {
             }
             Event::MyPose { agent, to } => {
                 self.world.sent.poses += 1;
+                self.count_pose(agent);
                 if distance(self.true_pose(agent, self.time).at, to) <= FOUND {
                     self.end_stray(agent);
                 }

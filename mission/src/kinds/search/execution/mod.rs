@@ -14,7 +14,10 @@ mod event;
 mod finds;
 mod handle_event;
 mod messages;
+mod own_goals;
+mod people;
 mod record;
+mod reminders;
 mod rewards;
 mod settings;
 mod state;
@@ -40,6 +43,8 @@ pub use self::settings::{Refusal, Settings};
 pub use self::view::AgentView;
 
 use self::finds::Hunt;
+use self::people::Person;
+use self::reminders::Poses;
 use self::state::Member;
 
 /// Rewards that differ by less are equal.
@@ -57,6 +62,10 @@ pub struct SearchWorld {
     members: Vec<Member>,
     /// Looking for what is hidden; none: nothing is.
     hunt: Option<Hunt>,
+    /// Simulated people.
+    people: Vec<Person>,
+    /// Poses that were sent, and reminders, by agent.
+    poses: Vec<Poses>,
     /// Positions at the start.
     starts: Vec<[f64; 2]>,
     /// Messages that people have sent.
@@ -102,6 +111,8 @@ impl SearchExecution {
             rewards: Rewards::none(&problem),
             hunt: Hunt::new(&problem, &settings),
             members: problem.agents.iter().enumerate().map(member).collect(),
+            people: Person::all(&problem, &settings),
+            poses: vec![Poses::none(&problem); problem.agents.len()],
             starts: problem.agents.iter().map(|who| who.start).collect(),
             sent: MessageCounts::default(),
             promised: -plan.cost,

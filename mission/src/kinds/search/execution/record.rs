@@ -38,6 +38,11 @@ pub enum LogEntry {
         /// The event.
         event: Event,
     },
+    /// A person is reminded to send their pose.
+    Reminded {
+        /// Index of the agent.
+        agent: usize,
+    },
     /// An agent has reached the goal that was told.
     GoalReached {
         /// Index of the agent.

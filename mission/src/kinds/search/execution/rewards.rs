@@ -89,7 +89,10 @@ impl SearchExecution {
         let before = std::mem::replace(&mut self.world.rewards, rewards);
         let intervals = self.intervals();
         self.world.settled = until;
-        intervals.into_iter().for_each(|[from, to]| self.look(from, to));
+        intervals.into_iter().for_each(|[from, to]| {
+            self.learn(from, to);
+            self.look(from, to);
+        });
         for source in 0..self.problem.sources.len() {
             if before.pools[source] > EMPTY && self.world.rewards.pools[source] <= EMPTY {
                 self.record(LogEntry::Consumed { source });

@@ -52,6 +52,8 @@ pub(super) struct Member {
     pub travelled: f64,
     /// Its true motion, if it has left the plan without telling anybody.
     pub stray: Option<Stray>,
+    /// Number of ways that have ended at their end.
+    pub arrivals: usize,
     /// Number of ways that have begun.
     pub ways: usize,
 }
@@ -70,6 +72,7 @@ impl Member {
             past: Vec::new(),
             travelled: 0.0,
             stray: None,
+            arrivals: 0,
             ways: 0,
         }
     }

@@ -25,6 +25,12 @@ pub enum Step {
     Ends(usize),
     /// It is checked which hidden objects are detected.
     Look,
+    /// A simulated person decides where to go.
+    Decides(usize),
+    /// A simulated person sends *My pose*.
+    Sends(usize),
+    /// A person is reminded to do so.
+    Reminds(usize),
 }
 
 impl World for SearchWorld {
@@ -44,7 +50,9 @@ impl World for SearchWorld {
         let look = (of.world.settled / LOOK + 1e-9).floor() * LOOK + LOOK;
         let looks = ticks && of.problem.is_searching() && look <= of.problem.horizon;
         let ends = of.world.members.iter().enumerate().filter_map(by_itself);
-        ends.chain(looks.then_some((look, Step::Look))).collect()
+        let own = ends.chain(looks.then_some((look, Step::Look)));
+        let people = ticks.then(|| of.steps_of_people().into_iter().chain(of.steps_of_reminders()));
+        own.chain(people.into_iter().flatten()).collect()
     }
 
     fn perform(of: &mut SearchExecution, step: Step) {
@@ -56,6 +64,10 @@ impl World for SearchWorld {
                 of.start(agent);
             }
             Step::Look => {}
+            // Messages are events, which plan by themselves.
+            Step::Decides(agent) => return of.decide(agent),
+            Step::Sends(agent) => return of.send_pose(agent),
+            Step::Reminds(agent) => of.remind(agent),
         }
         of.follow();
         of.wake();
@@ -91,6 +103,7 @@ impl SearchExecution {
             }
         }
         member.next += 1;
+        member.arrivals += usize::from(reached.is_some());
         self.stand(agent, pose);
         if let (Some(told), Some(at)) = (self.problem.agents[agent].told, reached)
             && distance(told, at) <= SAME_PLACE

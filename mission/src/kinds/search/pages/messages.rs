@@ -6,9 +6,10 @@ use serde_json::{Value, json};
 
 use super::super::event::typed;
 use super::super::execution::{MessageCounts, Role};
+use super::super::habits::ReminderKind;
 use super::SearchPages;
 use crate::kind::pages::words::clock_time;
-use crate::kind::pages::{Button, ButtonGroup, JournalSink, Pages, PlanUpdate, PointInput, Refusal};
+use crate::kind::pages::{Button, ButtonGroup, JournalSink, PageReminder, Pages, PlanUpdate, PointInput, Refusal};
 use crate::kind::{Detail, Event};
 
 /// Time by which the clock of a phone may be ahead (s).
@@ -127,9 +128,11 @@ impl SearchPages {
             request
         };
         let at = |button: Button, prompt: String| Button { point: Some(PointInput { key: "to", prompt }), ..button };
+        let counters = problem.reminder.is_some_and(|of| of.kind == ReminderKind::Counters);
+        let used = |button: Button, uses: usize| Button { uses: counters.then_some(uses), ..button };
         let own = vec![
-            at(Button::main("my_pose", "My pose", here, request("my_pose", &[])), "I am at".into()),
-            at(Button::new("my_goal", "My goal", here, request("my_goal", &[])), "I go to".into()),
+            used(at(Button::main("my_pose", "My pose", here, request("my_pose", &[])), "I am at".into()), counts.poses),
+            used(at(Button::new("my_goal", "My goal", here, request("my_goal", &[])), "I go to".into()), counts.goals),
             Button::new("replan", "Replan", here, request("replan", &[])),
         ];
         let sent = [
@@ -152,7 +155,8 @@ impl SearchPages {
             let (may, with) = (here && !who.lost, [("agent", json!(robot))]);
             let goal = Button::new(format!("robot_goal_{robot}"), "Robot goal", may, request("robot_goal", &with));
             let pose = Button::new(format!("robot_pose_{robot}"), "Robot pose", may, request("robot_pose", &with));
-            let buttons = vec![at(goal, format!("{name} goes to")), at(pose, format!("{name} is at"))];
+            let buttons =
+                vec![used(at(goal, format!("{name} goes to")), counts.robot_goals), at(pose, format!("{name} is at"))];
             groups.push(ButtonGroup { heading: name.into(), buttons });
         }
         let told = (0..problem.agents.len()).filter(|agent| of.told_goal(*agent).is_some());
@@ -165,6 +169,16 @@ impl SearchPages {
         };
         groups.extend(told.filter(|agent| *agent == member || !problem.agents[*agent].human).map(free));
         groups
+    }
+
+    /// The reminder that a person has not followed yet.
+    pub(super) fn reminder(&self, member: usize) -> Option<PageReminder> {
+        let of = &self.run.execution;
+        let reminder = self.problem().reminder.filter(|_| of.is_reminded(member) > 0 && !of.done())?;
+        let lost = self.problem().agents.get(member).is_none_or(|who| who.lost);
+        let text = "Where are you? Send your pose.".into();
+        let (number, kind) = (of.reminders(member), reminder.kind.name());
+        (!lost).then_some(PageReminder { number, kind, button: "my_pose", text })
     }
 
     /// The present roles, as a sentence.

@@ -206,6 +206,7 @@ impl Pages for SearchPages {
                 drawing: of.records().len(),
                 marks: (0..problem.agents.len()).filter_map(|agent| Some(of.agent(agent)?.believed.at)).collect(),
             }),
+            reminder: self.reminder(member),
             steps: own.iter().enumerate().map(step).collect(),
             ..PersonContent::default()
         }
@@ -237,6 +238,9 @@ impl Pages for SearchPages {
             }
             LogEntry::Handled { event: Handled::Found { object } } => {
                 format!("{} is found.", problem.object_label(*object))
+            }
+            LogEntry::Reminded { agent } if *agent == member => {
+                return Some(PersonMessage::latest("reminder", "You are reminded to send your pose."));
             }
             LogEntry::GoalReached { agent } if *agent == member => "You have reached your goal.".into(),
             LogEntry::GoalReached { agent } => format!("{} has reached the goal.", who(agent)),
