@@ -7,6 +7,7 @@ use quantities::{Quantity, usual};
 use super::map_file::UNREADABLE;
 use super::problem::{Fall, MAX_COUNT, SourceKind};
 use crate::declare::common::{A_LENGTH, A_SHARE, A_WEIGHT, LABEL};
+use crate::declare::driven::{DRIVEN, DrivenBlock};
 use crate::numbers::Range;
 use crate::occupancy::{MAX_IMAGE_BYTES, image_path};
 
@@ -116,6 +117,8 @@ block! {
         /// Relative standard deviation of the times of its ways when they are executed with `operations sampled`. Plans do
         /// not use it.
         spread: f64 = or(A_SHARE, "0");
+        /// The controller that drives its base in scenarios, of a robot. Without one it moves along its way as planned.
+        runs: Option<DrivenBlock> = optional(ValueType::Block(&DRIVEN));
     }
 }
 
