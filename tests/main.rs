@@ -25,6 +25,7 @@ mod labels;
 mod layers_scenarios;
 mod lsp;
 mod machine;
+mod mission_driven;
 mod mission_scenarios;
 mod mission_workers;
 mod missions;

@@ -10,7 +10,7 @@ use dsl::Syntax;
 use hierarq::scenario_runner::{self, Found};
 use proptest::prelude::*;
 use runtime::missions::{End, MissionRun, MissionSummary, WorkerRecord};
-use runtime::program::{MissionProgram, MissionScenarioProgram, Program, ScenarioProgram, SignalScript};
+use runtime::program::{Job, MissionProgram, MissionScenarioProgram, Program, ScenarioProgram, SignalScript};
 use runtime::{Recorder, Tick};
 use std::path::{Path, PathBuf};
 
@@ -133,7 +133,8 @@ fn an_operation_takes_what_the_controller_alone_takes() {
         assert!(works[0].0 == 0.0 && works[1].0 > works[0].1);
         let member = mission.kind.members().iter().position(|member| member.name == "w1").expect("a worker");
         let (worker, controller) = mission.running.of(member).expect("a worker that runs");
-        let entered = alone(&controller.program, &worker.world, worker.go, &works, works[1].1 + 1.0);
+        let Job::Operations { go, .. } = worker.job else { panic!("operations") };
+        let entered = alone(&controller.program, &worker.world, go, &works, works[1].1 + 1.0);
         assert_eq!(entered.len(), works.len(), "{entered:?}");
         for (alone, (_, in_team)) in entered.iter().zip(&works) {
             assert!((alone - in_team).abs() < 1e-9, "{alone} s alone, {in_team} s in the team");

@@ -210,8 +210,10 @@ pub enum Named {
     Human,
     /// A point of the human that the block is of.
     Point,
-    /// A signal of the spec that is named beside it.
-    SignalThere,
+    /// A signal of this type of the spec that is named beside it.
+    SignalThere(&'static str),
+    /// A human of the spec that is named beside it.
+    HumanThere,
     /// A state of the spec that is named beside it.
     StateThere,
 }

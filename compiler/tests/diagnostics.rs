@@ -33,6 +33,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("missions", include_str!("cases/missions.txt"), Syntax::Native),
     ("missions_runs", include_str!("cases/missions_runs.txt"), Syntax::Native),
     ("missions_runs_yaml", include_str!("cases/missions_runs_yaml.txt"), Syntax::Yaml),
+    ("missions_driven", include_str!("cases/missions_driven.txt"), Syntax::Native),
+    ("missions_driven_yaml", include_str!("cases/missions_driven_yaml.txt"), Syntax::Yaml),
     ("missions_yaml", include_str!("cases/missions_yaml.txt"), Syntax::Yaml),
     ("mission_scenarios", include_str!("cases/mission_scenarios.txt"), Syntax::Native),
     ("mission_scenarios_yaml", include_str!("cases/mission_scenarios_yaml.txt"), Syntax::Yaml),
@@ -124,6 +126,16 @@ fn missions_runs() {
 #[test]
 fn missions_runs_yaml() {
     check("missions_runs_yaml");
+}
+
+#[test]
+fn missions_driven() {
+    check("missions_driven");
+}
+
+#[test]
+fn missions_driven_yaml() {
+    check("missions_driven_yaml");
 }
 
 #[test]

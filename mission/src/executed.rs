@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::chart::Chart;
 use crate::execution::{Replans, Simulation};
+use crate::kind::course::{Course, GroundPose};
 use crate::kind::{self, Cell, Entry, Event, Measure, Outcome, Rejected, Replies, Table, Work, number};
 use crate::labels::Labels;
 use crate::map::Map;
@@ -65,6 +66,19 @@ pub(crate) trait Reports: Replans + 'static {
 
     /// The work of a member that runs a controller of its own.
     fn work(of: &Simulation<Self>, member: usize) -> Option<Work>;
+
+    /// The true pose of a member at a time (s) between the present and the next step; none: it has none.
+    fn pose(_of: &Simulation<Self>, _member: usize, _time: f64) -> Option<GroundPose> {
+        None
+    }
+
+    /// The way of a member that a controller drives; none for others.
+    fn course(_of: &Simulation<Self>, _member: usize) -> Option<Course<'_>> {
+        None
+    }
+
+    /// The base of a driven member is at this pose, at a time (s) between the present and the next step.
+    fn drive(_of: &mut Simulation<Self>, _member: usize, _time: f64, _pose: GroundPose) {}
 }
 
 /// A mission under way, with people who answer after each service.
@@ -196,5 +210,17 @@ impl<W: Reports> kind::Execution for Executed<W> {
 
     fn work(&self, member: usize) -> Option<Work> {
         W::work(&self.execution, member)
+    }
+
+    fn pose(&self, member: usize, time: f64) -> Option<GroundPose> {
+        W::pose(&self.execution, member, time)
+    }
+
+    fn course(&self, member: usize) -> Option<Course<'_>> {
+        W::course(&self.execution, member)
+    }
+
+    fn drive(&mut self, member: usize, time: f64, pose: GroundPose) {
+        W::drive(&mut self.execution, member, time, pose);
     }
 }

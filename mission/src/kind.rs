@@ -7,6 +7,7 @@
 //! A *member* is everybody who takes part, robot, person or working robot. Members are numbered through in the order of
 //! [`Mission::members`].
 
+pub mod course;
 pub mod generation;
 mod measure;
 mod outcome;
@@ -19,6 +20,7 @@ use std::fmt;
 use blocks::{BlockSchema, Key, Place, ValueType};
 use serde::{Deserialize, Serialize};
 
+use self::course::{Course, Drivable, Driven, GroundPose};
 use self::generation::Generation;
 pub use self::measure::{Form, Measure};
 pub(crate) use self::measure::{number, truth};
@@ -66,6 +68,11 @@ pub trait Mission: MissionData + Any + fmt::Debug + Send + Sync {
     /// Number of pieces of work of a member that may run a controller of its own; zero for others.
     fn work_of(&self, _member: usize) -> usize {
         0
+    }
+
+    /// A member whose base a controller of its own may drive along the planned way; none for others.
+    fn drivable(&self, _member: usize) -> Option<Drivable> {
+        None
     }
 
     /// Checks that it can be planned; a mission that the compiler lowered always can.
@@ -311,6 +318,19 @@ pub trait Execution: Send {
 
     /// The work of a member that runs a controller of its own.
     fn work(&self, member: usize) -> Option<Work>;
+
+    /// The true pose of a member at a time (s) between the present and the next step; none: it has none.
+    fn pose(&self, _member: usize, _time: f64) -> Option<GroundPose> {
+        None
+    }
+
+    /// The way of a member that a controller drives; none for others.
+    fn course(&self, _member: usize) -> Option<Course<'_>> {
+        None
+    }
+
+    /// The base of a driven member is at this pose, at a time (s) between the present and the next step.
+    fn drive(&mut self, _member: usize, _time: f64, _pose: GroundPose) {}
 }
 
 /// Somebody who takes part.
@@ -333,6 +353,8 @@ pub struct Run {
     pub replan: Replan,
     /// Members whose work ends when an event says so.
     pub reporting: Vec<usize>,
+    /// Members whose bases controllers drive: a way ends when an event says so.
+    pub driven: Vec<Driven>,
     /// Feedback of people after each service.
     pub replies: Vec<Replies>,
 }

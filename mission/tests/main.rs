@@ -16,6 +16,7 @@ mod pages;
 mod random;
 mod refusals;
 mod search;
+mod search_driven;
 mod search_execution;
 mod search_hidden;
 mod search_messages;

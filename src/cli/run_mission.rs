@@ -152,9 +152,7 @@ fn team(run: &MissionRun) -> String {
         let _ = writeln!(out, "{table}");
     }
     for w in &run.summary.workers {
-        let took: Vec<String> = w.operations_s.iter().map(|s| format!("{s:.1} s")).collect();
-        let took = if took.is_empty() { "none has ended".to_string() } else { took.join(", ") };
-        let _ = writeln!(out, "{} ran {}; its operations took: {took}", run.labels.member(&w.name), w.spec);
+        let _ = writeln!(out, "{} ran {}; {}", run.labels.member(&w.name), w.spec, w.describe());
     }
     out
 }

@@ -38,6 +38,7 @@ pub const EXAMPLES: &[&str] = &[
     "give_way",
     "beside_harvest",
     "picker",
+    "carrier",
 ];
 
 /// Stems of the examples that declare missions without a robot; each exists in both syntaxes.
@@ -53,6 +54,7 @@ pub const MISSIONS: &[&str] = &[
     "lab",
     "reminders",
     "tokens",
+    "errands",
 ];
 
 /// Computes the velocity of a link in the world (m/s), by central differences of its position.

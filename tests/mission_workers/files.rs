@@ -2,13 +2,17 @@
 
 use compiler::Input;
 use dsl::Syntax;
-use runtime::program::{CompiledFile, MissionProgram, MissionScenarioProgram, Running};
+use runtime::program::{CompiledFile, Job, MissionProgram, MissionScenarioProgram, Running};
 
 use super::common::example;
 use super::{OWN, PICKER, SHUTTLE, compiled_in, folder, team};
 
 /// A modification of a file.
 type Damage = fn(&mut Running, &mut MissionScenarioProgram);
+
+fn set(running: &mut Running, go: usize, done: usize) {
+    running.workers[0].job = Job::Operations { go, done };
+}
 
 #[test]
 fn a_compiled_file_keeps_controllers_and_refuses_damage() {
@@ -19,9 +23,9 @@ fn a_compiled_file_keeps_controllers_and_refuses_damage() {
     let damaged: [(&str, Damage); 9] = [
         ("workers[0]", |s, _| s.workers[0].member = 0),
         ("workers[0]", |s, _| s.workers[0].controller = 1),
-        ("workers[0].go", |s, _| s.workers[0].go = 99),
-        ("workers[0].done", |s, _| s.workers[0].done = 99),
-        ("workers[0].done", |s, _| s.workers[0].done = 0),
+        ("workers[0].go", |s, _| set(s, 99, 1)),
+        ("workers[0].done", |s, _| set(s, 0, 99)),
+        ("workers[0].done", |s, _| set(s, 0, 0)),
         ("workers[0].world", |s, _| s.workers[0].world.start.clear()),
         ("controllers[0]", |s, _| s.controllers[0].program.machine = None),
         ("scenarios[0]", |_, s| s.duration = 9e5),

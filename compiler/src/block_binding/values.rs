@@ -419,7 +419,7 @@ impl BlockBinder<'_> {
                 Named::Member | Named::Person => {
                     ("member of the mission", "write it as the mission declares it".into())
                 }
-                Named::SignalThere => ("signal", "write the name that it has in the other spec".into()),
+                Named::SignalThere(_) => ("signal", "write the name that it has in the other spec".into()),
                 Named::State => ("state", "write the name of one of its states".into()),
                 Named::StateThere => ("state", "write the name that it has in the other spec".into()),
                 _ => (name, format!("write the name of a declared {name}")),

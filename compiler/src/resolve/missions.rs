@@ -7,10 +7,10 @@ use mission::kinds::find;
 use super::context::{Offered, used};
 use super::machines::path_of;
 use super::sections::MEASURED;
-use super::symbols::{FileId, SymbolId, SymbolKind as K};
+use super::symbols::{FileId, Symbol, SymbolId, SymbolKind as K};
 use super::{Around, CURSOR, CompletionContext as C, Meaning, Resolver};
 use crate::expand::Class;
-use crate::sections::{BlockSchema, InSyntax, MISSION, RUNS, ValueType};
+use crate::sections::{BlockSchema, DRIVEN, InSyntax, MISSION, RUNS, ValueType};
 
 /// Schema of the block of a key.
 fn inside(section: &'static BlockSchema, name: &str, syntax: Syntax) -> Option<&'static BlockSchema> {
@@ -194,10 +194,10 @@ impl Resolver<'_> {
         C::Offered(offered)
     }
 
-    /// Resolves the block `runs` of a worker.
-    pub(super) fn runs(&mut self, block: &Block) {
+    /// Resolves the block `runs` of a member.
+    pub(super) fn runs(&mut self, block: &Block, section: &'static BlockSchema) {
         let controller = self.controller(block);
-        self.with(Around { controller, ..self.around.clone() }, |r| r.section(block, &RUNS));
+        self.with(Around { controller, ..self.around.clone() }, |r| r.section(block, section));
     }
 
     /// Spec that a block `runs` names.
@@ -225,17 +225,26 @@ impl Resolver<'_> {
         }
     }
 
-    /// Resolves a signal of the spec that the current worker runs.
-    pub(super) fn signal_there(&mut self, name: &str, span: Span) {
+    /// Resolves a signal of a type of the spec that the current member runs.
+    pub(super) fn signal_there(&mut self, name: &str, span: Span, ty: &str) {
+        self.value_there(name, span, K::Signal, |symbol| symbol.ty == ty);
+    }
+
+    /// Resolves a human of the spec that the current member runs.
+    pub(super) fn human_there(&mut self, name: &str, span: Span) {
+        self.value_there(name, span, K::Human, |symbol| symbol.kind == K::Human);
+    }
+
+    fn value_there(&mut self, name: &str, span: Span, kind: K, offers: impl Fn(&Symbol) -> bool) {
         let Some(FileId(file)) = self.around.controller else { return };
-        let flags = |r: &Self| {
+        let fitting = |r: &Self| {
             let own = r.scopes[file].declared.iter().filter(|((class, _), _)| *class == Class::Value);
-            let flags: Vec<SymbolId> = own.map(|(_, id)| *id).filter(|id| r.out.symbol(*id).ty == "flag").collect();
-            r.offering(&flags, |s| s.kind.word())
+            let all: Vec<SymbolId> = own.map(|(_, id)| *id).filter(|id| offers(r.out.symbol(*id))).collect();
+            r.offering(&all, |s| s.kind.word())
         };
-        if !self.is_cursor(name, flags) {
+        if !self.is_cursor(name, fitting) {
             let found = self.scopes[file].declared.get(&(Class::Value, name.to_string())).copied();
-            self.refer(name, span, K::Signal, found);
+            self.refer(name, span, kind, found);
         }
     }
 
@@ -257,16 +266,24 @@ impl Resolver<'_> {
         let parts = path_of(value);
         let Some((worker, states)) = parts.split_first() else { return };
         let running: Vec<SymbolId> =
-            self.members_of(&["worker"]).into_iter().filter(|id| self.controllers.contains_key(id)).collect();
+            self.members_of(RUNNING).into_iter().filter(|id| self.controllers.contains_key(id)).collect();
         if self.is_cursor(&worker.value, |r| r.offering(&running, |s| role(&s.ty))) {
             return;
         }
-        let found = self.find_member(&worker.value, &["worker"]);
+        let found = self.find_member(&worker.value, RUNNING);
         self.refer(&worker.value, worker.span, K::Member, found);
         if let Some(file) = found.and_then(|id| self.controllers.get(&id).copied()) {
             self.states_of(&self.machines_of(file), states);
         }
     }
+}
+
+/// Roles of members that may run controllers.
+const RUNNING: &[&str] = &["worker", "robot"];
+
+/// Returns true for the block of a member that runs a controller.
+pub(super) fn is_of_controller(section: &'static BlockSchema) -> bool {
+    std::ptr::eq(section, &RUNS) || std::ptr::eq(section, &DRIVEN)
 }
 
 /// The role of a member as a word of the language.

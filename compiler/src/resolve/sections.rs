@@ -9,11 +9,12 @@ use mission::kind::{EventInfo, Kind};
 use mission::kinds::{KINDS, find};
 
 use super::context::used;
+use super::missions::is_of_controller;
 use super::symbols::SymbolKind as K;
 use super::{CompletionContext as C, Meaning, Resolver};
 use crate::expand::Class;
 use crate::sections::{
-    BlockSchema, EVENT, InSyntax, Named, OF_ALL_SCENARIOS, OF_MISSIONS, RUNS, SCENARIO, ValueType, WAYPOINT,
+    BlockSchema, EVENT, InSyntax, Named, OF_ALL_SCENARIOS, OF_MISSIONS, SCENARIO, ValueType, WAYPOINT,
 };
 
 /// Roles of members that something is measured of, in some kind of mission.
@@ -117,7 +118,7 @@ impl Resolver<'_> {
             ValueType::Block(section) | ValueType::LinkOr(section) | ValueType::Blocks(section) => {
                 for item in value.items() {
                     match (item.block(), holds) {
-                        (Some(block), _) if std::ptr::eq(*section, &RUNS) => self.runs(block),
+                        (Some(block), _) if is_of_controller(section) => self.runs(block, section),
                         (Some(block), _) => self.section(block, section),
                         (None, ValueType::LinkOr(_)) => self.frame(item, &[K::Link]),
                         (None, _) => self.offer(item, |_| C::Nothing),
@@ -180,7 +181,8 @@ impl Resolver<'_> {
             Named::Member => self.member(name, span, self.around.roles),
             Named::Own(members) => self.member(name, span, members.roles),
             Named::Person => self.member(name, span, &["human"]),
-            Named::SignalThere => self.signal_there(name, span),
+            Named::SignalThere(ty) => self.signal_there(name, span, ty),
+            Named::HumanThere => self.human_there(name, span),
             // The parser stores levels in other parts of the tree; a state of another spec is a path.
             Named::Level | Named::StateThere => {}
         }

@@ -26,6 +26,7 @@ pub use machine::{
     WrenchBlock,
 };
 pub use mission::declare::common::RUNS;
+pub use mission::declare::driven::DRIVEN;
 pub use mission::kinds::MISSION;
 pub use mission_events::{APPROACHES, DISTANCES, EVENT, REPLY, WAITS};
 pub use robot::{ARM, ArmBlock, BASES, LIMIT, LimitBlock, POINT, PointBlock, ROBOT, RobotBlock, SEGMENT, SegmentBlock};

@@ -59,7 +59,7 @@ block! {
         /// The spec of its controller, `"picker.hq"`, which has a machine.
         spec: Located<String> = required(ValueType::Spec, "\"picker.hq\"");
         /// A signal of that spec, a flag: true while an operation goes on, false between two operations.
-        go: Located<String> = required(ValueType::Name(Named::SignalThere), "box_in_place");
+        go: Located<String> = required(ValueType::Name(Named::SignalThere("flag")), "box_in_place");
         /// A state of its machine; the current operation ends when this state is entered.
         done: Located<String> = required(ValueType::Name(Named::StateThere), "waiting");
         /// A scenario of that spec that defines the environment of the robot: its start, its simulator, people,

@@ -4,6 +4,7 @@
 //! problem, [`Kind::build`](crate::kind::Kind::build). What it refuses is a [`Remark`] at the place of a text, which the compiler underlines.
 
 pub mod common;
+pub mod driven;
 mod labels;
 mod origins;
 mod remark;

@@ -5,6 +5,7 @@
 //! here panics: the summary reports a mission without a plan and events that are rejected.
 
 pub mod csv;
+mod drive;
 mod monitors;
 mod snapshots;
 mod summary;
@@ -19,6 +20,7 @@ use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram, Pro
 use monitors::MissionMonitors;
 use snapshots::Snapshots;
 
+pub use drive::DriveRecord;
 pub use snapshots::MapAt;
 pub use summary::{End, LogEntry, MissionSummary, RejectedEvent};
 pub use workers::{BrokeDown, WorkerRecord, Workers};
@@ -212,7 +214,7 @@ impl<'s> MissionWorld<'s> {
 
     /// Runs the controllers until a time, or until one of them reports an event, which is handled. Returns true then.
     fn work(&mut self, until: f64, inclusive: bool) -> bool {
-        let Some((at, event)) = self.workers.work(until, inclusive) else { return false };
+        let Some((at, event)) = self.workers.work(until, inclusive, &mut *self.execution) else { return false };
         self.advance(at);
         self.handle(&event);
         true

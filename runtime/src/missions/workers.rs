@@ -1,8 +1,9 @@
-//! Working robots that run their controllers while a mission is executed.
+//! Members that run their controllers while a mission is executed.
 //!
-//! Each has a simulated robot and a world of its own, and ticks in step with the time of the mission. A signal tells its
-//! machine that an operation goes on; when the machine enters a state, the operation has ended. What keeps a robot from
-//! ever going on makes it lost. Nothing ticks while a robot is lost, or behind the end of the mission.
+//! Each has a simulated robot and a world of its own, and ticks in step with the time of the mission. A signal tells the machine
+//! of a working robot that an operation goes on; when the machine enters a state, the operation has ended. Another one drives
+//! the base of its robot along the planned way (`drive`), which ends when the base arrives. What keeps a robot from ever going
+//! on makes it lost. Nothing ticks while a robot is lost, or behind the end of the mission.
 
 use mission::kind::{Event, Execution, WorkState};
 use serde::Serialize;
@@ -10,22 +11,27 @@ use serde::Serialize;
 use crate::closed_loop::ClosedLoop;
 use crate::controller::Controller;
 use crate::fault::Fault;
-use crate::program::{MissionProgram, MissionScenarioProgram, ProgramError, WorkerProgram, error};
+use crate::program::{Job, MissionProgram, MissionScenarioProgram, ProgramError, WorkerProgram, error};
+
+use super::drive::{Drive, DriveRecord};
 
 /// The most faults of a controller that are told of.
 const MOST_FAULTS: usize = 100;
 
-/// Results of the controller of a working robot.
+/// Results of the controller of a member.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorkerRecord {
-    /// The working robot.
+    /// The member.
     pub name: String,
     /// The spec whose controller it ran.
     pub spec: String,
     /// Number of ticks of the controller.
     pub ticks: u64,
-    /// Duration of each operation that it ended, in s.
+    /// Duration of each operation or way that it ended, in s.
     pub operations_s: Vec<f64>,
+    /// What became of its base, if it drives one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive: Option<DriveRecord>,
     /// The state that its machine was in at the end.
     pub state: String,
     /// Its last breakdown, if it had one.
@@ -33,7 +39,21 @@ pub struct WorkerRecord {
     pub broke_down: Option<BrokeDown>,
 }
 
-/// Breakdown of a working robot.
+impl WorkerRecord {
+    /// What became of its work, in a sentence without its subject.
+    pub fn describe(&self) -> String {
+        let took: Vec<String> = self.operations_s.iter().map(|s| format!("{s:.1} s")).collect();
+        let took = if took.is_empty() { "none has ended".to_string() } else { took.join(", ") };
+        match &self.drive {
+            None => format!("its operations took: {took}"),
+            Some(DriveRecord { travelled_m, off_way_m }) => {
+                format!("its ways took: {took}; it drove {travelled_m:.1} m, at most {off_way_m:.2} m off its way")
+            }
+        }
+    }
+}
+
+/// Breakdown of a member that runs a controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BrokeDown {
     /// When, in s.
@@ -48,16 +68,27 @@ enum Came {
     Broken(String),
 }
 
-/// A working robot.
+/// What a controller does for the mission.
+enum Doing {
+    /// It performs operations.
+    Operations {
+        go: usize,
+        /// For each state of the machine, whether the one that ends an operation is it, or is around it.
+        ends: Vec<bool>,
+        /// It stood in the state that ends an operation at the last tick, or has not ticked yet.
+        inside: bool,
+    },
+    Drives(Drive),
+}
+
+/// A member that runs a controller.
 struct Worker {
     member: usize,
     name: String,
     label: String,
     spec: String,
     closed: ClosedLoop,
-    go: usize,
-    /// For each state of the machine, whether the one that ends an operation is it, or is around it.
-    ends: Vec<bool>,
+    doing: Doing,
     period: f64,
     /// Time of the mission at which its clock was 0, in s.
     base: f64,
@@ -65,8 +96,6 @@ struct Worker {
     standing: WorkState,
     /// Start of the operation under way, in s.
     began: f64,
-    /// It stood in the state that ends an operation at the last tick, or has not ticked yet.
-    inside: bool,
     /// There was a fault at the last tick.
     faulty: bool,
     operations: Vec<f64>,
@@ -98,25 +127,34 @@ impl Worker {
         let members = mission.kind.members();
         let name = members.get(w.member).map(|member| member.name.to_string()).unwrap_or_default();
         // Robots that serve have no world of their own: another one in the team changes no seed.
-        let number = members.iter().take(w.member).filter(|member| member.role != "robot").count();
+        let number = match w.job {
+            Job::Operations { .. } => members.iter().take(w.member).filter(|member| member.role != "robot").count(),
+            Job::Drive(_) => w.member,
+        };
         let mut world = w.world.clone();
         world.run.simulator.seed = seed_of(seed, number);
         let program = world.program(&of.program);
         let closed = ClosedLoop::new(&program, Some(&world))?;
         let machine = closed.controller.machine();
+        let doing = match &w.job {
+            Job::Operations { go, done } => Doing::Operations {
+                go: *go,
+                ends: (0..machine.states.len()).map(|s| machine.path(s).any(|s| s == *done)).collect(),
+                inside: true,
+            },
+            Job::Drive(drive) => Doing::Drives(Drive::new(drive, w.member)),
+        };
         Ok(Worker {
             member: w.member,
             label: mission.kind.labels().member(&name).to_string(),
             name,
             spec: of.spec.clone(),
-            go: w.go,
-            ends: (0..machine.states.len()).map(|s| machine.path(s).any(|s| s == w.done)).collect(),
+            doing,
             period: program.robot.period,
             base: 0.0,
             ticks: 0,
             standing: WorkState::Waits,
             began: 0.0,
-            inside: true,
             faulty: false,
             operations: Vec::new(),
             broke_down: None,
@@ -135,22 +173,36 @@ impl Worker {
         self.base = self.base.max(now - self.ticks as f64 * self.period);
     }
 
-    fn tick(&mut self, notes: &mut Vec<(f64, String)>) -> Option<Came> {
+    fn tick(&mut self, execution: &mut dyn Execution, notes: &mut Vec<(f64, String)>) -> Option<Came> {
         let (now, time) = (self.next()?, self.ticks as f64 * self.period);
         self.ticks += 1;
-        let (works, go) = (self.standing == WorkState::Works, self.go);
-        self.closed.tick(time, &mut || 0.0, |controller| {
-            controller.signals().set(go, &[if works { 1.0 } else { -1.0 }], time);
-        });
+        let ended = match &mut self.doing {
+            Doing::Operations { go, ends, inside } => {
+                let go_on = if self.standing == WorkState::Works { 1.0 } else { -1.0 };
+                self.closed.tick(time, &mut || 0.0, |controller| {
+                    controller.signals().set(*go, &[go_on], time);
+                });
+                let within = ends.get(self.closed.controller.state_index()).copied().unwrap_or(false);
+                let before = std::mem::replace(inside, within);
+                within && !before
+            }
+            Doing::Drives(drive) => {
+                let base = self.closed.robot.q().get(..3).unwrap_or_default();
+                let told = drive.look(base, now, self.closed.world.as_mut(), execution);
+                self.closed.tick(time, &mut || 0.0, |controller| {
+                    if let Some(told) = &told {
+                        drive.tell(told, controller, time);
+                    }
+                });
+                told.is_some_and(|told| told.arrived)
+            }
+        };
         let controller = &self.closed.controller;
-        let inside = self.ends.get(controller.state_index()).copied().unwrap_or(false);
-        let before = std::mem::replace(&mut self.inside, inside);
-        let entered = inside && !before;
         let fault = self.closed.fault;
         let faulty = std::mem::replace(&mut self.faulty, fault.is_some());
         let text = fault.filter(|_| !faulty).map(|fault| controller.describe(&fault));
         let came = match self.standing {
-            WorkState::Works if entered => Some(Came::Ended),
+            WorkState::Works if ended => Some(Came::Ended),
             WorkState::Over => None,
             _ => broken(controller, fault),
         };
@@ -216,13 +268,18 @@ impl Workers {
             let Some(work) = execution.work(w.member) else { continue };
             let standing = work.state;
             let before = std::mem::replace(&mut w.standing, standing);
-            if standing == WorkState::Works && before != WorkState::Works {
+            // A way may follow another one at once.
+            let drives = matches!(w.doing, Doing::Drives(_));
+            if standing == WorkState::Works && (drives || before != WorkState::Works) {
                 w.began = work.since;
             }
             if before == WorkState::Lost && standing != WorkState::Lost {
                 // Whoever brought it back has mended it, and started it anew.
                 w.closed.controller.restart();
-                (w.inside, w.faulty) = (true, false);
+                if let Doing::Operations { inside, .. } = &mut w.doing {
+                    *inside = true;
+                }
+                w.faulty = false;
                 w.resume(now);
             } else if went {
                 w.resume(now);
@@ -232,7 +289,7 @@ impl Workers {
 
     /// Lets controllers tick that are due before a time, or at it where `inclusive`; ends at the first tick that the mission
     /// must know of, and gives when that was, in s, and what it is to be told.
-    pub(super) fn work(&mut self, until: f64, inclusive: bool) -> Option<(f64, Event)> {
+    pub(super) fn work(&mut self, until: f64, inclusive: bool, execution: &mut dyn Execution) -> Option<(f64, Event)> {
         if self.still {
             return None;
         }
@@ -243,7 +300,7 @@ impl Workers {
                 return None;
             }
             let w = self.all.get_mut(i)?;
-            match w.tick(&mut self.notes) {
+            match w.tick(execution, &mut self.notes) {
                 None => {}
                 Some(Came::Ended) => {
                     w.operations.push(now - w.began);
@@ -264,6 +321,10 @@ impl Workers {
             spec: w.spec.clone(),
             ticks: w.ticks,
             operations_s: w.operations.clone(),
+            drive: match &w.doing {
+                Doing::Drives(drive) => Some(drive.record.clone()),
+                Doing::Operations { .. } => None,
+            },
             state: w.closed.controller.state().to_string(),
             broke_down: w.broke_down.clone(),
         };

@@ -1,6 +1,7 @@
 //! Scenarios of missions: how one is executed in a simulated world, what happens there, and what is expected of it.
 
 use mission::execution::Replan;
+use mission::kind::course::Driven;
 use mission::kind::{Event, Form, Replies, Run};
 use serde::{Deserialize, Serialize};
 
@@ -96,6 +97,11 @@ pub fn step_within(duration: f64, longest: f64) -> f64 {
     if ends_with_step(duration, longest) { longest } else { duration / (duration / longest).ceil().max(1.0) }
 }
 
+/// The member that a controller drives.
+fn driven(of: &WorkerProgram) -> Option<Driven> {
+    of.drive().map(|drive| Driven { member: of.member, tolerance: drive.tolerance })
+}
+
 impl MissionScenarioProgram {
     /// The layout of the numbers that its predicates read.
     pub fn table(&self) -> PredicateTable {
@@ -123,7 +129,8 @@ impl MissionScenarioProgram {
             sampled: self.sampled.then_some(self.seed),
             bases: self.bases,
             replan: self.replan,
-            reporting: self.running(mission).iter().map(|w| w.member).collect(),
+            reporting: self.running(mission).iter().filter(|w| w.drive().is_none()).map(|w| w.member).collect(),
+            driven: self.running(mission).iter().filter_map(driven).collect(),
             replies: self.replies.clone(),
         }
     }

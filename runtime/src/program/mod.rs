@@ -7,6 +7,7 @@
 mod check;
 mod check_machine;
 mod check_scenario;
+mod drive;
 mod formula;
 mod gain;
 mod machine;
@@ -28,6 +29,7 @@ use stdlib_tasks::field::FieldProgram;
 
 pub use check::ProgramError;
 pub(crate) use check::error;
+pub use drive::{DriveProgram, around, is_mobile};
 pub use formula::{Formula, MAX_NODES, Node, Unit};
 pub use gain::overshoots;
 pub use machine::{
@@ -48,7 +50,7 @@ pub use tape::{Op, Output, Tape, Times};
 pub(crate) use tape::{TapeReads, TapeWrites};
 pub use trajectory::{MAX_POINTS, Motion, Shape, TrajectoryProgram};
 pub use window::{Window, WindowError};
-pub use worker::{ControllerProgram, MAX_RUNNING, MAX_TICKS, Running, WorkerProgram};
+pub use worker::{ControllerProgram, Job, MAX_RUNNING, MAX_TICKS, Running, WorkerProgram};
 
 /// The version of the format; a program of another version is refused.
 pub const FORMAT: u32 = 6;

@@ -1,10 +1,14 @@
-//! Working robots of a schedule that run controllers of their own while the mission is executed.
+//! Members of a mission that run controllers of their own while the mission is executed: working robots, and robots that are
+//! driven.
 
 use mission::kind::Mission;
 use serde::{Deserialize, Serialize};
 
 use super::check::ensure;
-use super::{MissionMeasure, MissionScenarioProgram, Program, ProgramError, ScenarioProgram, Subject, error};
+use super::{
+    DriveProgram, MachineProgram, MissionMeasure, MissionScenarioProgram, Program, ProgramError, ScenarioProgram,
+    Subject, error,
+};
 
 /// The most working robots of a mission that run controllers.
 pub const MAX_RUNNING: usize = 16;
@@ -17,23 +21,37 @@ pub const MAX_TICKS: f64 = 2e7;
 pub struct ControllerProgram {
     /// The spec that it comes from, as the mission names it.
     pub spec: String,
-    /// It: its machine runs.
+    /// It.
     pub program: Program,
 }
 
-/// A working robot that runs a controller.
+/// A member that runs a controller.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorkerProgram {
-    /// Index of the member, a worker.
+    /// Index of the member.
     pub member: usize,
     /// Index of the controller among those of the mission.
     pub controller: usize,
-    /// The signal of the controller, a flag, that is true while an operation goes on.
-    pub go: usize,
-    /// The state of its machine that ends an operation when it is entered.
-    pub done: usize,
+    /// What the controller does for the mission.
+    #[serde(flatten)]
+    pub job: Job,
     /// The world around the robot, its start and its simulator; nothing is expected there, and its duration does not count.
     pub world: ScenarioProgram,
+}
+
+/// What a controller does for its mission.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Job {
+    /// It performs operations.
+    Operations {
+        /// The signal of the controller, a flag, that is true while an operation goes on.
+        go: usize,
+        /// The state of its machine that ends an operation when it is entered.
+        done: usize,
+    },
+    /// It drives the base along the planned way.
+    Drive(DriveProgram),
 }
 
 /// Controllers of a mission's members, for its execution.
@@ -53,7 +71,17 @@ impl Running {
         self.workers.is_empty()
     }
 
-    /// The controller of a working robot.
+    /// Index of the controller of a spec, which is added if it is not known.
+    pub fn add(&mut self, spec: &str, program: Program) -> usize {
+        let known = self.controllers.iter().position(|c| c.spec == spec);
+        known.unwrap_or_else(|| {
+            let program = Program { scenarios: Vec::new(), ..program };
+            self.controllers.push(ControllerProgram { spec: spec.to_string(), program });
+            self.controllers.len() - 1
+        })
+    }
+
+    /// The controller of a member.
     pub fn controller(&self, worker: &WorkerProgram) -> Option<&ControllerProgram> {
         self.controllers.get(worker.controller)
     }
@@ -76,16 +104,19 @@ impl Running {
         for (i, c) in self.controllers.iter().enumerate() {
             let own = |e: ProgramError| error(format!("controllers[{i}].{}", e.place), e.message);
             c.program.check().map_err(own)?;
-            ensure(c.program.run.subject == Subject::Machine, &format!("controllers[{i}]"), "runs no machine")?;
         }
         let members = mission.members();
         for (i, w) in self.workers.iter().enumerate() {
             let place = format!("workers[{i}]");
-            let known = members.get(w.member).is_some_and(|m| m.role == "worker");
+            let known = w.member < members.len()
+                && match w.job {
+                    Job::Operations { .. } => mission.work_of(w.member) > 0,
+                    Job::Drive(_) => mission.drivable(w.member).is_some(),
+                };
             let again = self.workers[..i].iter().any(|o| o.member == w.member);
-            ensure(known && !again, &place, "is no worker, or another one too")?;
+            ensure(known && !again, &place, "runs no controller, or two")?;
             let controller = self.controller(w).ok_or_else(|| error(&place, "its controller does not exist"))?;
-            w.check(&controller.program, &place)?;
+            w.check(&controller.program, mission, &place)?;
         }
         Ok(())
     }
@@ -96,7 +127,7 @@ impl Running {
         ensure(few, &format!("{place}.duration"), "the controllers of working robots would have more than 2e7 ticks")?;
         for measure in &scenario.measures {
             let MissionMeasure::In(member, state) = *measure else { continue };
-            let machine = self.of(member).and_then(|(_, c)| c.program.machine.as_ref());
+            let machine = self.of(member).and_then(|(w, c)| w.machine(&c.program));
             let good = machine.is_some_and(|m| state < m.states.len());
             ensure(good, &format!("{place}.measures"), "measures a state that does not exist")?;
         }
@@ -105,15 +136,34 @@ impl Running {
 }
 
 impl WorkerProgram {
-    fn check(&self, program: &Program, place: &str) -> Result<(), ProgramError> {
-        let flag = program.interface.signals.get(self.go).is_some_and(|s| s.len == 1 && !s.is_variable());
-        ensure(flag, &format!("{place}.go"), "is no signal that can be true")?;
-        let state = program.machine.as_ref().is_some_and(|m| (1..m.states.len()).contains(&self.done));
-        ensure(state, &format!("{place}.done"), "is no state")?;
+    /// The machine that runs; none: a stack does.
+    pub fn machine<'p>(&self, of: &'p Program) -> Option<&'p MachineProgram> {
+        of.machine.as_ref().filter(|_| self.world.run.subject == Subject::Machine)
+    }
+
+    /// How it drives, if it does.
+    pub fn drive(&self) -> Option<&DriveProgram> {
+        match &self.job {
+            Job::Drive(drive) => Some(drive),
+            Job::Operations { .. } => None,
+        }
+    }
+
+    fn check(&self, program: &Program, mission: &dyn Mission, place: &str) -> Result<(), ProgramError> {
         let world = &self.world;
+        match &self.job {
+            Job::Operations { go, done } => {
+                let flag = program.interface.signals.get(*go).is_some_and(|s| s.len == 1 && !s.is_variable());
+                ensure(flag, &format!("{place}.go"), "is no signal that can be true")?;
+                let machine = self.machine(program);
+                ensure(machine.is_some(), &format!("{place}.world"), "runs no machine")?;
+                let state = machine.is_some_and(|m| (1..m.states.len()).contains(done));
+                ensure(state, &format!("{place}.done"), "is no state")?;
+            }
+            Job::Drive(drive) => drive.check(program, world, mission, place)?,
+        }
         let bare = world.measures.is_empty() && world.predicates.is_empty() && world.expectations.is_empty();
-        let machine = world.run.subject == Subject::Machine;
-        ensure(bare && machine, &format!("{place}.world"), "expects something, or runs no machine")?;
+        ensure(bare, &format!("{place}.world"), "expects something")?;
         let alone = Program { scenarios: vec![world.clone()], ..program.clone() };
         alone.check().map_err(|e| error(format!("{place}.world: {}", e.place), e.message))
     }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::number;
-use crate::program::{MissionProgram, MissionScenarioProgram};
+use crate::program::{Job, MissionProgram, MissionScenarioProgram};
 
 /// The text of a mission, for people to review and for snapshots to hold.
 pub fn mission(mission: &MissionProgram) -> String {
@@ -20,13 +20,25 @@ pub fn running(of: &MissionProgram) -> Vec<String> {
     let mut all = Vec::new();
     for w in &of.running.workers {
         let (Some(who), Some(c)) = (members.get(w.member), of.running.controller(w)) else { continue };
-        let go = c.program.interface.signals.get(w.go).map_or("?", |s| &s.name);
-        let machine = c.program.machine.as_ref();
-        let done = machine.and_then(|m| m.states.get(w.done)).map_or("?", |s| &s.name);
+        let signal = |signal: usize| c.program.interface.signals.get(signal).map_or("?", |s| &s.name);
+        let job = match &w.job {
+            Job::Operations { go, done } => {
+                let done = c.program.machine.as_ref().and_then(|m| m.states.get(*done)).map_or("?", |s| &s.name);
+                format!("go is `{}`, done is `{done}`", signal(*go))
+            }
+            Job::Drive(drive) => {
+                let heading = drive.heading.map_or(String::new(), |of| format!(", heading is `{}`", signal(of)));
+                let going = drive.going.map_or(String::new(), |of| format!(", going is `{}`", signal(of)));
+                let human = |human: usize| c.program.interface.humans.get(human).map_or("?", |h| h.name.as_str());
+                let member = |member: usize| members.get(member).map_or("?", |member| labels.member(member.name));
+                let people = drive.people.iter().map(|(of, is)| format!(", `{}` is {}", human(*of), member(*is)));
+                format!("target is `{}`{heading}{going}{}", signal(drive.target), people.collect::<String>())
+            }
+        };
         let world =
             if w.world.name.is_empty() { String::new() } else { format!(", in the world of \"{}\"", w.world.name) };
         all.push(format!(
-            "{} runs {} at {} Hz in scenarios{world}: go is `{go}`, done is `{done}`",
+            "{} runs {} at {} Hz in scenarios{world}: {job}",
             match labels.members.get(who.name) {
                 Some(label) => format!("{label} ({})", who.name),
                 None => who.name.to_string(),

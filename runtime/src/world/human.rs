@@ -13,10 +13,26 @@ struct Point {
     track: Track,
 }
 
+/// Position (m) and velocity (m/s) of something.
+type Motion = ([f64; 3], [f64; 3]);
+
+impl Point {
+    /// True motion at a time; `around` is that of the person, which others move: the path is then relative to it.
+    fn motion(&self, time: f64, around: Option<Motion>) -> Motion {
+        let (position, velocity) = self.track.at(time);
+        let Some((at, moves)) = around else { return (position, velocity) };
+        ([0, 1, 2].map(|i| at[i] + position[i]), [0, 1, 2].map(|i| moves[i] + velocity[i]))
+    }
+}
+
 /// A person.
 pub(super) struct Person {
+    /// Index of the human.
+    pub human: usize,
     points: Vec<Point>,
     channel: Channel,
+    /// Motion of a person whom others move.
+    placed: Option<Motion>,
 }
 
 impl Person {
@@ -28,14 +44,21 @@ impl Person {
             Some(Point { index, signal, track: track.clone() })
         };
         let points = signals.iter().zip(&script.tracks).filter_map(point).collect();
-        Person { points, channel: Channel::new(script.sending.clone(), random) }
+        let channel = Channel::new(script.sending.clone(), random);
+        Person { human: script.human, points, channel, placed: None }
+    }
+
+    /// The person is here from now on, and the paths of points are around this place.
+    pub fn place(&mut self, at: [f64; 3], velocity: [f64; 3]) {
+        self.placed = Some((at, velocity));
     }
 
     /// Sends readings of the points to the controller: positions, then those velocities that are measured.
     pub fn tick(&mut self, signals: &mut Signals, time: f64) {
-        let Person { points, channel } = self;
+        let Person { points, channel, placed, .. } = self;
         let value = || {
-            let seen: Vec<_> = points.iter().map(|p| (p.track.at(time), p.signal.sent() > p.signal.len)).collect();
+            let seen: Vec<_> =
+                points.iter().map(|p| (p.motion(time, *placed), p.signal.sent() > p.signal.len)).collect();
             let positions = seen.iter().flat_map(|((x, _), _)| *x);
             let velocities = seen.iter().filter(|s| s.1).flat_map(|((_, v), _)| *v);
             Sample { numbers: positions.chain(velocities).collect(), noisy: 3 * seen.len() }
@@ -59,7 +82,7 @@ impl Person {
     /// a point remain those that the controller has.
     pub fn truth(&self, time: f64, table: &mut [f64]) {
         for p in &self.points {
-            let (position, velocity) = p.track.at(time);
+            let (position, velocity) = p.motion(time, self.placed);
             let (at, there) = (p.signal.at + 1, p.signal.velocity_at());
             if let Some(numbers) = table.get_mut(at..there + 3) {
                 let (x, v) = numbers.split_at_mut(there - at);

@@ -96,6 +96,12 @@ impl World {
         self.outcomes.send(signals, time);
     }
 
+    /// Puts a person at a place (m), with a velocity (m/s), where the person stays: the points of the script are around it.
+    pub(crate) fn place_person(&mut self, human: usize, at: [f64; 3], velocity: [f64; 3]) {
+        let person = self.people.iter_mut().find(|person| person.human == human);
+        person.into_iter().for_each(|person| person.place(at, velocity));
+    }
+
     /// Replaces the motion of people that the controller knows with the true one, in a table of signals.
     pub fn truth(&self, time: f64, signals: &mut [f64]) {
         for person in &self.people {

@@ -87,17 +87,17 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
         writeln!(out, "</div>")?;
     }
     if !summary.workers.is_empty() {
-        writeln!(
-            out,
-            "<h2>Controllers of workers</h2>\n<table><tr><th>worker<th>runs<th>operations took<th>broke down"
-        )?;
+        let driven = summary.workers.iter().all(|w| w.drive.is_some());
+        let (who, took) = if driven { ("robot", "drives") } else { ("worker", "operations took") };
+        writeln!(out, "<h2>Controllers of {who}s</h2>\n<table><tr><th>{who}<th>runs<th>{took}<th>broke down")?;
         for w in &summary.workers {
             let took: Vec<String> = w.operations_s.iter().map(|s| format!("{s:.1} s")).collect();
+            let took = if w.drive.is_some() { w.describe() } else { took.join(", ") };
             let broke = w.broke_down.as_ref().map(|b| format!("at {:.1} s: {}", b.at_s, b.why));
             let class = if broke.is_some() { " class=\"bad\"" } else { "" };
             let broke = broke.unwrap_or_else(|| "-".to_string());
             let name = run.labels.member(&w.name);
-            let cells = [name, &w.spec, &took.join(", ")].map(escaped);
+            let cells = [name, &w.spec, &took].map(escaped);
             writeln!(out, "<tr><td>{}<td>{}<td>{}<td{class}>{}", cells[0], cells[1], cells[2], escaped(&broke))?;
         }
         writeln!(out, "</table>")?;

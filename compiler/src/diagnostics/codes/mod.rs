@@ -23,6 +23,7 @@ pub static PAGES: LazyLock<Vec<Page>> = LazyLock::new(|| {
         include_str!("mission_scenarios.md"),
         include_str!("mission_workers.md"),
         include_str!("searches.md"),
+        include_str!("mission_driven.md"),
     ];
     families.into_iter().flat_map(read).collect()
 });

@@ -1,4 +1,4 @@
-//! The specs that working robots of a mission run: read and compiled once each, what is wrong with them shown in their own
+//! The specs that members of a mission run: read and compiled once each, what is wrong with them shown in their own
 //! files.
 //!
 //! Of such a spec only its controller counts, and the scenarios of that, in whose worlds it may run: its missions are left
@@ -27,6 +27,8 @@ pub(in crate::lowering) struct Controllers<'a> {
     known: BTreeMap<PathBuf, Option<Program>>,
     /// There were too many, which was reported.
     full: bool,
+    /// Specs without a machine that runs, which was reported.
+    without_machine: BTreeSet<String>,
     /// Their texts: what is said of them was said in their own syntax.
     pub foreign: BTreeSet<SourceId>,
 }
@@ -39,14 +41,15 @@ impl<'a> Controllers<'a> {
             texts: context.texts,
             known: BTreeMap::new(),
             full: false,
+            without_machine: BTreeSet::new(),
             foreign: BTreeSet::new(),
         }
     }
 }
 
 impl Lowerer<'_> {
-    /// The controller of a spec whose machine runs; `None` where it cannot be had, and the diagnostics say why.
-    pub(super) fn controller_of(&mut self, path: &str, at: Span) -> Option<Program> {
+    /// The controller of a spec, which somebody runs; `None` where it cannot be had, and the diagnostics say why.
+    pub(super) fn controller_of(&mut self, path: &str, at: Span, who: &str) -> Option<Program> {
         let from_spec = tidy(Path::new(path), self.input.folder);
         let on_disk = self.input.folder.join(&from_spec);
         let refused = |text: String| Diagnostic::error("HQ0931", at, text);
@@ -96,13 +99,13 @@ impl Lowerer<'_> {
                 return None;
             }
         };
-        let program = self.compiled((&from_spec, &text, syntax), at);
+        let program = self.compiled((&from_spec, &text, syntax), at, who);
         self.controllers.known.insert(canonical, program.clone());
         program
     }
 
     /// Compiles a spec; its diagnostics become ours.
-    fn compiled(&mut self, (path, text, syntax): (&Path, &str, Syntax), at: Span) -> Option<Program> {
+    fn compiled(&mut self, (path, text, syntax): (&Path, &str, Syntax), at: Span, who: &str) -> Option<Program> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let input = Input {
@@ -114,10 +117,14 @@ impl Lowerer<'_> {
             package_paths: self.input.package_paths,
         };
         let compiled = (self.controllers.compile)(&input, self.controllers.texts, Part::Controller);
-        self.adopt(compiled.report, folder, at);
-        let program = compiled.program?;
-        if program.run.subject != Subject::Machine {
-            let name = path.display();
+        self.adopt(compiled.report, folder, at, who);
+        compiled.program
+    }
+
+    /// Refuses a spec whose machine does not run, once.
+    pub(super) fn runs_machine(&mut self, name: &str, program: &Program, at: Span) -> bool {
+        let runs = program.run.subject == Subject::Machine;
+        if !runs && self.controllers.without_machine.insert(name.to_string()) {
             let text = match &program.machine {
                 None => format!("`{name}` has no machine to begin and end operations"),
                 Some(_) => format!("`{name}` runs a stack, and not its machine"),
@@ -126,9 +133,8 @@ impl Lowerer<'_> {
                 "name a spec with a `machine` that runs, or leave `runs` out: operations then take their `duration`",
             );
             self.push(d);
-            return None;
         }
-        Some(program)
+        runs
     }
 
     /// Takes back that nothing uses a signal of a spec, where more is said of that.
@@ -144,7 +150,7 @@ impl Lowerer<'_> {
     }
 
     /// Takes over what was said of another spec, which lies in a folder and is named at a place.
-    fn adopt(&mut self, report: Report, folder: &Path, at: Span) {
+    fn adopt(&mut self, report: Report, folder: &Path, at: Span, who: &str) {
         let mut ours: Vec<SourceId> = Vec::new();
         for (_, source) in report.sources.iter() {
             let there = tidy(&folder.join(&source.name), self.input.folder);
@@ -166,7 +172,7 @@ impl Lowerer<'_> {
             }
             // They would change another spec than the one that is checked.
             d.fixes.clear();
-            self.push(d.label(at, "a worker runs this spec"));
+            self.push(d.label(at, format!("{who} runs this spec")));
         }
     }
 }

@@ -68,24 +68,43 @@ impl Watch<'_> {
         typed(nodes, kind, dimension, span)
     }
 
-    /// The machine of an agent whose controller runs.
-    fn machine(&self, agent: usize, at: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<&MachineProgram> {
+    /// Reports an agent whose controller does not run.
+    fn runs(&self, agent: usize, at: Span, diagnostics: &mut Vec<Diagnostic>) -> bool {
         let (machines, run) = self.machines;
-        let machine = machines.of_agent(agent);
-        if machine.is_some() && run {
-            return machine;
+        if machines.has(agent) && run {
+            return true;
         }
-        let members = self.of.members();
-        let who = members.get(agent).copied().unwrap_or_default();
-        let d = Diagnostic::error("HQ0312", at, format!("`{who}` runs no controller in this scenario"));
-        diagnostics.push(match machine {
-            Some(_) => d.note("operations take as long as planned here").help(Help::with(
+        let d =
+            Diagnostic::error("HQ0312", at, format!("`{}` runs no controller in this scenario", self.called(agent)));
+        diagnostics.push(match machines.has(agent) {
+            true => d.note("operations take as long as planned here").help(Help::with(
                 "leave {} out, or expect something of the mission",
                 [Snippet::entry("operations", "planned")],
             )),
-            None => d.help("a worker with `runs` does; others only work, `w1.working`"),
+            false if self.of.mission.drivable(agent).is_some() => {
+                d.help("give it one with `runs`, or expect something of its position")
+            }
+            false => d.help("a worker with `runs` does; others only work, `w1.working`"),
         });
-        None
+        false
+    }
+
+    fn called(&self, agent: usize) -> &str {
+        self.of.members().get(agent).copied().unwrap_or_default()
+    }
+
+    /// The machine of an agent whose controller runs.
+    fn machine(&self, agent: usize, at: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<&MachineProgram> {
+        if !self.runs(agent, at, diagnostics) {
+            return None;
+        }
+        let machine = self.machines.0.of_agent(agent);
+        if machine.is_none() {
+            let text = format!("`{}` runs a stack, which has no states", self.called(agent));
+            let d = Diagnostic::error("HQ0312", at, text);
+            diagnostics.push(d.help("let its spec run a machine, or name a scenario of it that runs one"));
+        }
+        machine
     }
 
     /// `in(w1.picking)`: that the machine of a working robot is in a state.
@@ -112,6 +131,7 @@ impl Watch<'_> {
         };
         let agent = match self.who(who) {
             Some(Owner::Member(member, "human" | "worker")) => member,
+            Some(Owner::Member(member, _)) if self.of.mission.drivable(member).is_some() => member,
             Some(_) => {
                 let text = format!("`{who}` is no worker, and has no states");
                 diagnostics.push(Diagnostic::error("HQ0312", argument.span, text).help(FORM));
@@ -217,7 +237,7 @@ impl Scope for Watch<'_> {
             return Some(None);
         };
         if let (Form::OfController, Owner::Member(member, _)) = (q.form, who)
-            && self.machine(member, at.to(field.span), diagnostics).is_none()
+            && !self.runs(member, at.to(field.span), diagnostics)
         {
             return Some(None);
         }

@@ -2,6 +2,7 @@
 
 pub(super) mod controllers;
 mod declared;
+mod drives;
 mod events;
 mod executed;
 mod expectation_scope;

@@ -1,39 +1,43 @@
-//! Working robots that run controllers: what a worker says with `runs`.
+//! Members that run controllers: what a worker says with `runs`. Robots that are driven are in `drives`.
 
-use blocks::{Block, BoundBlock};
+use blocks::{Block, BoundBlock, Located};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use mission::declare::DeclaredMission;
 use mission::declare::common::RunsBlock;
+use mission::declare::driven::{DRIVEN, RUNS_KEY};
 use mission::kind;
 use names::list;
 use runtime::Program;
 use runtime::program::{
-    ControllerProgram, MAX_RUNNING, MAX_TICKS, MachineProgram, MissionScenarioProgram, Running, ScenarioProgram,
-    Subject, Trigger, WorkerProgram, WorldProgram,
+    Job, MAX_RUNNING, MAX_TICKS, MachineProgram, MissionScenarioProgram, Running, ScenarioProgram, Subject, Trigger,
+    WorkerProgram, WorldProgram,
 };
 
 use super::super::Lowerer;
 use super::super::states::state;
+use super::drives::Robot;
 
-/// The machines of working robots, by agent: what expectations may name states of.
+/// The machines of members that run controllers, by member: what expectations may name states of.
 #[derive(Default)]
-pub(super) struct Machines(Vec<(usize, MachineProgram)>);
+pub(super) struct Machines(Vec<(usize, Option<MachineProgram>)>);
 
 impl Machines {
     /// The machines of a mission.
     pub fn of(running: &Running) -> Machines {
-        let one = |w: &WorkerProgram| Some((w.member, running.controller(w)?.program.machine.clone()?));
+        let one = |w: &WorkerProgram| Some((w.member, w.machine(&running.controller(w)?.program).cloned()));
         Machines(running.workers.iter().filter_map(one).collect())
     }
 
-    /// Machine of a member; `None` if it runs no controller.
+    /// Machine of a member; `None` if it runs none.
     pub fn of_agent(&self, agent: usize) -> Option<&MachineProgram> {
-        self.0.iter().find(|m| m.0 == agent).map(|m| &m.1)
+        self.0.iter().find(|m| m.0 == agent)?.1.as_ref()
+    }
+
+    /// True if a member runs a controller.
+    pub fn has(&self, agent: usize) -> bool {
+        self.0.iter().any(|m| m.0 == agent)
     }
 }
-
-/// The key of a member that runs a controller.
-const RUNS_KEY: &str = "runs";
 
 /// A member that runs a controller.
 struct Worker<'m> {
@@ -53,15 +57,36 @@ impl Lowerer<'_> {
             let is = |m: &kind::Member| m.role == member.role && m.name == member.name;
             let Some(index) = mission.members().iter().position(is) else { continue };
             if running.workers.len() == MAX_RUNNING {
-                let text = format!("more than {MAX_RUNNING} workers of this mission run controllers");
+                let (who, then) = match std::ptr::eq(runs.schema, &DRIVEN) {
+                    true => ("members", "they then move as planned"),
+                    false => ("workers", "their operations then take their `duration`"),
+                };
+                let text = format!("more than {MAX_RUNNING} {who} of this mission run controllers");
                 let d = Diagnostic::error("HQ0933", self.origins.span(runs.at), text);
-                self.push(d.help("leave `runs` out of some: their operations then take their `duration`"));
+                self.push(d.help(format!("leave `runs` out of some: {then}")));
                 break;
+            }
+            if std::ptr::eq(runs.schema, &DRIVEN) {
+                match mission.drivable(index) {
+                    Some(drivable) => {
+                        let robot = Robot { name: &member.name, index, drivable };
+                        self.drives(runs, &robot, (declared, mission), &mut running);
+                    }
+                    None => self.not_driven(runs, &member.name),
+                }
+                continue;
             }
             let worker = Worker { name: &member.name, index, operations: mission.work_of(index) };
             self.runs(runs, &worker, &mut running);
         }
         running
+    }
+
+    /// A member with `runs` that nothing drives.
+    fn not_driven(&mut self, runs: &BoundBlock, name: &str) {
+        let text = format!("`{name}` is no robot, and no controller drives it");
+        let d = Diagnostic::error("HQ0964", self.origins.span(runs.at), text);
+        self.push(d.help("leave `runs` out here, and let a robot run it"));
     }
 
     fn runs(&mut self, bound: &BoundBlock, worker: &Worker, into: &mut Running) {
@@ -70,20 +95,21 @@ impl Lowerer<'_> {
             return;
         }
         let spec = block.spec.value.as_str();
-        let Some(program) = self.controller_of(spec, self.origins.span(block.spec.at)) else { return };
+        let at = self.origins.span(block.spec.at);
+        let Some(program) = self.controller_of(spec, at, "a worker") else { return };
+        if !self.runs_machine(spec, &program, at) {
+            return;
+        }
         let go = (!bound.is_wrong("go")).then(|| self.go(&block, &program)).flatten();
         let done = (!bound.is_wrong("done")).then(|| self.done(&block, &program, worker)).flatten();
-        let world = (!bound.is_wrong("scenario")).then(|| self.world_of(&block, &program)).flatten();
+        let world =
+            (!bound.is_wrong("scenario")).then(|| self.world_of(block.scenario.as_ref(), spec, &program)).flatten();
+        let world = world.filter(|world| self.scenario_runs_machine(&block, world));
         let (Some(go), Some(done), Some(mut world)) = (go, done, world) else { return };
         // What is told of operations is told by the mission alone.
         world.world.signals.retain(|s| s.signal != go);
-        let known = into.controllers.iter().position(|c| c.spec == spec);
-        let controller = known.unwrap_or_else(|| {
-            let program = Program { scenarios: Vec::new(), ..program };
-            into.controllers.push(ControllerProgram { spec: spec.to_string(), program });
-            into.controllers.len() - 1
-        });
-        into.workers.push(WorkerProgram { member: worker.index, controller, go, done, world });
+        let controller = into.add(spec, program);
+        into.workers.push(WorkerProgram { member: worker.index, controller, job: Job::Operations { go, done }, world });
     }
 
     /// The signal that says that an operation goes on.
@@ -149,7 +175,12 @@ impl Lowerer<'_> {
     }
 
     /// The world around the robot: that of a scenario of its spec, or one in which nothing happens.
-    fn world_of(&mut self, block: &RunsBlock, program: &Program) -> Option<ScenarioProgram> {
+    pub(super) fn world_of(
+        &mut self,
+        scenario: Option<&Located<String>>,
+        spec: &str,
+        program: &Program,
+    ) -> Option<ScenarioProgram> {
         let empty = ScenarioProgram {
             name: String::new(),
             run: program.run.clone(),
@@ -159,8 +190,8 @@ impl Lowerer<'_> {
             predicates: Vec::new(),
             expectations: Vec::new(),
         };
-        let Some(scenario) = &block.scenario else { return Some(empty) };
-        let (name, spec) = (scenario.value.as_str(), block.spec.value.as_str());
+        let Some(scenario) = scenario else { return Some(empty) };
+        let name = scenario.value.as_str();
         let at = self.origins.span(scenario.at);
         let names = || program.scenarios.iter().map(|s| s.name.as_str());
         let Some(found) = program.scenarios.iter().find(|s| s.name == name) else {
@@ -168,21 +199,27 @@ impl Lowerer<'_> {
             self.push(d.help("remove it to run without a scenario").one_of("there is", name, names()));
             return None;
         };
-        if found.run.subject != Subject::Machine {
-            let d = Diagnostic::error("HQ0932", at, format!("the scenario `{name}` of `{spec}` runs a stack"))
-                .note("an operation ends when a machine enters a state");
-            self.push(d.help("name a scenario that runs the machine, or leave it out"));
-            return None;
-        }
         let ScenarioProgram { name, run, start, world, .. } = found.clone();
         Some(ScenarioProgram { name, run, start, world, ..empty })
+    }
+
+    /// Refuses a scenario in which no machine ends the operations of a worker.
+    fn scenario_runs_machine(&mut self, block: &RunsBlock, world: &ScenarioProgram) -> bool {
+        let Some(scenario) = block.scenario.as_ref().filter(|_| world.run.subject != Subject::Machine) else {
+            return true;
+        };
+        let (name, spec, at) = (&scenario.value, &block.spec.value, self.origins.span(scenario.at));
+        let d = Diagnostic::error("HQ0932", at, format!("the scenario `{name}` of `{spec}` runs a stack"))
+            .note("an operation ends when a machine enters a state");
+        self.push(d.help("name a scenario that runs the machine, or leave it out"));
+        false
     }
 
     /// Refuses a run in which controllers would have too many ticks; `at` is where its duration was written.
     pub(super) fn ticks_fit(&mut self, scenario: &MissionScenarioProgram, per_second: f64, at: Span) -> bool {
         let fits = !scenario.sampled || per_second * scenario.duration <= MAX_TICKS;
         if !fits {
-            let text = format!("the controllers of working robots would have more than {MAX_TICKS} ticks together");
+            let text = format!("the controllers of this mission would have more than {MAX_TICKS} ticks together");
             let d = Diagnostic::error("HQ0933", at, text);
             let longest = (MAX_TICKS / per_second).floor();
             self.push(d.help(Help::with(

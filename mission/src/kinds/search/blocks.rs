@@ -12,6 +12,7 @@ use super::habits_blocks::{HABITS, HabitsBlock, REMINDER, ReminderBlock};
 use super::map_file::UNREADABLE;
 use super::problem::{Fall, MAX_COUNT, SourceKind};
 use crate::declare::common::{A_LENGTH, A_SHARE, A_WEIGHT, LABEL};
+use crate::declare::driven::{DRIVEN, DrivenBlock};
 use crate::numbers::Range;
 use crate::occupancy::{MAX_IMAGE_BYTES, image_path};
 
@@ -145,6 +146,8 @@ block! {
         spread: f64 = or(A_SHARE, "0");
         /// Of a person: habits in scenarios, in which nobody plays the person. Plans do not use them, and on a page the person acts.
         habits: Option<HabitsBlock> = optional(ValueType::Block(&HABITS), "{ my_pose { mean 9.4 s  share 0.73 }  follows 0.8 }");
+        /// The controller that drives its base in scenarios, of a robot. Without one it moves along its way as planned.
+        runs: Option<DrivenBlock> = optional(ValueType::Block(&DRIVEN));
     }
 }
 

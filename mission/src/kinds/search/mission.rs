@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::executed::Executed;
 use crate::execution::Durations;
+use crate::kind::course::{Drivable, GroundPose};
 use crate::kind::pages::{Pages, ServeSettings};
 use crate::kind::{self, Event, EventInfo, Further, Impossible, Kind, Member, Mistake, NotOf, Run};
 use crate::labels::Labels;
@@ -123,6 +124,7 @@ impl Search {
             budget: Options::of(&self.problem).budget,
             formulation: Formulation::TreeSearch,
             reporting: how.reporting.clone(),
+            driven: how.driven.clone(),
         }
     }
 }
@@ -151,6 +153,12 @@ impl kind::Mission for Search {
 
     fn map_changes(&self) -> bool {
         !self.problem.objects.is_empty()
+    }
+
+    fn drivable(&self, member: usize) -> Option<Drivable> {
+        let agent = self.problem.agents.get(member).filter(|agent| !agent.human)?;
+        let start = GroundPose { at: agent.start, heading: agent.heading };
+        Some(Drivable { start, speed: agent.speed })
     }
 
     fn check(&self) -> Result<(), Mistake> {

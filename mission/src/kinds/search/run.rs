@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::chart::Chart;
 use crate::executed::{MeasureTable, Reports};
+use crate::kind::course::{Course, GroundPose};
 use crate::kind::{Cell, Event, Form, Measure, Table, Work, number, truth};
 use crate::labels::Labels;
 use crate::map::Map;
@@ -160,6 +161,15 @@ pub(super) const MEASURES: &MeasureTable<SearchWorld> = &[
     (Measure::of(EVERYBODY, "lost", Form::Truth, "True while it is lost."), |of, agent| {
         Some(truth(of.agent(agent)?.lost))
     }),
+    (
+        Measure::of(
+            &["robot"],
+            "faulted",
+            Form::OfController,
+            "True while it is lost because the controller that it runs has broken down.",
+        ),
+        |_, _| None,
+    ),
     (Measure::of(EVERYBODY, "travelled", Form::Number(LENGTH), "Distance covered."), |of, agent| {
         Some(number(of.agent(agent)?.travelled))
     }),
@@ -370,7 +380,22 @@ impl Reports for SearchWorld {
         row
     }
 
-    fn work(_: &SearchExecution, _: usize) -> Option<Work> {
-        None
+    fn work(of: &SearchExecution, member: usize) -> Option<Work> {
+        of.driven_work(member)
+    }
+
+    fn pose(of: &SearchExecution, member: usize, time: f64) -> Option<GroundPose> {
+        (member < of.problem().agents.len()).then(|| {
+            let pose = of.true_pose(member, time);
+            GroundPose { at: pose.at, heading: pose.heading }
+        })
+    }
+
+    fn course(of: &SearchExecution, member: usize) -> Option<Course<'_>> {
+        of.course(member)
+    }
+
+    fn drive(of: &mut SearchExecution, member: usize, time: f64, pose: GroundPose) {
+        of.drive(member, time, pose);
     }
 }

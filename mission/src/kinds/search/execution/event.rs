@@ -112,6 +112,8 @@ pub enum EventError {
     NoObject { object: usize },
     #[error("every {name} is found already")]
     AllFound { name: String },
+    #[error("its controller drives {name}, and only that moves it")]
+    Driven { name: String },
     #[error("{name} is no person")]
     NoPerson { name: String },
     #[error("{name} is no robot")]

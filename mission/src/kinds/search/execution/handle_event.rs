@@ -90,7 +90,7 @@ impl SearchExecution {
         Ok(&self.log.records[from..])
     }
 
-    fn late(&mut self, agent: usize, by: f64) {
+    pub(super) fn late(&mut self, agent: usize, by: f64) {
         let now = self.time;
         if let Some(current) = &mut self.world.members[agent].current {
             current.from = [current.share(now), now];
@@ -120,6 +120,7 @@ impl SearchExecution {
             Event::Lost { agent } => self.is_here(agent)?,
             Event::Moved { agent, to } => {
                 self.is_here(agent)?;
+                self.is_not_driven(agent)?;
                 self.check_place(agent, to, None)?;
             }
             Event::MyPose { agent, to } => {
@@ -128,6 +129,7 @@ impl SearchExecution {
             }
             Event::RobotPose { agent, to } => {
                 self.is_robot(agent)?;
+                self.is_not_driven(agent)?;
                 self.check_place(agent, to, None)?;
             }
             Event::MyGoal { agent, to } => {
@@ -172,6 +174,14 @@ impl SearchExecution {
             None => Err(EventError::NoAgent { agent }),
             Some(who) if who.lost => Err(EventError::IsLost { name: self.problem.agent_label(agent).to_string() }),
             Some(_) => Ok(()),
+        }
+    }
+
+    /// Somebody is where the plan has them, and not where a controller brings them.
+    fn is_not_driven(&self, agent: usize) -> Result<(), EventError> {
+        match self.world.members[agent].driven {
+            Some(_) => Err(EventError::Driven { name: self.problem.agent_label(agent).to_string() }),
+            None => Ok(()),
         }
     }
 

@@ -145,9 +145,10 @@ impl SearchExecution {
     /// The true pose of an agent.
     pub fn true_pose(&self, agent: usize, time: f64) -> Pose {
         let member = &self.world.members[agent];
-        match &member.stray {
-            Some(stray) => stray.pose(time, member.pose.heading),
-            None => self.pose(agent, time),
+        match (&member.stray, &member.driven) {
+            (Some(stray), _) => stray.pose(time, member.pose.heading),
+            (None, Some(base)) => base.pose,
+            (None, None) => self.pose(agent, time),
         }
     }
 

@@ -10,6 +10,7 @@
 //! The same problem, settings and events at the same times give the same records, however time is cut into steps, unless a
 //! planner was ended by its wall time.
 
+mod driven;
 mod event;
 mod finds;
 mod handle_event;
@@ -42,6 +43,7 @@ pub use self::record::{LogEntry, Record};
 pub use self::settings::{Refusal, Settings};
 pub use self::view::AgentView;
 
+use self::driven::DrivenBase;
 use self::finds::Hunt;
 use self::people::Person;
 use self::reminders::Poses;
@@ -104,7 +106,10 @@ impl SearchExecution {
         let member = |(agent, who): (usize, &Agent)| {
             let pose = Pose { at: who.start, heading: who.heading };
             let rates = rewards::rates(&problem, agent, who.start);
-            Member::new(pose, rates, rewards::seat(&problem, agent, who.start), own(&plan, agent))
+            let mut member = Member::new(pose, rates, rewards::seat(&problem, agent, who.start), own(&plan, agent));
+            let driven = settings.driven.iter().find(|driven| driven.member == agent);
+            member.driven = driven.map(|driven| DrivenBase::new(&problem, agent, pose, driven.tolerance));
+            member
         };
         let world = SearchWorld {
             settled: problem.start,

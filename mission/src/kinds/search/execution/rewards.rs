@@ -28,12 +28,16 @@ impl SearchExecution {
         rewards
     }
 
-    /// The intervals since rewards were settled last, up to now. The end of the way of somebody who strays cuts them.
+    /// The intervals since rewards were settled last, up to now. The end of the way of somebody who strays cuts them,
+    /// and so do samples of the motion of bases.
     fn intervals(&self) -> Vec<[f64; 2]> {
         let until = self.time.min(self.problem.horizon);
         let from = self.world.settled;
         let ends = self.world.members.iter().filter_map(|member| Some(member.stray.as_ref()?.ends()));
-        let mut edges: Vec<f64> = ends.filter(|end| from < *end && *end < until).chain([from, until]).collect();
+        let samples =
+            self.world.members.iter().filter_map(|member| member.driven.as_ref()).flat_map(|base| base.edges());
+        let mut edges: Vec<f64> =
+            ends.chain(samples).filter(|end| from < *end && *end < until).chain([from, until]).collect();
         edges.sort_by(f64::total_cmp);
         edges.windows(2).filter(|two| two[0] < two[1] && two[1] > from).map(|two| [two[0], two[1]]).collect()
     }
@@ -60,6 +64,9 @@ impl SearchExecution {
         let member = &self.world.members[agent];
         if self.problem.agents[agent].lost {
             return Motion::Absent;
+        }
+        if let Some(motion) = self.driven_motion(agent, from) {
+            return motion;
         }
         match &member.current {
             Some(current @ Current { way: Some(way), there, seat_there, .. }) => {
@@ -93,6 +100,7 @@ impl SearchExecution {
             self.learn(from, to);
             self.look(from, to);
         });
+        self.world.members.iter_mut().filter_map(|member| member.driven.as_mut()).for_each(|base| base.settled(until));
         for source in 0..self.problem.sources.len() {
             if before.pools[source] > EMPTY && self.world.rewards.pools[source] <= EMPTY {
                 self.record(LogEntry::Consumed { source });

@@ -2,6 +2,7 @@
 
 use crate::engine::Budget;
 use crate::execution::{Durations, Replan};
+use crate::kind::course::Driven;
 use crate::kinds::search::check::Mistake;
 use crate::kinds::search::choose::{Formulation, Options};
 use crate::kinds::search::problem::Problem;
@@ -23,6 +24,8 @@ pub struct Settings {
     pub formulation: Formulation,
     /// Agents (by index) whose activities end only by an event.
     pub reporting: Vec<usize>,
+    /// Agents whose bases controllers drive: a way ends only by an event.
+    pub driven: Vec<Driven>,
 }
 
 /// Reason for which an execution cannot begin.
@@ -45,7 +48,8 @@ impl Settings {
     /// # Errors
     /// An agent that does not exist.
     pub fn check(&self, problem: &Problem) -> Result<(), Refusal> {
-        match self.reporting.iter().find(|agent| **agent >= problem.agents.len()) {
+        let driven = self.driven.iter().map(|driven| &driven.member);
+        match self.reporting.iter().chain(driven).find(|agent| **agent >= problem.agents.len()) {
             Some(nobody) => Err(Refusal::Reporting(*nobody)),
             None => Ok(()),
         }

@@ -4,6 +4,7 @@ use crate::kinds::search::geometry::Pose;
 use crate::kinds::search::plan::Activity;
 use crate::kinds::search::ways::Way;
 
+use super::driven::DrivenBase;
 use super::messages::Stray;
 
 /// An activity under way.
@@ -19,11 +20,16 @@ pub(super) struct Current {
     pub seat_there: Option<u32>,
     /// Share of the way at a time (s): it grows evenly until the end.
     pub from: [f64; 2],
+    /// Share of the way that its base has covered, if a controller drives it.
+    pub driven: Option<f64>,
 }
 
 impl Current {
     /// Share of the way at a time (s).
     pub fn share(&self, time: f64) -> f64 {
+        if let Some(share) = self.driven {
+            return share;
+        }
         let [share, since] = self.from;
         match self.ends {
             Some(ends) if ends > since => (share + (1.0 - share) * (time - since) / (ends - since)).clamp(0.0, 1.0),
@@ -54,6 +60,8 @@ pub(super) struct Member {
     pub stray: Option<Stray>,
     /// Number of ways that have ended at their end.
     pub arrivals: usize,
+    /// Its base, if a controller drives it.
+    pub driven: Option<DrivenBase>,
     /// Number of ways that have begun.
     pub ways: usize,
 }
@@ -73,6 +81,7 @@ impl Member {
             travelled: 0.0,
             stray: None,
             arrivals: 0,
+            driven: None,
             ways: 0,
         }
     }

@@ -7,6 +7,7 @@ use crate::kinds::search::problem::{Agent, Problem};
 use crate::kinds::search::ways::Way;
 use crate::random::{normal_above, stream};
 
+use super::driven::GRACE;
 use super::finds::LOOK;
 use super::messages::SAME_PLACE;
 use super::record::LogEntry;
@@ -44,20 +45,27 @@ impl World for SearchWorld {
         // The activity of somebody who reports goes on behind its expected end, at which only rewards are counted.
         let by_itself = |(agent, member): (usize, &Member)| {
             let ends = member.current.as_ref()?.ends?;
+            if of.drives(agent) {
+                let late = ends + GRACE;
+                return (late <= of.problem.horizon).then_some((late, Step::Ends(agent)));
+            }
             let reports = of.settings.reporting.contains(&agent);
             (!reports || (of.world.settled < ends && ends <= of.problem.horizon)).then_some((ends, Step::Ends(agent)))
         };
         let look = (of.world.settled / LOOK + 1e-9).floor() * LOOK + LOOK;
-        let looks = ticks && of.problem.is_searching() && look <= of.problem.horizon;
+        // Bases are driven to the next step, whose effects they must not precede.
+        let steps = ticks || of.world.members.iter().any(|member| member.driven.is_some());
+        let looks = steps && of.problem.is_searching() && look <= of.problem.horizon;
         let ends = of.world.members.iter().enumerate().filter_map(by_itself);
         let own = ends.chain(looks.then_some((look, Step::Look)));
-        let people = ticks.then(|| of.steps_of_people().into_iter().chain(of.steps_of_reminders()));
+        let people = steps.then(|| of.steps_of_people().into_iter().chain(of.steps_of_reminders()));
         own.chain(people.into_iter().flatten()).collect()
     }
 
     fn perform(of: &mut SearchExecution, step: Step) {
         of.settle();
         match step {
+            Step::Ends(agent) if of.drives(agent) => of.overdue(agent),
             Step::Ends(agent) if of.settings.reporting.contains(&agent) => {}
             Step::Ends(agent) => {
                 of.end(agent, true);
@@ -96,6 +104,9 @@ impl SearchExecution {
                 let share = if whole { 1.0 } else { current.share(now) };
                 member.travelled += share * length(&way.points);
                 activity.way = part(&way.points, [0.0, share]);
+                if let Some(base) = &mut member.driven {
+                    activity.way = base.take_driven();
+                }
             }
             // An activity that a new plan ended at once was never performed.
             if now > current.began || whole {
@@ -129,7 +140,13 @@ impl SearchExecution {
         let planned = activity.end - activity.start;
         let (phase, source) = (activity.phase, activity.source);
         let way = (phase == Phase::Going).then(|| Way::new(&self.problem, agent, activity.way.clone()));
+        // A new plan may have a way to where the base stands already.
+        let drives = match (&member.driven, &way) {
+            (Some(base), Some(way)) => !base.has_driven(way),
+            _ => false,
+        };
         let factor = match (self.settings.durations, phase) {
+            _ if drives => 1.0,
             (Durations::Sampled { seed }, Phase::Going) if self.problem.agents[agent].spread > 0.0 => {
                 let name = &self.problem.agents[agent].name;
                 let mut random = stream(seed, &["way", name, &member.ways.to_string()]);
@@ -144,7 +161,11 @@ impl SearchExecution {
         let member = &mut self.world.members[agent];
         member.ways += usize::from(phase == Phase::Going);
         let ends = (phase != Phase::Waiting).then_some(now + factor * planned);
-        member.current = Some(Current { began: now, ends, way, there, seat_there, from: [0.0, now] });
+        if let Some(base) = &mut member.driven {
+            base.begin();
+        }
+        let driven = drives.then_some(0.0);
+        member.current = Some(Current { began: now, ends, way, there, seat_there, from: [0.0, now], driven });
         self.record(LogEntry::Begun { agent, phase, source });
     }
 

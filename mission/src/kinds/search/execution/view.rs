@@ -62,9 +62,10 @@ impl SearchExecution {
             since: current.map_or(self.time, |current| current.began),
             until: current.and_then(|current| current.ends),
             lost: self.problem.agents.get(agent).is_some_and(|who| who.lost),
-            travelled: match &member.stray {
-                Some(stray) => stray.travelled(self.time),
-                None => member.travelled + gone.unwrap_or_default(),
+            travelled: match (&member.stray, &member.driven) {
+                (Some(stray), _) => stray.travelled(self.time),
+                (None, Some(base)) => base.travelled,
+                (None, None) => member.travelled + gone.unwrap_or_default(),
             },
         })
     }
