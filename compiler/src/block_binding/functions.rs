@@ -43,7 +43,7 @@ impl BlockBinder<'_> {
                 Some(Function { ops, result: index[&result], text: dsl::expression_text(value) })
             }
             Err(wrong) => {
-                self.diagnostics.push(wrong);
+                self.diagnostics.push(*wrong);
                 None
             }
         }

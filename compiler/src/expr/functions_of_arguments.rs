@@ -106,17 +106,17 @@ impl Extracted {
         names: &[&str],
         slope: bool,
         at: Span,
-    ) -> Result<Extracted, Diagnostic> {
+    ) -> Result<Extracted, Box<Diagnostic>> {
         let (mut ops, index) = graph.extract(results);
         for op in &mut ops {
             match *op {
                 Op::Signal(k) if slope && k == FIRST + 1 => *op = Op::Const(1.0),
-                Op::Signal(k) if k >= FIRST && (k - FIRST) % 2 == 0 => *op = Op::Input((k - FIRST) / 2),
+                Op::Signal(k) if k >= FIRST && (k - FIRST).is_multiple_of(2) => *op = Op::Input((k - FIRST) / 2),
                 Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Signal(_) | Op::Trajectory(_) => {
                     let text =
                         format!("this function depends on something else than {}", list(names.iter().copied(), 8));
                     let help = "leave `t`, `time`, signals and people out of it";
-                    return Err(Diagnostic::error("HQ0307", at, text).help(help));
+                    return Err(Box::new(Diagnostic::error("HQ0307", at, text).help(help)));
                 }
                 _ => {}
             }
@@ -124,7 +124,7 @@ impl Extracted {
         if ops.len() > MAX_OPERATIONS {
             let with = if slope { " with its derivative" } else { "" };
             let text = format!("this function has {} operations{with}, and {MAX_OPERATIONS} are the most", ops.len());
-            return Err(Diagnostic::error("HQ0308", at, text).help("write a shorter one"));
+            return Err(Box::new(Diagnostic::error("HQ0308", at, text).help("write a shorter one")));
         }
         Ok(Extracted { ops, index })
     }

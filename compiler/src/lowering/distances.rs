@@ -80,7 +80,7 @@ impl Lowerer<'_> {
                 Some(ExpressionDistance { ops, value: index[&value], slope: index[&slope] })
             }
             Err(wrong) => {
-                self.push(wrong);
+                self.push(*wrong);
                 None
             }
         }
