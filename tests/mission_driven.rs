@@ -254,6 +254,54 @@ fn only_its_controller_moves_a_driven_robot() {
     assert!(rejected.len() == 1 && rejected[0].why.contains("its controller drives tiago"), "{rejected:?}");
 }
 
+/// Looking for what is hidden, which plans anew at each find. The steps of the log change nothing but the log.
+#[test]
+fn finds_follow_the_base_whatever_the_steps_are() {
+    let folder = folder("hidden", CARRIER);
+    let sees = "sees { within 2.5 m  rate 0.5 /s }";
+    let room = format!(
+        "hierarq 1
+mission day : search {{
+  area [[0, 0], [10, 0], [10, 6], [0, 6]] m
+  horizon 120 s
+  window 30 s
+  states 500
+  robot tiago {{ start [1, 3] m  speed 0.5 m/s  {sees}
+    runs {{ spec \"carrier.hq\"  target drive_to  people {{ visitor anna }} }} }}
+  human anna {{ start [6, 1] m  speed 1 m/s  {sees} }}
+  object token {{ count 3  worth 10  positions [[9, 5], [2, 5], [8, 1]] m }}
+  wall shelf {{ line [[5, 2.5], [5, 6]] m }}
+}}
+"
+    );
+    let body = "duration 60 s  seed 6  expect eventually day.all_found  expect never tiago.faulted";
+    let fine = Played::of(&folder, &room, body);
+    assert!(fine.run.summary.ok && least(&fine) > 0.9 - 1e-3, "{:?}", fine.run.summary.trouble());
+    assert!(fine.said("tiago has found token").is_some() && !fine.record().operations_s.is_empty());
+    let text = format!("{room}scenario s {{ mission day  step 3 s  {body} }}\n");
+    let (mission, scenario) = found(&compiled_in(&folder, &text));
+    let coarse = common::played::logged(&mission, &scenario).0.summary;
+    let summary = &fine.run.summary;
+    assert_eq!((&coarse.end, &coarse.outcome, &coarse.log), (&summary.end, &summary.outcome, &summary.log));
+    assert_eq!(coarse.workers[0].drive, summary.workers[0].drive);
+}
+
+/// A base that keeps to the left of its way by the direction of the way, and stands where the way ends while it does not go.
+#[test]
+fn direction_and_motion_are_signals() {
+    let aside = without_people()
+        .replace("signal drive_to", "signal way : angle\nsignal goes : flag\nsignal drive_to")
+        .replace("position drive_to", "position drive_to + if(goes, 0.15 m, 0 m)*[-sin(way), cos(way), 0]");
+    let folder = folder("aside", &aside);
+    let runs = "runs { spec \"carrier.hq\"  target drive_to  heading way  going goes  tolerance 0.3 m }";
+    let driven = Played::of(&folder, &room(runs, ""), "duration 60 s  expect eventually done");
+    assert!(driven.run.summary.ok, "{:?}", driven.run.summary.trouble());
+    let way = driven.way("tiago");
+    assert!(way.iter().any(|[x, y]| (x - 5.0).abs() < 0.1 && (y - 3.15).abs() < 0.01), "{way:?}");
+    let end = way.last().copied().expect("a position");
+    assert!((end[1] - 3.0).abs() < 0.02, "{end:?}");
+}
+
 /// A modification of a file.
 type Damage = fn(&mut WorkerProgram, &mut DriveProgram);
 
