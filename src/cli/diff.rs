@@ -42,11 +42,11 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let is_program = |path: &Path| path.extension().is_some_and(|e| e == "json");
     let found = Differences::new(&before, &after, [is_program(&a.before), is_program(&a.after)]);
     let text = match a.json {
-        true => serde_json::to_string_pretty(&found).map_err(|e| e.to_string())?,
+        true => serde_json::to_string_pretty(&found).map_err(|e| e.to_string())? + "\n",
         false => {
             let names = [&a.before, &a.after].map(|path| path.display().to_string());
             let form = if a.markdown { Form::Markdown } else { Form::Plain };
-            render(&found, [&names[0], &names[1]], form).trim().to_string()
+            format!("{}\n", render(&found, [&names[0], &names[1]], form).trim())
         }
     };
     output::data(&text);

@@ -110,6 +110,13 @@ fn compare(before: &[Subject], after: &[Subject]) -> Vec<Difference> {
         }
     }
     all.extend(after.iter().filter(|new| before.iter().all(|old| old.name != new.name)).map(|new| whole(new, true)));
+    // The levels of a stack come and go with it.
+    let stacks: Vec<String> = all.iter().filter(|d| d.attribute.is_empty()).map(|d| d.subject.clone()).collect();
+    let with_stack = |d: &Difference| {
+        let stack = d.subject.split_once(" of stack ").map(|(_, stack)| format!("stack {stack}"));
+        d.attribute.is_empty() && stack.is_some_and(|stack| stacks.contains(&stack))
+    };
+    all.retain(|d| !with_stack(d));
     all
 }
 

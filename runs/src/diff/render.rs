@@ -13,6 +13,9 @@ pub enum Form {
     Markdown,
 }
 
+/// Stands for the subject after a whole one.
+const WHOLE: &str = "+";
+
 /// Renders differences; `names` are those of the two files.
 pub fn render(of: &Differences, names: [&str; 2], form: Form) -> String {
     let mut out = String::new();
@@ -37,11 +40,15 @@ fn write(of: &Differences, [before, after]: [&str; 2], form: Form, out: &mut Str
     for difference in &of.behaviour {
         if difference.attribute.is_empty() {
             let (sign, words) = if difference.after.is_some() { ('+', "added") } else { ('-', "removed") };
-            match markdown {
-                true => writeln!(out, "\n#### {}\n\n{words}", difference.subject)?,
-                false => writeln!(out, "\n{sign} {}", difference.subject)?,
+            // Those that come one after another are a list.
+            if subject != WHOLE {
+                writeln!(out)?;
             }
-            subject = "";
+            match markdown {
+                true => writeln!(out, "- `{}` {words}", difference.subject)?,
+                false => writeln!(out, "{sign} {}", difference.subject)?,
+            }
+            subject = WHOLE;
             continue;
         }
         if difference.subject != subject {
