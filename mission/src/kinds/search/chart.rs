@@ -18,7 +18,7 @@ pub fn chart_of_execution(of: &SearchExecution) -> Chart {
     let told: Vec<(f64, Role)> = of.records().iter().filter_map(|record| role_of(&record.what, record.time)).collect();
     let Some(first) = chart.start().filter(|_| !told.is_empty()) else { return chart };
     let changes: Vec<(f64, Role)> = std::iter::once((first, Role::LeaderFollower)).chain(told).collect();
-    let ends = changes.iter().skip(1).map(|(time, _)| *time).chain([of.time.max(first)]);
+    let ends = changes.iter().skip(1).map(|(time, _)| *time).chain([of.log.done.unwrap_or(of.time).max(first)]);
     let bars = changes.iter().zip(ends).enumerate().filter(|(_, ((start, _), end))| start < end);
     let bar = |(work, ((start, role), end)): (usize, (&(f64, Role), f64))| Bar {
         style: &ROLE,
