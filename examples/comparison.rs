@@ -39,7 +39,7 @@ impl Means {
 
 impl Recorder for Means {
     fn tick(&mut self, t: &Tick) -> std::io::Result<()> {
-        // How far the safe path is from the nominal one, and the hands from the safe one.
+        // Distances of the safe path from the nominal one, and of the hands from the safe one.
         let motion = t.evaluator.members().iter().find(|m| m.name == "motion");
         let error = motion.map_or(f64::NAN, |m| t.evaluator.measures()[m.measures.start]);
         let stands = f64::from(u8::from(t.signals[self.scaling] < 0.01));

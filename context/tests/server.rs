@@ -105,7 +105,7 @@ fn a_server_in_trouble_is_asked_again() {
     assert_eq!(kept[0].answered, Err(AskError::Busy { wait: Some(0.1) }));
     assert_eq!(kept[1].answered, Err(AskError::Status { status: 503, text: "overloaded".to_string() }));
     assert_eq!(kept.iter().map(|e| (e.attempt, e.trial)).collect::<Vec<_>>(), [(1, 1), (1, 2), (1, 3)]);
-    // What was asked is kept once it is asked, each time it is asked.
+    // A question is stored once for each time that it is asked.
     assert_eq!(kept[2].asked, question());
 }
 

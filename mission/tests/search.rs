@@ -271,7 +271,7 @@ fn the_validator_rejects_corrupted_plans() {
     let mut walled = p.clone();
     walled.walls.push(wall("new", &[[0.0, 3.0], [8.0, 3.0]]));
     assert!(!validate(&walled, &good).is_empty());
-    // Who may not consume a source does not get its reward.
+    // An agent that may not consume a source does not get its reward.
     let mut deaf = p.clone();
     deaf.sources[1].targets.clear();
     assert!(!validate(&deaf, &good).is_empty());

@@ -146,7 +146,7 @@ fn late_activities_are_repaired() {
             assert!(matches!(change, PlanChange::Rescheduled { .. }), "seed {seed}: {record:?}");
             moved += 1;
         }
-        // What the last repair promises is what is collected after it, apart from the steps of the quadrature, which begin anew
+        // The last repair promises the reward that is collected after it, apart from the steps of the quadrature, which begin anew
         // where a way was cut: 0.1 s at the edge of a source.
         run.advance(run.time() + 300.0);
         let got = run.rewards().total;

@@ -199,7 +199,7 @@ fn wrong_rewards_of_looking_are_refused() {
     assert_ne!(validate(&blind, &found), []);
     let mut known = p.clone();
     known.exposure = vec![1.0; known.sight().len()];
-    // Where everything was looked at for as long, the belief is the same.
+    // If everything was looked at for as long, the belief is the same.
     assert_eq!(validate(&known, &found), []);
     known.exposure[40] = 9.0;
     assert_ne!(validate(&known, &found), []);

@@ -252,7 +252,7 @@ fn plans_after_messages_are_valid() {
     assert!(checked > 30, "{checked}");
 }
 
-/// What she knows is what she has seen herself and what the others are shown to have seen: by sampling.
+/// She knows of what she and the others have seen: by sampling.
 #[test]
 fn a_person_knows_what_they_have_seen() {
     let rate = 0.02;

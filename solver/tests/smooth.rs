@@ -140,7 +140,7 @@ fn a_posture_below_a_damped_level_moves() {
         Smooth::new(&problem, Backend::ActiveSet).solve(&problem, &mut solution);
         // But for the least damping that every variable has, a millionth of the greatest.
         assert!((solution.x[2] - 0.5).abs() < 0.5e-6, "the third variable is free: {:?}", solution.x);
-        // What is left of the rows and the damping balance: (x + y) (1 + D/2) = 1.5, with D of what remains, 0.5 each.
+        // The residuals of the rows and the damping balance: (x + y) (1 + D/2) = 1.5, with D of what remains, 0.5 each.
         let d = if damping > 0.0 { damping } else { 0.1 * 0.5_f64.hypot(0.5) };
         let sum = 3.0 / (2.0 + 0.5 * d);
         assert!((solution.x[0] + solution.x[1] - sum).abs() < 2.0 * smooth::SLACK, "{:?}, {sum}", solution.x);

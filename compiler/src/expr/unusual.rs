@@ -93,7 +93,7 @@ fn meant(value: &Value, x: f64, q: &Quantity) -> Option<Meant> {
     let (factor, _) = units::meaning(&Unit { factors: factors.clone(), span: value.span }).ok()?;
     let number = x / factor;
     let [least, greatest] = q.usual?;
-    // How far a size is from the middle of the usual ones, as a ratio.
+    // Ratio of a size to the middle of the usual ones.
     let distance = |x: f64| (x.abs().ln() - (least.ln() + greatest.ln()) / 2.0).abs();
     let span = unit.map_or(value.span, |unit| unit.span);
     let mut found: Vec<(f64, Unit)> = Vec::new();

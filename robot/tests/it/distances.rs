@@ -237,7 +237,7 @@ fn the_derivative_is_the_row_of_the_normal() {
             closest(&shape_a, &X(a, &X_La), &shape_b, &X(b, &X_Lb))
         };
         model.forward(&q, &mut data);
-        // Where cores are close, the distance is curved more than differences can follow.
+        // If cores are close, the distance is curved more than differences can follow.
         let Ok(c) = measure(&data) else { continue };
         if c.distance + bare(&shape_a).1 + bare(&shape_b).1 < 0.05 {
             continue;

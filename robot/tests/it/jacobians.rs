@@ -87,7 +87,7 @@ proptest! {
             for row in [&point, &axis, &wrench] {
                 prop_assert_eq!(&row[nv..], &[0.25; 3]);
             }
-            // What is not in the support does not move the link.
+            // Joints outside the support do not move the link.
             for dof in 0..nv {
                 if model.support(link).iter().all(|s| s.dof as usize != dof) {
                     prop_assert_eq!(J.column(dof).norm(), 0.0);

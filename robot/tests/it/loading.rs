@@ -154,7 +154,7 @@ fn chains_of_mimics() {
     let options = Options { lock: [("j3".to_owned(), -1.0)].into(), ..Options::default() };
     let (model, _) = Model::from_urdf(&text, &options).unwrap();
     assert_eq!(model.joints[0].drive, Drive::Locked(2.0));
-    // What follows a fixed joint stands still.
+    // Links behind a fixed joint stand still.
     let fixed = text.replacen("name='j3' type='continuous'", "name='j3' type='fixed'", 1);
     assert_eq!(load(&fixed, Base::Fixed).joints[2].drive, Drive::Locked(2.0));
 }

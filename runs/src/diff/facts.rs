@@ -1,4 +1,4 @@
-//! What a compiled spec does, as facts: robot, signals, tasks, stacks, the machine, scenarios, missions.
+//! The behaviour of a compiled spec as facts: robot, signals, tasks, stacks, the machine, scenarios, missions.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 

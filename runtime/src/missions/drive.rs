@@ -31,7 +31,7 @@ pub(super) struct Drive {
     pub record: DriveRecord,
 }
 
-/// What a controller is told at a tick.
+/// Values that a controller gets at a tick.
 pub(super) struct Told {
     target: GroundPose,
     going: bool,

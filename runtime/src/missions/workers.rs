@@ -29,7 +29,7 @@ pub struct WorkerRecord {
     pub ticks: u64,
     /// Duration of each operation or way that it ended, in s.
     pub operations_s: Vec<f64>,
-    /// What became of its base, if it drives one.
+    /// Record of its base, if it drives one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drive: Option<DriveRecord>,
     /// The state that its machine was in at the end.
@@ -40,7 +40,7 @@ pub struct WorkerRecord {
 }
 
 impl WorkerRecord {
-    /// What became of its work, in a sentence without its subject.
+    /// Result of its work, in a sentence without its subject.
     pub fn describe(&self) -> String {
         let took: Vec<String> = self.operations_s.iter().map(|s| format!("{s:.1} s")).collect();
         let took = if took.is_empty() { "none has ended".to_string() } else { took.join(", ") };
@@ -68,7 +68,7 @@ enum Came {
     Broken(String),
 }
 
-/// What a controller does for the mission.
+/// Job of a controller in the mission.
 enum Doing {
     /// It performs operations.
     Operations {

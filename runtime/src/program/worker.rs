@@ -32,14 +32,14 @@ pub struct WorkerProgram {
     pub member: usize,
     /// Index of the controller among those of the mission.
     pub controller: usize,
-    /// What the controller does for the mission.
+    /// The job of the controller in the mission.
     #[serde(flatten)]
     pub job: Job,
     /// The world around the robot, its start and its simulator; nothing is expected there, and its duration does not count.
     pub world: ScenarioProgram,
 }
 
-/// What a controller does for its mission.
+/// Job of a controller in its mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Job {
@@ -141,7 +141,7 @@ impl WorkerProgram {
         of.machine.as_ref().filter(|_| self.world.run.subject == Subject::Machine)
     }
 
-    /// How it drives, if it does.
+    /// Its drive, if it drives.
     pub fn drive(&self) -> Option<&DriveProgram> {
         match &self.job {
             Job::Drive(drive) => Some(drive),

@@ -47,7 +47,7 @@ fn robustness_is_that_of_rtamt() {
         }
         assert_eq!(monitor.finish(), offline, "{}", case.text);
     }
-    // Where the end cuts nothing off, the numbers are equal.
+    // The numbers are equal if the end cuts nothing off.
     assert!(oracle.cases.len() == 160 && exact >= 100, "{exact} exact of {}", oracle.cases.len());
     println!("{exact} of {} formulas are exact", oracle.cases.len());
 }

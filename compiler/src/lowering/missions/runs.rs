@@ -106,7 +106,7 @@ impl Lowerer<'_> {
             (!bound.is_wrong("scenario")).then(|| self.world_of(block.scenario.as_ref(), spec, &program)).flatten();
         let world = world.filter(|world| self.scenario_runs_machine(&block, world));
         let (Some(go), Some(done), Some(mut world)) = (go, done, world) else { return };
-        // What is told of operations is told by the mission alone.
+        // Messages about operations come from the mission alone.
         world.world.signals.retain(|s| s.signal != go);
         let controller = into.add(spec, program);
         into.workers.push(WorkerProgram { member: worker.index, controller, job: Job::Operations { go, done }, world });

@@ -161,7 +161,7 @@ impl Lowerer<'_> {
         let happens = self.mission_events(&s.body, of, duration);
         let replies = self.replies(&s.body, of);
         self.absent_keys(&s.body, of);
-        // What is wrong with an event is no matter of what is expected: both are told at once. Settings are.
+        // Mistakes in events and in expectations are independent, and reported at once; those in settings are not.
         if !settled {
             return None;
         }

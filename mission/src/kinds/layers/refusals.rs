@@ -122,7 +122,7 @@ fn refusal(m: &DeclaredMission, problem: &Problem, mistake: &Mistake, places: &O
             let others = tasks.iter().map(place_of_task).filter(|other| *other != at).take(MOST_LABELS);
             others.fold(d, |d, other| d.label(other, "needs one too"))
         }
-        // What the keys' own ranges refuse, and what no spec can say.
+        // The keys' own ranges refuse these, or no spec can say them.
         _ => Remark::error("HQ0308", at, what).help(fix),
     };
     match mistake.against {

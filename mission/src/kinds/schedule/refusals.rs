@@ -137,7 +137,7 @@ fn refusal(m: &DeclaredMission, problem: &Problem, mistake: &Mistake, places: &O
                 .help("write one for each operation, or a single one for all");
             d.label(places.of(mistake.at.item, &[Key::Operations.name()]), format!("{expected} operations"))
         }
-        // What the keys' own ranges refuse, and what no spec can say.
+        // The keys' own ranges refuse these, or no spec can say them.
         reason => error("HQ0308", format!("`{key}` {reason}")).help("write a number inside the range of the key"),
     }
 }

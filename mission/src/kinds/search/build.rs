@@ -314,7 +314,7 @@ fn codependences(declared: &DeclaredMission, problem: &mut Problem, places: &mut
 /// Warns of agents that have nothing to collect.
 fn idle(problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
     for (index, agent) in problem.agents.iter().enumerate() {
-        // Who is unaware of sources takes part knowingly.
+        // An agent that is unaware of sources takes part knowingly.
         let looks = agent.sees.is_some() && !problem.objects.is_empty();
         if !looks && !problem.sources.iter().any(|source| source.attracts() && source.targets.contains(&index)) {
             let text = format!("`{}` has nothing to collect", agent.name);

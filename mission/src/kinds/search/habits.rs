@@ -16,7 +16,7 @@ pub struct Habits {
     pub my_pose: Option<Intervals>,
     /// Probability of following the plan, at each decision.
     pub follows: f64,
-    /// How a goal of its own is chosen.
+    /// Choice of a goal of its own.
     pub own_goal: OwnGoal,
     /// Least distance of a goal that is chosen, for the person or for a robot (m).
     pub goals_beyond: f64,

@@ -168,7 +168,7 @@ pub struct Rate {
 pub struct RateFunction {
     /// The function; [`RateFunction::ARGUMENTS`] are the numbers that it depends on.
     pub of: Function,
-    /// What is known of its values on the ground.
+    /// Extent of its values on the ground.
     pub extent: Extent,
 }
 

@@ -352,7 +352,7 @@ impl<'p> Team<'p> {
                     return motion;
                 }
                 let spot = &set.spots[standing.spot];
-                // Who waits for nothing has no activity any more.
+                // An agent that waits for nothing has no further activity.
                 let idle = standing.doing == Doing::Ended || state.terminal;
                 let pose = Pose { at: spot.at, heading: standing.heading };
                 Motion::Still { rates: &spot.rates, pose, seat: spot.seat, idle }

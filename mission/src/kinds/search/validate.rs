@@ -229,7 +229,7 @@ impl Account<'_> {
         let count = ((time / 0.1 - 1e-6).ceil() as usize).clamp(1, 256);
         let count = if moves.is_none() && !relative { 1 } else { count };
         let width = (end - begin) / count as f64;
-        // Who has no activity any more consumes nothing.
+        // An agent without further activities consumes nothing.
         let most = if self.doing(agent, 0.5 * (from + to)).is_some() { f64::INFINITY } else { 0.0 };
         let step = |i: usize| {
             let left = begin + i as f64 * width;

@@ -66,7 +66,7 @@ impl ScheduleExecution {
         let state = &self.world.agents[agent];
         let planned = self.log.stranded.is_none();
         match state.doing {
-            // Where nothing is planned, an agent goes on with its work.
+            // If nothing is planned, an agent goes on with its work.
             Doing::Ready if !planned => Some((self.time, Step::Begins(agent))),
             Doing::Ready => Some((self.service(agent, state.operation)?.start, Step::Begins(agent))),
             Doing::Working if state.ends <= state.expected || (!planned && state.ends.is_finite()) => {

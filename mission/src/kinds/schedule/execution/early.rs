@@ -62,7 +62,7 @@ impl ScheduleExecution {
         }
         let whole = was.waiting - was.going;
         let length = match whole > 0.0 {
-            // Where lengths come from a table, what is left of the way is as its time.
+            // If lengths come from a table, the rest of the way is as its time.
             true if !self.has_places() => {
                 let left = ((was.waiting - self.time) / whole).clamp(0.0, 1.0);
                 left * self.problem.lengths(agent, robot).going

@@ -194,7 +194,7 @@ impl ScheduleExecution {
 
     /// A change makes no mistake in a problem without one.
     fn still_possible(&self, problem: &Problem) -> Result<(), EventError> {
-        // What has been gone by now may have had another length.
+        // The part of the way that is behind may have had another length.
         let now = |problem: &Problem| Problem { start: self.time, ..problem.clone() }.check();
         match now(problem).first() {
             Some(first) if now(&self.problem).is_empty() => {
@@ -242,7 +242,7 @@ impl ScheduleExecution {
         let before = self.next_wait_and_speed(agent);
         if self.settings.replan != Replan::None {
             self.world.satisfied[agent] = Some(satisfied);
-            // What one may do now and might not do before is in no plan, and so in no cost that could have changed.
+            // Services that have become possible are in no plan, and so in no cost that could have changed.
             let policy =
                 if widened(&self.problem, &problem, agent) { ReplanPolicy::Asked } else { ReplanPolicy::IfCostly };
             self.update_or_plan(problem, policy);
@@ -331,7 +331,7 @@ impl ScheduleExecution {
         state.doing = if over { Doing::Finished } else { Doing::Ready };
         // Its wait begins with its return.
         (state.since, state.ends) = (self.time, self.time);
-        // What it waited before the operation that begins again is a part of the wait before it.
+        // The wait before the operation that begins again is a part of the wait before it.
         if !over && state.operation > 0 && state.waits.len() >= state.operation {
             state.carried += state.waits.pop().unwrap_or(0.0);
         }

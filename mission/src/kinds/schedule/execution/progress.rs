@@ -17,7 +17,7 @@ impl ScheduleExecution {
         for (agent, state) in self.world.agents.iter().enumerate() {
             let count = problem.agents[agent].operations;
             let passed = |operation: usize| self.passed(agent, operation);
-            // Where a robot has left for an operation, what comes before it is settled too.
+            // If a robot has left for an operation, the operations before it are settled too.
             let settled = (0..count).rev().find(|operation| passed(*operation) > 0);
             for operation in 0..count {
                 let started = operation < state.operation || (operation == state.operation && state.started());

@@ -189,7 +189,7 @@ impl SearchExecution {
             base.late += 1;
             base.late
         });
-        // Who is held up near the end is late less and less often.
+        // A base that is held up near the end is late less and less often.
         let by = now + rest.max(GRACE * (count - 1) as f64) - ends;
         self.record(LogEntry::Handled { event: Event::Late { agent, by } });
         self.late(agent, by);

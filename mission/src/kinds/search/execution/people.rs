@@ -185,7 +185,7 @@ impl SearchExecution {
             // Nothing was sent, for instance at the edge of a wall: the next message is due as if it were.
             self.pose_was_sent(agent);
         }
-        // What was found or done meanwhile ends the way to a goal of their own.
+        // A find or a done activity meanwhile ends the way to a goal of their own.
         let going = self.problem.objects.is_empty() || self.problem.is_searching();
         let own = self.person(agent).and_then(|person| person.own.take()).filter(|_| going && !self.done());
         let (Some(to), Some(ends)) = (own, ends) else { return };

@@ -196,7 +196,7 @@ impl SearchExecution {
             if end <= horizon {
                 let awaits = activity.awaits.and_then(|of| {
                     let number = of.number.checked_sub(self.world.members.get(of.agent)?.next)?;
-                    // What ended before the wait began is not waited for.
+                    // An activity that ended before the wait began is not waited for.
                     let other = rest.get(of.agent)?.get(number)?;
                     (other.end >= end).then_some(Awaited { agent: of.agent, number })
                 });

@@ -112,7 +112,7 @@ impl<'t> Stream<'t> {
         if let Some(told) = self.team.told(state, agent) {
             goals.retain(|(act, _)| *act == told);
         }
-        // Where something is hidden, bounds hardly differ: everything can still be detected after every action.
+        // If something is hidden, bounds hardly differ: everything can still be detected after every action.
         let hidden = state.undetected.sum > 0.0;
         let rate = |estimate: &Estimate| (estimate.gain / (1.0 + estimate.time)).max(0.0);
         if hidden {
