@@ -81,6 +81,28 @@ fn differences_are_told_by_their_subject() {
     assert!(text.contains("#### level limits of stack alone\n\n- `is`: `hard` -> `soft`"), "{text}");
 }
 
+/// Each planted change of behaviour is found, with its subject, and nothing besides.
+#[test]
+fn planted_changes_are_found_alone() {
+    let one = |name: &str, old: &str, new: &str| lines(&changed(name, &[(old, new)]));
+    let away = |point: &str| format!("task away_{point} | gain | 5 | 4");
+    let three = ["chest", "left_wrist", "right_wrist"].map(away);
+    assert_eq!(one("bystander.hq", "gain 5 /s", "gain 4 /s"), three);
+    // A param is written out in each task that uses it.
+    let clear = one("bystander.hq", "param clear = 0.4 m", "param clear = 0.5 m");
+    assert!(clear.iter().any(|line| line.starts_with("task away_chest | min |")), "{clear:?}");
+    assert!(clear.iter().any(|line| line.contains("expect always norm(frame(tool).position")), "{clear:?}");
+    let reordered = one("panel.hq", "after [light]", "");
+    assert!(
+        !reordered.is_empty() && reordered.iter().all(|line| line.starts_with("mission together |")),
+        "{reordered:?}"
+    );
+    let rate = one("supermarket.hq", "if(away.x < 0 m, 1, 0.5)", "if(away.x < 0 m, 1, 0.4)");
+    assert!(rate.iter().all(|line| line.starts_with("mission market |")) && rate.len() == 2, "{rate:?}");
+    let after = one("harvesting.hq", "after 8 s -> view", "after 9 s -> view");
+    assert!(after.len() >= 2 && after.iter().all(|line| line.starts_with("state ")), "{after:?}");
+}
+
 /// Each difference from A to B is one from B to A.
 #[test]
 fn differences_are_symmetric() {

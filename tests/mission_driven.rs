@@ -3,13 +3,10 @@
 use crate::common;
 
 use common::example;
-use common::played::{numbers, table};
-use compiler::{Compiled, Input};
-use dsl::Syntax;
-use hierarq::scenario_runner::{self, Found};
+use common::played::{compiled_in, found, numbers, table};
 use runtime::expect::Verdict;
 use runtime::missions::{End, MissionRun, WorkerRecord};
-use runtime::program::{CompiledFile, DriveProgram, Job, MissionProgram, MissionScenarioProgram, WorkerProgram};
+use runtime::program::{CompiledFile, DriveProgram, Job, WorkerProgram};
 use std::path::{Path, PathBuf};
 
 /// A base with an arm that follows the target, and keeps away from a person.
@@ -70,19 +67,6 @@ mission day : search {{
 const RUNS: &str = "runs { spec \"carrier.hq\"  target drive_to }";
 const ANNA: &str = "human anna { start [5, 2.5] m  speed 1 m/s }
   source plants { at [5, 2.5] m  radius 0.2 m  inside { rate 1 /s }  pool 50  targets [anna] }";
-
-fn compiled_in(folder: &Path, text: &str) -> Compiled {
-    compiler::compile(&Input { name: "day.hq", text, syntax: Syntax::Native, folder, set: &[], package_paths: &[] })
-}
-
-/// Returns the scenario `s` and its mission.
-fn found(compiled: &Compiled) -> (MissionProgram, MissionScenarioProgram) {
-    assert_eq!(compiled.report.errors(), 0, "{}", compiled.report.to_json());
-    match scenario_runner::find(None, &compiled.missions, "s") {
-        Ok(Found::Mission(mission, scenario)) => (mission.clone(), scenario.clone()),
-        _ => panic!("a scenario"),
-    }
-}
 
 /// A run with its log.
 struct Played {

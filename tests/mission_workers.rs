@@ -5,9 +5,7 @@ use crate::common;
 mod files;
 
 use common::example;
-use compiler::{Compiled, Input};
-use dsl::Syntax;
-use hierarq::scenario_runner::{self, Found};
+use common::played::{compiled_in, found};
 use proptest::prelude::*;
 use runtime::missions::{End, MissionRun, MissionSummary, WorkerRecord};
 use runtime::program::{Job, MissionProgram, MissionScenarioProgram, Program, ScenarioProgram, SignalScript};
@@ -30,19 +28,6 @@ mission day : schedule {{
 
 const PICKER: &str = "worker w1 { place [5, 4] m  operations 2  duration normal(36 s, 3 s)
     runs { spec \"picker.hq\"  scenario \"two boxes\"  go box_in_place  done waiting } }";
-
-fn compiled_in(folder: &Path, text: &str) -> Compiled {
-    compiler::compile(&Input { name: "day.hq", text, syntax: Syntax::Native, folder, set: &[], package_paths: &[] })
-}
-
-/// Returns the scenario `s` and its mission.
-fn found(compiled: &Compiled) -> (MissionProgram, MissionScenarioProgram) {
-    assert_eq!(compiled.report.errors(), 0, "{}", compiled.report.to_json());
-    match scenario_runner::find(None, &compiled.missions, "s") {
-        Ok(Found::Mission(mission, scenario)) => (mission.clone(), scenario.clone()),
-        _ => panic!("a scenario"),
-    }
-}
 
 /// Compiles a scenario with this body in the folder of the examples.
 fn scenario(workers: &str, body: &str) -> (MissionProgram, MissionScenarioProgram) {

@@ -15,10 +15,21 @@ pub fn compiled(text: &str) -> Compiled {
     compiler::compile(&Input { name: "spec.hq", text, syntax: Syntax::Native, folder, set: &[], package_paths: &[] })
 }
 
+/// Compiles a spec as if it were in a folder.
+pub fn compiled_in(folder: &Path, text: &str) -> Compiled {
+    compiler::compile(&Input { name: "day.hq", text, syntax: Syntax::Native, folder, set: &[], package_paths: &[] })
+}
+
 /// Returns the scenario `s` of a spec without diagnostics, and its mission.
 pub fn scenario(text: &str) -> (MissionProgram, MissionScenarioProgram) {
     let compiled = compiled(text);
     assert_eq!(compiled.report.diagnostics.len(), 0, "{}\n{text}", compiled.report.to_json());
+    found(&compiled)
+}
+
+/// Returns the scenario `s` of a compiled spec without errors, and its mission.
+pub fn found(compiled: &Compiled) -> (MissionProgram, MissionScenarioProgram) {
+    assert_eq!(compiled.report.errors(), 0, "{}", compiled.report.to_json());
     match scenario_runner::find(None, &compiled.missions, "s") {
         Ok(Found::Mission(mission, scenario)) => (mission.clone(), scenario.clone()),
         _ => panic!("a scenario"),

@@ -64,8 +64,7 @@ fn doubled_unit(value: &Value, wanted: Dimension) -> Option<String> {
 }
 
 /// The unit that one number of a list has and another has not, as in `[0.4, 0, 500 mm]`.
-pub(crate) fn unit_of_some(value: &Value) -> Option<&Unit> {
-    let ValueKind::List(items) = &value.kind else { return None };
+pub(crate) fn unit_of_some(items: &[Value]) -> Option<&Unit> {
     items.iter().any(|item| own_unit(item).is_none()).then(|| items.iter().find_map(own_unit))?
 }
 

@@ -95,8 +95,8 @@ pub(crate) struct Extracted {
 }
 
 impl Extracted {
-    /// Extracts the operations that compute these results; `names` are those of the arguments, for messages. `slope` says that the first argument is the variable of a
-    /// derivative, whose own derivative is one.
+    /// Extracts the operations that compute these results; `names` are those of the arguments, for messages. `slope` says that
+    /// the first argument is the variable of a derivative, whose own derivative is one.
     ///
     /// # Errors
     /// The function depends on something else, or has too many operations.

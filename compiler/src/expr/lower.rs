@@ -1,6 +1,6 @@
 //! Lowers values of the syntax tree to typed expressions, and reports each mistake at its place.
 
-use dsl::tree::{BinaryOp, Value, ValueKind};
+use dsl::tree::{BinaryOp, Unit, Value, ValueKind};
 use dsl::{Diagnostic, Help, Span};
 use runtime::program::Op;
 use stdlib_tasks::dimension::{Dimension, NONE};
@@ -46,15 +46,10 @@ impl Lowering<'_> {
             ValueKind::Missing => Err(Failed),
             ValueKind::Number(n) => Ok(scalar(self.graph.number(n.value), NONE, true)),
             ValueKind::Unit(inner, unit) => {
-                let before = self.diagnostics.len();
-                let typed = self.value(inner);
-                let own = unit_of_some(inner).filter(|_| typed.is_err());
-                if let (Some(own), Some(d)) = (own, self.diagnostics.get_mut(before).filter(|d| d.code == "HQ0302")) {
-                    let text =
-                        format!("`{own}` is the unit of one number, and `{unit}` that of the list: leave out one");
-                    d.help = Some(text.into());
-                }
-                let inner = typed?;
+                let inner = match &inner.kind {
+                    ValueKind::List(items) => self.list(items, inner.span, Some(unit))?,
+                    _ => self.value(inner)?,
+                };
                 // The argument already had the warning for a bare angle.
                 if units::is_assumed(unit) && !inner.bare {
                     return Ok(Typed { span, ..inner });
@@ -75,7 +70,7 @@ impl Lowering<'_> {
                 Diagnostic::error("HQ0214", span, "only an argument of a call has a name").help("leave the name out"),
             ),
             ValueKind::Field(inner, field) => self.field(inner, field, span),
-            ValueKind::List(items) => self.list(items, span),
+            ValueKind::List(items) => self.list(items, span, None),
             ValueKind::Block(_) => self.fail(
                 Diagnostic::error("HQ0304", span, "these are named values in braces, and a number is needed here")
                     .help("write a number, or `[x, y, z]` for a vector"),
@@ -111,7 +106,7 @@ impl Lowering<'_> {
         }
     }
 
-    fn list(&mut self, items: &[Value], span: Span) -> Result<Typed, Failed> {
+    fn list(&mut self, items: &[Value], span: Span, unit: Option<&Unit>) -> Result<Typed, Failed> {
         let typed: Vec<Result<Typed, Failed>> = items.iter().map(|i| self.value(i)).collect();
         let typed: Vec<Typed> = typed.into_iter().collect::<Result<_, _>>()?;
         if typed.len() != 3 {
@@ -135,10 +130,14 @@ impl Lowering<'_> {
             match ops::joined(self.graph, &sum, x) {
                 Some(dimension) => sum.dimension = if ops::is_zero(self.graph, &sum) { x.dimension } else { dimension },
                 None => {
-                    return self.fail(
-                        errors::different(&sum, x, "the parts of a vector have one unit", span)
-                            .help("give all three the same unit"),
-                    );
+                    let help = match unit_of_some(items).zip(unit) {
+                        Some((own, unit)) => {
+                            format!("`{own}` is the unit of one number, and `{unit}` that of the list: leave out one")
+                        }
+                        None => "give all three the same unit".to_string(),
+                    };
+                    return self
+                        .fail(errors::different(&sum, x, "the parts of a vector have one unit", span).help(help));
                 }
             }
             if !ops::is_zero(self.graph, x) {

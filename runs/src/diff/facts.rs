@@ -5,8 +5,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use compiler::Compiled;
 use runtime::evaluator::Evaluator;
 use runtime::program::{
-    ActionProgram, ExpectationProgram, MachineProgram, MissionProgram, Program, ScenarioProgram, StackProgram,
-    Subject as Runs,
+    ActionProgram, ExpectationProgram, MachineAction, MachineProgram, MissionProgram, Node, Op, Program,
+    ScenarioProgram, StackProgram, Subject as Runs,
 };
 use runtime::text::number;
 use serde::Serialize;
@@ -191,7 +191,11 @@ fn machine(p: &Program, m: &MachineProgram, all: &mut Vec<Subject>) {
         }
         for (moment, actions) in [("enter", &state.enter), ("do", &state.activities), ("exit", &state.exit)] {
             for action in actions.iter().filter_map(|action| m.actions.get(*action)) {
-                facts.add(format!("{moment} {}", asked(action)), "");
+                let set = match &action.own {
+                    Some(MachineAction::Set { value, .. }) => format!("#{}", digest(&values.expression(value))),
+                    _ => String::new(),
+                };
+                facts.add(format!("{moment} {}", asked(action)), set);
             }
         }
         let mut order = Vec::new();
@@ -246,14 +250,23 @@ fn scenario(p: &Program, s: &ScenarioProgram, all: &mut Vec<Subject>) {
         map.remove("signals");
     }
     facts.add_parts("", &world);
-    expectations(s.expectations.iter(), &mut facts);
+    s.expectations.iter().for_each(|e| expectation(s, e, &mut facts));
     all.push(facts.0);
 }
 
-fn expectations<'e>(all: impl Iterator<Item = &'e ExpectationProgram>, facts: &mut Facts) {
-    for e in all {
-        facts.add(format!("expect {}", e.text), e.label.clone().unwrap_or_default());
-    }
+/// An expectation, with the numbers that its words may only name: those of its predicates, and its windows.
+fn expectation(s: &ScenarioProgram, e: &ExpectationProgram, facts: &mut Facts) {
+    let number = |op: &Op| if let Op::Const(x) = op { Some(*x) } else { None };
+    let node = |node: &Node| match node {
+        Node::Predicate(k) => {
+            let ops = s.predicates.get(*k).map_or(&[][..], |predicate| &predicate.value.ops);
+            format!("{:?}", ops.iter().filter_map(number).collect::<Vec<f64>>())
+        }
+        other => format!("{other:?}"),
+    };
+    let nodes: Vec<String> = e.formula.nodes.iter().map(node).collect();
+    let label = e.label.as_deref().unwrap_or_default();
+    facts.add(format!("expect {}", e.text), format!("{label} #{}", digest(&nodes)));
 }
 
 /// A mission, by the lines of its text. A line is known by those around it.
