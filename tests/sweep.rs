@@ -5,6 +5,7 @@ use crate::common;
 
 #[cfg(unix)]
 mod interrupted;
+mod missions;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

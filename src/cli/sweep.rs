@@ -10,12 +10,14 @@ use clap::Args;
 use hierarq::project;
 use hierarq::scenario_runner::MAX_SEED;
 use hierarq::sweep::axis::{Axis, axis};
-use hierarq::sweep::digest::{Figure, Worst};
+use hierarq::sweep::digest::{Figure, Spread, Worst};
 use hierarq::sweep::journal::{self, Journal};
 use hierarq::sweep::plan::MAX_RUNS;
 use hierarq::sweep::{Digest, Head, Plan, Refusal, Request, Row, Shard, execute, merge, row, table};
 use indicatif::{ProgressBar, ProgressStyle};
 use runtime::expect::Verdict;
+use runtime::quantity::quantity;
+use runtime::text::number;
 
 use super::{Outcome, SpecOptions, output, table as tables};
 
@@ -201,11 +203,18 @@ fn text(digest: &Digest, head: &Head, out: &str, speed: Option<f64>) -> String {
         let title = if limit { format!("limit `{}`", f.title) } else { f.title.to_string() };
         rows.add_row([title, format!("{} of {}", f.hold, f.of), margin, at, run]);
     }
-    let mut text = format!("\n{}: {}\n{rows}\n", head.scenario, head.command);
+    let mut text = format!("\n{}: {}\n{rows}\n{}", head.scenario, head.command, measures(digest));
     let share = digest.share().map_or_else(String::new, |s| format!(" ({:.1} %)", 100.0 * s));
     let _ = writeln!(text, "{} of {} runs as expected{share}", digest.hold, digest.runs);
     if digest.refused > 0 {
         let _ = writeln!(text, "{} did not run, because the spec does not compile with their values", digest.refused);
+    }
+    if !digest.ends.is_empty() {
+        let all: Vec<String> = digest.ends.iter().map(|(how, runs)| format!("{how} in {runs}")).collect();
+        let _ = writeln!(text, "the mission was {} {}", all.join(", "), if digest.runs == 1 { "run" } else { "runs" });
+    }
+    if digest.is_unseeded() {
+        let _ = writeln!(text, "no result depends on the seed: nothing in this scenario is random");
     }
     if digest.halted > 0 {
         let _ = writeln!(text, "in {} the robot was halted by a fault without a transition", digest.halted);
@@ -220,16 +229,43 @@ fn text(digest: &Digest, head: &Head, out: &str, speed: Option<f64>) -> String {
     // Failures without an expectation: faults, violated margins, values that give no program.
     let told = |row: &Row| row.expectations.iter().any(|e| e.verdict.is_some_and(|v| v != Verdict::Holds));
     for row in digest.failed.iter().filter(|row| !told(row)).take(3) {
-        let why = row.refused.as_ref().map_or_else(|| "failed".to_string(), |codes| format!("refused, {codes}"));
+        let trouble = || row.mission.as_ref().and_then(|mission| mission.trouble.clone());
+        let why = match &row.refused {
+            Some(codes) => format!("refused, {codes}"),
+            None => trouble().unwrap_or_else(|| "failed".to_string()),
+        };
         let _ = writeln!(text, "{why}, run {}:\n  {}", row.run, digest.replay(row));
     }
     if let Some(speed) = speed {
-        let _ = writeln!(text, "{speed:.0} runs a second");
+        let _ = writeln!(text, "{} runs a second", number((speed * 100.0).round() / 100.0));
     }
     if digest.runs == digest.wanted {
         let _ = writeln!(text, "{} rows in {out}", digest.runs);
     }
     text
+}
+
+/// Returns the table of the measures of a mission; empty for a controller. Those of members are in the file alone.
+fn measures(digest: &Digest) -> String {
+    let of_mission: Vec<&Spread> = digest.measures.iter().filter(|m| m.of.member.is_none() && m.runs > 0).collect();
+    if of_mission.is_empty() {
+        return String::new();
+    }
+    let mut rows = tables::wide_table(&["at the end", "mean", "deviation", "smallest", "in run", "largest", "in run"]);
+    for m in of_mission {
+        let Some(unit) = m.of.unit.as_deref() else {
+            let share = m.mean.map_or_else(String::new, |share| format!("true in {:.1} %", 100.0 * share));
+            rows.add_row([m.of.title.clone(), share]);
+            continue;
+        };
+        let shown = |x: f64| quantity(x, unit);
+        let cell = |x: Option<f64>| x.map_or_else(String::new, shown);
+        let [least, in_least, most, in_most] = m.extremes.map_or_else(Default::default, |[(least, a), (most, b)]| {
+            [shown(least), a.run.to_string(), shown(most), b.run.to_string()]
+        });
+        rows.add_row([m.of.title.clone(), cell(m.mean), cell(m.deviation), least, in_least, most, in_most]);
+    }
+    format!("{rows}\n")
 }
 
 /// Returns the cells of a figure: margin, instant and run.

@@ -1,9 +1,12 @@
 //! Summary of a sweep: number of successful runs, worst runs, and the commands that repeat them.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
 use runtime::expect::Verdict;
 use serde_json::{Map, Value as Json, json};
 
-use super::head::Head;
+use super::head::{Head, Measured, Subject};
 use super::row::{Cell, Row, word};
 
 /// Maximum number of failed runs that are listed.
@@ -13,6 +16,7 @@ const NAMED: usize = 10;
 #[derive(Clone, Debug)]
 pub struct Digest<'a> {
     head: &'a Head,
+    rows: &'a [Row],
     /// Number of runs.
     pub runs: usize,
     /// Expected number of runs.
@@ -27,6 +31,10 @@ pub struct Digest<'a> {
     pub expectations: Vec<Figure<'a>>,
     /// Limits.
     pub limits: Vec<Figure<'a>>,
+    /// Ends of missions with their numbers of runs, the most frequent first.
+    pub ends: Vec<(&'a str, usize)>,
+    /// Measures of a mission and its members.
+    pub measures: Vec<Spread<'a>>,
     /// First runs without the expected result.
     pub failed: Vec<&'a Row>,
 }
@@ -44,6 +52,39 @@ pub struct Figure<'a> {
     pub of: usize,
     /// Worst run.
     pub worst: Option<Worst<'a>>,
+}
+
+/// Distribution of a measure of missions over all runs that have a value of it.
+#[derive(Clone, Debug)]
+pub struct Spread<'a> {
+    /// The measure.
+    pub of: &'a Measured,
+    /// Number of runs that have a value.
+    pub runs: usize,
+    /// Mean in SI; for a truth value the share of runs in which it is true. `None` without runs.
+    pub mean: Option<f64>,
+    /// Standard deviation in SI; `None` for a truth value or fewer than two runs.
+    pub deviation: Option<f64>,
+    /// Runs with the smallest and the greatest value, with these; `None` for a truth value or without runs.
+    pub extremes: Option<[(f64, &'a Row); 2]>,
+}
+
+impl<'a> Spread<'a> {
+    fn new(of: &'a Measured, index: usize, rows: &'a [Row]) -> Spread<'a> {
+        let all: Vec<(f64, &Row)> = rows.iter().filter_map(|r| Some(((*r.measures.get(index)?)?, r))).collect();
+        let (runs, sum) = (all.len(), all.iter().map(|v| v.0).sum::<f64>());
+        let mean = (runs > 0).then(|| sum / runs as f64);
+        let is_number = of.unit.is_some();
+        let deviation = mean.filter(|_| is_number && runs > 1).map(|mean| {
+            let squares: f64 = all.iter().map(|v| (v.0 - mean).powi(2)).sum();
+            (squares / (runs - 1) as f64).sqrt()
+        });
+        // Of equal values that of the first run.
+        let least = all.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0));
+        let most = all.iter().copied().min_by(|a, b| b.0.total_cmp(&a.0));
+        let extremes = least.zip(most).filter(|_| is_number).map(|(least, most)| [least, most]);
+        Spread { of, runs, mean, deviation, extremes }
+    }
 }
 
 /// The worst run of an expectation or a limit.
@@ -80,6 +121,18 @@ fn figure<'a>(title: &'a str, unit: &'a str, hold: usize, all: Vec<Worst<'a>>) -
     Figure { title, unit, hold, of, worst: all.into_iter().min_by(worse) }
 }
 
+fn ends(rows: &[Row]) -> Vec<(&str, usize)> {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for how in rows.iter().filter_map(|r| r.mission.as_ref()?.how.as_deref()) {
+        match counts.iter_mut().find(|(known, _)| *known == how) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((how, 1)),
+        }
+    }
+    counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(b.0)));
+    counts
+}
+
 impl<'a> Digest<'a> {
     /// Summarises the rows of a sweep.
     pub fn new(head: &'a Head, rows: &'a [Row]) -> Digest<'a> {
@@ -105,8 +158,11 @@ impl<'a> Digest<'a> {
         let count = |f: &dyn Fn(&Row) -> bool| rows.iter().filter(|r| f(r)).count();
         Digest {
             head,
+            rows,
             runs: rows.len(),
             wanted: head.own().count(),
+            ends: ends(rows),
+            measures: head.measures.iter().enumerate().map(|(i, m)| Spread::new(m, i, rows)).collect(),
             hold: count(&|r| r.holds),
             refused: count(&|r| r.refused.is_some()),
             halted: count(&|r| r.halted),
@@ -119,6 +175,24 @@ impl<'a> Digest<'a> {
     /// True if all runs are present and have the expected result.
     pub fn ok(&self) -> bool {
         self.runs == self.wanted && self.hold == self.runs
+    }
+
+    /// True if runs with the same values and other seeds have the same results throughout, and there are such runs.
+    pub fn is_unseeded(&self) -> bool {
+        let result = |row: &Row| Row { run: 0, seed: 0, ..row.clone() };
+        let mut first: BTreeMap<String, Row> = BTreeMap::new();
+        let mut pairs = 0;
+        for row in self.rows.iter().filter(|row| row.refused.is_none()) {
+            let values = self.head.sets(&row.values).into_iter().flat_map(|(_, value)| [value, "\n".to_string()]);
+            match first.entry(values.collect()) {
+                Entry::Vacant(entry) => {
+                    entry.insert(result(row));
+                }
+                Entry::Occupied(entry) if *entry.get() != result(row) => return false,
+                Entry::Occupied(_) => pairs += 1,
+            }
+        }
+        pairs > 0
     }
 
     /// Share of runs with the expected result; `None` without runs.
@@ -150,7 +224,7 @@ impl<'a> Digest<'a> {
             one.insert("refused".to_string(), json!(row.refused));
             one
         };
-        json!({
+        let mut data = json!({
             "version": 1,
             "spec": head.spec,
             "scenario": head.scenario,
@@ -169,6 +243,31 @@ impl<'a> Digest<'a> {
             "limits": self.limits.iter().map(limit).collect::<Vec<_>>(),
             "failed": self.failed.iter().map(run).collect::<Vec<_>>(),
             "output": output,
+        });
+        if head.subject == Subject::Mission {
+            data["ends"] = self.ends.iter().map(|(how, runs)| ((*how).to_string(), json!(runs))).collect();
+            data["measures"] = self.measures.iter().map(|spread| self.spread(spread)).collect();
+        }
+        data
+    }
+
+    fn spread(&self, spread: &Spread) -> Json {
+        let extreme = |at: usize| {
+            spread.extremes.map(|extremes| {
+                let (value, row) = extremes[at];
+                let mut run = self.run(row);
+                run.insert("value".to_string(), json!(value));
+                run
+            })
+        };
+        json!({
+            "measure": spread.of.title,
+            "unit": spread.of.unit.as_deref().filter(|unit| !unit.is_empty()),
+            "of": spread.runs,
+            "mean": spread.mean,
+            "deviation": spread.deviation,
+            "smallest": extreme(0),
+            "largest": extreme(1),
         })
     }
 

@@ -3,19 +3,25 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use compiler::Compiled;
 use dsl::Severity;
-use runtime::Program;
+use mission::kind::Execution;
+use runtime::missions::{self, End, Instant, MissionRecorder};
+use runtime::program::{MissionProgram, MissionScenarioProgram, Program, ScenarioProgram};
+use runtime::record::expectations::ExpectationRecord;
 
+use super::head::{Head, Measured, Subject};
 use super::plan::{Plan, texts};
-use super::row::{Closest, Expected, Row};
+use super::row::{Closest, Ended, Expected, Row};
+use super::subject;
 use crate::project::{self, Settings};
-use crate::scenario_runner::{self, Judged};
+use crate::scenario_runner::{self, Found};
 
 /// Executes runs, `jobs` at a time, and passes each to `finished` as soon as it is complete. Ends early if `go_on`
 /// returns false; interrupted runs are not passed on.
 ///
 /// # Errors
-/// The spec changed after the sweep began, or has different expectations or limits with some of the values; or
+/// The spec changed after the sweep began, or has different expectations, limits or members with some of the values; or
 /// `finished` failed.
 pub fn execute(
     plan: &Plan,
@@ -53,10 +59,10 @@ pub fn execute(
     trouble.into_inner().unwrap_or_default().map_or(Ok(()), Err)
 }
 
-/// A thread with its last compiled program, which is reused for runs that differ only in their seeds.
+/// A thread with its last compiled spec, which is reused for runs that differ only in their seeds.
 struct Worker<'p> {
     plan: &'p Plan,
-    compiled: Option<(Settings, Result<Box<Program>, String>)>,
+    compiled: Option<(Settings, Result<Box<Compiled>, String>)>,
 }
 
 impl Worker<'_> {
@@ -70,33 +76,29 @@ impl Worker<'_> {
             self.compiled = Some((settings, compiled));
         }
         let mut row = Row { run, seed: point.seed, values: point.values, ..Row::default() };
-        let program = match &self.compiled {
-            Some((_, Ok(program))) => program,
+        let compiled = match &self.compiled {
+            Some((_, Ok(compiled))) => compiled,
             Some((_, Err(codes))) => {
                 row.refused = Some(codes.clone());
                 row.expectations = vec![Expected::default(); plan.head.expectations.len()];
                 row.limits = vec![Closest::default(); plan.head.limits.len()];
+                row.mission = (plan.head.subject == Subject::Mission).then(Ended::default);
+                row.measures = vec![None; plan.head.measures.len()];
                 return Ok(Some(row));
             }
             None => return Ok(None),
         };
-        let scenario =
-            scenario_runner::seeded(scenario_runner::of_controller(program, &plan.head.scenario)?, point.seed);
-        let mut cut = false;
-        let judged = scenario_runner::judged(program, &scenario, &mut |tick| {
-            cut |= tick.is_multiple_of(16) && !go_on();
-            !cut
-        })?;
-        if cut {
-            return Ok(None);
-        }
-        fill(plan, &mut row, &judged, program.robot.period)?;
-        Ok(Some(row))
+        let found = subject::choose(compiled, Some(&plan.head.scenario))?;
+        let finished = match found {
+            Found::Controller(program, scenario) => controller(plan, &mut row, program, scenario, go_on)?,
+            Found::Mission(mission, scenario) => executed(plan, &mut row, mission, scenario, go_on)?,
+        };
+        Ok(finished.then_some(row))
     }
 }
 
-/// Compiles the program of a run, or returns the codes of its errors.
-fn compile(plan: &Plan, settings: &Settings) -> Result<Result<Box<Program>, String>, String> {
+/// Compiles the spec of a run, or returns the codes of its errors.
+fn compile(plan: &Plan, settings: &Settings) -> Result<Result<Box<Compiled>, String>, String> {
     let compiled = project::load(plan.spec(), settings);
     if texts(&compiled.report) != plan.head.texts {
         let spec = &plan.head.spec;
@@ -105,46 +107,127 @@ fn compile(plan: &Plan, settings: &Settings) -> Result<Result<Box<Program>, Stri
              or begin again"
         ));
     }
-    Ok(compiled.program.map(Box::new).ok_or_else(|| {
-        let mut codes: Vec<&str> =
-            compiled.report.diagnostics.iter().filter(|d| d.severity == Severity::Error).map(|d| d.code).collect();
-        codes.sort_unstable();
-        codes.dedup();
-        codes.join(", ")
-    }))
+    if compiled.is_good() {
+        return Ok(Ok(Box::new(compiled)));
+    }
+    let mut codes: Vec<&str> =
+        compiled.report.diagnostics.iter().filter(|d| d.severity == Severity::Error).map(|d| d.code).collect();
+    codes.sort_unstable();
+    codes.dedup();
+    Ok(Err(codes.join(", ")))
 }
 
-/// Fills a row with the results of its run.
-fn fill(plan: &Plan, row: &mut Row, judged: &Judged, period: f64) -> Result<(), String> {
+/// Runs a controller and fills the row; false if it was interrupted.
+fn controller(
+    plan: &Plan,
+    row: &mut Row,
+    program: &Program,
+    scenario: &ScenarioProgram,
+    go_on: &dyn Fn() -> bool,
+) -> Result<bool, String> {
+    let scenario = scenario_runner::seeded(scenario, row.seed);
+    let mut cut = false;
+    let judged = scenario_runner::judged(program, &scenario, &mut |tick| {
+        cut |= tick.is_multiple_of(16) && !go_on();
+        !cut
+    })?;
+    if cut {
+        return Ok(false);
+    }
     let (head, summary) = (&plan.head, &judged.summary);
     let known = |task: &String| head.limits.iter().any(|l| l.task == *task);
     let same = judged.expectations.len() == head.expectations.len()
         && summary.tasks.iter().all(|(name, t)| t.min_margin.is_none() || known(name));
     if !same {
-        let values = head.sets(&row.values).iter().map(|(n, v)| format!("{n}={v}")).collect::<Vec<_>>().join(", ");
-        return Err(format!(
-            "with {values} the spec has other expectations or limits than with the first values: sweep a param that \
-             says how many there are in several sweeps"
-        ));
+        return Err(others(plan, row, "expectations or limits"));
     }
-    let finite = |x: Option<f64>| x.filter(|x| x.is_finite());
     row.holds = judged.ok;
     row.halted = summary.halted;
     row.faults = summary.faults.len() as u64;
-    row.first_fault_tick = summary.faults.first().map(|f| (f.time / period).round() as u64);
+    row.first_fault_tick = summary.faults.first().map(|f| (f.time / program.robot.period).round() as u64);
     row.first_fault = summary.faults.first().map(|f| f.kind.clone());
     row.duration = summary.duration_s;
-    let expected = judged.expectations.iter().map(|e| Expected {
-        verdict: Some(e.verdict),
-        margin: finite(e.margin),
-        at: finite(e.worst_s),
-    });
-    row.expectations = expected.collect();
+    row.expectations = judged.expectations.iter().map(expected).collect();
     let closest = |l: &super::head::Limit| {
         let task = summary.tasks.get(&l.task);
         let margin = finite(task.and_then(|t| t.min_margin));
         Closest { margin, at: margin.and(task.map(|t| t.at_s)) }
     };
     row.limits = head.limits.iter().map(closest).collect();
-    Ok(())
+    Ok(true)
+}
+
+/// Reads the measures of a mission at its end.
+struct Measures<'h> {
+    head: &'h Head,
+    values: Vec<Option<f64>>,
+}
+
+impl MissionRecorder for Measures<'_> {
+    fn instant(&mut self, _: &Instant) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    fn end(&mut self, execution: &dyn Execution) {
+        let value = |of: &Measured| {
+            let value = finite(execution.measure(&of.name, of.member).get(of.axis).copied());
+            // The truth values of measures are 1 and -1.
+            if of.unit.is_some() { value } else { value.map(|value| f64::from(value > 0.0)) }
+        };
+        self.values = self.head.measures.iter().map(value).collect();
+    }
+}
+
+/// Executes a mission and fills the row; false if it was interrupted.
+fn executed(
+    plan: &Plan,
+    row: &mut Row,
+    mission: &MissionProgram,
+    scenario: &MissionScenarioProgram,
+    go_on: &dyn Fn() -> bool,
+) -> Result<bool, String> {
+    let head = &plan.head;
+    if subject::measures(mission) != head.measures || scenario.expectations.len() != head.expectations.len() {
+        return Err(others(plan, row, "members or expectations"));
+    }
+    let scenario = MissionScenarioProgram { seed: row.seed, ..scenario.clone() };
+    let mut measures = Measures { head, values: vec![None; head.measures.len()] };
+    let run = missions::run(mission, &scenario, &mut measures, &mut |_| go_on()).map_err(|e| e.to_string())?;
+    let summary = run.summary;
+    let (how, done_at) = match &summary.end {
+        End::Done { at_s } => ("done", Some(*at_s)),
+        End::Unfinished => ("unfinished", None),
+        End::Stranded { .. } => ("stranded", None),
+        End::Refused { .. } => ("refused", None),
+        End::Interrupted => return Ok(false),
+    };
+    row.holds = summary.ok;
+    row.duration = summary.duration_s;
+    row.expectations = summary.expectations.iter().map(expected).collect();
+    row.mission = Some(Ended {
+        how: Some(how.to_string()),
+        done_at,
+        new_plans: summary.results.as_ref().map_or(0, |results| results.reallocations as u64),
+        broken: summary.workers.iter().filter(|worker| worker.broke_down.is_some()).count() as u64,
+        trouble: summary.trouble().into_iter().next().map(|(_, text)| text),
+    });
+    row.measures = measures.values;
+    Ok(true)
+}
+
+fn finite(x: Option<f64>) -> Option<f64> {
+    x.filter(|x| x.is_finite())
+}
+
+fn expected(e: &ExpectationRecord) -> Expected {
+    Expected { verdict: Some(e.verdict), margin: finite(e.margin), at: finite(e.worst_s) }
+}
+
+/// Message for values with which the columns would be others.
+fn others(plan: &Plan, row: &Row, what: &str) -> String {
+    let values = plan.head.sets(&row.values).iter().map(|(n, v)| format!("{n}={v}")).collect::<Vec<_>>().join(", ");
+    format!(
+        "with {values} the spec has other {what} than with the first values: sweep a param that says how many there are \
+         in several sweeps"
+    )
 }

@@ -23,6 +23,9 @@ pub struct Head {
     pub spec: String,
     /// Scenario.
     pub scenario: String,
+    /// Kind of the scenario.
+    #[serde(default, skip_serializing_if = "Subject::is_controller")]
+    pub subject: Subject,
     /// Hash of the program with the first value of each param: XXH3, 128 bits.
     pub program: String,
     /// Hash of the texts of the spec and of the files that it reads.
@@ -41,9 +44,30 @@ pub struct Head {
     pub expectations: Vec<Expectation>,
     /// Limits.
     pub limits: Vec<Limit>,
+    /// Measures of a mission.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measures: Vec<Measured>,
     /// Shard; `None` for the whole sweep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
+}
+
+/// Kind of a scenario.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Subject {
+    /// A robot runs its controller.
+    #[default]
+    Controller,
+    /// A mission is executed.
+    Mission,
+}
+
+impl Subject {
+    /// True for a robot's controller.
+    pub fn is_controller(&self) -> bool {
+        *self == Subject::Controller
+    }
 }
 
 /// A varied param.
@@ -76,6 +100,23 @@ pub struct Limit {
     pub task: String,
     /// SI unit of the margins; several if the rows have different units.
     pub unit: String,
+}
+
+/// A measure of a mission or of a member.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// Title, in the words of the language: `makespan`, `anna.travelled`, `anna.position.x`.
+    pub title: String,
+    /// Name of the measure.
+    pub name: String,
+    /// Index of the member; `None`: of the mission.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub member: Option<usize>,
+    /// Component of a point; 0 for a number.
+    #[serde(default)]
+    pub axis: usize,
+    /// SI unit, empty for a number without one; `None` for a truth value.
+    pub unit: Option<String>,
 }
 
 /// Part `index`, from 1, of `of` parts. It contains every `of`th run.

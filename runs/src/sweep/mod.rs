@@ -9,6 +9,7 @@
 //! |---|---|
 //! | [`axis`] | parses `--vary`, and draws values |
 //! | [`plan`] | a checked sweep: every run by its number |
+//! | [`subject`] | the scenario, of a controller or of a mission, and its columns |
 //! | [`head`] | metadata of a file, and the command lines of the sweep and of its runs |
 //! | [`row`] | a run as a row; the columns |
 //! | [`execute`] | parallel execution of runs |
@@ -26,6 +27,7 @@ pub mod journal;
 pub mod merge;
 pub mod plan;
 pub mod row;
+mod subject;
 pub mod table;
 
 pub use digest::Digest;

@@ -3,16 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use compiler::{ParamValue, Report};
-use runtime::program::ScenarioProgram;
-use runtime::program::Unit;
-use runtime::record::roster::Roster;
-use runtime::{Program, Simulation};
-use stdlib_tasks::task::RowKind;
 use twox_hash::XxHash3_128;
 
 use super::axis::{Axis, Values, drawn, spread};
-use super::head::{Expectation, Head, Limit, Param, Shard, VERSION, line, quoted};
+use super::head::{Head, Param, Shard, VERSION, line, quoted};
 use super::row::Cell;
+use super::subject::{self, Columns};
 use crate::project::{self, Settings};
 use crate::scenario_runner::{self, MAX_SEED};
 
@@ -95,20 +91,9 @@ impl Plan {
             }
         }
         let compiled = project::load(&request.spec, &with(request, None));
-        if let Some(name) = &request.scenario
-            && let Ok(scenario_runner::Found::Mission(..)) =
-                scenario_runner::find(compiled.program.as_ref(), &compiled.missions, name)
-        {
-            return Err(usage(of_mission(&request.spec, name)));
+        if !compiled.is_good() {
+            return Err(Refusal::Spec(Box::new(compiled.report)));
         }
-        if compiled.is_good() && compiled.program.is_none() {
-            let first = scenario_runner::scenarios(None, &compiled.missions).next();
-            return Err(usage(match first {
-                Some(scenario) => of_mission(&request.spec, scenario.name()),
-                None => project::missions_alone(&request.spec),
-            }));
-        }
-        let Some(program) = compiled.program else { return Err(Refusal::Spec(Box::new(compiled.report))) };
         try_all(request)?;
         let axes = vary
             .iter()
@@ -116,7 +101,8 @@ impl Plan {
             .map(|(i, a)| points(request, i, a))
             .collect::<Result<Vec<_>, _>>()
             .map_err(usage)?;
-        let scenario = scenario(&program, request.scenario.as_deref()).map_err(usage)?;
+        let scenario = subject::choose(&compiled, request.scenario.as_deref()).map_err(usage)?;
+        let columns = Columns::of(scenario).map_err(usage)?;
 
         let listed = |p: &Points| if let Points::Listed(all) = p { all.len() as u64 } else { 1 };
         let grid = axes.iter().try_fold(1_u64, |n, (points, _)| n.checked_mul(listed(points)));
@@ -124,18 +110,17 @@ impl Plan {
         let per_point = request.runs.unwrap_or(if draws || axes.is_empty() { RUNS } else { 1 });
         let runs = grid.and_then(|n| n.checked_mul(per_point)).filter(|n| *n <= MAX_RUNS);
         let runs = runs.ok_or_else(|| usage(format!("these are more than {MAX_RUNS} runs: give fewer values")))?;
-        let seed = request.seed.unwrap_or(scenario.run.simulator.seed);
+        let seed = request.seed.unwrap_or(columns.seed);
         if seed.saturating_add(per_point) > MAX_SEED {
             return Err(usage(format!("a run would have a seed above {MAX_SEED}: begin with a smaller one")));
         }
 
-        let (spec, name) = (request.spec.display().to_string(), &scenario.name);
+        let (spec, name) = (request.spec.display().to_string(), scenario.name());
         let mut command = line("sweep", &spec, name, &request.settings);
         for a in vary {
             command += &format!(" --vary {}", quoted(&format!("{}={}", a.name, a.written)));
         }
         command += &format!(" --runs {per_point} --seed {seed}");
-        let bytes = serde_json::to_vec(&program).map_err(|e| usage(e.to_string()))?;
         let param = |(a, (_, unit)): (&Axis, &(Points, Option<String>))| Param {
             name: a.name.clone(),
             values: a.written.clone(),
@@ -145,15 +130,17 @@ impl Plan {
             version: VERSION,
             generated_by: concat!("hierarq ", env!("CARGO_PKG_VERSION")).to_string(),
             replay: line("run", &spec, name, &request.settings),
-            program: format!("{:032x}", XxHash3_128::oneshot(&bytes)),
+            program: format!("{:032x}", XxHash3_128::oneshot(&columns.bytes)),
             texts: texts(&compiled.report),
             command,
             runs,
             seed,
             params: vary.iter().zip(&axes).map(param).collect(),
-            expectations: expectations(scenario),
-            limits: limits(&program, scenario).map_err(usage)?,
-            scenario: name.clone(),
+            expectations: columns.expectations,
+            limits: columns.limits,
+            measures: columns.measures,
+            scenario: name.to_string(),
+            subject: columns.subject,
             shard: request.shard,
             spec,
         };
@@ -218,7 +205,7 @@ fn try_all(request: &Request) -> Result<(), Refusal> {
     };
     let results: Vec<Settings> = request.vary.iter().enumerate().flat_map(others).collect();
     let compiled = scenario_runner::in_parallel(&results, |settings| project::load(&request.spec, settings));
-    match compiled.into_iter().find(|c| c.program.is_none()) {
+    match compiled.into_iter().find(|c| !c.is_good()) {
         Some(bad) => Err(Refusal::Spec(Box::new(bad.report))),
         None => Ok(()),
     }
@@ -261,28 +248,6 @@ fn points(request: &Request, index: usize, axis: &Axis) -> Result<(Points, Optio
     Ok((points, Some(unit.to_string())))
 }
 
-/// Message for a scenario that executes a mission.
-fn of_mission(spec: &Path, name: &str) -> String {
-    let spec = spec.display();
-    format!(
-        "`{name}` executes a mission, and sweeps are of a robot's controller; run it with several seeds and params: \
-         `hierarq test {spec} --scenario {name:?} --seed N --set NAME=VALUE`"
-    )
-}
-
-/// Scenario of this name, or the only one.
-fn scenario<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p ScenarioProgram, String> {
-    match (name, &program.scenarios[..]) {
-        (Some(name), _) => scenario_runner::of_controller(program, name),
-        (None, [only]) => Ok(only),
-        (None, []) => Err("the spec has no scenario: declare one, `scenario NAME { expect .. }`".to_string()),
-        (None, several) => {
-            let names = compiler::names::list(several.iter().map(|s| s.name.as_str()), 12);
-            Err(format!("the spec has several scenarios: choose one with `--scenario`, of {names}"))
-        }
-    }
-}
-
 /// Hash of all texts from which a spec was compiled, except for values of `--set`.
 pub(super) fn texts(report: &Report) -> String {
     let mut all = Vec::new();
@@ -293,29 +258,4 @@ pub(super) fn texts(report: &Report) -> String {
         }
     }
     format!("{:032x}", XxHash3_128::oneshot(&all))
-}
-
-fn expectations(scenario: &ScenarioProgram) -> Vec<Expectation> {
-    let units = scenario.units();
-    let unit = |u: Unit| if let Unit::Quantity(d) = u { Some(d.to_string()) } else { None };
-    let one = |e: &runtime::program::ExpectationProgram| Expectation {
-        label: e.label.clone(),
-        text: e.text.clone(),
-        unit: unit(e.formula.unit(&units)),
-    };
-    scenario.expectations.iter().map(one).collect()
-}
-
-fn limits(program: &Program, scenario: &ScenarioProgram) -> Result<Vec<Limit>, String> {
-    let program = scenario.program(program);
-    let simulation = Simulation::in_world(&program, scenario).map_err(|e| e.to_string())?;
-    let roster = Roster::new(simulation.controller());
-    let limits = roster.members.iter().filter(|m| m.row_kind == RowKind::Inequality);
-    let all = limits.map(|m| {
-        let mut units: Vec<String> = m.row_info.iter().map(|r| r.dimension.to_string()).collect();
-        units.sort();
-        units.dedup();
-        Limit { task: m.name.clone(), unit: units.join(" or ") }
-    });
-    Ok(all.collect())
 }

@@ -3,7 +3,7 @@
 use runtime::expect::Verdict;
 use serde::{Deserialize, Serialize};
 
-use super::head::Head;
+use super::head::{Head, Subject};
 
 /// A run of a sweep.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -32,6 +32,27 @@ pub struct Row {
     pub expectations: Vec<Expected>,
     /// Limits, in the order of [`Head::limits`].
     pub limits: Vec<Closest>,
+    /// End of the mission, if one was executed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mission: Option<Ended>,
+    /// Values at the end, in the order of [`Head::measures`]; a truth value is 1 or 0.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measures: Vec<Option<f64>>,
+}
+
+/// End of a mission in a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ended {
+    /// `done`, `unfinished`, `stranded` or `refused`; `None` if the spec was refused.
+    pub how: Option<String>,
+    /// Time at which everything was done (s).
+    pub done_at: Option<f64>,
+    /// Number of plans that replaced another one.
+    pub new_plans: u64,
+    /// Number of members whose controllers broke down.
+    pub broken: u64,
+    /// First failure other than an expectation, as a sentence.
+    pub trouble: Option<String>,
 }
 
 /// Result of an expectation in a run.
@@ -112,10 +133,21 @@ pub fn columns(head: &Head) -> Vec<Column> {
     }
     add("holds".into(), Kind::Truth, true, None, None);
     add("refused".into(), Kind::Text, false, None, None);
-    add("faults".into(), Kind::Whole, true, None, None);
-    add("first_fault_tick".into(), Kind::Whole, false, None, None);
-    add("first_fault".into(), Kind::Text, false, None, None);
-    add("halted".into(), Kind::Truth, true, None, None);
+    match head.subject {
+        Subject::Controller => {
+            add("faults".into(), Kind::Whole, true, None, None);
+            add("first_fault_tick".into(), Kind::Whole, false, None, None);
+            add("first_fault".into(), Kind::Text, false, None, None);
+            add("halted".into(), Kind::Truth, true, None, None);
+        }
+        Subject::Mission => {
+            add("end".into(), Kind::Text, false, None, None);
+            add("done_at".into(), Kind::Number, false, Some("s"), None);
+            add("new_plans".into(), Kind::Whole, true, None, None);
+            add("broken".into(), Kind::Whole, true, None, None);
+            add("trouble".into(), Kind::Text, false, None, None);
+        }
+    }
     add("duration".into(), Kind::Number, true, Some("s"), None);
     for (i, e) in head.expectations.iter().enumerate() {
         let (i, of) = (i + 1, Some(e.label.as_ref().unwrap_or(&e.text).as_str()));
@@ -126,6 +158,11 @@ pub fn columns(head: &Head) -> Vec<Column> {
     for l in &head.limits {
         add(format!("limit_{}_margin", l.task), Kind::Number, false, Some(&l.unit), Some(&l.task));
         add(format!("limit_{}_at", l.task), Kind::Number, false, Some("s"), Some(&l.task));
+    }
+    for m in &head.measures {
+        let kind = if m.unit.is_some() { Kind::Number } else { Kind::Truth };
+        let unit = m.unit.as_deref().filter(|unit| !unit.is_empty());
+        add(format!("measure_{}", m.title), kind, false, unit, Some(&m.title));
     }
     all
 }
@@ -141,23 +178,35 @@ pub fn word(verdict: Verdict) -> &'static str {
 
 impl Row {
     /// Cells of the row, one for each of [`columns`].
-    pub fn cells(&self) -> Vec<Cell> {
+    pub fn cells(&self, head: &Head) -> Vec<Cell> {
         let mut all = vec![Cell::Whole(Some(self.run)), Cell::Whole(Some(self.seed))];
         all.extend(self.values.iter().cloned());
-        all.extend([
-            Cell::Truth(Some(self.holds)),
-            Cell::Text(self.refused.clone()),
-            Cell::Whole(Some(self.faults)),
-            Cell::Whole(self.first_fault_tick),
-            Cell::Text(self.first_fault.clone()),
-            Cell::Truth(Some(self.halted)),
-            Cell::Number(Some(self.duration)),
-        ]);
+        all.extend([Cell::Truth(Some(self.holds)), Cell::Text(self.refused.clone())]);
+        match &self.mission {
+            None => all.extend([
+                Cell::Whole(Some(self.faults)),
+                Cell::Whole(self.first_fault_tick),
+                Cell::Text(self.first_fault.clone()),
+                Cell::Truth(Some(self.halted)),
+            ]),
+            Some(ended) => all.extend([
+                Cell::Text(ended.how.clone()),
+                Cell::Number(ended.done_at),
+                Cell::Whole(Some(ended.new_plans)),
+                Cell::Whole(Some(ended.broken)),
+                Cell::Text(ended.trouble.clone()),
+            ]),
+        }
+        all.push(Cell::Number(Some(self.duration)));
         for e in &self.expectations {
             let verdict = e.verdict.map(|v| word(v).to_string());
             all.extend([Cell::Text(verdict), Cell::Number(e.margin), Cell::Number(e.at)]);
         }
         all.extend(self.limits.iter().flat_map(|l| [Cell::Number(l.margin), Cell::Number(l.at)]));
+        all.extend(self.measures.iter().zip(&head.measures).map(|(value, of)| match of.unit {
+            Some(_) => Cell::Number(*value),
+            None => Cell::Truth(value.map(|value| value > 0.0)),
+        }));
         all
     }
 
@@ -168,10 +217,23 @@ impl Row {
         row.values = cells.by_ref().take(head.params.len()).collect();
         row.holds = truth(&mut cells)??;
         row.refused = text(&mut cells)?;
-        row.faults = whole(&mut cells)??;
-        row.first_fault_tick = whole(&mut cells)?;
-        row.first_fault = text(&mut cells)?;
-        row.halted = truth(&mut cells)??;
+        match head.subject {
+            Subject::Controller => {
+                row.faults = whole(&mut cells)??;
+                row.first_fault_tick = whole(&mut cells)?;
+                row.first_fault = text(&mut cells)?;
+                row.halted = truth(&mut cells)??;
+            }
+            Subject::Mission => {
+                row.mission = Some(Ended {
+                    how: text(&mut cells)?,
+                    done_at: number(&mut cells)?,
+                    new_plans: whole(&mut cells)??,
+                    broken: whole(&mut cells)??,
+                    trouble: text(&mut cells)?,
+                });
+            }
+        }
         row.duration = number(&mut cells)??;
         for _ in &head.expectations {
             let verdict = match text(&mut cells)? {
@@ -182,6 +244,12 @@ impl Row {
         }
         for _ in &head.limits {
             row.limits.push(Closest { margin: number(&mut cells)?, at: number(&mut cells)? });
+        }
+        for of in &head.measures {
+            row.measures.push(match of.unit {
+                Some(_) => number(&mut cells)?,
+                None => truth(&mut cells)?.map(f64::from),
+            });
         }
         cells.next().is_none().then_some(row)
     }

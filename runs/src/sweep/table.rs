@@ -81,7 +81,7 @@ fn file_of(file: Output, head: &Head, rows: &[Row]) -> Result<Output, ParquetErr
         .build();
     let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties))?;
     for rows in rows.chunks(GROUP) {
-        let cells: Vec<Vec<Cell>> = rows.iter().map(Row::cells).collect();
+        let cells: Vec<Vec<Cell>> = rows.iter().map(|row| row.cells(head)).collect();
         let mut group = writer.next_row_group()?;
         for (i, column) in columns.iter().enumerate() {
             write_column(&mut group, column, cells.iter().filter_map(|row| row.get(i)))?;

@@ -50,6 +50,9 @@ pub trait MissionRecorder {
     /// # Errors
     /// Writing failed.
     fn instant(&mut self, instant: &Instant) -> std::io::Result<()>;
+
+    /// Called once after the last instant, with the execution as it ended.
+    fn end(&mut self, _execution: &dyn Execution) {}
 }
 
 /// Recorder that stores nothing.
@@ -130,6 +133,7 @@ pub fn run(
         recorder.instant(&Instant { time, execution: &**execution, workers })?;
         instants = k + 1;
     }
+    recorder.end(&*world.execution);
     let outcomes = monitors.finish();
     let end = if interrupted { End::Interrupted } else { End::of(&*world.execution) };
     let map = Some(world.execution.map());
