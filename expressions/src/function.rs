@@ -62,6 +62,11 @@ pub struct Function {
 }
 
 impl Function {
+    /// Returns true if its value may depend on an argument.
+    pub fn uses(&self, argument: usize) -> bool {
+        self.ops.contains(&Op::Input(argument))
+    }
+
     /// Returns the function that has this value everywhere.
     pub fn constant(x: f64) -> Function {
         Function { ops: vec![Op::Const(x)], result: 0, text: String::new() }

@@ -15,6 +15,7 @@ use hierarq_mission::kinds::search::problem::Problem;
 use hierarq_mission::kinds::search::validate::validate;
 use hierarq_mission::kinds::search::ways::ActionSets;
 use hierarq_mission::occupancy::{Cell, Image, MapFile, OccupancyGrid};
+use hierarq_mission::parallel::threads;
 
 fn main() {
     divan::main();
@@ -43,7 +44,7 @@ fn states_by_threads(bencher: Bencher, threads: usize) {
 #[divan::bench(sample_count = 10)]
 fn action_sets_of_a_floor(bencher: Bencher) {
     let problem = floor(2, 20_000);
-    bencher.bench_local(|| ActionSets::new(black_box(&problem)));
+    bencher.bench_local(|| ActionSets::new(black_box(&problem), threads()));
 }
 
 /// One agent and one source behind walls: one tree.
@@ -51,7 +52,7 @@ fn action_sets_of_a_floor(bencher: Bencher) {
 fn tree(bencher: Bencher, nodes: usize) {
     let mut problem = searched::floor(1, 1);
     problem.planner.tree_nodes = nodes;
-    bencher.bench_local(|| ActionSets::new(black_box(&problem)));
+    bencher.bench_local(|| ActionSets::new(black_box(&problem), threads()));
 }
 
 #[divan::bench]
@@ -78,7 +79,7 @@ fn plan_for_hidden_objects(bencher: Bencher) {
 #[divan::bench(sample_count = 20)]
 fn action_sets_for_hidden_objects(bencher: Bencher) {
     let problem = searched::yard();
-    bencher.bench_local(|| ActionSets::new(black_box(&problem)));
+    bencher.bench_local(|| ActionSets::new(black_box(&problem), threads()));
 }
 
 #[divan::bench(sample_count = 20)]

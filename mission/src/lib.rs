@@ -24,6 +24,7 @@ pub mod labels;
 pub mod map;
 pub mod numbers;
 pub mod occupancy;
+pub mod parallel;
 pub mod plan;
 pub mod plan_data;
 pub mod planned;

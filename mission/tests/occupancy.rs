@@ -311,7 +311,7 @@ fn ways_never_enter_blocked_cells() {
     let (mut ways, mut refused) = (0, 0);
     for (seed, p) in worlds(25) {
         let map = p.occupancy.clone().expect("a map");
-        let sets = ActionSets::new(&p);
+        let sets = ActionSets::new(&p, 2);
         for (index, set) in sets.of.iter().enumerate() {
             let count = set.spots.len();
             for way in (0..count * count).filter_map(|i| set.way(i / count, i % count)) {

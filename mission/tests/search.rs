@@ -8,7 +8,7 @@ use hierarq_mission::kinds::search::choose::{Formulation, Options, plan};
 use hierarq_mission::kinds::search::geometry::{along, between, distance, length, segments};
 use hierarq_mission::kinds::search::ground::{Body, Ground};
 use hierarq_mission::kinds::search::plan::{Phase, Plan};
-use hierarq_mission::kinds::search::problem::{Fall, Problem, Rate};
+use hierarq_mission::kinds::search::problem::{Fall, Problem, Rate, Travel};
 use hierarq_mission::kinds::search::reward::evaluate;
 use hierarq_mission::kinds::search::team::{Act, State, Team};
 use hierarq_mission::kinds::search::validate::validate;
@@ -62,7 +62,7 @@ fn tiny_worlds_are_searched_exhaustively() {
         p.horizon = p.horizon.min(8.0);
         p.planner =
             hierarq_mission::kinds::search::problem::Planner { goals: 64, states: 400_000, stay: 4.0, ..p.planner };
-        let sets = ActionSets::new(&p);
+        let sets = ActionSets::new(&p, 2);
         let team = Team::new(&p, &sets);
         let mut states = 0;
         let most = best(&team, &team.root(), &mut states);
@@ -169,7 +169,7 @@ fn walls_are_passed_by_those_who_can() {
     let team = vec![drone, agent("anna", true, [1.0, 1.0], 1.0)];
     let mut p = problem(square(8.0), team, vec![source("goal", [1.0, 6.0], 0.4, 5.0, 5.0, 2)], 40.0);
     p.walls.push(wall("fence", &[[0.0, 3.5], [6.0, 3.5]]));
-    let sets = ActionSets::new(&p);
+    let sets = ActionSets::new(&p, 2);
     let times = [0, 1].map(|agent| sets.of[agent].way(0, 1).expect("a way").duration);
     assert!((times[0] - 5.0).abs() < 1e-9, "{times:?}");
     // Around the end of the wall, which is kept at 0.2 m.
@@ -182,7 +182,7 @@ fn walls_are_passed_by_those_who_can() {
 fn ways_keep_their_distance_from_walls() {
     let mut ways = 0;
     for (seed, p) in worlds(2, 4, 30) {
-        let sets = ActionSets::new(&p);
+        let sets = ActionSets::new(&p, 2);
         for (index, set) in sets.of.iter().enumerate() {
             let (who, count) = (&p.agents[index], set.spots.len());
             let blocked = p.walls.iter().enumerate().filter(|(wall, _)| !who.passes.contains(wall));
@@ -224,9 +224,9 @@ fn rewards_of_a_way_are_integrals() {
     p.sources[0].inside = Rate { peak: 3.0, fall: Fall::Rising, scale: 0.4, ..Rate::ZERO };
     p.sources[0].outside = Rate { peak: 1.5, fall: Fall::Gaussian, scale: 0.8, ..Rate::ZERO };
     let way = Way::new(&p, 0, vec![[1.0, 1.0], [4.0, 3.5], [7.0, 7.0]]);
-    let fine = 100_000;
+    let (fine, moving) = (100_000, Travel { speed: 0.7, heading: 0.0 });
     let exact: f64 = (0..fine)
-        .map(|i| rate(&p, 0, 0, along(&way.points, (f64::from(i) + 0.5) / f64::from(fine), 0.0).at, 0.7))
+        .map(|i| rate(&p, 0, 0, along(&way.points, (f64::from(i) + 0.5) / f64::from(fine), 0.0).at, moving))
         .sum::<f64>()
         * way.duration
         / f64::from(fine);

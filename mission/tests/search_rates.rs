@@ -3,8 +3,11 @@
 use expressions::{Function, Op};
 use hierarq_mission::kinds::search::choose::{Formulation, Options, plan};
 use hierarq_mission::kinds::search::geometry::Point;
-use hierarq_mission::kinds::search::problem::{Boundary, Extent, Fall, Rate, RateFunction, Source, SourceKind};
+use hierarq_mission::kinds::search::problem::{
+    Boundary, Extent, Fall, NoValue, Rate, RateFunction, Source, SourceKind, Travel,
+};
 use hierarq_mission::kinds::search::validate::validate;
+use hierarq_mission::kinds::search::ways::Way;
 
 use crate::common::Random;
 use crate::searched::{agent, problem, source, square};
@@ -67,7 +70,7 @@ fn a_written_form_is_the_form() {
         let one = Source { outside, ..source("s", [5.0, 5.0], 0.5, 2.0, 6.0, 1) };
         let mut p = problem(square(8.0), vec![agent("a", false, [1.0, 1.0], 0.7)], vec![one], 30.0);
         let bounds = p.bounds();
-        p.sources[0].survey(bounds).expect("finite values");
+        p.sources[0].survey(bounds, 1.0).expect("finite values");
         p
     };
     let form = of(Rate { peak: 1.5, fall: Fall::Gaussian, scale: 0.8, ..Rate::ZERO });
@@ -103,7 +106,7 @@ fn a_rate_has_a_direction() {
     p.sources[0].kind = SourceKind::Task;
     p.sources[0].pool = None;
     let bounds = p.bounds();
-    p.sources[0].survey(bounds).expect("finite values");
+    p.sources[0].survey(bounds, 1.0).expect("finite values");
     assert!(p.sources[0].repels() && p.sources[0].attracts());
     let planned = plan(&p, &Options { formulation: Formulation::TreeSearch, ..Options::of(&p) }).expect("a plan").plan;
     assert_eq!(validate(&p, &planned), vec![]);
@@ -119,8 +122,81 @@ fn values_that_are_not_finite_are_found() {
     let of = Function { ops, result: 5, text: String::new() };
     let outside = Rate { function: Some(RateFunction { of, extent: Extent::default() }), ..Rate::ZERO };
     let mut one = Source { outside, ..source("s", [4.0, 4.0], 0.5, 2.0, 6.0, 1) };
-    let at = one.survey([[0.0, 0.0], [8.0, 8.0]]).expect_err("a place");
+    let at = one.survey([[0.0, 0.0], [8.0, 8.0]], 1.0).expect_err("a place");
+    let NoValue::At(at) = at else { panic!("{at:?}") };
     let d = (at[0] - 4.0).hypot(at[1] - 4.0) - 0.5;
     assert!((0.0..=2.0).contains(&d), "{at:?}");
     assert_eq!(one.rate(at), 0.0, "no reward");
+}
+
+/// `factor` times an argument, per unit of it.
+fn times(argument: usize, factor: f64) -> Rate {
+    let of =
+        Function { ops: vec![Op::Input(argument), Op::Const(factor), Op::Mul(0, 1)], result: 2, text: String::new() };
+    Rate { function: Some(RateFunction { of, extent: Extent::default() }), ..Rate::ZERO }
+}
+
+/// An action source with an interval of directions (deg).
+fn directions([low, high]: [f64; 2], inside: Rate, outside: Rate) -> Source {
+    let boundary = Boundary::Heading([low.to_radians(), high.to_radians()]);
+    let one = source("s", [0.0; 2], 1.0, 0.0, 0.0, 1);
+    Source { kind: SourceKind::Action, boundary, inside, outside, pool: None, ..one }
+}
+
+/// A way to the east, the north, the west and the south: each direction gives what its length is worth.
+#[test]
+fn motions_are_rewarded_by_direction_and_speed() {
+    let way = vec![[1.0, 1.0], [4.0, 1.0], [4.0, 6.0], [2.0, 6.0], [2.0, 2.0]];
+    let lengths = [(0.0, 3.0), (90.0, 5.0), (180.0, 2.0), (-90.0, 4.0)];
+    let within = |[low, high]: [f64; 2], heading: f64| {
+        [-360.0, 0.0, 360.0, 720.0].iter().any(|turn| low <= heading + turn && heading + turn <= high)
+    };
+    for interval in [[80.0, 100.0], [170.0, 190.0], [-190.0, -170.0], [-10.0, 95.0], [600.0, 640.0], [0.0, 360.0]] {
+        // Twice the speed in the interval, a tenth a second lost outside.
+        let one = directions(interval, times(RateFunction::SPEED, 2.0), Rate::constant(-0.1));
+        let p = problem(square(8.0), vec![agent("a", false, way[0], 0.5)], vec![one], 60.0);
+        let total: f64 = Way::new(&p, 0, way.clone()).rewards.iter().filter_map(|(_, sums)| sums.last()).sum();
+        let of = |(heading, length): (f64, f64)| {
+            if within(interval, heading) { 2.0 * length } else { -0.1 * length / 0.5 }
+        };
+        let exact: f64 = lengths.into_iter().map(of).sum();
+        // At each of the three corners a step of a tenth of a second may count for either direction.
+        assert!((total - exact).abs() < 3.0 * 0.1 * 1.1, "{interval:?}: {total} and {exact}");
+        assert_eq!(p.sources[0].rate_of(Travel::REST), 0.0, "who stands has no direction");
+    }
+    // A function of the direction itself.
+    let one = directions([-180.0, 180.0], times(RateFunction::HEADING, 1.0), Rate::ZERO);
+    assert_eq!(one.rate_of(Travel { speed: 1.0, heading: -0.5 }), -0.5);
+}
+
+/// Of two equal goals an agent takes the one to which the direction costs nothing.
+#[test]
+fn directions_decide() {
+    let goals = [("north", [1.5, 6.5]), ("east", [6.5, 1.5])];
+    for (interval, expected) in [([45.0, 135.0], "east"), ([-45.0, 45.0], "north")] {
+        let mut sources: Vec<Source> = goals.map(|(name, at)| source(name, at, 0.5, 2.0, 4.0, 1)).into();
+        let mut wind = directions(interval, times(RateFunction::SPEED, -0.3), Rate::ZERO);
+        wind.survey([[0.0, 0.0], [8.0, 8.0]], 1.0).expect("finite values");
+        assert!(wind.repels() && !wind.attracts());
+        sources.push(wind);
+        let p = problem(square(8.0), vec![agent("a", false, [1.5, 1.5], 1.0)], sources, 9.0);
+        let planned = plan(&p, &Options::of(&p)).expect("a plan").plan;
+        assert_eq!(validate(&p, &planned), vec![]);
+        let reached = planned.activities.iter().find_map(|a| a.source).map(|source| p.sources[source].name.clone());
+        assert_eq!(reached.as_deref(), Some(expected));
+    }
+}
+
+/// A rate without a finite value for some motion is found.
+#[test]
+fn motions_without_a_value_are_found() {
+    let ops = vec![Op::Input(RateFunction::SPEED), Op::Const(0.5), Op::Sub(0, 1), Op::Sqrt(2)];
+    let of = Function { ops, result: 3, text: String::new() };
+    let inside = Rate { function: Some(RateFunction { of, extent: Extent::default() }), ..Rate::ZERO };
+    let mut one = Source { boundary: Boundary::Speed([0.0, 2.0]), ..directions([0.0, 1.0], inside, Rate::ZERO) };
+    let NoValue::Of(travel) = one.survey([[0.0, 0.0], [8.0, 8.0]], 1.0).expect_err("a motion") else {
+        panic!("a place")
+    };
+    assert!(travel.speed < 0.5);
+    assert_eq!(one.rate_of(travel), 0.0, "no reward");
 }

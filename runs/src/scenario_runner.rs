@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use compiler::Report;
 use dsl::tree::{Item, ItemKind};
 use dsl::{SourceId, Syntax};
+use mission::parallel;
 use runtime::missions::{End, MissionSummary, RejectedEvent, WorkerRecord};
 use runtime::program::{MissionProgram, MissionScenarioProgram, ScenarioProgram};
 use runtime::record::All;
@@ -276,27 +275,7 @@ pub struct Tested {
 
 /// Applies `work` to all elements on all processors; returns the results in order.
 pub(crate) fn in_parallel<T: Sync, R: Send>(all: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let next = AtomicUsize::new(0);
-    let done: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::new());
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(all.len());
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                while let Some((i, item)) = {
-                    let i = next.fetch_add(1, Ordering::Relaxed);
-                    all.get(i).map(|item| (i, item))
-                } {
-                    let result = work(item);
-                    if let Ok(mut done) = done.lock() {
-                        done.push((i, result));
-                    }
-                }
-            });
-        }
-    });
-    let mut done = done.into_inner().unwrap_or_default();
-    done.sort_by_key(|d| d.0);
-    done.into_iter().map(|d| d.1).collect()
+    parallel::in_parallel(all.len(), parallel::threads(), |i| work(&all[i]))
 }
 
 /// Compiles specs in parallel.

@@ -208,6 +208,12 @@ pub fn random(seed: u64, agents: usize, sources: usize) -> Problem {
         };
         p.sources.push(beside);
     }
+    if random.unit() < 0.4 {
+        let low = random.within(-4.0, 4.0);
+        let against = hazard("against", [0.0; 2], 1.0, random.within(0.1, 0.6), (0..agents).collect());
+        let boundary = Boundary::Heading([low, low + random.within(0.5, 3.0)]);
+        p.sources.push(Source { kind: SourceKind::Action, boundary, outside: Rate::ZERO, ..against });
+    }
     p
 }
 

@@ -5,7 +5,7 @@ use blocks::{
     Word, block,
 };
 use expressions::Function;
-use quantities::dimension::{LENGTH, NONE, RATE, TIME};
+use quantities::dimension::{ANGLE, LENGTH, NONE, RATE, TIME, VELOCITY};
 use quantities::{Quantity, usual};
 
 use super::habits_blocks::{HABITS, HabitsBlock, REMINDER, ReminderBlock};
@@ -49,6 +49,19 @@ static RATE_OF: FunctionType = FunctionType {
             dimension: LENGTH,
             doc: "Vector from the nearest point of the boundary to the agent, in the axes of the map; of an interaction \
                   source in the frame of its agent, whose x axis points forward.",
+        },
+        Argument {
+            name: "speed",
+            is_vector: false,
+            dimension: VELOCITY,
+            doc: "Speed of the agent; for action sources.",
+        },
+        Argument {
+            name: "heading",
+            is_vector: false,
+            dimension: ANGLE,
+            doc: "Direction of travel, from the x axis of the map to the left, between -180 and 180 deg; for action \
+                  sources with `headings`.",
         },
     ],
     result: Quantity::any(RATE),
@@ -198,7 +211,7 @@ block! {
     pub struct SourceBlock = SOURCE, "a source" {
         /// See [`LABEL`].
         label: Option<String> = same(LABEL);
-        /// Its set: of an element of the `environment`, of an `action` (the axis of its boundary is the speed), of a `task`
+        /// Its set: of an element of the `environment`, of an `action` (its boundary is an interval of motions), of a `task`
         /// with a fixed place, or of an `interaction` (its boundary is in the frame of an agent).
         kind: Word = or(ValueType::Choice(&SourceKind::NAMES), "task");
         /// Centre of its boundary, a circle; without `radius` the boundary is this point.
@@ -213,6 +226,8 @@ block! {
         points: Vec<[f64; 2]> = optional(POINTS, "[[0, 2], [3, 2]] m");
         /// Boundary of an action source: an interval of speeds.
         speeds: Option<Range> = optional(ValueType::Range(Quantity { min_included: true, ..usual::WALKING_SPEED }), "[0.1, 2] m/s");
+        /// Boundary of an action source: an interval of directions of travel, from the x axis of the map to the left.
+        headings: Option<Range> = optional(ValueType::Range(Quantity::any(ANGLE)), "[80, 100] deg");
         /// Reward rate inside the boundary and on it, `r_i`; default: none.
         inside: Option<RateBlock> = optional(ValueType::Block(&REWARD_RATE), "{ rate 5 /s }");
         /// Reward rate outside the boundary, `r_e`; default: none.
@@ -238,7 +253,8 @@ block! {
     pub struct RateBlock = REWARD_RATE, "a reward rate" {
         /// Reward a second at the boundary; with `fall rising` the value that it approaches. Negative for what is to be
         /// avoided. As an expression it depends on the distance `d` from the boundary and on the vector `away` from the nearest
-        /// point of the boundary: `2 /s * exp(-(away.x/(1 m))^2)`.
+        /// point of the boundary, `2 /s * exp(-(away.x/(1 m))^2)`; of an action source on the `speed` and the `heading` of the
+        /// agent, `-0.1 /m * speed`.
         rate: Function = required(ValueType::Function(&RATE_OF), "5 /s");
         /// Form over `d` by which the rate is multiplied, with the length `scale`: `constant`; `linear`, down to zero at `scale`; `exponential`,
         /// `exp(-d/scale)`; `gaussian`, `exp(-d^2/(2 scale^2))`; `rising`, `1 - exp(-d/scale)`.

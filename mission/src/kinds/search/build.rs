@@ -6,12 +6,11 @@ use super::blocks::{AgentBlock, HiddenBlock, RateBlock, SearchBlock, SourceBlock
 use super::check::{Item, check};
 use super::check_objects::unseen;
 use super::check_people;
-use super::geometry::Point;
 use super::map_file;
 use super::mission::{Search, members};
 use super::problem::{
-    Agent, Boundary, Codependence, Detection, Extent, Fall, Hidden, Planner, Problem, Rate, RateFunction, Source,
-    SourceKind, Wall,
+    Agent, Boundary, Codependence, Detection, Extent, Fall, Hidden, NoValue, Planner, Problem, Rate, RateFunction,
+    Source, SourceKind, Travel, Wall,
 };
 use crate::declare::{DeclaredMember, DeclaredMission, Origins, Remark, Remarks, labels, mistaken};
 
@@ -64,7 +63,8 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
         let item = Item::Source(problem.sources.len());
         places.add(item, &member.settings);
         let mut source = source(member, item, agents.len(), &mut places, remarks);
-        if let Err(at) = source.survey(problem.bounds()) {
+        let fastest = problem.agents.iter().map(|agent| agent.speed).fold(0.0, f64::max);
+        if let Err(at) = source.survey(problem.bounds(), fastest) {
             remarks.push(no_value(&source, at, places.of(item, &["inside", "outside"])));
             places.mark_wrong(item, "inside");
         }
@@ -162,13 +162,16 @@ fn rate(block: Option<RateBlock>) -> Rate {
     }
 }
 
-/// A function that has no finite value at a point.
-fn no_value(source: &Source, [x, y]: Point, at: blocks::Origin) -> Remark {
-    let near = match source.kind {
-        SourceKind::Interaction => "in the frame of its agent",
-        _ => "of the map",
+/// A function that has no finite value somewhere.
+fn no_value(source: &Source, value: NoValue, at: blocks::Origin) -> Remark {
+    let place = match (value, source.kind) {
+        (NoValue::At([x, y]), SourceKind::Interaction) => format!("at ({x:.2}, {y:.2}) m in the frame of its agent"),
+        (NoValue::At([x, y]), _) => format!("at ({x:.2}, {y:.2}) m of the map"),
+        (NoValue::Of(Travel { speed, heading }), _) => {
+            format!("for a speed of {speed:.2} m/s and a heading of {:.0} deg", heading.to_degrees())
+        }
     };
-    let text = format!("the rate of `{}` has no finite value at ({x:.2}, {y:.2}) m {near}", source.name);
+    let text = format!("the rate of `{}` has no finite value {place}", source.name);
     Remark::error("HQ0945", at, text).help(
         "check for a root of a negative number, a division by zero, or a logarithm of a number that is not positive",
     )
@@ -179,13 +182,15 @@ fn circle() -> Snippet {
     Snippet::parts([Snippet::entry("at", "[4, 2] m"), Snippet::entry("radius", "0.5 m")])
 }
 
-/// An interval of speeds, as an example.
-fn speeds() -> Snippet {
-    Snippet::entry("speeds", "[0.1, 2] m/s")
+/// Intervals of motions, as examples.
+fn motions() -> [Snippet; 2] {
+    [Snippet::entry("speeds", "[0.1, 2] m/s"), Snippet::entry("headings", "[80, 100] deg")]
 }
 
 /// Keys that give a boundary.
-const BOUNDARIES: [&str; 5] = ["at", "polygon", "line", "points", "speeds"];
+const BOUNDARIES: [&str; 6] = ["at", "polygon", "line", "points", "speeds", "headings"];
+/// Those that are intervals of motions, with what they are.
+const INTERVALS: [(&str, &str); 2] = [("speeds", "speeds"), ("headings", "directions")];
 
 fn source(
     member: &DeclaredMember,
@@ -209,7 +214,9 @@ fn source(
             wrong(
                 "at",
                 match kind {
-                    SourceKind::Action => remark.help(Help::with("write an interval of speeds, {}", [speeds()])),
+                    SourceKind::Action => {
+                        remark.help(Help::with("write an interval of speeds, {}, or of directions, {}", motions()))
+                    }
                     _ => remark.help(Help::with("write a circle, {}, or a polygon, a line or points", [circle()])),
                 },
             );
@@ -228,25 +235,19 @@ fn source(
             remark.help(Help::with("write the centre of the circle too, {}", [Snippet::entry("at", "[4, 2] m")])),
         );
     }
-    let interval = member.settings.key_origin("speeds");
-    if let (Some(at), false) = (interval, kind == SourceKind::Action) {
-        let remark = Remark::error(
-            BOUNDARY,
-            at,
-            format!("the boundary of `{name}` is an interval of speeds, and not on the ground"),
-        );
-        let remark = remark.note(format!(
-            "the boundary of an action source is on the axis of speed, and this source has the kind `{}`",
+    let interval = INTERVALS.iter().find_map(|(key, what)| Some((*key, *what, member.settings.key_origin(key)?)));
+    if let (Some((key, what, at)), false) = (interval, kind == SourceKind::Action) {
+        let text = format!("the boundary of `{name}` is an interval of {what}, and not on the ground");
+        let remark = Remark::error(BOUNDARY, at, text).note(format!(
+            "the boundary of an action source is an interval of motions, and this source has the kind `{}`",
             kind.name()
         ));
-        wrong(
-            "speeds",
-            remark.help(Help::with("write {}, or a boundary on the ground", [Snippet::entry("kind", "action")])),
-        );
+        let help = Help::with("write {}, or a boundary on the ground", [Snippet::entry("kind", "action")]);
+        wrong(key, remark.help(help));
     } else if let (Some((key, at)), true, None) = (written.first(), kind == SourceKind::Action, interval) {
-        let remark =
-            Remark::error(BOUNDARY, *at, format!("`{name}` is an action source, and `{key}` is on the ground"));
-        wrong("at", remark.help(Help::with("write an interval of speeds, {}, or another `kind`", [speeds()])));
+        let text = format!("`{name}` is an action source, and `{key}` is on the ground");
+        let help = Help::with("write an interval of speeds, {}, or of directions, {}, or another `kind`", motions());
+        wrong("at", Remark::error(BOUNDARY, *at, text).help(help));
     }
     match (kind == SourceKind::Interaction, member.settings.key_origin("of")) {
         (true, None) => {
@@ -262,8 +263,9 @@ fn source(
         }
         _ => {}
     }
-    let boundary = match (block.at, block.radius, block.speeds) {
-        (_, _, Some(speeds)) => Boundary::Speed([speeds.low, speeds.high]),
+    let boundary = match (block.at, block.radius, block.speeds.or(block.headings)) {
+        (_, _, Some(speeds)) if block.speeds.is_some() => Boundary::Speed([speeds.low, speeds.high]),
+        (_, _, Some(headings)) => Boundary::Heading([headings.low, headings.high]),
         (Some(centre), Some(radius), _) => Boundary::Circle { centre, radius },
         (Some(at), None, _) => Boundary::Points(vec![at]),
         _ if !block.line.is_empty() => Boundary::Line(block.line),

@@ -5,7 +5,9 @@ use blocks::{Help, Snippet};
 use super::geometry::{Point, area, crosses_itself, length};
 use super::ground::{Body, Ground};
 use super::map_file;
-use super::problem::{Boundary, Fall, MAX_AGENTS, MAX_CORNERS, MAX_SOURCES, MAX_WALLS, Problem, Rate, SourceKind};
+use super::problem::{
+    Boundary, Fall, MAX_AGENTS, MAX_CORNERS, MAX_SOURCES, MAX_WALLS, Problem, Rate, RateFunction, Source, SourceKind,
+};
 use super::ways::goals;
 use crate::declare::{Origins, Remark};
 use crate::numbers::{MAX_NUMBER, MIN_SPEED};
@@ -158,7 +160,7 @@ fn sizes(p: &Problem, found: &mut Vec<Mistake>) {
 }
 
 /// Keys of a boundary.
-const BOUNDARY: &[&str] = &["polygon", "line", "points", "at", "speeds"];
+const BOUNDARY: &[&str] = &["polygon", "line", "points", "at", "speeds", "headings"];
 
 fn polygon(points: &[Point]) -> Option<&'static str> {
     match () {
@@ -201,7 +203,11 @@ fn shapes(p: &Problem, found: &mut Vec<Mistake>) {
             Boundary::Line(points) => line(points),
             Boundary::Points(points) => points.is_empty().then_some("has no point"),
             Boundary::Circle { .. } => None,
-            Boundary::Speed([low, high]) => (low > high).then_some("ends before it begins"),
+            Boundary::Speed([low, high]) | Boundary::Heading([low, high]) if low > high => {
+                Some("ends before it begins")
+            }
+            Boundary::Heading([low, high]) if high - low > std::f64::consts::TAU => Some("is more than a whole turn"),
+            Boundary::Speed(_) | Boundary::Heading(_) => None,
         };
         wrong(Item::Source(i), BOUNDARY, "this boundary", why);
     }
@@ -256,12 +262,34 @@ fn rates(p: &Problem, found: &mut Vec<Mistake>) {
                 found.push(Mistake::new("HQ0945", item, BOUNDARY, text, Help::write_for_instance(outside())));
             }
         }
-        let varies = |rate: &Rate| rate.fall != Fall::Constant || rate.function.is_some();
-        if source.kind == SourceKind::Action && (varies(&source.inside) || varies(&source.outside)) {
-            let text = format!("the rate of `{name}` varies with a length, and its axis is a speed");
-            let help = "write constant rates inside and outside, without `fall`, `scale`, `d` and `away`";
+        if let Some((text, help)) = [&source.inside, &source.outside].into_iter().find_map(|rate| misfit(source, rate))
+        {
             found.push(Mistake::new("HQ0945", item, &["inside", "outside"], text, help));
         }
+    }
+}
+
+/// Arguments of a rate that its source does not have: what is wrong, and a way out.
+fn misfit(source: &Source, rate: &Rate) -> Option<(String, &'static str)> {
+    let name = &source.name;
+    let uses = |argument: usize| rate.function.as_ref().is_some_and(|function| function.of.uses(argument));
+    let of_place = RateFunction::OF_PLACE.into_iter().any(uses);
+    let of_motion = [RateFunction::SPEED, RateFunction::HEADING].into_iter().find(|argument| uses(*argument));
+    let word = |argument: usize| if argument == RateFunction::SPEED { "speed" } else { "heading" };
+    match (source.kind == SourceKind::Action, of_motion) {
+        (true, _) if of_place || rate.fall != Fall::Constant => Some((
+            format!("the rate of `{name}` varies with a length, and its axis is a motion"),
+            "write it as an expression of `speed` or `heading`, without `fall`, `scale`, `d` and `away`",
+        )),
+        (true, Some(RateFunction::HEADING)) if !matches!(source.boundary, Boundary::Heading(_)) => Some((
+            format!("the rate of `{name}` varies with the heading, and its boundary is an interval of speeds"),
+            "write `headings` in place of `speeds`: who stands has no direction of travel, and gets no reward of it",
+        )),
+        (false, Some(argument)) => Some((
+            format!("the rate of `{name}` varies with the {}, and it is no action source", word(argument)),
+            "declare a source of the kind `action` beside it, with an interval of `speeds` or of `headings`",
+        )),
+        _ => None,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Planning of a search: formulations, budget, and the plan.
 
 use crate::engine::{Budget, Watch};
+use crate::parallel;
 use crate::plan::{Limit, Statistics, Status};
 
 use super::check::Mistake;
@@ -9,7 +10,7 @@ use super::plan::{Activity, Plan};
 use super::problem::Problem;
 use super::reward::evaluate;
 use super::team::Team;
-use super::tree_search::{Found, search, threads};
+use super::tree_search::{Found, search};
 use super::ways::ActionSets;
 
 /// A planner.
@@ -57,6 +58,9 @@ pub struct Options {
     pub threads: Option<usize>,
 }
 
+/// A search with fewer states takes no longer than starting threads.
+const FEW_STATES: u64 = 2_000;
+
 impl Options {
     /// The usual ones for a problem: the number of states ends the search, and the time only on a machine on which states
     /// take far too long.
@@ -93,9 +97,11 @@ pub fn plan(problem: &Problem, options: &Options) -> Result<Planned, Vec<Mistake
 /// Plans a problem that has no mistake, such as that of a mission under way.
 pub(super) fn plan_checked(problem: &Problem, options: &Options) -> Planned {
     let watch = Watch::new(&options.budget);
-    let sets = ActionSets::new(problem);
+    let threads = options.threads.unwrap_or_else(parallel::threads);
+    let sets = ActionSets::new(problem, threads);
     let team = Team::new(problem, &sets);
-    let threads = options.threads.unwrap_or_else(|| threads(problem));
+    // A small search is over before a thread has begun.
+    let threads = if problem.planner.states < FEW_STATES { 1 } else { threads };
     let budget = options.budget.nodes;
     let first = greedy(&team);
     let (found, activities) = match options.formulation {

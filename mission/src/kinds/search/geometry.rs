@@ -10,7 +10,10 @@ pub fn between(a: Point, b: Point, share: f64) -> Point {
 
 /// Returns the distance of two points (m).
 pub fn distance(a: Point, b: Point) -> f64 {
-    f64::hypot(b[0] - a[0], b[1] - a[1])
+    // Coordinates are at most 1e6 m, so that squares are exact enough and far from overflow. `hypot` took a quarter of the
+    // time of growing trees.
+    let [x, y] = [b[0] - a[0], b[1] - a[1]];
+    (x * x + y * y).sqrt()
 }
 
 /// Returns the point of the segment `a b` that is nearest to `p`.

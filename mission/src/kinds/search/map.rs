@@ -2,6 +2,7 @@
 
 use crate::map::{Line, Map, Region, Shade, Shape, Sign};
 use crate::occupancy::Cell;
+use crate::parallel;
 
 use super::belief::weights;
 use super::geometry::{Point, bounds, inside};
@@ -22,7 +23,7 @@ const MOST_CONSIDERED: usize = 400;
 /// The map of a plan: that of its activities, and the ways from the starts that its action sets have, branches of the trees.
 pub fn map_of_plan(problem: &Problem, activities: &[Activity]) -> Map {
     let mut map = map(problem, activities);
-    let sets = ActionSets::new(problem);
+    let sets = ActionSets::new(problem, parallel::threads());
     let ways = sets.of.iter().flat_map(|set| (1..set.spots.len()).filter_map(|spot| set.way(0, spot)));
     let lines = ways.take(MOST_CONSIDERED).map(|way| Shape::Line {
         line: Line::Considered,
@@ -171,7 +172,7 @@ fn draw(source: &Source, label: &str, shapes: &mut Vec<Shape>) -> Point {
             shapes.extend(signs);
             return points.first().copied().unwrap_or_default();
         }
-        Boundary::Speed(_) => return Point::default(),
+        Boundary::Speed(_) | Boundary::Heading(_) => return Point::default(),
     };
     let at = super::geometry::middle(&corners);
     shapes.push(Shape::Region { region, corners, title });

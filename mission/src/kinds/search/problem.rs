@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::geometry::{self, Point};
 use super::habits::{Habits, Reminder};
 use super::sight::{Sight, SightCache};
-pub use super::source::{Boundary, Extent, Fall, Rate, RateFunction, Source, SourceKind, TOUCHES};
+pub use super::source::{Boundary, Extent, Fall, NoValue, Rate, RateFunction, Source, SourceKind, TOUCHES, Travel};
 use crate::labels::Labels;
 use crate::occupancy::OccupancyGrid;
 

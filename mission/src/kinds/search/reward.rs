@@ -9,7 +9,7 @@
 use super::belief::Undetected;
 use super::geometry::{Point, Pose, along};
 use super::plan::{Activity, Phase};
-use super::problem::{EMPTY, Problem, SourceKind};
+use super::problem::{EMPTY, Problem, SourceKind, Travel};
 use super::sight::Sight;
 use super::ways::{Way, rate, steps};
 
@@ -246,7 +246,7 @@ pub fn evaluate(problem: &Problem, activities: &[Activity]) -> Rewards {
     let mut undetected = Undetected::of(problem);
     let seat = |agent: usize, at: Point| sight.as_ref().filter(|_| problem.looks(agent).is_some())?.seat(at);
     let rates = |agent: usize, at: Point| -> Vec<f64> {
-        (0..problem.sources.len()).map(|source| rate(problem, agent, source, at, 0.0)).collect()
+        (0..problem.sources.len()).map(|source| rate(problem, agent, source, at, Travel::REST)).collect()
     };
     let mut own: Vec<Own> = Vec::new();
     for (agent, who) in problem.agents.iter().enumerate() {

@@ -39,7 +39,7 @@ pub struct Source {
 pub enum SourceKind {
     /// Of an element of the environment.
     Environment,
-    /// Of the actions of an agent; its axis is the speed.
+    /// Of the motion of an agent; its axis is the speed or the direction of travel.
     Action,
     /// Of a goal with a fixed place.
     Task,
@@ -77,8 +77,24 @@ pub enum Boundary {
     Line(Vec<Point>),
     /// Points (m).
     Points(Vec<Point>),
-    /// An interval of the axis of speeds (m/s).
+    /// An interval of speeds (m/s).
     Speed([f64; 2]),
+    /// An interval of directions of travel (rad), from the x axis of the map to the left; it may pass half a turn.
+    Heading([f64; 2]),
+}
+
+/// The motion of an agent at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Travel {
+    /// Speed (m/s).
+    pub speed: f64,
+    /// Direction (rad); without a meaning at rest.
+    pub heading: f64,
+}
+
+impl Travel {
+    /// No motion.
+    pub const REST: Travel = Travel { speed: 0.0, heading: 0.0 };
 }
 
 /// Position of a point relative to a boundary.
@@ -91,7 +107,7 @@ pub struct Side {
 }
 
 impl Boundary {
-    /// Returns the side of a point of the ground. Of an interval of speeds the first coordinate is the speed.
+    /// Returns the side of a point of the ground; every point is outside an interval of motions.
     pub fn side(&self, p: Point) -> Side {
         let least = |all: &mut dyn Iterator<Item = f64>| all.fold(f64::INFINITY, f64::min);
         match self {
@@ -111,10 +127,21 @@ impl Boundary {
                 let distance = least(&mut points.iter().map(|q| distance(p, *q)));
                 Side { inside: distance <= TOUCHES, distance }
             }
-            Boundary::Speed([low, high]) => {
-                let inside = *low <= p[0] && p[0] <= *high;
-                Side { inside, distance: (p[0] - low).abs().min((p[0] - high).abs()) }
+            Boundary::Speed(_) | Boundary::Heading(_) => Side { inside: false, distance: f64::INFINITY },
+        }
+    }
+
+    /// Returns true if a motion is in an interval of motions.
+    fn has(&self, travel: Travel) -> bool {
+        match self {
+            Boundary::Speed([low, high]) => (*low..=*high).contains(&travel.speed),
+            Boundary::Heading([low, high]) => {
+                let turn = std::f64::consts::TAU;
+                let turned = (travel.heading - low).rem_euclid(turn);
+                // Rounding may leave the begin of the interval just below a whole turn.
+                turned <= high - low + TOUCHES || turn - turned <= TOUCHES
             }
+            _ => false,
         }
     }
 
@@ -135,16 +162,16 @@ impl Boundary {
             }
             Boundary::Line(points) => nearest(&mut points.windows(2).map(|two| nearest_on_segment(p, two[0], two[1]))),
             Boundary::Points(points) => nearest(&mut points.iter().copied()),
-            Boundary::Speed(_) => [0.0; 2],
+            Boundary::Speed(_) | Boundary::Heading(_) => [0.0; 2],
         }
     }
 
-    /// Returns its points (m); of an interval of speeds there are none.
+    /// Returns its points (m); of an interval of motions there are none.
     pub fn points(&self) -> Vec<Point> {
         match self {
             Boundary::Polygon(points) | Boundary::Line(points) | Boundary::Points(points) => points.clone(),
             Boundary::Circle { centre, .. } => vec![*centre],
-            Boundary::Speed(_) => Vec::new(),
+            Boundary::Speed(_) | Boundary::Heading(_) => Vec::new(),
         }
     }
 }
@@ -163,7 +190,7 @@ pub struct Rate {
     pub function: Option<RateFunction>,
 }
 
-/// A rate as a function of the distance from the boundary and of the vector from its nearest point.
+/// A rate as a function of the distance from the boundary and of the vector from its nearest point, or of a motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateFunction {
     /// The function; [`RateFunction::ARGUMENTS`] are the numbers that it depends on.
@@ -184,8 +211,14 @@ pub struct Extent {
 }
 
 impl RateFunction {
-    /// Number of its arguments: the distance, and three numbers of the vector (m).
-    pub const ARGUMENTS: usize = 4;
+    /// Number of its arguments: the distance and three numbers of the vector (m), the speed (m/s) and the heading (rad).
+    pub const ARGUMENTS: usize = 6;
+    /// Those of them that are of a place.
+    pub const OF_PLACE: std::ops::Range<usize> = 0..4;
+    /// The speed.
+    pub const SPEED: usize = 4;
+    /// The heading.
+    pub const HEADING: usize = 5;
 }
 
 /// Form of a reward rate over the distance `d` from the boundary, with the length `l`.
@@ -256,10 +289,18 @@ impl Rate {
             None => self.peak,
             Some(function) => {
                 let [x, y] = away();
-                function.of.evaluate(&[distance, x, y, 0.0])
+                function.of.evaluate(&[distance, x, y, 0.0, 0.0, 0.0])
             }
         };
         value * self.share(distance)
+    }
+
+    /// Returns the rate (1/s) of a motion, which may be not finite.
+    fn raw_of(&self, travel: Travel) -> f64 {
+        match &self.function {
+            None => self.peak,
+            Some(function) => function.of.evaluate(&[0.0, 0.0, 0.0, 0.0, travel.speed, travel.heading]),
+        }
     }
 
     /// Returns its form at a distance from the boundary (m).
@@ -276,11 +317,24 @@ impl Rate {
 }
 
 impl Source {
-    /// Returns the reward rate (1/s) at a point, srs (1). Of an action source its first coordinate is the speed; of an
-    /// interaction source the point is in the frame of the agent.
+    /// Returns the reward rate (1/s) at a point, srs (1), which of an interaction source is in the frame of the agent.
     pub fn rate(&self, p: Point) -> f64 {
         let (rate, distance) = self.rate_at(p);
         rate.at(distance, || self.boundary.away(p))
+    }
+
+    /// Returns the reward rate (1/s) of a motion, of an action source. Who stands has no direction: a source of directions gives
+    /// nothing then.
+    pub fn rate_of(&self, travel: Travel) -> f64 {
+        let rate = self.raw_of(travel);
+        if rate.is_finite() { rate } else { 0.0 }
+    }
+
+    fn raw_of(&self, travel: Travel) -> f64 {
+        if travel.speed == 0.0 && matches!(self.boundary, Boundary::Heading(_)) {
+            return 0.0;
+        }
+        if self.boundary.has(travel) { self.inside.raw_of(travel) } else { self.outside.raw_of(travel) }
     }
 
     /// Returns the rate that holds at a point, and the distance of the point from the boundary (m).
@@ -289,13 +343,17 @@ impl Source {
         (if side.inside { &self.inside } else { &self.outside }, side.distance)
     }
 
-    /// Finds the values of its functions on a raster of the ground, of which `low` and `high` are corners (m).
+    /// Finds the values of its functions on a raster: of the ground, of which `low` and `high` are corners (m), or of the
+    /// motions up to the greatest speed (m/s) of an agent.
     ///
     /// # Errors
-    /// A point at which one has no finite value: of an interaction source relative to its agent.
-    pub fn survey(&mut self, [low, high]: [Point; 2]) -> Result<(), Point> {
+    /// A point or a motion for which one has no finite value.
+    pub fn survey(&mut self, [low, high]: [Point; 2], fastest: f64) -> Result<(), NoValue> {
         if self.inside.function.is_none() && self.outside.function.is_none() {
             return Ok(());
+        }
+        if self.kind == SourceKind::Action {
+            return self.survey_motions(fastest).map_err(NoValue::Of);
         }
         let ground = [high[0] - low[0], high[1] - low[1]];
         let whole = match self.kind {
@@ -313,7 +371,7 @@ impl Source {
             let (rate, distance) = self.rate_at(p);
             let value = rate.raw(distance, || self.boundary.away(p));
             if !value.is_finite() {
-                return Err(p);
+                return Err(NoValue::At(p));
             }
             samples[usize::from(std::ptr::eq(rate, &self.outside))].push((distance, value));
         }
@@ -328,6 +386,27 @@ impl Source {
         Ok(())
     }
 
+    fn survey_motions(&mut self, fastest: f64) -> Result<(), Travel> {
+        let share = |i: usize| i as f64 / RASTER as f64;
+        let directions = if matches!(self.boundary, Boundary::Heading(_)) { RASTER } else { 1 };
+        let mut values: [Vec<f64>; 2] = Default::default();
+        for (i, j) in (0..=RASTER).flat_map(|i| (0..directions).map(move |j| (i, j))) {
+            let heading = std::f64::consts::TAU * (share(j) - 0.5);
+            let travel = Travel { speed: fastest * share(i), heading };
+            let value = self.raw_of(travel);
+            if !value.is_finite() {
+                return Err(travel);
+            }
+            values[usize::from(!self.boundary.has(travel))].push(value);
+        }
+        for (rate, values) in [&mut self.inside, &mut self.outside].into_iter().zip(values) {
+            let Some(function) = &mut rate.function else { continue };
+            let of = |pick: fn(f64, f64) -> f64| values.iter().copied().reduce(pick).unwrap_or_default();
+            function.extent = Extent { least: of(f64::min), greatest: of(f64::max), reach: 0.0 };
+        }
+        Ok(())
+    }
+
     /// Returns true if its rate can be negative.
     pub fn repels(&self) -> bool {
         self.inside.range()[0] < 0.0 || self.outside.range()[0] < 0.0
@@ -338,6 +417,15 @@ impl Source {
         let has_inside = !matches!(self.boundary, Boundary::Line(_) | Boundary::Points(_));
         (has_inside && self.inside.range()[1] > 0.0) || self.outside.range()[1] > 0.0
     }
+}
+
+/// Where a rate has no finite value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NoValue {
+    /// At a point (m): of an interaction source relative to its agent.
+    At(Point),
+    /// For a motion.
+    Of(Travel),
 }
 
 /// Number of points along each side of a raster on which functions are looked at.

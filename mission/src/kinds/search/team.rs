@@ -42,7 +42,7 @@ enum Doing {
 
 /// The state of an agent.
 #[derive(Clone, Copy, Debug)]
-struct Standing {
+pub(super) struct Standing {
     /// Its spot, or that to which it goes.
     spot: usize,
     doing: Doing,
@@ -65,7 +65,7 @@ pub struct State {
     pub pools: Vec<f64>,
     /// Worth of the hidden objects that are not yet expected to be detected.
     pub undetected: Undetected,
-    agents: Vec<Standing>,
+    pub(super) agents: Vec<Standing>,
     /// Nothing happens any more until the horizon.
     pub terminal: bool,
     /// Sum of the times of all actions that have ended (s).
@@ -234,13 +234,10 @@ impl<'p> Team<'p> {
             ((rate * time).min(pool), time)
         };
         let rest = |from: f64, without: Option<usize>| -> f64 {
-            let most = |source: &usize| {
-                let rate = set.spots.iter().map(|spot| spot.rates[*source]).fold(0.0, f64::max);
-                (rate * (horizon - from)).min(state.pools[*source])
-            };
-            let others = (0..self.problem.sources.len()).filter(|source| Some(*source) != without);
-            let sources: f64 =
-                others.filter(|source| self.is_useful(state, agent, *source)).map(|source| most(&source)).sum();
+            let best = set.best_rates.iter().copied().enumerate();
+            let others = best.filter(|(source, rate)| *rate > 0.0 && Some(*source) != without);
+            let useful = others.filter(|(source, _)| self.is_useful(state, agent, *source));
+            let sources: f64 = useful.map(|(source, rate)| (rate * (horizon - from)).min(state.pools[source])).sum();
             sources + state.undetected.sum * self.problem.urgency(from)
         };
         match act {
@@ -292,10 +289,19 @@ impl<'p> Team<'p> {
     /// The state that follows when every free agent has chosen: that at the next end of an action, or at the horizon.
     pub fn next(&self, state: &State, choices: &[(usize, Act)]) -> State {
         let mut then = state.clone();
-        for (agent, act) in choices {
-            let ends = self.end_of(state, *agent, *act).unwrap_or(state.time);
+        self.pass_to_next(&mut then, choices);
+        then
+    }
+
+    /// The same in place.
+    pub(super) fn pass_to_next(&self, then: &mut State, choices: &[(usize, Act)]) {
+        let now = then.time;
+        // Whether an action is possible depends on the others as they were before anybody chose.
+        let ends: Vec<f64> =
+            choices.iter().map(|(agent, act)| self.end_of(then, *agent, *act).unwrap_or(now)).collect();
+        for ((agent, act), ends) in choices.iter().zip(ends) {
             let standing = &mut then.agents[*agent];
-            standing.since = state.time;
+            standing.since = now;
             standing.ends = ends;
             standing.actions += 1;
             standing.doing = match act {
@@ -311,8 +317,8 @@ impl<'p> Team<'p> {
         let active = |standing: &&Standing| matches!(standing.doing, Doing::Staying | Doing::Going(_));
         let next = then.agents.iter().filter(active).map(|standing| standing.ends).reduce(f64::min);
         then.terminal = next.is_none();
-        let end = next.unwrap_or(self.problem.end()).max(state.time);
-        self.pass(&mut then, end);
+        let end = next.unwrap_or(self.problem.end()).max(now);
+        self.pass(then, end);
         for standing in &mut then.agents {
             let over = match standing.doing {
                 Doing::Staying | Doing::Going(_) => standing.ends <= end + SAME,
@@ -325,7 +331,6 @@ impl<'p> Team<'p> {
                 standing.doing = Doing::Free;
             }
         }
-        then
     }
 
     /// Lets time pass until `end`, with its rewards.

@@ -150,6 +150,9 @@ fn boundary(source: &Source) -> String {
             all => format!("{} points", all.len()),
         },
         Boundary::Speed([low, high]) => format!("speeds from {} to {} m/s", number(*low), number(*high)),
+        Boundary::Heading([low, high]) => {
+            format!("headings from {} to {} deg", number(low.to_degrees()), number(high.to_degrees()))
+        }
     }
 }
 

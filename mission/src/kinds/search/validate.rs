@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::geometry::{Point, Pose, edges, inside, segments};
 use super::plan::{Activity, Phase, Plan};
-use super::problem::{EMPTY, Problem, Source, SourceKind};
+use super::problem::{EMPTY, Problem, Source, SourceKind, Travel};
 use super::validate_looks::{Looks, Steps};
 use super::validate_map::enters_blocked;
 
@@ -202,7 +202,7 @@ impl Account<'_> {
     fn rate(&self, source: &Source, agent: usize, time: f64) -> f64 {
         let (pose, speed) = self.pose(agent, time);
         match (source.kind, source.of) {
-            (SourceKind::Action, _) => source.rate([speed, 0.0]),
+            (SourceKind::Action, _) => source.rate_of(Travel { speed, heading: pose.heading }),
             (SourceKind::Interaction, Some(of)) => {
                 let (frame, _) = self.pose(of, time);
                 let [x, y] = [pose.at[0] - frame.at[0], pose.at[1] - frame.at[1]];

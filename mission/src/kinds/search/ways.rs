@@ -7,13 +7,15 @@
 use std::sync::Arc;
 
 use super::belief::{Dwell, dwells};
-use super::geometry::{Point, along, between, bounds, distance, middle};
+use super::geometry::{Point, Pose, along, between, bounds, distance, middle};
 use super::ground::{Body, Ground, Raster, Reached};
 use super::lookouts::lookouts;
-use super::problem::{Boundary, Problem, Source, SourceKind};
+use super::problem::{Boundary, Problem, Source, SourceKind, Travel};
 use super::roads::Roads;
 use super::sight::Sight;
+
 use super::tree::{Price, Tree, shortcut};
+use crate::parallel::in_parallel;
 use crate::random::stream;
 
 /// Time of a step of the quadrature of rewards along a way (s).
@@ -38,16 +40,16 @@ pub fn steps(duration: f64) -> usize {
     ((duration / STEP - 1e-6).ceil() as usize).clamp(1, MOST_STEPS)
 }
 
-/// Returns the reward rate (1/s) of a source for an agent that is at a point with a speed. That of an interaction source
+/// Returns the reward rate (1/s) of a source for an agent that is at a point with a motion. That of an interaction source
 /// needs the position of another agent, and is zero here.
-pub fn rate(problem: &Problem, agent: usize, source: usize, at: Point, speed: f64) -> f64 {
+pub fn rate(problem: &Problem, agent: usize, source: usize, at: Point, travel: Travel) -> f64 {
     if !problem.consumes(agent, source) {
         return 0.0;
     }
     let of = &problem.sources[source];
     match of.kind {
         SourceKind::Environment | SourceKind::Task => of.rate(at),
-        SourceKind::Action => of.rate([speed, 0.0]),
+        SourceKind::Action => of.rate_of(travel),
         SourceKind::Interaction => 0.0,
     }
 }
@@ -97,13 +99,14 @@ impl Way {
         let speed = problem.agents[agent].speed;
         let duration = super::geometry::length(&points) / speed;
         let count = steps(duration);
-        let places: Vec<Point> = (0..count).map(|i| along(&points, (i as f64 + 0.5) / count as f64, 0.0).at).collect();
+        let places: Vec<Pose> = (0..count).map(|i| along(&points, (i as f64 + 0.5) / count as f64, 0.0)).collect();
         let mut rewards = Vec::new();
         for source in 0..problem.sources.len() {
             let mut sums = vec![0.0];
             let mut sum = 0.0;
             for place in &places {
-                sum += rate(problem, agent, source, *place, speed) * duration / count as f64;
+                let travel = Travel { speed, heading: place.heading };
+                sum += rate(problem, agent, source, place.at, travel) * duration / count as f64;
                 sums.push(sum);
             }
             if sums.iter().any(|sum| *sum != 0.0) {
@@ -137,6 +140,8 @@ pub struct ActionSet {
     pub spots: Vec<Spot>,
     /// The spot of the goal that somebody has told it.
     pub told: Option<usize>,
+    /// Greatest rate of each source at a spot (1/s), not below zero.
+    pub best_rates: Vec<f64>,
     /// Ways from spot to spot, row by row; none: there is none, or it leads to the start.
     ways: Vec<Option<Way>>,
 }
@@ -169,8 +174,8 @@ struct Lines {
 }
 
 impl ActionSets {
-    /// Builds the action sets.
-    pub fn new(problem: &Problem) -> ActionSets {
+    /// Builds the action sets on at most this number of threads, which changes nothing about them.
+    pub fn new(problem: &Problem, threads: usize) -> ActionSets {
         let sight = problem.is_searching().then(|| problem.sight());
         let mut sets = ActionSets { of: Vec::new(), sight, nodes: 0 };
         let mut known: Vec<Lines> = Vec::new();
@@ -194,7 +199,8 @@ impl ActionSets {
                 other.body == body && other.goals == goals && price_is_same(problem, other.agent, index)
             };
             let shared = known.iter().find(same);
-            let lines = lines(problem, index, &ground, &raster, &goals, shared, &mut sets.nodes);
+            let network = Network { problem, agent: index, ground: &ground, raster: &raster };
+            let lines = network.lines(&goals, shared, threads, &mut sets.nodes);
             let set = action_set(problem, index, &goals, &lines);
             sets.of.push(ActionSet { told: told.map(|_| TOLD), ..set });
             known.push(Lines { body, goals, start: agent.start, agent: index, lines });
@@ -215,104 +221,124 @@ fn price_is_same(problem: &Problem, a: usize, b: usize) -> bool {
         || (problem.agents[a].speed == problem.agents[b].speed && repelled(a) == repelled(b))
 }
 
-/// Ways from the start, which is spot 0, to the goals and between them.
-fn lines(
-    problem: &Problem,
+/// Everything on which the ways of an agent depend.
+struct Network<'p> {
+    problem: &'p Problem,
     agent: usize,
-    ground: &Ground,
-    raster: &Raster<'_>,
-    goals: &[(Point, Goal)],
-    shared: Option<&Lines>,
-    nodes: &mut u64,
-) -> Vec<Option<Vec<Point>>> {
-    let price = Price::of(problem, agent);
-    let start = problem.agents[agent].start;
-    let spots: Vec<Point> = std::iter::once(start).chain(goals.iter().map(|goal| goal.0)).collect();
-    let count = spots.len();
-    let mut all: Vec<Option<Vec<Point>>> = vec![None; count * count];
-    let sight = problem.looks(agent).map(|_| problem.sight());
-    let roads = sight.as_ref().map(|sight| Roads::new(sight, ground, problem.cell, &price));
-    for from in 0..count {
-        if let Some(shared) = shared.filter(|shared| from > 0 || shared.start == start) {
-            for to in 0..count {
-                all[from * count + to].clone_from(&shared.lines[from * count + to]);
-            }
-            continue;
-        }
-        let straight = |to: usize| price.is_length() && ground.clear(spots[from], spots[to]);
-        let others: Vec<usize> = (from + 1..count).filter(|to| !straight(*to)).collect();
-        for to in (from + 1..count).filter(|to| straight(*to)) {
-            all[from * count + to] = Some(vec![spots[from], spots[to]]);
-        }
-        if !others.is_empty() {
-            let targets: Vec<Point> = others.iter().map(|to| spots[*to]).collect();
-            let mut found = match &roads {
-                Some(roads) => roads.ways(ground, spots[from], &targets, &price),
-                None => vec![None; targets.len()],
-            };
-            for way in found.iter_mut().flatten() {
-                *way = shortcut(ground, way, &price);
-            }
-            let missing: Vec<usize> = (0..targets.len()).filter(|k| found[*k].is_none()).collect();
-            if !missing.is_empty() {
-                let far: Vec<Point> = missing.iter().map(|k| targets[*k]).collect();
-                let grown = grown(problem, ground, raster, spots[from], &far, &price, from, nodes);
-                missing.into_iter().zip(grown).for_each(|(k, way)| found[k] = way);
-            }
-            for (to, way) in others.into_iter().zip(found) {
-                all[from * count + to] = way;
-            }
-        }
-    }
-    // A way back is the same one.
-    for from in 1..count {
-        for to in from + 1..count {
-            let back = all[from * count + to].clone().map(|way| way.into_iter().rev().collect());
-            if all[to * count + from].is_none() {
-                all[to * count + from] = back;
-            }
-        }
-    }
-    all
+    ground: &'p Ground,
+    raster: &'p Raster<'p>,
 }
 
-/// Ways from a root to targets by RRT*; where no node reaches a target, over the raster.
-#[allow(clippy::too_many_arguments, reason = "the parts of one search")]
-fn grown(
-    problem: &Problem,
-    ground: &Ground,
-    raster: &Raster<'_>,
-    root: Point,
-    targets: &[Point],
-    price: &Price<'_>,
-    number: usize,
-    nodes: &mut u64,
-) -> Vec<Option<Vec<Point>>> {
-    let settings = &problem.planner;
-    let grow = |count: usize, nodes: &mut u64| {
-        let mut random = stream(settings.seed, &["tree", &number.to_string(), &count.to_string()]);
-        let tree = Tree::grow(ground, root, targets, count, price, &mut random);
-        *nodes += tree.len() as u64;
-        tree
-    };
-    let tree = grow(settings.tree_nodes, nodes);
-    let mut ways: Vec<Option<Vec<Point>>> = targets.iter().map(|to| tree.way(ground, *to, price)).collect();
-    if ways.iter().any(Option::is_none) {
-        let larger = grow(REGROWN * settings.tree_nodes, nodes);
-        for (way, to) in ways.iter_mut().zip(targets).filter(|(way, _)| way.is_none()) {
-            *way = larger.way(ground, *to, price);
+impl Network<'_> {
+    /// Ways from the start, which is spot 0, to the goals and between them, row by row.
+    fn lines(
+        &self,
+        goals: &[(Point, Goal)],
+        shared: Option<&Lines>,
+        threads: usize,
+        nodes: &mut u64,
+    ) -> Vec<Option<Vec<Point>>> {
+        let start = self.problem.agents[self.agent].start;
+        let spots: Vec<Point> = std::iter::once(start).chain(goals.iter().map(|goal| goal.0)).collect();
+        let price = Price::of(self.problem, self.agent);
+        let sight = self.problem.looks(self.agent).map(|_| self.problem.sight());
+        let roads = sight.as_ref().map(|sight| Roads::new(sight, self.ground, self.problem.cell, &price));
+        let count = spots.len();
+        let rows =
+            in_parallel(count, threads, |from| match shared.filter(|shared| from > 0 || shared.start == start) {
+                Some(shared) => (shared.lines[from * count..(from + 1) * count].to_vec(), 0),
+                None => self.row(from, &spots, roads.as_ref(), &price),
+            });
+        let mut all: Vec<Option<Vec<Point>>> = Vec::with_capacity(count * count);
+        for (row, grown) in rows {
+            all.extend(row);
+            *nodes += grown;
         }
-    }
-    if ways.iter().any(Option::is_none) {
-        let reached = raster.reached(root);
-        for (way, to) in ways.iter_mut().zip(targets).filter(|(way, _)| way.is_none()) {
-            *way = reached.way(*to);
+        // A way back is the same one.
+        for from in 1..count {
+            for to in from + 1..count {
+                let back = all[from * count + to].clone().map(|way| way.into_iter().rev().collect());
+                if all[to * count + from].is_none() {
+                    all[to * count + from] = back;
+                }
+            }
         }
+        all
     }
-    for way in ways.iter_mut().flatten() {
-        *way = shortcut(ground, way, price);
+
+    /// Ways from a spot to the later ones, and the number of nodes that were grown for them.
+    fn row(
+        &self,
+        from: usize,
+        spots: &[Point],
+        roads: Option<&Roads<'_>>,
+        price: &Price<'_>,
+    ) -> (Vec<Option<Vec<Point>>>, u64) {
+        let ground = self.ground;
+        let (mut row, mut nodes) = (vec![None; spots.len()], 0);
+        let straight = |to: usize| price.is_length() && ground.clear(spots[from], spots[to]);
+        let (straight, others): (Vec<usize>, Vec<usize>) = (from + 1..spots.len()).partition(|to| straight(*to));
+        for to in straight {
+            row[to] = Some(vec![spots[from], spots[to]]);
+        }
+        if others.is_empty() {
+            return (row, nodes);
+        }
+        let targets: Vec<Point> = others.iter().map(|to| spots[*to]).collect();
+        let mut found = match roads {
+            Some(roads) => roads.ways(ground, spots[from], &targets, price),
+            None => vec![None; targets.len()],
+        };
+        for way in found.iter_mut().flatten() {
+            *way = shortcut(ground, way, price);
+        }
+        let missing: Vec<usize> = (0..targets.len()).filter(|k| found[*k].is_none()).collect();
+        if !missing.is_empty() {
+            let far: Vec<Point> = missing.iter().map(|k| targets[*k]).collect();
+            let grown = self.grown(spots[from], &far, price, from, &mut nodes);
+            missing.into_iter().zip(grown).for_each(|(k, way)| found[k] = way);
+        }
+        for (to, way) in others.into_iter().zip(found) {
+            row[to] = way;
+        }
+        (row, nodes)
     }
-    ways
+
+    /// Ways from a root to targets by RRT*; where no node reaches a target, over the raster.
+    fn grown(
+        &self,
+        root: Point,
+        targets: &[Point],
+        price: &Price<'_>,
+        number: usize,
+        nodes: &mut u64,
+    ) -> Vec<Option<Vec<Point>>> {
+        let (ground, settings) = (self.ground, &self.problem.planner);
+        let grow = |count: usize, nodes: &mut u64| {
+            let mut random = stream(settings.seed, &["tree", &number.to_string(), &count.to_string()]);
+            let tree = Tree::grow(ground, root, targets, count, price, &mut random);
+            *nodes += tree.len() as u64;
+            tree
+        };
+        let tree = grow(settings.tree_nodes, nodes);
+        let mut ways: Vec<Option<Vec<Point>>> = targets.iter().map(|to| tree.way(ground, *to, price)).collect();
+        if ways.iter().any(Option::is_none) {
+            let larger = grow(REGROWN * settings.tree_nodes, nodes);
+            for (way, to) in ways.iter_mut().zip(targets).filter(|(way, _)| way.is_none()) {
+                *way = larger.way(ground, *to, price);
+            }
+        }
+        if ways.iter().any(Option::is_none) {
+            let reached = self.raster.reached(root);
+            for (way, to) in ways.iter_mut().zip(targets).filter(|(way, _)| way.is_none()) {
+                *way = reached.way(*to);
+            }
+        }
+        for way in ways.iter_mut().flatten() {
+            *way = shortcut(ground, way, price);
+        }
+        ways
+    }
 }
 
 /// The action set with the rewards along its ways.
@@ -323,12 +349,14 @@ fn action_set(problem: &Problem, agent: usize, goals: &[(Point, Goal)], lines: &
         source: if let Goal::Source(source) = goal { Some(source) } else { None },
         lookout: goal == Goal::Lookout,
         seat: sight.as_ref().and_then(|sight| sight.seat(at)),
-        rates: (0..problem.sources.len()).map(|source| rate(problem, agent, source, at, 0.0)).collect(),
+        rates: (0..problem.sources.len()).map(|source| rate(problem, agent, source, at, Travel::REST)).collect(),
     };
     let start = spot(problem.agents[agent].start, Goal::Told);
-    let spots = std::iter::once(start).chain(goals.iter().map(|(at, goal)| spot(*at, *goal)));
+    let spots: Vec<Spot> = std::iter::once(start).chain(goals.iter().map(|(at, goal)| spot(*at, *goal))).collect();
+    let best = |source: usize| spots.iter().map(|spot| spot.rates[source]).fold(0.0, f64::max);
+    let best_rates = (0..problem.sources.len()).map(best).collect();
     let way = |line: &Option<Vec<Point>>| line.clone().map(|points| Way::new(problem, agent, points));
-    ActionSet { spots: spots.collect(), told: None, ways: lines.iter().map(way).collect() }
+    ActionSet { spots, told: None, best_rates, ways: lines.iter().map(way).collect() }
 }
 
 /// Goals of an agent: for each source that it may consume points where it is rewarding and the agent fits, with the index
@@ -349,7 +377,7 @@ fn spots_of(source: &Source, ground: &Ground, reached: Option<&Reached<'_>>) -> 
     let good =
         |p: &Point| source.rate(*p) > 0.0 && ground.fits(*p) && reached.is_none_or(|reached| reached.reaches(*p));
     match &source.boundary {
-        Boundary::Speed(_) => Vec::new(),
+        Boundary::Speed(_) | Boundary::Heading(_) => Vec::new(),
         Boundary::Points(points) => {
             let mut all: Vec<Point> = points.iter().copied().filter(good).collect();
             if all.is_empty() {

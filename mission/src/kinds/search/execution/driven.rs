@@ -11,7 +11,7 @@ use crate::kind::course::{Course, GroundPose, covered};
 use crate::kind::{Work, WorkState};
 use crate::kinds::search::geometry::{Point, Pose, distance, length};
 use crate::kinds::search::plan::Phase;
-use crate::kinds::search::problem::Problem;
+use crate::kinds::search::problem::{Problem, Travel};
 use crate::kinds::search::reward::Motion;
 use crate::kinds::search::ways::{Way, rate};
 
@@ -59,7 +59,7 @@ pub(super) struct DrivenBase {
 impl DrivenBase {
     /// A base that stands at the start.
     pub fn new(problem: &Problem, agent: usize, pose: Pose, tolerance: f64) -> DrivenBase {
-        let first = sample(problem, agent, problem.start, pose, 0.0);
+        let first = sample(problem, agent, problem.start, pose, Travel::REST);
         DrivenBase { tolerance, pose, travelled: 0.0, samples: vec![first], driven: vec![pose.at], late: 0 }
     }
 
@@ -98,8 +98,8 @@ impl DrivenBase {
     }
 }
 
-fn sample(problem: &Problem, agent: usize, since: f64, pose: Pose, speed: f64) -> Sample {
-    let rates = (0..problem.sources.len()).map(|source| rate(problem, agent, source, pose.at, speed)).collect();
+fn sample(problem: &Problem, agent: usize, since: f64, pose: Pose, travel: Travel) -> Sample {
+    let rates = (0..problem.sources.len()).map(|source| rate(problem, agent, source, pose.at, travel)).collect();
     Sample { since, pose, rates, seat: seat(problem, agent, pose.at) }
 }
 
@@ -117,7 +117,8 @@ impl SearchExecution {
         let last = base.samples.last().map_or((f64::NEG_INFINITY, pose.at), |last| (last.since, last.pose.at));
         if time - last.0 >= SAMPLE - 1e-9 {
             let speed = distance(last.1, pose.at) / (time - last.0);
-            base.samples.push(sample(&self.problem, agent, time, pose, speed));
+            let heading = f64::atan2(pose.at[1] - last.1[1], pose.at[0] - last.1[0]);
+            base.samples.push(sample(&self.problem, agent, time, pose, Travel { speed, heading }));
         }
         if let Some(current) = &mut member.current
             && let (Some(way), Some(share)) = (&current.way, &mut current.driven)

@@ -8,7 +8,7 @@ use crate::kinds::search::geometry::{Point, distance, length};
 use crate::kinds::search::ground::{Body, Ground};
 use crate::kinds::search::habits::{Habits, OwnGoal};
 use crate::kinds::search::lookouts::lookouts;
-use crate::kinds::search::problem::EMPTY;
+use crate::kinds::search::problem::{EMPTY, Travel};
 use crate::kinds::search::ways::{goals, rate};
 
 use super::SearchExecution;
@@ -82,7 +82,7 @@ impl SearchExecution {
         }
         let pools = problem.pools();
         for (at, source) in goals(&problem, agent, &ground, Some(&reached)) {
-            let rate = rate(&problem, agent, source, at, 0.0);
+            let rate = rate(&problem, agent, source, at, Travel::REST);
             if rate <= 0.0 || pools[source] <= EMPTY || !problem.is_open(source, &pools) {
                 continue;
             }

@@ -1,7 +1,7 @@
 //! Rewards of the team while it is under way: the motions since they were settled last, and what these yield.
 
 use crate::kinds::search::geometry::{Point, along};
-use crate::kinds::search::problem::{EMPTY, Problem};
+use crate::kinds::search::problem::{EMPTY, Problem, Travel};
 use crate::kinds::search::reward::{Motion, Rewards};
 use crate::kinds::search::ways::rate;
 
@@ -11,7 +11,7 @@ use super::state::Current;
 
 /// Reward rates of the sources (1/s) for an agent that stands at a place.
 pub(super) fn rates(problem: &Problem, agent: usize, at: Point) -> Vec<f64> {
-    (0..problem.sources.len()).map(|source| rate(problem, agent, source, at, 0.0)).collect()
+    (0..problem.sources.len()).map(|source| rate(problem, agent, source, at, Travel::REST)).collect()
 }
 
 /// Cell from which an agent sees at a place; none: it does not look for hidden objects.

@@ -12,9 +12,9 @@
 //! number of states. The result therefore depends on the seed and the number of states alone, and not on the threads that
 //! run the streams.
 
+mod states;
 mod stream;
 
-use super::problem::Problem;
 use super::team::{Choices, State, Team};
 use crate::engine::Watch;
 
@@ -116,10 +116,4 @@ fn expand(streams: &mut [Stream<'_>], round: u64, watch: &Watch) -> bool {
         over |= stream.expand(round, watch);
     }
     over
-}
-
-/// The number of threads that the machine offers.
-pub(crate) fn threads(problem: &Problem) -> usize {
-    // A small search is over before a thread has begun.
-    if problem.planner.states < 2_000 { 1 } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }

@@ -1,10 +1,11 @@
 //! One tree of the search: its states, the probabilities of actions, and its rollouts, srs Algorithm 2.
 
-use std::collections::BTreeMap;
+use std::ops::Range;
 
 use rand_pcg::Pcg64;
 
 use super::Candidate;
+use super::states::States;
 use crate::engine::Watch;
 use crate::kinds::search::greedy::greedy_act;
 use crate::kinds::search::team::{Act, Choices, Estimate, State, Team};
@@ -30,26 +31,26 @@ struct Menu {
 }
 
 /// Feasible actions of a free agent.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Free {
-    agent: usize,
+    agent: u32,
     menu: u32,
-    /// Indices of its menu.
-    feasible: Vec<u16>,
+    /// Part of [`Stream::feasible`].
+    first: u32,
+    count: u32,
 }
 
 /// A state of the tree.
 #[derive(Debug)]
 struct Node {
-    state: State,
-    free: Vec<Free>,
-    /// Menu of each agent.
-    menus: Vec<u32>,
+    /// Part of [`Stream::free`].
+    free: Range<u32>,
     /// Number of successors, srs (13), and of those that are exhausted.
     successors: u64,
     exhausted_successors: u64,
     exhausted: bool,
-    children: BTreeMap<u64, u32>,
+    /// Successors that were expanded: their numbers among all and their nodes, in this order.
+    children: Vec<(u64, u32)>,
 }
 
 /// Policy by which a rollout chooses.
@@ -61,45 +62,72 @@ enum Policy {
     Greedy,
 }
 
-/// A tree with its rollouts.
+/// A tree with its rollouts. A state costs few allocations: with one for each of its parts, threads spend their time in the
+/// allocator.
 pub(super) struct Stream<'t> {
     team: &'t Team<'t>,
     random: Pcg64,
     menus: Vec<Menu>,
     nodes: Vec<Node>,
+    states: States,
+    /// Free agents of all nodes.
+    free: Vec<Free>,
+    /// Indices of menus, of all free agents.
+    feasible: Vec<u16>,
+    /// Menu of each agent, node by node.
+    menu_of: Vec<u32>,
     rollouts: usize,
     pub(super) best: Candidate,
 }
+
+/// An action that was chosen: agent, menu, and index of the menu.
+type Chosen = (usize, u32, u16);
 
 impl<'t> Stream<'t> {
     /// A tree of the first state, with a plan to begin from.
     pub(super) fn new(team: &'t Team<'t>, number: usize, best: Candidate) -> Stream<'t> {
         let random = stream(team.problem.planner.seed, &["rollouts", &number.to_string()]);
-        // Menu 0 is of nobody.
-        let menus = vec![Menu { acts: Vec::new(), q: Vec::new(), next: Vec::new() }];
-        let mut of = Stream { team, random, menus, nodes: Vec::new(), rollouts: 0, best };
-        let menus = vec![0; team.problem.agents.len()];
-        of.add_node(team.root(), menus);
+        let mut of = Stream {
+            team,
+            random,
+            // Menu 0 is of nobody.
+            menus: vec![Menu { acts: Vec::new(), q: Vec::new(), next: Vec::new() }],
+            nodes: Vec::new(),
+            states: States::default(),
+            free: Vec::new(),
+            feasible: Vec::new(),
+            menu_of: Vec::new(),
+            rollouts: 0,
+            best,
+        };
+        of.menu_of.resize(team.problem.agents.len(), 0);
+        of.add_node(&team.root());
         of
     }
 
-    /// Adds a state; its free agents get menus.
-    fn add_node(&mut self, state: State, mut menus: Vec<u32>) -> u32 {
-        let mut free = Vec::new();
+    /// Adds a state; its free agents get menus. The menus that are known are the last ones of `menu_of`.
+    fn add_node(&mut self, state: &State) -> u32 {
+        let team = self.team;
+        let own = self.menu_of.len() - team.problem.agents.len();
+        let first = self.free.len() as u32;
         let mut successors = 1_u64;
-        for agent in self.team.free(&state).filter(|_| !state.terminal) {
-            if menus[agent] == 0 {
-                menus[agent] = self.add_menu(&state, agent);
+        for agent in team.free(state).filter(|_| !state.terminal) {
+            if self.menu_of[own + agent] == 0 {
+                self.menu_of[own + agent] = self.add_menu(state, agent);
             }
-            let menu = &self.menus[menus[agent] as usize];
-            let possible = |index: &usize| self.team.end_of(&state, agent, menu.acts[*index]).is_some();
-            let feasible: Vec<u16> = (0..menu.acts.len()).filter(possible).map(|index| index as u16).collect();
-            successors = successors.saturating_mul(feasible.len() as u64);
-            free.push(Free { agent, menu: menus[agent], feasible });
+            let menu = self.menu_of[own + agent];
+            let acts = &self.menus[menu as usize].acts;
+            let possible = |index: &usize| team.end_of(state, agent, acts[*index]).is_some();
+            let begin = self.feasible.len();
+            self.feasible.extend((0..acts.len()).filter(possible).map(|index| index as u16));
+            let count = self.feasible.len() - begin;
+            successors = successors.saturating_mul(count as u64);
+            self.free.push(Free { agent: agent as u32, menu, first: begin as u32, count: count as u32 });
         }
+        self.states.push(state);
+        let free = first..self.free.len() as u32;
         let exhausted = state.terminal;
-        let children = BTreeMap::new();
-        self.nodes.push(Node { state, free, menus, successors, exhausted_successors: 0, exhausted, children });
+        self.nodes.push(Node { free, successors, exhausted_successors: 0, exhausted, children: Vec::new() });
         (self.nodes.len() - 1) as u32
     }
 
@@ -137,140 +165,176 @@ impl<'t> Stream<'t> {
         (self.menus.len() - 1) as u32
     }
 
-    /// Draws one of the feasible actions of an agent by `q`; returns its place among them.
-    fn draw(random: &mut Pcg64, menus: &[Menu], free: &Free) -> usize {
-        let q = &menus[free.menu as usize].q;
-        let total: f64 = free.feasible.iter().map(|index| q[*index as usize]).sum();
-        let mut left = unit(random) * total;
-        for (place, index) in free.feasible.iter().enumerate() {
-            left -= q[*index as usize];
-            if left <= 0.0 {
-                return place;
-            }
+    /// The free agents of a node.
+    fn free_of(&self, at: u32) -> &[Free] {
+        let Range { start, end } = self.nodes[at as usize].free;
+        &self.free[start as usize..end as usize]
+    }
+
+    /// Indices of its menu that a free agent may choose.
+    fn feasible_of(&self, of: &Free) -> &[u16] {
+        &self.feasible[of.first as usize..(of.first + of.count) as usize]
+    }
+
+    /// Draws one of the feasible actions of each free agent by `q`; returns the number of the successor.
+    fn draw(&mut self, at: u32) -> u64 {
+        let mut key = 0;
+        let Range { start, end } = self.nodes[at as usize].free;
+        for place in start..end {
+            let of = self.free[place as usize];
+            let left = unit(&mut self.random);
+            let (q, feasible) = (&self.menus[of.menu as usize].q, self.feasible_of(&of));
+            let total: f64 = feasible.iter().map(|index| q[*index as usize]).sum();
+            let mut left = left * total;
+            let is_last = |index: &u16| {
+                left -= q[*index as usize];
+                left <= 0.0
+            };
+            let place = feasible.iter().position(is_last).unwrap_or(feasible.len() - 1);
+            key = key * u64::from(of.count) + place as u64;
         }
-        free.feasible.len() - 1
+        key
     }
 
-    /// The number of a successor from the places of the chosen actions among the feasible ones.
-    fn key(free: &[Free], places: &[usize]) -> u64 {
-        free.iter().zip(places).fold(0, |key, (free, place)| key * free.feasible.len() as u64 + *place as u64)
-    }
-
-    fn places(free: &[Free], mut key: u64) -> Vec<usize> {
-        let mut places: Vec<usize> = free
-            .iter()
-            .rev()
-            .map(|free| {
-                let count = free.feasible.len() as u64;
-                let place = key % count;
-                key /= count;
-                place as usize
-            })
-            .collect();
-        places.reverse();
-        places
-    }
-
-    /// Chooses a successor that is not exhausted.
-    fn choose(&mut self, at: u32, policy: Policy, follow: Option<&Choices>) -> Vec<usize> {
-        let node = &self.nodes[at as usize];
-        let free = &node.free;
-        let is_open = |key: u64| node.children.get(&key).is_none_or(|child| !self.nodes[*child as usize].exhausted);
-        let place_of = |of: &Free, act: Act| {
+    /// The number of the successor in which each free agent does this; none: an action is not feasible or not known.
+    fn key(&self, at: u32, act: impl Fn(usize) -> Option<Act>) -> Option<u64> {
+        let mut key = 0;
+        for of in self.free_of(at) {
+            let act = act(of.agent as usize)?;
             let acts = &self.menus[of.menu as usize].acts;
-            of.feasible.iter().position(|index| acts[*index as usize] == act)
-        };
-        let given: Option<Vec<usize>> = match (follow, policy) {
-            (Some(choices), _) => free
-                .iter()
-                .map(|of| {
-                    let (_, act) = choices.iter().find(|(agent, _)| *agent == of.agent)?;
-                    place_of(of, *act)
-                })
-                .collect(),
+            let place = self.feasible_of(of).iter().position(|index| acts[*index as usize] == act)?;
+            key = key * u64::from(of.count) + place as u64;
+        }
+        Some(key)
+    }
+
+    /// Writes the actions that lead to a successor, in the order of the agents.
+    fn chosen(&self, at: u32, mut key: u64, chosen: &mut Vec<Chosen>) {
+        chosen.clear();
+        for of in self.free_of(at).iter().rev() {
+            let place = (key % u64::from(of.count)) as usize;
+            key /= u64::from(of.count);
+            chosen.push((of.agent as usize, of.menu, self.feasible_of(of)[place]));
+        }
+        chosen.reverse();
+    }
+
+    /// The act of a menu.
+    fn act(&self, &(agent, menu, index): &Chosen) -> (usize, Act) {
+        (agent, self.menus[menu as usize].acts[index as usize])
+    }
+
+    /// The node of a successor, if it was expanded.
+    fn child(&self, at: u32, key: u64) -> Option<u32> {
+        let children = &self.nodes[at as usize].children;
+        children.binary_search_by_key(&key, |child| child.0).ok().map(|place| children[place].1)
+    }
+
+    /// Chooses a successor that is not exhausted: the given one, or one by the policy. `room` is any state.
+    fn choose(&mut self, at: u32, policy: Policy, given: Option<Option<u64>>, room: &mut State) -> u64 {
+        let wished = match (given, policy) {
+            (Some(key), _) => key,
             (None, Policy::Greedy) => {
-                free.iter().map(|of| place_of(of, greedy_act(self.team, &node.state, of.agent))).collect()
+                self.states.load(at, room);
+                self.key(at, |agent| Some(greedy_act(self.team, room, agent)))
             }
             (None, Policy::Sample) => None,
         };
-        if let Some(places) = given
-            && is_open(Self::key(free, &places))
+        let is_open = |of: &Self, key: u64| of.child(at, key).is_none_or(|child| !of.nodes[child as usize].exhausted);
+        if let Some(key) = wished
+            && is_open(self, key)
         {
-            return places;
+            return key;
         }
         let mut key = 0;
         for _ in 0..DRAWS {
-            let places: Vec<usize> = free.iter().map(|of| Self::draw(&mut self.random, &self.menus, of)).collect();
-            key = Self::key(free, &places);
-            if is_open(key) {
-                return places;
+            key = self.draw(at);
+            if is_open(self, key) {
+                return key;
             }
         }
         // As the state is not exhausted, one of its successors is not.
-        let mut others = (1..node.successors).map(|step| (key + step) % node.successors);
-        Self::places(free, others.find(|key| is_open(*key)).unwrap_or(key))
+        let successors = self.nodes[at as usize].successors;
+        let mut others = (1..successors).map(|step| (key + step) % successors);
+        others.find(|key| is_open(self, *key)).unwrap_or(key)
     }
 
-    /// A rollout, Algorithm 2.
-    fn rollout(&mut self) {
+    /// A rollout, Algorithm 2. `room` is any state.
+    fn rollout(&mut self, room: &mut State) {
         let turn = self.rollouts % 3;
         self.rollouts += 1;
-        let known = self.best.choices.clone();
+        // The plan is given back below, unless there is a better one.
+        let known = std::mem::take(&mut self.best.choices);
         let mut follow =
             if turn == 0 || known.is_empty() { 0 } else { (unit(&mut self.random) * known.len() as f64) as usize };
         let mut samples = if turn == 2 { 1 } else { usize::MAX };
-        let (mut at, mut path, mut choices) = (0_u32, vec![0_u32], Vec::new());
-        let mut taken: Vec<Vec<(u32, u16)>> = vec![Vec::new(); self.team.problem.agents.len()];
-        while !self.nodes[at as usize].state.terminal {
-            let given = if follow > 0 { known.get(choices.len()) } else { None };
+        let agents = self.team.problem.agents.len();
+        let (mut at, mut path, mut keys) = (0_u32, vec![0_u32], Vec::new());
+        let (mut chosen, mut acts): (Vec<Chosen>, Choices) = (Vec::new(), Vec::new());
+        let mut taken: Vec<Vec<(u32, u16)>> = vec![Vec::new(); agents];
+        while !self.states.is_terminal(at) {
+            let given = known.get(keys.len()).filter(|_| follow > 0).map(|choices| {
+                self.key(at, |agent| choices.iter().find(|choice| choice.0 == agent).map(|choice| choice.1))
+            });
             let policy = if samples > 0 { Policy::Sample } else { Policy::Greedy };
-            let places = self.choose(at, policy, given);
+            let key = self.choose(at, policy, given, room);
             match follow {
                 0 => samples = samples.saturating_sub(1),
                 _ => follow -= 1,
             }
-            let node = &self.nodes[at as usize];
-            let chosen: Vec<(usize, u32, u16)> =
-                node.free.iter().zip(&places).map(|(of, place)| (of.agent, of.menu, of.feasible[*place])).collect();
-            let acts: Choices = chosen
-                .iter()
-                .map(|(agent, menu, index)| (*agent, self.menus[*menu as usize].acts[*index as usize]))
-                .collect();
-            if given.is_some_and(|given| *given != acts) {
+            if given.is_some_and(|given| given != Some(key)) {
                 follow = 0;
             }
+            self.chosen(at, key, &mut chosen);
             for (agent, menu, index) in &chosen {
                 taken[*agent].push((*menu, *index));
             }
-            let key = Self::key(&node.free, &places);
-            let child = match node.children.get(&key) {
-                Some(child) => *child,
+            let child = match self.child(at, key) {
+                Some(child) => child,
                 None => {
-                    let state = self.team.next(&node.state, &acts);
-                    let mut menus = node.menus.clone();
-                    for (agent, menu, index) in &chosen {
-                        menus[*agent] = self.menus[*menu as usize].next[*index as usize];
-                    }
-                    let child = self.add_node(state, menus);
-                    for (agent, menu, index) in &chosen {
-                        let own = self.nodes[child as usize].menus[*agent];
-                        self.menus[*menu as usize].next[*index as usize] = own;
-                    }
-                    self.nodes[at as usize].children.insert(key, child);
-                    child
+                    acts.clear();
+                    acts.extend(chosen.iter().map(|chosen| self.act(chosen)));
+                    self.expand_into(at, key, &chosen, &acts, room)
                 }
             };
-            choices.push(acts);
+            keys.push(key);
             path.push(child);
             at = child;
         }
-        let end = &self.nodes[at as usize].state;
-        let candidate = Candidate::new(end, choices);
-        if candidate.beats(&self.best) {
-            self.best = candidate;
+        self.states.load(at, room);
+        let better = Candidate::new(room, Vec::new());
+        if better.beats(&self.best) {
+            let choices = path.iter().zip(&keys).map(|(at, key)| {
+                self.chosen(*at, *key, &mut chosen);
+                chosen.iter().map(|chosen| self.act(chosen)).collect()
+            });
+            self.best = Candidate { choices: choices.collect(), ..better };
+        } else {
+            self.best.choices = known;
         }
         self.update(&taken);
         self.exhaust(&path);
+    }
+
+    /// Adds the successor of a node that follows from these choices. `room` is any state.
+    fn expand_into(&mut self, at: u32, key: u64, chosen: &[Chosen], acts: &[(usize, Act)], room: &mut State) -> u32 {
+        self.states.load(at, room);
+        self.team.pass_to_next(room, acts);
+        let agents = self.team.problem.agents.len();
+        let (above, own) = (at as usize * agents, self.menu_of.len());
+        self.menu_of.extend_from_within(above..above + agents);
+        for (agent, menu, index) in chosen {
+            self.menu_of[own + agent] = self.menus[*menu as usize].next[*index as usize];
+        }
+        let child = self.add_node(room);
+        for (agent, menu, index) in chosen {
+            self.menus[*menu as usize].next[*index as usize] = self.menu_of[own + agent];
+        }
+        let children = &mut self.nodes[at as usize].children;
+        if let Err(place) = children.binary_search_by_key(&key, |child| child.0) {
+            children.insert(place, (key, child));
+        }
+        child
     }
 
     /// Reduces `q` of the actions that a rollout took, srs (14).
@@ -308,7 +372,7 @@ impl<'t> Stream<'t> {
 
     /// True if nothing is left to try, or no memory.
     pub(super) fn is_over(&self) -> bool {
-        let cells = self.nodes[0].state.undetected.weights.len();
+        let cells = self.states.cells();
         let most = MOST_STATES.min(MOST_BYTES / (8 * cells.max(1)));
         self.nodes[0].exhausted || self.nodes.len() >= most
     }
@@ -327,11 +391,12 @@ impl<'t> Stream<'t> {
     /// case.
     pub(super) fn expand(&mut self, states: u64, watch: &Watch) -> bool {
         let end = self.nodes.len() as u64 + states;
+        let mut room = self.team.root();
         while (self.nodes.len() as u64) < end && !self.is_over() {
             if watch.is_over() {
                 return true;
             }
-            self.rollout();
+            self.rollout(&mut room);
         }
         false
     }
