@@ -4,9 +4,10 @@ use crate::common;
 
 use common::example;
 use common::played::{compiled_in, found, numbers, table};
+use mission::kind::{Detail, Event};
 use runtime::expect::Verdict;
 use runtime::missions::{End, MissionRun, WorkerRecord};
-use runtime::program::{CompiledFile, DriveProgram, Job, WorkerProgram};
+use runtime::program::{CompiledFile, DriveProgram, Job, TimedEvent, WorkerProgram};
 use std::path::{Path, PathBuf};
 
 /// A base with an arm that follows the target, and keeps away from a person.
@@ -28,7 +29,7 @@ run { stack drive  duration 5 s }
 ";
 
 /// Creates a folder with the spec of a controller.
-fn folder(name: &str, controller: &str) -> PathBuf {
+pub fn folder(name: &str, controller: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mission_driven").join(name);
     std::fs::create_dir_all(&folder).expect("a folder");
     let urdf = example("robots/arm7.urdf").canonicalize().expect("a file");
@@ -49,7 +50,7 @@ robot carrier {{
 }
 
 /// A room with a robot that crosses it, and with `more`.
-fn room(runs: &str, more: &str) -> String {
+pub fn room(runs: &str, more: &str) -> String {
     format!(
         "hierarq 1
 mission day : search {{
@@ -64,7 +65,7 @@ mission day : search {{
     )
 }
 
-const RUNS: &str = "runs { spec \"carrier.hq\"  target drive_to }";
+pub const RUNS: &str = "runs { spec \"carrier.hq\"  target drive_to }";
 const ANNA: &str = "human anna { start [5, 2.5] m  speed 1 m/s }
   source plants { at [5, 2.5] m  radius 0.2 m  inside { rate 1 /s }  pool 50  targets [anna] }";
 
@@ -183,7 +184,7 @@ fn it_stays_in_the_corridor_of_its_way() {
     assert!((told - off).abs() < 0.05, "{told} {off}");
 }
 
-fn without_people() -> String {
+pub fn without_people() -> String {
     let line = |line: &&str| !["human", "param", "level people", "task apart"].iter().any(|word| line.contains(word));
     CARRIER.lines().filter(line).filter(|line| !line.contains("min clear")).map(|line| format!("{line}\n")).collect()
 }
@@ -229,13 +230,55 @@ fn a_controller_that_faults_loses_its_robot_where_it_is() {
     assert!(last[0] > 5.0 && again.record().broke_down.as_ref().is_some_and(|broke| broke.at_s > 24.0), "{last:?}");
 }
 
+/// Events that move it are refused where they are written, as long as its controller runs.
 #[test]
 fn only_its_controller_moves_a_driven_robot() {
     let folder = folder("moved", &without_people());
-    let body = "duration 60 s  happens [{ at 4 s  moved tiago  to [2, 1] m }]  expect eventually done";
-    let driven = Played::of(&folder, &room(RUNS, ""), body);
-    let rejected = &driven.run.summary.rejected_events;
-    assert!(rejected.len() == 1 && rejected[0].why.contains("its controller drives tiago"), "{rejected:?}");
+    for event in ["moved", "robot_pose"] {
+        let body = |operations: &str| {
+            let room = room(RUNS, "human anna { start [5, 1] m  speed 1 m/s }");
+            format!(
+                "{room}scenario s {{ mission day  duration 60 s  {operations}
+                 happens [{{ at 4 s  {event} tiago  to [2, 1] m }}]  expect eventually done }}\n"
+            )
+        };
+        let driven = compiled_in(&folder, &body("")).report.diagnostics;
+        assert!(driven.iter().any(|d| d.code == "HQ0922" && d.notes.concat().contains("its controller drives it")));
+        assert_eq!(compiled_in(&folder, &body("operations planned")).report.errors(), 0, "{event}");
+    }
+    // In a program that was written by hand it is refused as well, before anything runs.
+    let text = format!("{}scenario s {{ mission day  duration 60 s  expect eventually done }}\n", room(RUNS, ""));
+    let mut mission = compiled_in(&folder, &text).missions.remove(0);
+    let what =
+        Event { event: "moved".into(), member: Some(0), with: [("to".into(), Detail::Point([2.0, 1.0]))].into() };
+    mission.scenarios[0].happens = vec![TimedEvent { at: 4.0, what }];
+    let why = mission.check().expect_err("moved");
+    assert!(why.to_string().contains("its controller drives it"), "{why}");
+}
+
+/// Whatever its controller cannot work with stops the robot where it is, and the mission goes on without it.
+#[test]
+fn faults_inside_a_controller_lose_its_robot() {
+    let scenario = "scenario \"world\" { stack drive  duration 5 s  SCRIPT }\n";
+    let world = |script: &str| format!("{}{}", without_people(), scenario.replace("SCRIPT", script));
+    let signals = "signals { drive_to { value [0, 0, 0] m } }";
+    let late = world(&format!("{signals}  late {{ at 4 s  by 200 ms }}"));
+    let root = without_people().replace("gain 2 /s", "gain 2 /s * sqrt(5 - t/(1 s))");
+    let runs = |more: &str| format!("runs {{ spec \"carrier.hq\"  target drive_to  {more} }}");
+    for (name, controller, runs, from, why) in
+        [("deadline", late, runs("scenario \"world\""), 4.0, "a tick came"), ("not_finite", root, runs(""), 5.0, "finite")]
+    {
+        let folder = folder(name, &controller);
+        let played = Played::of(&folder, &room(&runs, ANNA), "duration 40 s  expect eventually plants.reward > 20");
+        let broke = played.record().broke_down.clone().unwrap_or_else(|| panic!("{name}: {:#?}", played.record()));
+        assert!((from..from + 0.3).contains(&broke.at_s) && broke.why.contains(why), "{name}: {broke:?}");
+        assert_eq!(played.said("tiago is lost"), Some(broke.at_s));
+        let (way, after) = (played.way("tiago"), ((broke.at_s + 0.5) * 10.0) as usize);
+        assert!(way.iter().flatten().all(|x| x.is_finite()));
+        assert!(way[after..].iter().all(|at| *at == way[after]), "{name}: it stands");
+        let expected = &played.run.summary.expectations;
+        assert_eq!(expected[0].verdict, Verdict::Holds, "{name}: anna goes on");
+    }
 }
 
 /// Looking for what is hidden, which plans anew at each find. The steps of the log change nothing but the log.

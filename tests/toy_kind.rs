@@ -15,6 +15,7 @@ use runtime::missions::End;
 use runtime::program::{MissionProgram, MissionScenarioProgram, TimedEvent};
 
 use crate::common::played::{self, logged as run, numbers, table};
+use crate::mission_driven;
 use hierarq::{gantt, report};
 use walk::Walk;
 use walk::blocks::{WALK, WALKER, build};
@@ -106,6 +107,28 @@ fn it_is_executed_judged_logged_and_reported() {
     let page = report::mission("walk.hq", &bad);
     assert!(page.contains("anna arrives") && page.contains("Places and ways"));
     assert!(runtime::text::mission(&mission).starts_with("mission day : walk\n"));
+}
+
+/// A controller that was bound for a search drives a member of this kind, by the interface that all kinds have.
+#[test]
+fn a_controller_drives_it() {
+    let folder = mission_driven::folder("toy", &mission_driven::without_people());
+    let text = mission_driven::room(mission_driven::RUNS, "");
+    let text = format!("{text}scenario s {{ mission day  duration 30 s  step 100 ms  expect eventually done }}\n");
+    let (mission, scenario) = played::found(&played::compiled_in(&folder, &text));
+    // From the start of the robot that was lowered: 4 m in 8 s.
+    let walk = Walk { from: [1.0, 3.0], to: [5.0, 3.0], ..walk() };
+    let mission = MissionProgram { kind: AnyMission::new(walk), ..mission };
+    let (run, bytes) = played::logged(&mission, &scenario);
+    assert!(run.summary.ok, "{:?}", run.summary);
+    let End::Done { at_s } = run.summary.end else { panic!("{:?}", run.summary.end) };
+    assert!((7.0..9.5).contains(&at_s), "{at_s}");
+    let (header, rows) = table(bytes);
+    let (x, y) = (numbers(&header, &rows, "anna.x"), numbers(&header, &rows, "anna.y"));
+    assert!(y.iter().all(|y| (y - 3.0).abs() < 1e-6) && x.windows(2).all(|w| w[0] <= w[1] + 1e-9), "{x:?}");
+    assert!(x.last().is_some_and(|x| (x - 5.0).abs() < 0.3), "{:?}", x.last());
+    let drive = run.summary.workers[0].drive.as_ref().expect("a base");
+    assert!((drive.travelled_m - (x[x.len() - 1] - 1.0)).abs() < 0.02 && drive.off_way_m < 0.02, "{drive:?}");
 }
 
 /// A value of a declaration.

@@ -213,6 +213,8 @@ pub struct EventInfo {
     pub with: &'static [Further],
     /// Roles of members that it cannot be of.
     pub not_of: &'static [NotOf],
+    /// The reason why it cannot be of a member whose base a controller drives; none: it can.
+    pub not_driven: Option<&'static str>,
 }
 
 /// A further key of an event.

@@ -17,7 +17,7 @@ fn a_walk_is_served() {
     assert_eq!(state["person"]["doing"], "You walk to the place.");
     let late = supervisor.tell(json!({ "what": "late", "member": 0, "by": 5.0 }));
     assert_eq!(late.said(), "Noted; the plan was rescheduled.");
-    assert_eq!(supervisor.tell(json!({ "what": "lost", "member": 0 })).status, 400);
+    assert_eq!(supervisor.tell(json!({ "what": "moved", "member": 0 })).status, 400);
     assert_eq!(anna.tell(json!({ "what": "arrived" })).said(), "Noted: you have arrived.");
     let state = supervisor.until(|state| !state["over"].is_null());
     assert_eq!(row(&state, 0)["doing"], "has arrived");

@@ -147,7 +147,12 @@ impl MissionScenarioProgram {
         self.check_happens(place)?;
         let replies = self.replies.iter().flat_map(|replies| replies.services.iter().flatten());
         for event in self.happens.iter().map(|happens| &happens.what).chain(replies) {
-            mission.kind.check_event(event).map_err(|why| error(format!("{place}.happens"), why.text))?;
+            let of = format!("{place}.happens");
+            mission.kind.check_event(event).map_err(|why| error(&of, why.text))?;
+            let info = mission.kind.kind().event(&event.event);
+            let driven = self.running(mission).iter().any(|w| w.drive().is_some() && Some(w.member) == event.member);
+            let why = info.and_then(|info| info.not_driven).filter(|_| driven);
+            why.map_or(Ok(()), |why| Err(error(&of, format!("`{}` is not possible: {why}", event.event))))?;
         }
         let members = mission.kind.members();
         let kind = mission.kind.kind();

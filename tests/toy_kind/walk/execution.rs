@@ -2,7 +2,8 @@
 
 use mission::chart::Chart;
 use mission::execution::DiscreteEvents;
-use mission::kind::{self, Cell, Entry, Event, Form, Measure, Outcome, Run, Table, Work};
+use mission::kind::course::{Course, Driven, GroundPose, covered};
+use mission::kind::{self, Cell, Entry, Event, Form, Measure, Outcome, Run, Table, Work, WorkState};
 use mission::labels::Labels;
 use mission::map::Map;
 use serde_json::json;
@@ -52,6 +53,13 @@ pub struct Walking {
     pub arrived: Option<f64>,
     /// The person reports the arrival.
     reports: bool,
+    /// A controller drives a base in place of the person.
+    driven: Option<Driven>,
+    base: GroundPose,
+    /// Ends of the way, and the share of it that the base has covered.
+    way: [[f64; 2]; 2],
+    covered: f64,
+    lost: bool,
     log: Vec<Entry>,
     moved: usize,
 }
@@ -67,6 +75,11 @@ impl Walking {
             plan,
             arrived: None,
             reports: how.reporting.contains(&0),
+            driven: how.driven.iter().find(|driven| driven.member == 0).copied(),
+            base: GroundPose { at: walk.from, heading: 0.0 },
+            way: [walk.from, walk.to],
+            covered: 0.0,
+            lost: false,
             log: Vec::new(),
             moved: 0,
         }
@@ -78,6 +91,9 @@ impl Walking {
     }
 
     pub fn position(&self) -> [f64; 2] {
+        if self.driven.is_some() {
+            return self.base.at;
+        }
         let (from, to, share) = (self.walk.from, self.walk.to, self.share());
         [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1])]
     }
@@ -103,7 +119,11 @@ impl DiscreteEvents for Walking {
     }
 
     fn due(&self, _: bool) -> Vec<(f64, Step)> {
-        if self.arrived.is_some() || self.reports { Vec::new() } else { vec![(self.arrives, Step::Arrive)] }
+        if self.arrived.is_some() || self.reports || self.driven.is_some() {
+            Vec::new()
+        } else {
+            vec![(self.arrives, Step::Arrive)]
+        }
     }
 
     fn perform(&mut self, Step::Arrive: Step) {
@@ -131,7 +151,7 @@ impl kind::Execution for Walking {
     }
 
     fn stranded(&self) -> Option<String> {
-        None
+        self.lost.then(|| format!("{} is lost", self.walk.label()))
     }
 
     fn chart(&self) -> Chart {
@@ -156,6 +176,10 @@ impl kind::Execution for Walking {
         }
         let words = self.walk.words(event);
         self.note(words, true);
+        if event.event == "lost" {
+            self.lost = true;
+            return Ok(());
+        }
         match event.number("by") {
             Some(by) => {
                 self.moved += 1;
@@ -199,6 +223,27 @@ impl kind::Execution for Walking {
     }
 
     fn work(&self, _: usize) -> Option<Work> {
-        None
+        self.driven?;
+        let state = match self.arrived {
+            _ if self.lost => WorkState::Lost,
+            None => WorkState::Works,
+            Some(_) => WorkState::Over,
+        };
+        Some(Work { state, since: 0.0 })
+    }
+
+    fn pose(&self, _: usize, _: f64) -> Option<GroundPose> {
+        Some(GroundPose { at: self.position(), heading: self.base.heading })
+    }
+
+    fn course(&self, member: usize) -> Option<Course<'_>> {
+        let state = self.work(member)?.state;
+        let heading = self.base.heading;
+        Some(Course { state, points: &self.way, share: self.covered, from: [0.0; 2], ends: self.arrives, heading })
+    }
+
+    fn drive(&mut self, _: usize, _: f64, pose: GroundPose) {
+        self.base = pose;
+        self.covered = covered(&self.way, self.covered, pose.at, 1.0);
     }
 }

@@ -5,6 +5,7 @@ mod execution;
 mod pages;
 pub mod plan;
 
+use mission::kind::course::{Drivable, GroundPose};
 use mission::kind::pages::{Pages, ServeSettings};
 use mission::kind::{self, Event, EventInfo, Execution, Further, Impossible, Kind, Member, Mission, Mistake, Run};
 use mission::labels::Labels;
@@ -23,8 +24,14 @@ pub static KIND: Kind = Kind {
     build: |declared, remarks| Box::new(blocks::build(declared, remarks)),
     measures: || MEASURES.iter().map(|(measure, _)| measure).collect(),
     events: &[
-        EventInfo { name: "late", with: &[Further { key: "by", required: Some("5 s") }], not_of: &[] },
-        EventInfo { name: "done", with: &[], not_of: &[] },
+        EventInfo {
+            name: "late",
+            with: &[Further { key: "by", required: Some("5 s") }],
+            not_of: &[],
+            not_driven: None,
+        },
+        EventInfo { name: "done", with: &[], not_of: &[], not_driven: None },
+        EventInfo { name: "lost", with: &[], not_of: &[], not_driven: None },
     ],
     absent: &[],
     formulations: || vec![plan::STRAIGHT],
@@ -78,6 +85,11 @@ impl Mission for Walk {
 
     fn labels(&self) -> &Labels {
         &self.labels
+    }
+
+    fn drivable(&self, member: usize) -> Option<Drivable> {
+        let start = GroundPose { at: self.from, heading: 0.0 };
+        (member == 0).then_some(Drivable { start, speed: self.speed })
     }
 
     fn check(&self) -> Result<(), Mistake> {

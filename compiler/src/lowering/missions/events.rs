@@ -83,6 +83,15 @@ impl Lowerer<'_> {
             self.push(d.help("name another member, or remove it"));
             return None;
         }
+        if let Some(why) = info.not_driven.filter(|_| of.driven.contains(&member)) {
+            let text = format!("`{name}` is not possible for a robot that a controller drives");
+            let d = Diagnostic::error("HQ0922", e.value.span, text).note(why);
+            self.push(d.help(Help::with(
+                "remove it, or let nobody run a controller: {}",
+                [Snippet::entry("operations", "planned")],
+            )));
+            return None;
+        }
         let mut event = Event::of(name, member);
         for further in info.with {
             if further.required.is_some_and(|example| self.lacks_further(e, bound, further.key, example)) {

@@ -9,6 +9,8 @@ pub(super) struct Executed<'m> {
     pub name: &'m str,
     /// The mission.
     pub mission: &'m dyn Mission,
+    /// Members whose bases controllers drive in the scenario.
+    pub driven: &'m [usize],
 }
 
 /// The owner of a measure.

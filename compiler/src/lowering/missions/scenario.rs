@@ -62,7 +62,7 @@ impl Lowerer<'_> {
             let Some(of) = missions.get(index) else { continue };
             let planned = of.clone();
             let name = &planned.name;
-            let of = Executed { name, mission: &*planned.kind };
+            let of = Executed { name, mission: &*planned.kind, driven: &[] };
             if of.mission.waits_for_tasks() {
                 let at = s.body.get("mission").map_or(s.name.span, |e| e.value.span);
                 let text = format!("`{name}` has no layers yet, so that this scenario fails");
@@ -70,7 +70,9 @@ impl Lowerer<'_> {
                 self.push(d.help("ask a language model for them, `hierarq context`, or write them"));
             }
             let (machines, per_second) = (Machines::of(&planned.running), planned.running.ticks(1.0));
-            let Some((mut scenario, at)) = self.mission_scenario(s, of) else { continue };
+            let driven: Vec<usize> =
+                planned.running.workers.iter().filter(|w| w.drive().is_some()).map(|w| w.member).collect();
+            let Some((mut scenario, at)) = self.mission_scenario(s, of, &driven) else { continue };
             let duration = s.body.get("duration").map_or(s.name.span, |e| e.value.span);
             if !self.ticks_fit(&scenario, per_second, duration) {
                 continue;
@@ -119,8 +121,13 @@ impl Lowerer<'_> {
         missions.iter().position(|m| m.name == name)
     }
 
-    /// A scenario without its expectations, and where its step was written.
-    fn mission_scenario(&mut self, s: &Scenario, of: Executed) -> Option<(MissionScenarioProgram, Span)> {
+    /// A scenario without its expectations, and where its step was written. `driven` are the members that controllers can drive.
+    fn mission_scenario(
+        &mut self,
+        s: &Scenario,
+        of: Executed,
+        driven: &[usize],
+    ) -> Option<(MissionScenarioProgram, Span)> {
         let before = self.errors();
         let scope = Scope::default();
         let bound = self.block_binder(&scope).entries(&s.body, &SCENARIO, s.name.span, |key| is_of(key, true));
@@ -158,6 +165,8 @@ impl Lowerer<'_> {
             self.push(d.help("shorten the run, or write a longer `step`"));
         }
         let settled = self.errors() == before;
+        // Where operations are as planned, no controller runs.
+        let of = Executed { driven: if sampled { driven } else { &[] }, ..of };
         let happens = self.mission_events(&s.body, of, duration);
         let replies = self.replies(&s.body, of);
         self.absent_keys(&s.body, of);

@@ -37,11 +37,16 @@ pub static KIND: Kind = Kind {
     build: |declared, remarks| Box::new(build(declared, remarks)),
     measures: || MEASURES.iter().map(|(measure, _)| measure).collect(),
     events: &[
-        EventInfo { name: "late", with: &[Further { key: "by", required: Some("5 s") }], not_of: &[] },
-        EventInfo { name: "failed", with: &[], not_of: &[] },
-        EventInfo { name: "lost", with: &[], not_of: &[] },
-        EventInfo { name: "back", with: &[], not_of: &[] },
-        EventInfo { name: "done", with: &[], not_of: &[] },
+        EventInfo {
+            name: "late",
+            with: &[Further { key: "by", required: Some("5 s") }],
+            not_of: &[],
+            not_driven: None,
+        },
+        EventInfo { name: "failed", with: &[], not_of: &[], not_driven: None },
+        EventInfo { name: "lost", with: &[], not_of: &[], not_driven: None },
+        EventInfo { name: "back", with: &[], not_of: &[], not_driven: None },
+        EventInfo { name: "done", with: &[], not_of: &[], not_driven: None },
     ],
     absent: &[
         ("travel", "agents of layers travel from their base along the path of the task and back"),

@@ -40,13 +40,19 @@ pub static KIND: Kind = Kind {
     events: &[
         of_agents("begun", &[]),
         of_agents("done", &[]),
-        EventInfo { name: "late", with: &[Further { key: "by", required: Some("60 s") }], not_of: &[] },
+        EventInfo {
+            name: "late",
+            with: &[Further { key: "by", required: Some("60 s") }],
+            not_of: &[],
+            not_driven: None,
+        },
         of_agents("served", &[]),
-        EventInfo { name: "failed", with: &[], not_of: &[] },
+        EventInfo { name: "failed", with: &[], not_of: &[], not_driven: None },
         EventInfo {
             name: "moved",
             with: &[Further { key: "to", required: Some("[2, 0] m") }],
             not_of: &[NotOf { role: "robot", who: SERVES, why: "the position of a robot follows from its plan" }],
+            not_driven: None,
         },
         EventInfo {
             name: "feedback",
@@ -59,9 +65,10 @@ pub static KIND: Kind = Kind {
                 NotOf { role: "robot", who: SERVES, why: PEOPLE },
                 NotOf { role: "worker", who: "a working robot", why: PEOPLE },
             ],
+            not_driven: None,
         },
-        EventInfo { name: "lost", with: &[], not_of: &[] },
-        EventInfo { name: "back", with: &[], not_of: &[] },
+        EventInfo { name: "lost", with: &[], not_of: &[], not_driven: None },
+        EventInfo { name: "back", with: &[], not_of: &[], not_driven: None },
     ],
     absent: &[],
     formulations: || Formulation::ALL.map(Formulation::name).to_vec(),
@@ -76,7 +83,7 @@ const PEOPLE: &str = "only people give feedback";
 const fn of_agents(name: &'static str, with: &'static [Further]) -> EventInfo {
     const SERVED: &[NotOf] =
         &[NotOf { role: "robot", who: SERVES, why: "a service robot has no operations: it serves those of agents" }];
-    EventInfo { name, with, not_of: SERVED }
+    EventInfo { name, with, not_of: SERVED, not_driven: None }
 }
 
 /// A schedule to be planned, executed and repaired.

@@ -29,8 +29,11 @@ const AN_OBJECT: NotOf =
 const NOT_A_SOURCE: &[NotOf] = &[A_SOURCE, AN_OBJECT];
 
 const fn event_of(name: &'static str, with: &'static [Further]) -> EventInfo {
-    EventInfo { name, with, not_of: NOT_A_SOURCE }
+    EventInfo { name, with, not_of: NOT_A_SOURCE, not_driven: None }
 }
+
+/// Reason against events that move an agent.
+const DRIVEN: Option<&str> = Some("in this scenario its controller drives it, and only that moves it");
 
 const TO: &[Further] = &[Further { key: "to", required: Some("[2, 0] m") }];
 
@@ -45,7 +48,7 @@ const fn of_person(name: &'static str, with: &'static [Further]) -> EventInfo {
             why: "people send messages, leave the plan and are seen; a robot follows the plan",
         },
     ];
-    EventInfo { name, with, not_of: OTHERS }
+    EventInfo { name, with, not_of: OTHERS, not_driven: None }
 }
 
 /// A message about a robot.
@@ -55,7 +58,7 @@ const fn of_robot(name: &'static str, with: &'static [Further]) -> EventInfo {
         AN_OBJECT,
         NotOf { role: "human", who: "a person", why: "people tell their own poses and goals, `my_pose` and `my_goal`" },
     ];
-    EventInfo { name, with, not_of: OTHERS }
+    EventInfo { name, with, not_of: OTHERS, not_driven: None }
 }
 
 /// An event of hidden objects.
@@ -67,6 +70,7 @@ const OF_AN_OBJECT: EventInfo = EventInfo {
         NotOf { role: "robot", who: "a robot", why: "hidden objects are found; name the object" },
         NotOf { role: "human", who: "a person", why: "hidden objects are found; name the object" },
     ],
+    not_driven: None,
 };
 
 /// The entry of the kind.
@@ -79,14 +83,14 @@ pub static KIND: Kind = Kind {
     measures: || MEASURES.iter().map(|(measure, _)| measure).collect(),
     events: &[
         event_of("late", &[Further { key: "by", required: Some("5 s") }]),
-        event_of("moved", &[Further { key: "to", required: Some("[2, 0] m") }]),
+        EventInfo { not_driven: DRIVEN, ..event_of("moved", TO) },
         event_of("done", &[]),
         event_of("lost", &[]),
         event_of("back", &[]),
         of_person("my_pose", TO),
         of_person("my_goal", TO),
         of_robot("robot_goal", TO),
-        of_robot("robot_pose", TO),
+        EventInfo { not_driven: DRIVEN, ..of_robot("robot_pose", TO) },
         event_of("free", &[]),
         of_person("replan", &[]),
         of_person("strays", TO),
