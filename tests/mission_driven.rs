@@ -265,9 +265,10 @@ fn faults_inside_a_controller_lose_its_robot() {
     let late = world(&format!("{signals}  late {{ at 4 s  by 200 ms }}"));
     let root = without_people().replace("gain 2 /s", "gain 2 /s * sqrt(5 - t/(1 s))");
     let runs = |more: &str| format!("runs {{ spec \"carrier.hq\"  target drive_to  {more} }}");
-    for (name, controller, runs, from, why) in
-        [("deadline", late, runs("scenario \"world\""), 4.0, "a tick came"), ("not_finite", root, runs(""), 5.0, "finite")]
-    {
+    for (name, controller, runs, from, why) in [
+        ("deadline", late, runs("scenario \"world\""), 4.0, "a tick came"),
+        ("not_finite", root, runs(""), 5.0, "finite"),
+    ] {
         let folder = folder(name, &controller);
         let played = Played::of(&folder, &room(&runs, ANNA), "duration 40 s  expect eventually plants.reward > 20");
         let broke = played.record().broke_down.clone().unwrap_or_else(|| panic!("{name}: {:#?}", played.record()));

@@ -39,6 +39,10 @@ const MIDDLE: f64 = 25.0;
 const CHARACTER: f64 = 6.9;
 /// Maximum number of characters of a name that is not shortened.
 const LONGEST: usize = 18;
+/// Maximum number of characters of an entry of the legend that is not shortened.
+const LONGEST_ENTRY: usize = 40;
+/// Height of a line of the legend.
+const LINE: f64 = 18.0;
 
 /// Draws the chart as a standalone file.
 pub fn svg(chart: &Chart) -> String {
@@ -92,7 +96,8 @@ impl<'c> Picture<'c> {
 
     fn write(&self, look: &Look, out: &mut String) -> std::fmt::Result {
         let rows = &self.chart.rows;
-        head(WIDTH, self.bottom + 34.0, "plan: who does what, and when", look.styled, out)?;
+        let lines = self.entries().last().map_or(0, |(_, _, line)| *line) as f64;
+        head(WIDTH, self.bottom + 34.0 + LINE * lines, "plan: who does what, and when", look.styled, out)?;
         for (index, row) in rows.iter().enumerate() {
             let y = TOP + ROW * index as f64;
             if index % 2 == 0 {
@@ -208,16 +213,25 @@ impl<'c> Picture<'c> {
         writeln!(out, "</g>")
     }
 
-    fn legend(&self, out: &mut String) -> std::fmt::Result {
+    /// The entries of the legend that occur in the chart, each with its left end and its line.
+    fn entries(&self) -> Vec<(&Entry, f64, usize)> {
         let has = |entry: &&Entry| self.chart.bars().any(|bar| bar.style == entry.style && bar.group == entry.group);
-        let (mut x, y) = (self.left, self.bottom + 20.0);
-        for entry in self.chart.legend.iter().filter(has) {
-            let text = shortened(&entry.text, LONGEST);
-            let (height, end) = (entry.style.height, x + 46.0 + CHARACTER * columns(&text) as f64);
-            if end > WIDTH {
-                // A longer legend would exceed the picture; tooltips name the other kinds.
-                return writeln!(out, "<text class=\"small\" x=\"{}\" y=\"{}\">…</text>", px(x), px(y + 4.0));
+        let (mut x, mut line) = (self.left, 0);
+        let place = |entry: &'c Entry| {
+            let width = 46.0 + CHARACTER * columns(&shortened(&entry.text, LONGEST_ENTRY)) as f64;
+            if x > self.left && x + width > WIDTH {
+                (x, line) = (self.left, line + 1);
             }
+            let at = x;
+            x += width;
+            (entry, at, line)
+        };
+        self.chart.legend.iter().filter(has).map(place).collect()
+    }
+
+    fn legend(&self, out: &mut String) -> std::fmt::Result {
+        for (entry, x, line) in self.entries() {
+            let (y, height) = (self.bottom + 20.0 + LINE * line as f64, entry.style.height);
             writeln!(
                 out,
                 "<rect class=\"{}\" x=\"{}\" y=\"{}\" width=\"22\" height=\"{}\"/>",
@@ -231,9 +245,8 @@ impl<'c> Picture<'c> {
                 "<text class=\"small\" x=\"{}\" y=\"{}\">{}</text>",
                 px(x + 27.0),
                 px(y + 4.0),
-                escaped(&text)
+                escaped(&shortened(&entry.text, LONGEST_ENTRY))
             )?;
-            x = end;
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use blocks::{Block, Help, MemberIndex, Snippet, Word};
 
 use super::blocks::{AgentBlock, HiddenBlock, RateBlock, SearchBlock, SourceBlock, WallBlock};
-use super::check::{Item, check};
+use super::check::{Item, check, misfit};
 use super::check_objects::unseen;
 use super::check_people;
 use super::map_file;
@@ -64,7 +64,9 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
         places.add(item, &member.settings);
         let mut source = source(member, item, agents.len(), &mut places, remarks);
         let fastest = problem.agents.iter().map(|agent| agent.speed).fold(0.0, f64::max);
-        if let Err(at) = source.survey(problem.bounds(), fastest) {
+        if misfit(&source).is_none()
+            && let Err(at) = source.survey(problem.bounds(), fastest)
+        {
             remarks.push(no_value(&source, at, places.of(item, &["inside", "outside"])));
             places.mark_wrong(item, "inside");
         }
@@ -167,9 +169,10 @@ fn no_value(source: &Source, value: NoValue, at: blocks::Origin) -> Remark {
     let place = match (value, source.kind) {
         (NoValue::At([x, y]), SourceKind::Interaction) => format!("at ({x:.2}, {y:.2}) m in the frame of its agent"),
         (NoValue::At([x, y]), _) => format!("at ({x:.2}, {y:.2}) m of the map"),
-        (NoValue::Of(Travel { speed, heading }), _) => {
+        (NoValue::Of(Travel { speed, heading }), _) if matches!(source.boundary, Boundary::Heading(_)) => {
             format!("for a speed of {speed:.2} m/s and a heading of {:.0} deg", heading.to_degrees())
         }
+        (NoValue::Of(Travel { speed, .. }), _) => format!("for a speed of {speed:.2} m/s"),
     };
     let text = format!("the rate of `{}` has no finite value {place}", source.name);
     Remark::error("HQ0945", at, text).help(

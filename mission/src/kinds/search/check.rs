@@ -180,22 +180,18 @@ fn line(points: &[Point]) -> Option<&'static str> {
 }
 
 fn shapes(p: &Problem, found: &mut Vec<Mistake>) {
-    let mut wrong = |item: Item, keys: &'static [&'static str], what: &str, why: Option<&'static str>| {
+    let mut wrong = |item: Item, keys: &'static [&'static str], what: &str, why: Option<&'static str>, help: &str| {
         if let Some(why) = why {
-            let text = format!("{what} {why}");
-            found.push(Mistake::new(
-                "HQ0941",
-                item,
-                keys,
-                text,
-                "write its points in order, from neighbour to neighbour",
-            ));
+            found.push(Mistake::new("HQ0941", item, keys, format!("{what} {why}"), help));
         }
     };
-    wrong(Item::Mission, &["area"], "this area", polygon(&p.area));
+    const IN_ORDER: &str = "write its points in order, from neighbour to neighbour";
+    const SMALLER_FIRST: &str =
+        "write the smaller value first; directions may go on after half a turn, `[170, 190] deg`";
+    wrong(Item::Mission, &["area"], "this area", polygon(&p.area), IN_ORDER);
     for (i, wall) in p.walls.iter().enumerate() {
         let why = if wall.solid { polygon(&wall.points) } else { line(&wall.points) };
-        wrong(Item::Wall(i), &["polygon", "line"], "this wall", why);
+        wrong(Item::Wall(i), &["polygon", "line"], "this wall", why, IN_ORDER);
     }
     for (i, source) in p.sources.iter().enumerate() {
         let why = match &source.boundary {
@@ -209,7 +205,8 @@ fn shapes(p: &Problem, found: &mut Vec<Mistake>) {
             Boundary::Heading([low, high]) if high - low > std::f64::consts::TAU => Some("is more than a whole turn"),
             Boundary::Speed(_) | Boundary::Heading(_) => None,
         };
-        wrong(Item::Source(i), BOUNDARY, "this boundary", why);
+        let of_motion = matches!(source.boundary, Boundary::Speed(_) | Boundary::Heading(_));
+        wrong(Item::Source(i), BOUNDARY, "this boundary", why, if of_motion { SMALLER_FIRST } else { IN_ORDER });
     }
     for (i, agent) in p.agents.iter().enumerate().filter(|(_, agent)| agent.speed < MIN_SPEED) {
         let text = format!("`{}` is slower than 0.001 m/s", agent.name);
@@ -232,6 +229,10 @@ fn outside() -> Snippet {
 fn rates(p: &Problem, found: &mut Vec<Mistake>) {
     for (i, source) in p.sources.iter().enumerate() {
         let (item, name) = (Item::Source(i), &source.name);
+        if let Some((text, help)) = misfit(source) {
+            found.push(Mistake::new("HQ0945", item, &["inside", "outside"], text, help));
+            continue;
+        }
         let zero = source.inside.is_zero() && source.outside.is_zero();
         if zero {
             let text = format!("`{name}` gives no reward, neither inside its boundary nor outside");
@@ -262,15 +263,15 @@ fn rates(p: &Problem, found: &mut Vec<Mistake>) {
                 found.push(Mistake::new("HQ0945", item, BOUNDARY, text, Help::write_for_instance(outside())));
             }
         }
-        if let Some((text, help)) = [&source.inside, &source.outside].into_iter().find_map(|rate| misfit(source, rate))
-        {
-            found.push(Mistake::new("HQ0945", item, &["inside", "outside"], text, help));
-        }
     }
 }
 
 /// Arguments of a rate that its source does not have: what is wrong, and a way out.
-fn misfit(source: &Source, rate: &Rate) -> Option<(String, &'static str)> {
+pub(super) fn misfit(source: &Source) -> Option<(String, &'static str)> {
+    [&source.inside, &source.outside].into_iter().find_map(|rate| misfit_of(source, rate))
+}
+
+fn misfit_of(source: &Source, rate: &Rate) -> Option<(String, &'static str)> {
     let name = &source.name;
     let uses = |argument: usize| rate.function.as_ref().is_some_and(|function| function.of.uses(argument));
     let of_place = RateFunction::OF_PLACE.into_iter().any(uses);
