@@ -31,6 +31,8 @@ pub(crate) struct MachinePlaces {
     pub transitions: Vec<Vec<TransitionPlace>>,
     /// For each action, its span.
     pub actions: Vec<Span>,
+    /// Number of events that are declared; the others are outcomes of actions, or raised by the machine.
+    pub declared_events: usize,
 }
 
 /// Source spans of a transition, with facts about it.

@@ -6,6 +6,7 @@ mod center_of_mass;
 mod common;
 mod diagnostics;
 mod entries;
+mod exploration;
 mod expressions;
 mod frames;
 mod hostile;

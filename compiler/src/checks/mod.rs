@@ -60,7 +60,7 @@ static CHECKS: &[(On, Check)] = &[
     (On::GoodProgram, |c, out| conflicting_targets::check(c.program, c.places, out)),
     (On::AnyProgram, targets),
     (On::GoodProgram, |c, out| scenario_start::check(c.program, &c.places.scenario_starts, out)),
-    (On::AnyProgram, |c, out| machine::checks(c.program, c.context.graph, c.places.machine.as_ref(), out)),
+    (On::AnyProgram, |c, out| machine::checks(c.program, c.context, c.places.machine.as_ref(), out)),
     (On::AnyProgram, |c, out| ineffective::spec(c.expanded, c.program, out)),
 ];
 

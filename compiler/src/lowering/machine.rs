@@ -116,7 +116,8 @@ impl MachineLowering<'_, '_> {
         let before = self.lowerer.errors();
         self.settings = (0..self.flat.len()).map(|i| self.settings(i)).collect();
         self.twice();
-        let mut places = MachinePlaces::default();
+        let declared_events = self.lowerer.interface.events.len();
+        let mut places = MachinePlaces { declared_events, ..MachinePlaces::default() };
         let (mut states, mut all) = (Vec::new(), Vec::new());
         // Actions come first, because transitions may refer to the events that they raise.
         let actions: Vec<[Vec<usize>; 3]> =

@@ -1,16 +1,21 @@
 //! Conditions of a machine as formulas over abstract values.
 //!
 //! A comparison is brought to the form `x < c`, where `x` is a number with its factors, `norm(a) - 2 b`, and `c` a
-//! constant. The constants with which all conditions compare `x` divide its axis into points and open intervals, the
-//! cells of `x`; within a cell no comparison changes. A truth value that is no comparison is a flag. A number or a flag
+//! constant. The constants with which the conditions of a question compare `x` divide its axis into points and open
+//! intervals, the cells of `x`; within a cell no comparison changes. A truth value that is no comparison is a flag. A number or a flag
 //! may be absent as well, as at run time: a comparison with it is then neither true nor false, and a condition that is
 //! not true does not hold.
 //!
 //! Numbers that differ are taken as independent, so that a set of conditions that no valuation satisfies is proven to
 //! be contradictory.
 
+mod leaves;
 mod parse;
 mod search;
+mod substitute;
+
+pub(crate) use leaves::{Leaf, Leaves};
+pub(crate) use search::{Claim, Search};
 
 use std::collections::BTreeMap;
 
@@ -92,14 +97,19 @@ impl Formula {
 
 /// Part of a number: a node of the graph; if it depends on the time since the entry of a state, also that state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Term {
-    node: usize,
-    state: Option<usize>,
+pub(crate) struct Term {
+    /// The node; [`CLOCK`] for that time itself.
+    pub node: usize,
+    /// The state.
+    pub state: Option<usize>,
 }
+
+/// Node of a [`Term`] that is the time since the entry of its state.
+pub(crate) const CLOCK: usize = usize::MAX;
 
 /// Identity of an abstract value.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Key {
+pub(crate) enum Key {
     /// Terms with the bits of their factors.
     Number(Vec<(Term, u64)>),
     /// Truth value of a node.
@@ -111,13 +121,16 @@ enum Key {
 /// A value that conditions read.
 #[derive(Clone, Debug)]
 pub(crate) struct Variable {
-    key: Key,
-    /// Constants with which it is compared.
+    /// Its identity.
+    pub key: Key,
+    /// Constants with which conditions compare it.
     thresholds: Vec<f64>,
     /// All its values can be in this interval.
     range: Interval,
-    /// Its possible values.
-    domain: Vec<Value>,
+    /// Quantities that it is made of.
+    pub leaves: Leaves,
+    /// True if it may have no value; of a presence, true if the signal may be absent.
+    may_lack: bool,
     /// Signals that must be present for it to have a value.
     pub reads: Vec<usize>,
     /// True if it has a value whenever these signals are present.
@@ -165,12 +178,12 @@ impl Conditions {
             conditions.triggers.push(triggers);
             conditions.lasting.push(lasting);
         }
-        conditions.finish(interface);
+        conditions.finish(graph, interface);
         conditions
     }
 
-    /// Sets the domains of all values, after all thresholds are known.
-    fn finish(&mut self, interface: &Interface) {
+    /// Relates values to the presence of their signals.
+    fn finish(&mut self, graph: &Graph, interface: &Interface) {
         for v in 0..self.variables.len() {
             // Only signals that are read by several values, or whose presence is a condition, relate values.
             let reads = self.variables[v].reads.clone();
@@ -182,17 +195,18 @@ impl Conditions {
                 let s = &interface.signals[signal];
                 s.variable.as_ref().is_some_and(|i| i.value.is_some()) && !s.optional
             };
-            v.domain = match v.key {
-                Key::Present(signal) if always(signal) => vec![Value::Truth(true)],
-                Key::Present(_) => vec![Value::Truth(true), Value::Truth(false)],
-                Key::Flag(_) => vec![Value::Truth(true), Value::Truth(false)],
-                Key::Number(_) => cells(&v.thresholds, v.range),
+            v.leaves = leaves::leaves(graph, interface, &v.key);
+            v.may_lack = match v.key {
+                Key::Present(signal) => !always(signal),
+                Key::Flag(_) | Key::Number(_) => !(v.total && v.reads.iter().all(|&s| always(s))),
             };
-            let never_absent = v.total && v.reads.iter().all(|&s| always(s));
-            if !matches!(v.key, Key::Present(_)) && !never_absent {
-                v.domain.push(Value::Absent);
-            }
         }
+    }
+
+    /// Time since the entry of a state, if a condition depends on it.
+    pub fn clock(&self, state: usize) -> Option<usize> {
+        let clock = Term { node: CLOCK, state: Some(state) };
+        self.by_key.get(&Key::Number(vec![(clock, 1.0_f64.to_bits())])).copied()
     }
 
     /// Index of the presence of a signal.
@@ -216,36 +230,11 @@ impl Variable {
             key,
             thresholds: Vec::new(),
             range: Interval::ALL,
-            domain: Vec::new(),
+            leaves: Leaves::default(),
+            may_lack: true,
             reads: Vec::new(),
             total: false,
             presences: Vec::new(),
         }
     }
-}
-
-/// A representative of each cell between thresholds that has numbers in `range`.
-fn cells(thresholds: &[f64], range: Interval) -> Vec<Value> {
-    let mut sorted = thresholds.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let mut out = Vec::new();
-    let mut low = f64::NEG_INFINITY;
-    for high in sorted.into_iter().chain([f64::INFINITY]) {
-        let (a, b) = (low.max(range.low), high.min(range.high));
-        let inside = match (a.is_finite(), b.is_finite()) {
-            (true, true) => a + 0.5 * (b - a),
-            (true, false) => a + a.abs().max(1.0),
-            (false, true) => b - b.abs().max(1.0),
-            (false, false) => 0.0,
-        };
-        // The ends of the cell are cells of their own, those of the range are not.
-        if a <= b && low < inside && inside < high {
-            out.push(Value::Number(inside));
-        }
-        if high.is_finite() && range.low <= high && high <= range.high {
-            out.push(Value::Number(high));
-        }
-        low = high;
-    }
-    out
 }

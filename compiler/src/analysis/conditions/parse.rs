@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use runtime::program::{Interface, Op};
 
-use super::{Conditions, Formula, Key, Relation, Term, Truth, Variable};
+use super::{CLOCK, Conditions, Formula, Key, Relation, Term, Truth, Variable};
 use crate::expr::{Graph, Interval};
 
 /// Relative difference up to which two thresholds are the same constant, written in two ways.
@@ -64,7 +64,7 @@ impl Parser<'_> {
 
     /// The condition that a time has passed since the state was entered.
     pub fn since(&mut self, time: f64) -> Formula {
-        let clock = Term { node: usize::MAX, state: Some(self.state) };
+        let clock = Term { node: CLOCK, state: Some(self.state) };
         let key = Key::Number(vec![(clock, 1.0_f64.to_bits())]);
         let number = self.conditions.variable(key, |key| Variable {
             range: Interval::new(0.0, f64::INFINITY),
@@ -163,7 +163,7 @@ impl Parser<'_> {
             true
         });
         match self.graph.ops()[node] {
-            Op::T => Term { node: usize::MAX, state: Some(self.state) },
+            Op::T => Term { node: CLOCK, state: Some(self.state) },
             _ => Term { node, state: timed.then_some(self.state) },
         }
     }

@@ -1,6 +1,8 @@
 //! Static checks of a machine.
 
+mod exits;
 mod fault_answers;
+mod flips;
 mod lost_events;
 mod never;
 mod outcomes;
@@ -15,7 +17,8 @@ use dsl::{Diagnostic, Help, Snippet};
 use runtime::program::{MachineProgram, Program, Subject, TransitionProgram, Trigger};
 
 use crate::analysis::conditions::Conditions;
-use crate::expr::Graph;
+use crate::analysis::exploration::Exploration;
+use crate::analysis::value_ranges::RangeContext;
 use crate::source_map::MachinePlaces;
 
 /// The machine of a program, with its source places.
@@ -24,7 +27,9 @@ pub(crate) struct Checked<'c> {
     machine: &'c MachineProgram,
     places: &'c MachinePlaces,
     /// Conditions of the transitions.
-    conditions: Conditions,
+    conditions: &'c Conditions,
+    /// All that the machine can do; `None` if that is too much to be explored.
+    exploration: Option<&'c Exploration<'c>>,
     /// For each transition of each state, the value of its condition if it never changes.
     constants: Vec<Vec<Option<bool>>>,
     /// Reachable states.
@@ -34,17 +39,22 @@ pub(crate) struct Checked<'c> {
 /// Runs all checks of the machine.
 pub(super) fn checks(
     program: &Program,
-    graph: &Graph,
+    context: &RangeContext,
     places: Option<&MachinePlaces>,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
     let (Some(machine), Some(places)) = (&program.machine, places) else { return };
-    let conditions = Conditions::new(graph, &program.interface, machine, places);
-    let constants = never::constants(&conditions, machine, places);
-    let mut c = Checked { program, machine, places, conditions, constants, reached: BTreeSet::new() };
+    let conditions = &Conditions::new(context.graph, &program.interface, machine, places);
+    let constants = never::constants(conditions, machine, places);
+    let mut exploration = Exploration::new(program, machine, context.graph, conditions, places.declared_events);
+    let cycles = exploration.cycles(&flips::ranges(conditions, context));
+    let exploration = Some(&exploration).filter(|e| e.is_complete());
+    let mut c = Checked { program, machine, places, conditions, exploration, constants, reached: BTreeSet::new() };
     c.reached = c.reachable();
     c.unreachable(diagnostics);
     c.traps(diagnostics);
+    c.no_exit_possible(diagnostics);
+    c.flips(&cycles, context.graph, diagnostics);
     c.never(diagnostics);
     c.faults(diagnostics);
     c.fault_answers(diagnostics);
@@ -66,6 +76,14 @@ impl Checked<'_> {
 
     /// Reachable states, with their enclosing states.
     fn reachable(&self) -> BTreeSet<usize> {
+        match self.exploration {
+            Some(explored) => explored.leaves().into_iter().flat_map(|l| self.machine.path(l)).collect(),
+            None => self.connected(),
+        }
+    }
+
+    /// States to which transitions lead whose own conditions can hold, with their enclosing states.
+    fn connected(&self) -> BTreeSet<usize> {
         let m = self.machine;
         let mut reached = BTreeSet::new();
         let mut open = vec![m.leaf(0)];
@@ -92,7 +110,9 @@ impl Checked<'_> {
     }
 
     fn unreachable(&self, diagnostics: &mut Vec<Diagnostic>) {
-        for s in (1..self.machine.states.len()).filter(|s| !self.reached.contains(s)) {
+        let connected = self.connected();
+        let told = |s: usize| connected.contains(&s) && self.follows(s);
+        for s in (1..self.machine.states.len()).filter(|s| !self.reached.contains(s) && !told(*s)) {
             // One message covers a state and all states inside it.
             if self.machine.states[s].parent.is_some_and(|p| p != 0 && !self.reached.contains(&p)) {
                 continue;
@@ -111,21 +131,26 @@ impl Checked<'_> {
         }
     }
 
+    /// True if it follows from other diagnostics that a state is never entered: each transition to it is one that earlier
+    /// ones always precede, or one of a state that is never entered or never left.
+    fn follows(&self, state: usize) -> bool {
+        let m = self.machine;
+        let inside = |t: usize| m.path(m.leaf(t)).any(|p| p == state);
+        let left = |s: usize| {
+            self.leaves(s).any(|l| self.exploration.is_none_or(|e| e.nodes_of(l).any(|n| !e.steps[n].is_empty())))
+        };
+        self.reached.iter().filter(|&&s| left(s)).all(|&s| {
+            let all = m.states[s].transitions.iter().enumerate().filter(|(_, t)| inside(t.target));
+            all.into_iter().all(|(i, _)| self.preceded(s, i).is_some())
+        })
+    }
+
     /// Warns of states that are entered and never left, although they are not final.
     fn traps(&self, diagnostics: &mut Vec<Diagnostic>) {
         for &s in &self.reached {
             let own = &self.machine.states[s];
             let ended = self.machine.path(s).any(|p| self.machine.states[p].is_final);
-            // A fault transition does not count as an exit, because it is not taken in normal operation.
-            let leads = |p: usize| {
-                let all = self.machine.states[p].transitions.iter().enumerate();
-                // A condition that leads to the current state is not taken.
-                let stays =
-                    |t: &TransitionProgram| self.machine.keeps(p, t) && self.machine.path(s).any(|o| o == t.target);
-                let alive = |i, t: &TransitionProgram| !is_fault(&t.trigger) && !self.is_dead(p, i);
-                all.into_iter().any(|(i, t)| alive(i, t) && !stays(t))
-            };
-            if s == 0 || own.initial.is_some() || ended || self.machine.path(s).any(leads) {
+            if s == 0 || own.initial.is_some() || ended || self.has_exit(s) {
                 continue;
             }
             let text = format!("state `{}` has no exit", self.name(s));
@@ -135,6 +160,19 @@ impl Checked<'_> {
                 [Snippet::each("final state NAME", "NAME: { final: true }")],
             )));
         }
+    }
+
+    /// True if a transition may lead out of an innermost state, as far as its own condition and its target tell.
+    fn has_exit(&self, leaf: usize) -> bool {
+        // A fault transition does not count as an exit, because it is not taken in normal operation.
+        self.machine.path(leaf).any(|p| {
+            let all = self.machine.states[p].transitions.iter().enumerate();
+            // A condition that leads to the current state is not taken.
+            let stays =
+                |t: &TransitionProgram| self.machine.keeps(p, t) && self.machine.path(leaf).any(|o| o == t.target);
+            let alive = |i, t: &TransitionProgram| !is_fault(&t.trigger) && !self.is_dead(p, i);
+            all.into_iter().any(|(i, t)| alive(i, t) && !stays(t))
+        })
     }
 
     fn faults(&self, diagnostics: &mut Vec<Diagnostic>) {

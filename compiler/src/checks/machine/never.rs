@@ -6,7 +6,7 @@ use dsl::{Diagnostic, Help, Snippet};
 use runtime::program::{FaultPattern, MachineProgram, TransitionProgram, Trigger};
 
 use super::{Checked, is_fault};
-use crate::analysis::conditions::{Conditions, Formula, Truth};
+use crate::analysis::conditions::{Claim, Conditions, Formula, Truth};
 use crate::source_map::MachinePlaces;
 
 /// For each transition of each state, the value of its condition if it never changes.
@@ -21,8 +21,8 @@ pub(super) fn constants(
             return place.constant;
         }
         let formula = conditions.triggers[s][i].as_ref()?;
-        let never_is = |holds: bool| conditions.search(&[(formula, holds)], |_, _| true).is_impossible();
-        if never_is(true) { Some(false) } else { never_is(false).then_some(true) }
+        let is_never = |claim| conditions.search(&[claim]).is_impossible();
+        if is_never(Claim::Holds(formula)) { Some(false) } else { is_never(Claim::Fails(formula)).then_some(true) }
     };
     let all = machine.states.iter().enumerate();
     all.map(|(s, state)| state.transitions.iter().enumerate().map(|(i, t)| of(s, i, t)).collect()).collect()
@@ -63,7 +63,7 @@ impl Checked<'_> {
     }
 
     /// Warning of a transition that earlier ones of its state always precede.
-    fn preceded(&self, s: usize, i: usize) -> Option<Diagnostic> {
+    pub(super) fn preceded(&self, s: usize, i: usize) -> Option<Diagnostic> {
         let before = self.precedents(s, i);
         let (&first, others) = before.split_first()?;
         let place = |k: usize| self.places.transitions[s][k].trigger;
@@ -106,10 +106,10 @@ impl Checked<'_> {
         // Conditions that imply each other and lead to the same state are redundant, and change nothing.
         let same = |k: &usize| transitions[*k].target == t.target && transitions[*k].blend == t.blend;
         let never = |before: &[usize]| {
-            let none = before.iter().filter_map(|&k| Some((formula(k)?, false)));
+            let none = before.iter().filter_map(|&k| Some(Claim::Fails(formula(k)?)));
             let lasting = &self.conditions.lasting[s][i];
-            let all: Vec<_> = [(own, true), (lasting, true)].into_iter().chain(none).collect();
-            self.conditions.search(&all, |_, _| true).is_impossible()
+            let all: Vec<_> = [Claim::Holds(own), Claim::Holds(lasting)].into_iter().chain(none).collect();
+            self.conditions.search(&all).is_impossible()
         };
         let timely = |k: &usize| formula(*k).is_some() && hold(&transitions[*k].trigger) <= hold(&t.trigger);
         if let Some(&k) = earlier.iter().filter(|k| timely(k)).find(|&&k| never(&[k])) {

@@ -1,0 +1,253 @@
+//! All that a machine can do, explored from its initial state: states with what is known of the variables of the machine
+//! and with the events that it has raised itself. Signals may take any value at any tick.
+//!
+//! A transition that is found to be impossible is proven to be: values that differ are taken as independent, events of the
+//! host may occur at every tick, and the time in a state is any that its `after` transitions permit. Beyond a limit of
+//! effort nothing is claimed.
+
+mod cycles;
+mod environment;
+mod steps;
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+use runtime::program::{MachineProgram, Program, Trigger};
+
+pub(crate) use cycles::Cycle;
+use environment::Environments;
+pub(crate) use steps::Refusal;
+
+use super::conditions::Conditions;
+use crate::expr::Graph;
+
+/// Largest number of nodes.
+const NODES: usize = 5_000;
+
+/// Largest number of choices in all searches.
+const EFFORT: usize = 300_000;
+
+/// A situation of the machine after a tick.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Node {
+    /// The innermost state that it is in.
+    pub leaf: usize,
+    /// What is known of the variables.
+    environment: usize,
+    /// Events that it has raised, seen at the next tick.
+    raised: Vec<usize>,
+}
+
+/// A transition that can be taken at a node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Step {
+    /// State that has the transition, and its index there.
+    pub way: (usize, usize),
+    /// The node to which it leads.
+    pub to: usize,
+}
+
+/// The exploration of a machine.
+pub(crate) struct Exploration<'e> {
+    program: &'e Program,
+    machine: &'e MachineProgram,
+    conditions: &'e Conditions,
+    environments: Environments<'e>,
+    /// Number of events that are declared, and which the host may raise at any time; the others are outcomes of actions,
+    /// or raised by the machine.
+    declared_events: usize,
+    /// The nodes, in the order in which they were found.
+    pub nodes: Vec<Node>,
+    /// For each node, the transitions that can be taken.
+    pub steps: Vec<Vec<Step>>,
+    /// Tasks whose outputs are signals, by the signal.
+    outputs: BTreeMap<usize, usize>,
+    /// For each innermost state, outcomes of actions that may arrive there.
+    arriving: BTreeMap<usize, BTreeSet<usize>>,
+    /// Answers of searches, by the state, the transition and the values that are known.
+    known: BTreeMap<steps::Question, bool>,
+    left: usize,
+    complete: bool,
+}
+
+impl<'e> Exploration<'e> {
+    /// Explores a machine.
+    pub fn new(
+        program: &'e Program,
+        machine: &'e MachineProgram,
+        graph: &'e Graph,
+        conditions: &'e Conditions,
+        declared_events: usize,
+    ) -> Exploration<'e> {
+        let mut out = Exploration {
+            program,
+            machine,
+            conditions,
+            environments: Environments::new(program, machine, graph, conditions),
+            declared_events,
+            nodes: Vec::new(),
+            steps: Vec::new(),
+            outputs: outputs(program),
+            arriving: BTreeMap::new(),
+            known: BTreeMap::new(),
+            left: EFFORT,
+            complete: true,
+        };
+        out.run();
+        out
+    }
+
+    /// True if everything was explored; otherwise nothing follows from what was not found.
+    pub fn is_complete(&self) -> bool {
+        self.complete
+    }
+
+    fn run(&mut self) {
+        let m = self.machine;
+        let leaf = m.leaf(0);
+        let mut entered: Vec<usize> = m.path(leaf).collect();
+        entered.reverse();
+        let actions: Vec<usize> = entered.iter().flat_map(|&s| self.entering(s)).collect();
+        let mut index: BTreeMap<Node, usize> = BTreeMap::new();
+        let mut open: VecDeque<usize> = VecDeque::new();
+        let first = self.node(leaf, 0, &actions);
+        self.arrive(None, leaf, &actions);
+        self.found(first, &mut index, &mut open);
+        while let Some(at) = open.pop_front() {
+            let mut found = Vec::new();
+            for way in self.ways(self.nodes[at].leaf) {
+                if self.left == 0 || self.nodes.len() > NODES {
+                    self.complete = false;
+                    return;
+                }
+                if !self.can_take(at, way) {
+                    continue;
+                }
+                let (target, actions) = self.change(self.nodes[at].leaf, way);
+                let next = self.node(target, self.nodes[at].environment, &actions);
+                let grown = self.arrive(Some(self.nodes[at].leaf), target, &actions);
+                // More outcomes may arrive in this state than when its nodes were examined.
+                if grown {
+                    open.extend((0..self.nodes.len()).filter(|&n| self.nodes[n].leaf == target));
+                }
+                let to = self.found(next, &mut index, &mut open);
+                found.push(Step { way, to });
+            }
+            // An event that nothing waits for is lost.
+            let Node { leaf, environment, ref raised } = self.nodes[at];
+            let waits = |way: &(usize, usize)| matches!(self.trigger(*way), Trigger::Event(e) if raised.contains(e));
+            if !raised.is_empty() && !self.ways(leaf).iter().any(waits) {
+                self.found(Node { leaf, environment, raised: Vec::new() }, &mut index, &mut open);
+            }
+            self.steps[at] = found;
+        }
+    }
+
+    /// Index of a node, which is examined if it is new.
+    fn found(&mut self, node: Node, index: &mut BTreeMap<Node, usize>, open: &mut VecDeque<usize>) -> usize {
+        if let Some(&known) = index.get(&node) {
+            return known;
+        }
+        let new = self.nodes.len();
+        index.insert(node.clone(), new);
+        self.nodes.push(node);
+        self.steps.push(Vec::new());
+        open.push_back(new);
+        new
+    }
+
+    /// The node after some actions.
+    fn node(&mut self, leaf: usize, environment: usize, actions: &[usize]) -> Node {
+        let environment = self.environments.after(environment, self.machine, actions, self.conditions);
+        let raised: BTreeSet<usize> = actions.iter().filter_map(|&a| self.machine.actions[a].event).collect();
+        Node { leaf, environment, raised: raised.into_iter().collect() }
+    }
+
+    /// Adds the outcomes that may arrive in a state that is entered. Returns true if there are new ones.
+    fn arrive(&mut self, from: Option<usize>, to: usize, actions: &[usize]) -> bool {
+        let mut all: BTreeSet<usize> = from.and_then(|f| self.arriving.get(&f)).cloned().unwrap_or_default();
+        let outcomes = actions.iter().flat_map(|&a| &self.machine.actions[a].outcomes);
+        all.extend(outcomes.map(|(_, event)| *event));
+        let known = self.arriving.entry(to).or_default();
+        let before = known.len();
+        known.extend(all);
+        known.len() > before
+    }
+
+    /// Actions at the entry of a state.
+    fn entering(&self, state: usize) -> Vec<usize> {
+        let of = &self.machine.states[state];
+        of.enter.iter().chain(&of.activities).copied().collect()
+    }
+
+    /// Transitions that are examined in an innermost state, in their order.
+    pub fn ways(&self, leaf: usize) -> Vec<(usize, usize)> {
+        let of = |s: usize| (0..self.machine.states[s].transitions.len()).map(move |i| (s, i));
+        self.machine.path(leaf).flat_map(of).collect()
+    }
+
+    /// The innermost state after a transition, with the actions on the way, in their order.
+    fn change(&self, leaf: usize, (state, i): (usize, usize)) -> (usize, Vec<usize>) {
+        let m = self.machine;
+        let target = m.states[state].transitions[i].target;
+        let mut actions = Vec::new();
+        let stays = self.kept(state, target);
+        for s in m.path(leaf).take_while(|&s| s != stays) {
+            actions.extend(&m.states[s].exit);
+        }
+        for s in self.entered(stays, target) {
+            actions.extend(self.entering(s));
+        }
+        (m.leaf(target), actions)
+    }
+
+    /// The innermost state that a transition does not leave: it contains both the transition and its target.
+    fn kept(&self, state: usize, target: usize) -> usize {
+        let m = self.machine;
+        m.path(state).find(|&s| m.is_around(s, target)).unwrap_or(0)
+    }
+
+    /// States that are entered from `stays` on, from the outside in.
+    fn entered(&self, stays: usize, target: usize) -> Vec<usize> {
+        let m = self.machine;
+        let mut entered: Vec<usize> = m.path(m.leaf(target)).take_while(|&s| s != stays).collect();
+        entered.reverse();
+        entered
+    }
+
+    /// Innermost states that the machine can be in.
+    pub fn leaves(&self) -> BTreeSet<usize> {
+        self.nodes.iter().map(|n| n.leaf).collect()
+    }
+
+    /// Nodes of an innermost state.
+    pub fn nodes_of(&self, leaf: usize) -> impl Iterator<Item = usize> + '_ {
+        (0..self.nodes.len()).filter(move |&n| self.nodes[n].leaf == leaf)
+    }
+
+    /// True if an event may occur in an innermost state, besides those that the machine has raised before.
+    pub fn may_occur(&self, leaf: usize, event: usize) -> bool {
+        event < self.declared_events || self.arriving.get(&leaf).is_some_and(|all| all.contains(&event))
+    }
+
+    /// True if the stack of an innermost state has a task.
+    fn runs(&self, leaf: usize, task: usize) -> bool {
+        let levels = self.machine.stack(leaf).map(|s| &self.program.stacks[s].levels);
+        levels.into_iter().flatten().flat_map(|l| &l.members).any(|m| m.task == task)
+    }
+
+    fn trigger(&self, (state, i): (usize, usize)) -> &'e Trigger {
+        &self.machine.states[state].transitions[i].trigger
+    }
+}
+
+/// Tasks whose outputs are signals, by the signal.
+fn outputs(program: &Program) -> BTreeMap<usize, usize> {
+    let task = |name: &str| {
+        let (task, output) = name.rsplit_once('.')?;
+        program.tasks.iter().position(|t| {
+            t.name == task && stdlib_tasks::find(&t.kind).is_some_and(|k| k.outputs.iter().any(|o| o.name == output))
+        })
+    };
+    let signals = program.interface.signals.iter().enumerate();
+    signals.filter_map(|(s, signal)| Some((s, task(&signal.name)?))).collect()
+}

@@ -1,0 +1,216 @@
+//! Which transitions can be taken at a node: what must hold, and what must not so that no transition before it is taken.
+
+use std::collections::BTreeMap;
+
+use runtime::program::Trigger;
+
+use super::Exploration;
+use crate::analysis::conditions::{CLOCK, Claim, Formula, Key, Value};
+use crate::expr::Interval;
+
+/// Question whether a transition can be taken: the innermost state, the transition, true for the tick after the entry
+/// alone, and the values that are known.
+pub(super) type Question = (usize, (usize, usize), bool, Vec<(usize, u64)>);
+
+/// Why a transition is not taken in an innermost state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Refusal {
+    /// Its event does not occur there.
+    Event,
+    /// Its target is active.
+    Active,
+    /// The task that it waits for does not run there.
+    Task,
+    /// Its condition does not hold for what is known there.
+    Condition,
+    /// Other transitions are always taken first.
+    Precedence,
+}
+
+/// Factor for the rounding of a time that is a sum of periods.
+pub(super) const ROUNDING: f64 = 1.0 + 1e-6;
+
+/// Time for which a condition must have held (s).
+fn hold(trigger: &Trigger) -> f64 {
+    match trigger {
+        Trigger::When { hold, .. } => *hold,
+        _ => 0.0,
+    }
+}
+
+fn bits(value: Value) -> u64 {
+    match value {
+        Value::Number(x) => x.to_bits(),
+        Value::Truth(yes) => u64::from(yes),
+        Value::Absent => f64::NAN.to_bits(),
+    }
+}
+
+impl Exploration<'_> {
+    /// Transitions that have priority over another one in an innermost state.
+    pub(super) fn blockers(&self, leaf: usize, (state, i): (usize, usize)) -> Vec<(usize, usize)> {
+        let event = matches!(self.trigger((state, i)), Trigger::Event(_));
+        let mut out = Vec::new();
+        for (p, k) in self.ways(leaf) {
+            if (p, k) == (state, i) {
+                break;
+            }
+            if matches!(self.trigger((p, k)), Trigger::Fault(_)) {
+                continue;
+            }
+            let keeps = self.stays(leaf, (p, k));
+            // One that keeps the machine in its target blocks those behind it in the same state, except for events; a
+            // time is then blocked itself.
+            let passes = keeps && (p != state || event || matches!(self.trigger((p, k)), Trigger::After(_)));
+            if !passes {
+                out.push((p, k));
+            }
+        }
+        out
+    }
+
+    /// True if a transition keeps the machine in its target, which is active.
+    pub(super) fn stays(&self, leaf: usize, (state, i): (usize, usize)) -> bool {
+        let t = &self.machine.states[state].transitions[i];
+        self.machine.keeps(state, t) && self.machine.path(leaf).any(|s| s == t.target)
+    }
+
+    /// True if a transition may be blocked until its condition has been false.
+    pub(super) fn may_wait(&self, (state, i): (usize, usize)) -> bool {
+        let t = &self.machine.states[state].transitions[i];
+        // A condition that must hold for a time does not hold at the entry.
+        match t.trigger {
+            Trigger::After(_) => self.machine.keeps(state, t),
+            _ => self.machine.restarts(state, t) && hold(&t.trigger) == 0.0,
+        }
+    }
+
+    /// The condition of a transition, or that its time has passed; `None` for events, `reached` and faults.
+    pub(super) fn condition(&self, (state, i): (usize, usize)) -> Option<&Formula> {
+        self.conditions.triggers[state][i].as_ref()
+    }
+
+    /// True if a transition can be taken at a node; also if that is not known.
+    pub(super) fn can_take(&mut self, node: usize, way: (usize, usize)) -> bool {
+        let (leaf, environment) = (self.nodes[node].leaf, self.nodes[node].environment);
+        let target = self.machine.states[way.0].transitions[way.1].target;
+        let raised = &self.nodes[node].raised;
+        match self.trigger(way) {
+            // A fault never re-enters an active state.
+            Trigger::Fault(_) => return !self.machine.path(leaf).any(|s| s == target),
+            Trigger::Event(e) if !raised.contains(e) && !self.may_occur(leaf, *e) => return false,
+            Trigger::Reached { task, .. } if self.is_elsewhere(leaf, way, *task) => return false,
+            _ if self.stays(leaf, way) => return false,
+            _ => {}
+        }
+        let blockers = self.blockers(leaf, way);
+        if blockers.iter().any(|b| matches!(self.trigger(*b), Trigger::Event(e) if raised.contains(e))) {
+            return false;
+        }
+        let values = self.environments.values(environment);
+        let read: Vec<(usize, u64)> = values.iter().enumerate().filter_map(|(v, x)| Some((v, bits((*x)?)))).collect();
+        let question = (leaf, way, !raised.is_empty(), read);
+        if let Some(&answer) = self.known.get(&question) {
+            return answer;
+        }
+        let range = self.clock(leaf, way, !raised.is_empty());
+        let answer = self.is_possible(environment, way, &blockers, &range);
+        self.known.insert(question, answer);
+        answer
+    }
+
+    /// Why a transition that is never taken in an innermost state is not.
+    pub fn refusal(&self, leaf: usize, way: (usize, usize)) -> Refusal {
+        let mut nodes = self.nodes_of(leaf).map(|n| &self.nodes[n]);
+        match self.trigger(way) {
+            Trigger::Event(e) if !self.may_occur(leaf, *e) && !nodes.any(|n| n.raised.contains(e)) => Refusal::Event,
+            Trigger::Reached { task, .. } if self.is_elsewhere(leaf, way, *task) => Refusal::Task,
+            _ if self.stays(leaf, way) => Refusal::Active,
+            _ => {
+                let never = |node: &super::Node| {
+                    let values = self.environments.values(node.environment);
+                    let own = self.condition(way).map(|f| f.given(&|v| values[v]));
+                    own.is_some_and(|f| self.conditions.search(&[Claim::Holds(&f)]).is_impossible())
+                };
+                if nodes.all(never) { Refusal::Condition } else { Refusal::Precedence }
+            }
+        }
+    }
+
+    /// True unless no values permit a transition.
+    fn is_possible(
+        &mut self,
+        environment: usize,
+        way: (usize, usize),
+        blockers: &[(usize, usize)],
+        ranges: &BTreeMap<usize, Interval>,
+    ) -> bool {
+        let values = self.environments.values(environment);
+        let given = |f: &Formula| f.given(&|v| values[v]);
+        let own = self.condition(way).map(given);
+        let lasting = given(&self.conditions.lasting[way.0][way.1]);
+        let (mut now, mut held) = (Vec::new(), Vec::new());
+        for b in blockers.iter().filter(|b| !self.may_wait(**b)) {
+            let Some(condition) = self.condition(*b) else { continue };
+            match hold(self.trigger(*b)) {
+                0.0 => now.push(given(condition)),
+                // Inside, a state may have been entered since the condition began to hold.
+                time if time <= hold(self.trigger(way)) && b.0 == way.0 => held.push(given(condition)),
+                _ => {}
+            }
+        }
+        let mut claims: Vec<Claim> = own.iter().chain([&lasting]).map(Claim::Holds).collect();
+        claims.extend(now.iter().map(Claim::Fails));
+        let conditions = self.conditions;
+        let mut left = self.left;
+        let mut possible = |claims: &[Claim]| !conditions.search_within(claims, ranges, &mut left).is_impossible();
+        let mut answer = possible(&claims);
+        // A condition that has held for as long would have been first, unless it was false meanwhile.
+        for f in &held {
+            if answer {
+                claims.push(Claim::Fails(f));
+                answer = possible(&claims);
+                claims.pop();
+            }
+        }
+        // A transition that re-enters its state has been false since.
+        if answer && self.may_wait(way) {
+            let varies = own.as_ref().filter(|_| matches!(self.trigger(way), Trigger::When { .. }));
+            answer = varies.is_none_or(|f| possible(&[Claim::Fails(f)]));
+        }
+        self.left = left;
+        answer
+    }
+
+    /// True if a task does not run in an innermost state, and does in another one where this transition is examined. If
+    /// it runs in none, that is an error of its own.
+    fn is_elsewhere(&self, leaf: usize, (state, _): (usize, usize), task: usize) -> bool {
+        let m = self.machine;
+        let inside = |l: &usize| m.states[*l].initial.is_none() && m.path(*l).any(|s| s == state);
+        !self.runs(leaf, task) && (0..m.states.len()).filter(inside).any(|l| self.runs(l, task))
+    }
+
+    /// Range of the time in an innermost state, which another `after` of it, or of a state around it, ends; `first` for
+    /// the tick after the entry.
+    fn clock(&self, leaf: usize, way: (usize, usize), first: bool) -> BTreeMap<usize, Interval> {
+        let ends = self.ways(leaf).into_iter().filter(|&(p, k)| {
+            // One that keeps the machine in its target has priority over a time behind it.
+            (p, k) != way && !self.may_wait((p, k)) && !(0..k).any(|o| self.stays(leaf, (p, o)))
+        });
+        let ends = ends.filter_map(|end| match self.trigger(end) {
+            Trigger::After(time) => Some(*time),
+            _ => None,
+        });
+        let end = ends.chain(first.then_some(0.0)).min_by(f64::total_cmp);
+        let most = end.map(|end| end + self.program.robot.period * ROUNDING);
+        self.conditions.clock(leaf).zip(most).map(|(v, most)| (v, Interval::new(0.0, most))).into_iter().collect()
+    }
+
+    /// True for the time since the entry of a state.
+    pub(super) fn is_clock(&self, value: usize) -> bool {
+        match &self.conditions.variables[value].key {
+            Key::Number(terms) => matches!(terms.as_slice(), [(term, _)] if term.node == CLOCK),
+            _ => false,
+        }
+    }
+}
