@@ -177,13 +177,14 @@ impl Machine {
         }
     }
 
-    pub(super) fn text(&self) -> String {
+    /// The spec, with parts of the machine added.
+    pub(super) fn spec(&self, more: &str) -> String {
         let mut out = String::from(
             "hierarq 1\nrobot arm { urdf \"robots/arm7.urdf\"  rate 1 Hz }\nsignal x : number\nsignal ready : flag\n\
              signal go : event\nvariable n : number = 0\nstack still { level all { joint_velocity_limits } }\n",
         );
         let last = self.states.len() - 1;
-        out.push_str(&format!("machine m {{ initial s1  stack still  on fault(any) -> s{last}\n"));
+        out.push_str(&format!("machine m {{ initial s1  stack still  on fault(any) -> s{last}{more}\n"));
         self.body(0, &mut out);
         out.push_str("}\n");
         out
