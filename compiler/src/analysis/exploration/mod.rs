@@ -16,7 +16,7 @@ use runtime::program::{MachineProgram, Program, Trigger};
 
 pub(crate) use cycles::Cycle;
 use environment::Environments;
-pub(crate) use properties::{OfMachine, Run, Verdict};
+pub(crate) use properties::{OfMachine, Run, Taken, Verdict};
 pub(crate) use steps::Refusal;
 
 use super::conditions::Conditions;

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use runtime::Controller;
-use runtime::program::Trigger;
+use runtime::program::{MachineAction, Trigger};
 
 use super::steps::Demands;
 use super::{Exploration, Step};
@@ -38,11 +38,22 @@ pub(crate) enum Verdict {
 /// A run that violates a property.
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
-    /// The transitions, each with the state that it leaves and values at which it is taken.
-    pub steps: Vec<(usize, (usize, usize), Vec<(usize, Value)>)>,
+    /// The transitions, in their order.
+    pub steps: Vec<Taken>,
     /// The innermost state at the end.
     pub leaf: usize,
     /// Values at the end, where they matter.
+    pub values: Vec<(usize, Value)>,
+}
+
+/// A transition of a run.
+#[derive(Clone, Debug)]
+pub(crate) struct Taken {
+    /// The innermost state that it leaves.
+    pub leaf: usize,
+    /// State that has the transition, and its index there.
+    pub way: (usize, usize),
+    /// Values at which it is taken, where they matter.
     pub values: Vec<(usize, Value)>,
 }
 
@@ -66,6 +77,11 @@ impl Exploration<'_> {
     pub fn judge(&mut self, formula: &Formula, state: usize, of_machine: &BTreeMap<usize, OfMachine>) -> Verdict {
         if !self.is_complete() {
             return Verdict::TooLarge;
+        }
+        let mut read = Vec::new();
+        formula.variables(&mut read);
+        if read.iter().any(|v| !of_machine.contains_key(v) && self.is_of_motion(*v)) {
+            return Verdict::Open;
         }
         let leaves = self.leaves().into_iter();
         let needs = leaves.map(|l| (l, self.present(|s| self.needs(l).contains(&s)))).collect();
@@ -99,6 +115,19 @@ impl Exploration<'_> {
             doubt = doubt.or(found.map(|_| Verdict::Open));
         }
         doubt.unwrap_or(Verdict::Holds)
+    }
+
+    /// True for a value that the tick itself changes after the step of the machine: of the robot, of a task, of a sensor
+    /// that is tared, or a time.
+    fn is_of_motion(&self, value: usize) -> bool {
+        let own = |s: &usize| {
+            let tared = self.machine.actions.iter().any(|a| a.own == Some(MachineAction::Tare(*s)));
+            tared || self.outputs.contains_key(s) || self.machine.measured.iter().any(|m| m.signal == *s)
+        };
+        self.conditions.variables[value].leaves.all.iter().any(|leaf| match leaf {
+            Leaf::Signal(s, _) => own(s),
+            Leaf::State(_) | Leaf::Clock(_) | Leaf::Other => true,
+        })
     }
 
     /// Presences of some signals, where conditions depend on them.
@@ -219,7 +248,7 @@ impl Exploration<'_> {
             return None;
         }
         let mut steps = by.map_or_else(Vec::new, |(from, _)| self.way_to(from, parents));
-        steps.extend(by.map(|(_, step)| (leaf, step.way, Vec::new())));
+        steps.extend(by.map(|(_, step)| Taken { leaf, way: step.way, values: Vec::new() }));
         Some(Run { steps, leaf: self.nodes[node].leaf, values })
     }
 
@@ -281,7 +310,7 @@ impl Exploration<'_> {
     }
 
     /// Transitions from the start to a node, with values at which they are taken.
-    fn way_to(&mut self, node: usize, parents: &[Parent]) -> Vec<(usize, (usize, usize), Vec<(usize, Value)>)> {
+    fn way_to(&mut self, node: usize, parents: &[Parent]) -> Vec<Taken> {
         let mut steps = Vec::new();
         let mut at = node;
         while let Some((before, step)) = parents.get(at).copied().flatten() {
@@ -292,7 +321,7 @@ impl Exploration<'_> {
                     Search::Found(values) => values,
                     Search::Impossible | Search::TooLarge => Vec::new(),
                 };
-                steps.push((self.nodes[before].leaf, step.way, values));
+                steps.push(Taken { leaf: self.nodes[before].leaf, way: step.way, values });
             }
             at = before;
         }

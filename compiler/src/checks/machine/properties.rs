@@ -7,7 +7,7 @@ use runtime::program::{Measure, Op};
 
 use super::Checked;
 use crate::analysis::conditions::{Key, Value};
-use crate::analysis::exploration::{Exploration, OfMachine, Run, Verdict};
+use crate::analysis::exploration::{Exploration, OfMachine, Run, Taken, Verdict};
 use crate::analysis::wording::described;
 use crate::expr::Graph;
 use crate::source_map::{MachinePlaces, PropertyPlace};
@@ -66,10 +66,10 @@ impl Checked<'_> {
         let mut d = Diagnostic::error("HQ0721", place.span, format!("{} does not always hold", place.name));
         d = d.here(format!("false in `{end}`{}", self.values(&run.values, graph)));
         let left_out = run.steps.len().saturating_sub(SHOWN);
-        for (k, (from, way, values)) in run.steps.iter().enumerate().skip(left_out) {
+        for (k, Taken { leaf, way, values }) in run.steps.iter().enumerate().skip(left_out) {
             let transition = &self.machine.states[way.0].transitions[way.1];
             let to = self.name(self.machine.leaf(transition.target));
-            let text = format!("{}. from `{}` to `{to}`{}", k + 1, self.name(*from), self.values(values, graph));
+            let text = format!("{}. from `{}` to `{to}`{}", k + 1, self.name(*leaf), self.values(values, graph));
             d = d.label(self.places.transitions[way.0][way.1].trigger, text);
         }
         let start = self.name(self.machine.leaf(0));
