@@ -1,6 +1,7 @@
 //! Source spans of the parts of a program, for checks of the finished program.
 
 use dsl::Span;
+use runtime::program::Measure;
 
 use crate::binding::BoundTask;
 
@@ -31,8 +32,38 @@ pub(crate) struct MachinePlaces {
     pub transitions: Vec<Vec<TransitionPlace>>,
     /// For each action, its span.
     pub actions: Vec<Span>,
+    /// Properties that must hold.
+    pub properties: Vec<PropertyPlace>,
+    /// Measures of a run that properties read; their numbers follow those of the signals.
+    pub measures: Vec<Measure>,
     /// Number of events that are declared; the others are outcomes of actions, or raised by the machine.
     pub declared_events: usize,
+}
+
+/// A property of a machine.
+#[derive(Debug)]
+pub(crate) struct PropertyPlace {
+    /// Its label, or its formula.
+    pub name: String,
+    /// Span of the formula.
+    pub span: Span,
+    /// State in which it holds; 0 for the whole machine.
+    pub state: usize,
+    /// The formula that holds at every tick, or the span of a part that speaks of other ticks.
+    pub formula: Result<Property, Span>,
+}
+
+/// A formula without time.
+#[derive(Debug)]
+pub(crate) enum Property {
+    /// Node of a truth value.
+    Value(usize),
+    /// Negation.
+    Not(Box<Property>),
+    /// Both.
+    And(Box<[Property; 2]>),
+    /// At least one of both.
+    Or(Box<[Property; 2]>),
 }
 
 /// Source spans of a transition, with facts about it.

@@ -7,7 +7,7 @@ endif
 syntax case match
 syntax iskeyword @,48-57,_
 
-syntax match hierarqKeyword "^\s*\zs\%(hierarq\|import\|param\|let\|robot\|task\|stack\|signal\|human\|safety_field\|variable\|machine\|mission\|scenario\|expect\|run\|for\)\>"
+syntax match hierarqKeyword "^\s*\zs\%(hierarq\|import\|param\|let\|robot\|task\|stack\|signal\|human\|safety_field\|variable\|machine\|mission\|scenario\|expect\|check\|run\|for\)\>"
 syntax match hierarqKeyword "\<\%(level\|replace\|add\|remove\|before\|after\|from\|as\)\ze\s\+\%(\h\|\$\)"
 syntax match hierarqKeyword "\<for\ze\s\+\h\w*\s\+in\>"
 syntax match hierarqKeyword "\<\%(robot\|human\|worker\|object\|place\|layer\|source\|wall\)\ze\s\+\%(\h\|\$\)\S*\s*{"
@@ -17,7 +17,7 @@ syntax match hierarqKeyword "\%(\<for\s\+\h\w*\s\+\)\@<=in\>"
 syntax match hierarqKeyword "\<\%(state\|final\|stack\|initial\|enter\|do\|exit\)\ze\s\+\%(\h\|\$\)"
 syntax match hierarqKeyword "\<\%(on\|when\|after\|for\)\ze\s.*->"
 syntax match hierarqKeyword "^\s*\zs\%(on\|when\)\ze\s"
-syntax match hierarqKeyword "\%(^\s*expect\s.*\)\@<=\<\%(always\|eventually\|never\|within\|from\|to\|after\|until\|implies\)\>"
+syntax match hierarqKeyword "\%(^\s*\%(expect\|check\)\s.*\)\@<=\<\%(always\|eventually\|never\|within\|from\|to\|after\|until\|implies\)\>"
 syntax match hierarqOperator "->"
 syntax keyword hierarqModifier hard weight blend timeout
 syntax keyword hierarqConstant pi t time auto true false
@@ -35,7 +35,7 @@ syntax region hierarqString start=+"+ skip=+\\.+ end=+"+ oneline contains=hierar
 syntax match hierarqComment "//.*$" contains=@Spell
 
 " `and`, `or` and `not` are operators inside brackets, behind `let`, and in conditions; elsewhere they are keys.
-syntax match hierarqOperator "\%(^\s*\%(let\|param\|when\|expect\)\s.*\)\@<=\<\%(and\|or\|not\)\>"
+syntax match hierarqOperator "\%(^\s*\%(let\|param\|when\|expect\|check\)\s.*\)\@<=\<\%(and\|or\|not\)\>"
 
 highlight default link hierarqKeyword Keyword
 highlight default link hierarqModifier Keyword

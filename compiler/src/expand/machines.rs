@@ -53,6 +53,7 @@ impl Expander<'_> {
             settings: self.block(&b.settings, frame),
             actions: b.actions.iter().map(|a| self.action(a, frame)).collect(),
             transitions: b.transitions.iter().map(|t| self.transition(t, frame)).collect(),
+            properties: b.properties.iter().map(|p| self.expect(p, frame)).collect(),
             states: b.states.iter().map(|s| self.state(s, frame)).collect(),
             closing_comments: Default::default(),
         }

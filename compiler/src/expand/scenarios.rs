@@ -21,14 +21,18 @@ impl Expander<'_> {
     }
 
     pub(super) fn copied_scenario(&mut self, s: &Scenario, frame: &mut Frame) -> Scenario {
-        let expects = s.expects.iter().map(|e| Expect {
+        let expects = s.expects.iter().map(|e| self.expect(e, frame)).collect();
+        Scenario { name: self.name(&s.name, frame), body: self.block(&s.body, frame), expects }
+    }
+
+    /// Copies an expectation, or a property of a machine.
+    pub(super) fn expect(&mut self, e: &Expect, frame: &mut Frame) -> Expect {
+        Expect {
             label: e.label.as_ref().map(|label| self.name(label, frame)),
             formula: self.formula(&e.formula, frame),
             span: self.at(e.span, frame),
             comments: Default::default(),
-        });
-        let expects = expects.collect();
-        Scenario { name: self.name(&s.name, frame), body: self.block(&s.body, frame), expects }
+        }
     }
 
     fn formula(&mut self, f: &Formula, frame: &mut Frame) -> Formula {

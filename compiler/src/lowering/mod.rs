@@ -18,6 +18,7 @@ mod measures;
 mod missions;
 mod params;
 mod predicates;
+mod properties;
 mod run;
 mod scenario;
 mod sensors;
@@ -255,6 +256,9 @@ impl<'a> Lowerer<'a> {
         let (mut program, mut source_map) =
             self.program(&robot, &definitions, bound, (&declared, stacks), (run?, machine))?;
         program.scenarios = self.scenarios(expanded, &program, &robot, &mut source_map.scenario_starts);
+        if let (Some(machine), Some(places)) = (declared.machine, &mut source_map.machine) {
+            self.properties(machine, &program, &robot, places);
+        }
         self.unused(&declared, expanded, complete);
         Some((program, source_map))
     }

@@ -1,6 +1,6 @@
 //! References in machines: states, events, actions and triggers.
 
-use dsl::tree::{Action, Machine, State, StateBody, Transition, Trigger, Value, ValueKind};
+use dsl::tree::{Action, Expect, Machine, State, StateBody, Transition, Trigger, Value, ValueKind};
 use dsl::{Span, Spanned, Syntax};
 
 use super::symbols::{FileId, SymbolId, SymbolKind as K};
@@ -36,7 +36,20 @@ impl Resolver<'_> {
         self.section(&body.settings, section);
         body.actions.iter().for_each(|a| self.action(a));
         body.transitions.iter().for_each(|t| self.transition(t));
+        body.properties.iter().for_each(|p| self.property(p));
         body.states.iter().for_each(|s| self.state(s));
+    }
+
+    /// Resolves `check always FORMULA`; its states are those of the whole machine.
+    fn property(&mut self, p: &Expect) {
+        if self.syntax == Syntax::Native {
+            self.keyword("check", p.span.range().start, STATE.key("check", self.syntax));
+        }
+        let mut outermost = self.around.holder;
+        while let Some(outer) = outermost.and_then(|id| self.out.symbol(id).container) {
+            outermost = Some(outer);
+        }
+        self.with(Around { holder: outermost, ..self.around.clone() }, |r| r.formula(&p.formula));
     }
 
     fn state(&mut self, s: &State) {

@@ -85,6 +85,7 @@ block! {
     also [
         Key::optional("transitions", ValueType::List(&ValueType::Block(&TRANSITION)), TRANSITIONS)
             .at(super::Place::Yaml),
+        Key::optional("check", ValueType::Declarations, PROPERTY).at(super::Place::Word),
         Key::required("states", ValueType::Each(&ValueType::Block(&STATE)), "States by name.").at(super::Place::Yaml),
         Key::required("state", ValueType::Block(&STATE), "A state: `state NAME { stack NAME  on EVENT -> NEXT }`.")
             .at(super::Place::Hq),
@@ -95,6 +96,8 @@ block! {
 }
 
 const FINAL: &str = "A state in which the machine has come to its end: `final state NAME { stack NAME }`.";
+const PROPERTY: &str = "A property that must hold at every tick, for all values of the signals: `check always not (in(STATE) and FLAG)`; of a \
+     state, at every tick at which it is active.";
 const BLEND: ValueType = ValueType::Number(Quantity::at_least(TIME, 0.0).usually(1e-3, 60.0));
 const TRANSITIONS: &str = "Transitions, in the order of their evaluation: `- { on: found, to: grasp }`, \
      `- { when: CONDITION, for: 3 s, to: grasp, blend: 1 s }`, `- { after: 10 s, to: ask }`.";
@@ -148,6 +151,7 @@ block! {
         .at(super::Place::Hq),
         Key::optional("transitions", ValueType::List(&ValueType::Block(&TRANSITION)), TRANSITIONS)
             .at(super::Place::Yaml),
+        Key::optional("check", ValueType::Declarations, PROPERTY).at(super::Place::Word),
         Key::optional("state", ValueType::Block(&STATE), "A state inside it.").at(super::Place::Hq),
         Key::optional("final", ValueType::Block(&STATE), FINAL).at(super::Place::Hq),
         Key::optional("states", ValueType::Each(&ValueType::Block(&STATE)), "States inside it, by name.")

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use super::random_machines::{Action, Machine, When};
+use super::random_machines::{Action, Condition, Machine, When};
 
 /// Values of the signals at a tick, and the events of the host.
 #[derive(Clone, Copy, Debug)]
@@ -162,12 +162,15 @@ pub(super) struct Brute {
     pub left: BTreeSet<usize>,
     /// Sets of states between which it goes at every tick while nothing changes.
     pub flips: BTreeSet<Vec<usize>>,
+    /// True if a state is active while a condition holds.
+    pub violated: bool,
 }
 
-pub(super) fn brute(m: &Machine) -> Option<Brute> {
+pub(super) fn brute(m: &Machine, (within, condition): &(usize, Condition)) -> Option<Brute> {
     let xs = [Some(0.0), Some(1.0), Some(2.0), None];
     let flags = [Some(true), Some(false), None];
-    let reads = |text: &str| m.text().contains(text);
+    let text = format!("{} ({})", m.spec(""), condition.text());
+    let reads = |part: &str| text.contains(part);
     let mut all = vec![];
     for x in xs.iter().take(if reads("x <") || reads("x >") || reads("present") { 4 } else { 1 }) {
         for ready in flags.iter().take(if reads("when ready") || reads("(ready") || reads("ready)") { 3 } else { 1 }) {
@@ -180,20 +183,26 @@ pub(super) fn brute(m: &Machine) -> Option<Brute> {
     }
     let mut seen = BTreeSet::from([m.start()]);
     let mut open = VecDeque::from([m.start()]);
-    let mut out = Brute { leaves: BTreeSet::new(), left: BTreeSet::new(), flips: BTreeSet::new() };
+    let mut out = Brute { leaves: BTreeSet::new(), left: BTreeSet::new(), flips: BTreeSet::new(), violated: false };
+    let violates = |s: &Situation, v: &Values| m.path(s.leaf).contains(within) && condition.holds(v, s.n) == Some(true);
+    out.violated |= all.iter().any(|v| violates(&m.start(), v));
     while let Some(s) = open.pop_front() {
-        if seen.len() > 20_000 {
+        if seen.len() > 5_000 {
             return None;
         }
         out.leaves.insert(s.leaf);
-        if let Some(next) = m.fault(&s).filter(|next| seen.insert(next.clone())) {
-            open.push_back(next);
+        if let Some(next) = m.fault(&s) {
+            out.violated |= all.iter().any(|v| violates(&next, v));
+            if seen.insert(next.clone()) {
+                open.push_back(next);
+            }
         }
         for v in &all {
             if v.done && !s.gripper {
                 continue;
             }
             let (next, taken) = m.tick(&s, v);
+            out.violated |= violates(&next, v);
             if taken.is_some() {
                 out.left.insert(s.leaf);
             }

@@ -4,14 +4,20 @@
 mod all_runs;
 mod random_machines;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::common;
 
 use all_runs::brute;
 use common::{compile_text, examples};
 use dsl::Syntax;
-use random_machines::{Machine, Random};
+use random_machines::{Condition, Machine, Random};
+
+/// Codes of the diagnostics of a text.
+fn codes(text: &str) -> BTreeSet<&'static str> {
+    let compiled = compile_text(text, Syntax::Native, &examples(), &[]);
+    compiled.report.diagnostics.iter().map(|d| d.code).collect()
+}
 
 /// Names in backticks of the messages of a code.
 fn told(text: &str) -> BTreeMap<&'static str, Vec<Vec<String>>> {
@@ -34,14 +40,18 @@ fn machines() -> impl Iterator<Item = Machine> {
 #[test]
 fn findings_are_those_of_all_runs() {
     let (mut never, mut stuck, mut flipping, mut compared) = (0, 0, 0, 0);
+    let (mut held, mut violated, mut open) = (0, 0, 0);
+    let mut r = Random(7);
     for m in machines() {
-        let text = m.text();
-        let Some(b) = brute(&m) else { continue };
+        let text = m.spec("");
+        let last = m.states.len() - 1;
+        let both = Box::new([Condition::random(&mut r, 0), Condition::random(&mut r, 0)]);
+        let property = (1 + r.below(last), Condition::And(both));
+        let Some(b) = brute(&m, &property) else { continue };
         compared += 1;
         let told = told(&text);
         let named =
             |code: &str, s: usize| told.get(code).is_some_and(|all| all.iter().any(|names| names.contains(&m.name(s))));
-        let last = m.states.len() - 1;
         // A number that is counted is unknown from some value on, and how long a state around others has been active is
         // not followed, so that less is claimed.
         let exact = !m.counts() && m.states.iter().skip(1).all(|s| s.initial.is_none());
@@ -68,9 +78,21 @@ fn findings_are_those_of_all_runs() {
             explained.push_str(&format!("flips {:?}, HQ0720 {:?}\n", b.flips, told.get("HQ0720")));
         }
         flipping += usize::from(flips);
+        let check = format!("\n  check never (in({}) and {})", m.name(property.0), property.1.text());
+        let verdicts = codes(&m.spec(&check));
+        match (verdicts.contains("HQ0721"), verdicts.contains("HQ0722")) {
+            (true, _) => violated += 1,
+            (false, true) => open += 1,
+            (false, false) => held += 1,
+        }
+        let wrong = verdicts.contains("HQ0721") && !b.violated;
+        if wrong || (b.violated && !verdicts.contains("HQ0721") && !verdicts.contains("HQ0722")) {
+            explained.push_str(&format!("{check}: violated {}, {verdicts:?}\n", b.violated));
+        }
         assert!(explained.is_empty(), "{text}\n{explained}");
     }
-    assert!(compared > 300 && never > 50 && stuck > 5 && flipping > 50, "{compared} {never} {stuck} {flipping}");
+    assert!(held > 30 && violated > 30 && open < 100, "{held} {violated} {open}");
+    assert!(compared > 200 && never > 30 && stuck > 3 && flipping > 30, "{compared} {never} {stuck} {flipping}");
 }
 
 /// A machine of 50 states around a ring, each with conditions on several signals with thresholds of its own.

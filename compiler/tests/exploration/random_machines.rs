@@ -136,7 +136,7 @@ impl Machine {
         states.push(State { parent: Some(0), ..State::default() });
         let last = states.len() - 1;
         states[1].enter.push(Action::Gripper);
-        for s in 0..last {
+        for (s, state) in states.iter_mut().enumerate().take(last) {
             for _ in 0..if s == 0 { r.below(2) } else { 1 + r.below(2) } {
                 let when = match r.below(8) {
                     0..=3 => When::Condition(Condition::random(r, 2), 0),
@@ -145,15 +145,15 @@ impl Machine {
                     6 => When::Event(r.of(&["go", "done"])),
                     _ => When::Event("pulse"),
                 };
-                states[s].transitions.push(Transition { when, to: 1 + r.below(last) });
+                state.transitions.push(Transition { when, to: 1 + r.below(last) });
             }
             if s > 0 {
                 match r.below(8) {
-                    0 => states[s].enter.push(Action::Set(r.of(&[0, 1, 2]))),
-                    1 => states[s].exit.push(Action::Set(r.of(&[0, 1, 2]))),
-                    2 => states[s].enter.push(Action::Emit),
-                    3 => states[s].exit.push(Action::Emit),
-                    4 => states[s].enter.push(Action::Count),
+                    0 => state.enter.push(Action::Set(r.of(&[0, 1, 2]))),
+                    1 => state.exit.push(Action::Set(r.of(&[0, 1, 2]))),
+                    2 => state.enter.push(Action::Emit),
+                    3 => state.exit.push(Action::Emit),
+                    4 => state.enter.push(Action::Count),
                     _ => {}
                 }
             }
@@ -177,13 +177,14 @@ impl Machine {
         }
     }
 
-    pub(super) fn text(&self) -> String {
+    /// The spec, with parts of the machine added.
+    pub(super) fn spec(&self, more: &str) -> String {
         let mut out = String::from(
             "hierarq 1\nrobot arm { urdf \"robots/arm7.urdf\"  rate 1 Hz }\nsignal x : number\nsignal ready : flag\n\
              signal go : event\nvariable n : number = 0\nstack still { level all { joint_velocity_limits } }\n",
         );
         let last = self.states.len() - 1;
-        out.push_str(&format!("machine m {{ initial s1  stack still  on fault(any) -> s{last}\n"));
+        out.push_str(&format!("machine m {{ initial s1  stack still  on fault(any) -> s{last}{more}\n"));
         self.body(0, &mut out);
         out.push_str("}\n");
         out

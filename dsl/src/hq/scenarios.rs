@@ -57,7 +57,7 @@ impl Reader<'_> {
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::entry => self.entry(part, &mut body.entries),
-                Rule::expect => expects.push(self.expect(part)),
+                Rule::expect => expects.push(self.expect(part, "expect")),
                 _ => open = true,
             }
         }
@@ -71,11 +71,11 @@ impl Reader<'_> {
         (body, expects)
     }
 
-    /// Reads `expect "hands stay" always error(hands) < 0.5 mm`.
-    fn expect(&mut self, pair: Pair<'_>) -> Expect {
+    /// Reads `expect "hands stay" always error(hands) < 0.5 mm`, or another word and its formula.
+    pub(super) fn expect(&mut self, pair: Pair<'_>, word: &str) -> Expect {
         let whole = self.of(&pair);
         let start = whole.range().start;
-        let keyword = self.span(start, start + "expect".len());
+        let keyword = self.span(start, start + word.len());
         let mut comments = Comments::default();
         self.pool.before(start, &mut comments.before);
         let (mut label, mut formula, mut junk, mut told) = (None, None, None, false);
@@ -111,8 +111,10 @@ impl Reader<'_> {
                 }
             }
             (None, None) => self.diags.push(
-                Diagnostic::error("HQ0143", keyword, "`expect` has no formula")
-                    .help("write a formula after it, for instance `expect always margin(deck) >= 0 m`"),
+                Diagnostic::error("HQ0143", keyword, format!("`{word}` has no formula")).help(match word {
+                    "check" => "write a formula after it, for instance `check always not in(STATE)`",
+                    _ => "write a formula after it, for instance `expect always margin(deck) >= 0 m`",
+                }),
             ),
             _ => {}
         }

@@ -28,6 +28,7 @@ impl Reader<'_> {
                 Rule::stack_use => self.stack_use(part, &mut body),
                 Rule::action => body.actions.extend(self.action(part)),
                 Rule::transition => body.transitions.push(self.transition(part)),
+                Rule::property => body.properties.push(self.expect(part, "check")),
                 _ => open = true,
             }
         }

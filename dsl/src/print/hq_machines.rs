@@ -3,7 +3,7 @@
 use super::hq::{block, empty, entries};
 use super::hq_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, formulas, no_comments};
-use crate::tree::{Block, Entry, Machine, Scenario, Signal, State, StateBody, Transition, Value, ValueKind};
+use crate::tree::{Block, Entry, Expect, Machine, Scenario, Signal, State, StateBody, Transition, Value, ValueKind};
 use crate::vocabulary::begins_part;
 use crate::words::{has_block, is_name};
 
@@ -68,6 +68,7 @@ fn only_stack(it: &StateBody) -> bool {
         && empty(&it.settings)
         && it.actions.is_empty()
         && it.transitions.is_empty()
+        && it.properties.is_empty()
         && it.states.is_empty()
         && no_comments(&it.closing_comments)
 }
@@ -97,6 +98,7 @@ fn body(it: &StateBody, behind: &Option<String>, indent: usize, lines: &mut Line
     for it in &it.transitions {
         transition(it, inner, lines);
     }
+    it.properties.iter().for_each(|it| expect("check", it, inner, lines));
     let mut last_short = false;
     for (i, it) in it.states.iter().enumerate() {
         let short = no_comments(&it.comments) && one_line(it, inner).is_some();
@@ -166,17 +168,20 @@ pub(super) fn scenario(it: &Scenario, behind: &Option<String>, indent: usize, li
     lines.out.push('{');
     lines.end(behind);
     entries(&it.body, indent + 2, lines);
-    for expect in &it.expects {
-        lines.before(&expect.comments.before, indent + 2);
-        lines.indent(indent + 2);
-        lines.out.push_str("expect ");
-        if let Some(label) = &expect.label {
-            lines.out.push_str(&format!("{} ", expr::quoted(label)));
-        }
-        lines.out.push_str(&formulas::text(&expect.formula));
-        lines.end(&expect.comments.behind);
-    }
+    it.expects.iter().for_each(|it| expect("expect", it, indent + 2, lines));
     lines.before(&it.body.closing_comments.before, indent + 2);
     lines.indent(indent);
     lines.out.push_str("}\n");
+}
+
+/// Prints `expect "hands stay" always error(hands) < 0.5 mm`, or another word and its formula.
+fn expect(word: &str, it: &Expect, indent: usize, lines: &mut Lines) {
+    lines.before(&it.comments.before, indent);
+    lines.indent(indent);
+    lines.out.push_str(&format!("{word} "));
+    if let Some(label) = &it.label {
+        lines.out.push_str(&format!("{} ", expr::quoted(label)));
+    }
+    lines.out.push_str(&formulas::text(&it.formula));
+    lines.end(&it.comments.behind);
 }

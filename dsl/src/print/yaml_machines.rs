@@ -6,7 +6,8 @@ use super::yaml_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, formulas, no_comments};
 use crate::Spanned;
 use crate::tree::{
-    Block, Comments, Entry, Machine, Moment, Scenario, Signal, State, StateBody, Transition, Value, ValueKind, Variable,
+    Block, Comments, Entry, Expect, Machine, Moment, Scenario, Signal, State, StateBody, Transition, Value, ValueKind,
+    Variable,
 };
 use crate::words::is_name;
 
@@ -57,6 +58,7 @@ fn body(it: &StateBody, is_final: bool, behind: &Option<String>, indent: usize, 
         && it.settings.entries.is_empty()
         && it.actions.is_empty()
         && it.transitions.is_empty()
+        && it.properties.is_empty()
         && it.states.is_empty();
     if nothing {
         // Only a flow mapping can be empty and contain comments.
@@ -86,6 +88,7 @@ fn body(it: &StateBody, is_final: bool, behind: &Option<String>, indent: usize, 
     for transition in &it.transitions {
         self::transition(transition, inner + 2, lines);
     }
+    expects("check", &it.properties, inner, lines);
     title("states", it.states.is_empty(), inner, lines);
     for state in &it.states {
         self::state(state, inner + 2, lines);
@@ -106,6 +109,7 @@ fn short(it: &StateBody, is_final: bool, line: &mut OneLine) -> Option<()> {
         && empty(&it.settings)
         && it.actions.is_empty()
         && it.transitions.is_empty()
+        && it.properties.is_empty()
         && it.states.is_empty()
         && no_comments(&it.closing_comments);
     if !quiet {
@@ -219,10 +223,16 @@ pub(super) fn scenario(it: &Scenario, behind: &Option<String>, indent: usize, li
     }
     lines.end(behind);
     entries(&it.body, indent + 2, lines);
-    title("expect", false, indent + 2, lines);
-    for expect in &it.expects {
-        lines.before(&expect.comments.before, indent + 4);
-        lines.indent(indent + 4);
+    expects("expect", &it.expects, indent + 2, lines);
+    lines.before(&it.body.closing_comments.before, indent + 2);
+}
+
+/// Prints a sequence of formulas below a key.
+fn expects(key: &str, all: &[Expect], indent: usize, lines: &mut Lines) {
+    title(key, all.is_empty(), indent, lines);
+    for expect in all {
+        lines.before(&expect.comments.before, indent + 2);
+        lines.indent(indent + 2);
         let formula = scalar(&formulas::text(&expect.formula), false);
         match &expect.label {
             Some(label) => lines.out.push_str(&format!("- {}: {formula}", yaml_text(label))),
@@ -230,5 +240,4 @@ pub(super) fn scenario(it: &Scenario, behind: &Option<String>, indent: usize, li
         }
         lines.end(&expect.comments.behind);
     }
-    lines.before(&it.body.closing_comments.before, indent + 2);
 }

@@ -1,6 +1,6 @@
 //! Signals, humans and machines: the inputs of a robot while it runs, and the states that it switches between.
 
-use super::{Block, Call, Comments, Entry, Value};
+use super::{Block, Call, Comments, Entry, Expect, Value};
 use crate::span::{Span, Spanned};
 
 /// `signal peduncle : point?  timeout 0.5 s`: a typed input.
@@ -91,6 +91,8 @@ pub struct StateBody {
     pub actions: Vec<Action>,
     /// Transitions out of the state; the first enabled one is taken.
     pub transitions: Vec<Transition>,
+    /// Properties that hold at every tick at which the state is active: `check always not gripper_open`.
+    pub properties: Vec<Expect>,
     /// Nested states.
     pub states: Vec<State>,
     /// Comments before the closing brace.
@@ -104,6 +106,7 @@ impl PartialEq for StateBody {
             && self.settings == other.settings
             && Moment::ALL.into_iter().all(|moment| at(self, moment) == at(other, moment))
             && self.transitions == other.transitions
+            && self.properties == other.properties
             && self.states == other.states
     }
 }

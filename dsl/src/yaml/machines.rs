@@ -11,7 +11,7 @@ use crate::{Diagnostic, Span, Spanned, actions, transitions};
 use pest::Parser;
 
 /// The keys of a state that are not settings.
-const STATE_KEYS: &[&str] = &["final", "stack", "enter", "do", "exit", "transitions", "states"];
+const STATE_KEYS: &[&str] = &["final", "stack", "enter", "do", "exit", "transitions", "check", "states"];
 
 impl Reader<'_> {
     /// Reads `initial: look`, `states: { .. }`.
@@ -70,6 +70,7 @@ impl Reader<'_> {
                 "do" => self.actions(Moment::Do, &key, value, &mut body.actions),
                 "exit" => self.actions(Moment::Exit, &key, value, &mut body.actions),
                 "transitions" => body.transitions = self.transitions(value),
+                "check" => body.properties = self.expects(&key, value),
                 "states" => body.states = self.states(value, &key),
                 _ => {
                     let entry = self.setting(key, value);

@@ -71,7 +71,7 @@ impl Reader<'_> {
     }
 
     /// Reads one expectation, or a sequence of them.
-    fn expects(&mut self, key: &Spanned<String>, id: NodeId) -> Vec<Expect> {
+    pub(super) fn expects(&mut self, key: &Spanned<String>, id: NodeId) -> Vec<Expect> {
         let Kind::Sequence(items) = &self.node(id).kind else {
             let mut comments = self.key_comments(key.span);
             return self.expect(id, key, &mut comments).into_iter().collect();

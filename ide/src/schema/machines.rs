@@ -28,6 +28,7 @@ fn body(section: &BlockSchema, description: &str) -> Value {
     replace(&mut parts, "stack", values::name());
     replace(&mut parts, "transitions", json!({ "type": "array", "items": { "$ref": "#/$defs/transition" } }));
     replace(&mut parts, "states", states());
+    replace(&mut parts, "check", super::sections::formulas());
     if !parts.contains_key("stack") {
         parts.insert("stack".to_string(), described(values::name(), "The stack of states that name none."));
     }

@@ -154,12 +154,16 @@ fn change() -> Value {
 /// Scenarios with their expectations; their names are arbitrary texts.
 pub(super) fn scenarios() -> Value {
     let mut scenario = block(&sections::SCENARIO);
+    let text = scenario["properties"]["expect"]["description"].as_str().unwrap_or_default().to_string();
+    scenario["properties"]["expect"] = described(formulas(), &text);
+    json!({ "type": ["object", "null"], "additionalProperties": scenario })
+}
+
+/// Formulas with or without labels, one or a sequence.
+pub(super) fn formulas() -> Value {
     let labelled = json!({ "type": "object", "minProperties": 1, "additionalProperties": { "type": "string" } });
     let formula = json!({ "anyOf": [{ "type": "string" }, labelled] });
-    let one = json!({ "anyOf": [formula, { "type": "array", "items": formula }] });
-    let text = scenario["properties"]["expect"]["description"].as_str().unwrap_or_default().to_string();
-    scenario["properties"]["expect"] = described(one, &text);
-    json!({ "type": ["object", "null"], "additionalProperties": scenario })
+    json!({ "anyOf": [formula, { "type": "array", "items": formula }] })
 }
 
 pub(super) fn stacks() -> Value {

@@ -53,6 +53,7 @@ pub(super) fn leaves(graph: &Graph, interface: &Interface, key: &Key) -> Leaves 
         let op = graph.ops()[node];
         let leaf = match op {
             Op::Const(_) => continue,
+            Op::Signal(k) if k >= interface.width() => Leaf::Other,
             Op::Signal(k) => interface.signal_of(k).map_or(Leaf::Other, |s| Leaf::Signal(s, k)),
             Op::State(k) => Leaf::State(k),
             Op::T | Op::Time | Op::Input(_) | Op::Trajectory(_) => Leaf::Other,

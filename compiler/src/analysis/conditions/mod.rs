@@ -76,6 +76,8 @@ pub(crate) enum Formula {
     Or(Box<[Formula; 2]>),
     /// The second if the first holds, the third if it does not.
     If(Box<[Formula; 3]>),
+    /// True if it holds, false if not, also where a value is absent.
+    Holds(Box<Formula>),
 }
 
 impl Formula {
@@ -88,7 +90,7 @@ impl Formula {
                     out.push(*v);
                 }
             }
-            Formula::Not(a) => a.variables(out),
+            Formula::Not(a) | Formula::Holds(a) => a.variables(out),
             Formula::And(both) | Formula::Or(both) => both.iter().for_each(|f| f.variables(out)),
             Formula::If(all) => all.iter().for_each(|f| f.variables(out)),
         }
@@ -146,7 +148,9 @@ pub(crate) struct Conditions {
     by_key: BTreeMap<Key, usize>,
     /// For each state, the conditions of its transitions; `None` for triggers that are no condition.
     pub triggers: Vec<Vec<Option<Formula>>>,
-    /// For each of them, that its state has been active for as long as the condition must have held.
+    /// Properties of the machine; `None` for one that speaks of other ticks.
+    pub properties: Vec<Option<Formula>>,
+    /// For each of the conditions, that its state has been active for as long as the condition must have held.
     pub lasting: Vec<Vec<Formula>>,
 }
 
@@ -159,7 +163,8 @@ impl Conditions {
         places: &MachinePlaces,
     ) -> Conditions {
         let (variables, by_key) = (Vec::new(), BTreeMap::new());
-        let mut conditions = Conditions { variables, by_key, triggers: Vec::new(), lasting: Vec::new() };
+        let (triggers, lasting, properties) = (Vec::new(), Vec::new(), Vec::new());
+        let mut conditions = Conditions { variables, by_key, triggers, lasting, properties };
         for (s, state) in machine.states.iter().enumerate() {
             let mut parser =
                 parse::Parser { conditions: &mut conditions, graph, interface, state: s, left: parse::EFFORT };
@@ -177,6 +182,17 @@ impl Conditions {
             }
             conditions.triggers.push(triggers);
             conditions.lasting.push(lasting);
+        }
+        for property in &places.properties {
+            let mut parser = parse::Parser {
+                conditions: &mut conditions,
+                graph,
+                interface,
+                state: property.state,
+                left: parse::EFFORT,
+            };
+            let formula = property.formula.as_ref().ok().map(|p| parser.property(p));
+            conditions.properties.push(formula);
         }
         conditions.finish(graph, interface);
         conditions

@@ -6,6 +6,7 @@ use runtime::program::{Interface, Op};
 
 use super::{CLOCK, Conditions, Formula, Key, Relation, Term, Truth, Variable};
 use crate::expr::{Graph, Interval};
+use crate::source_map::Property;
 
 /// Relative difference up to which two thresholds are the same constant, written in two ways.
 const SAME: f64 = 1e-12;
@@ -54,12 +55,27 @@ impl Parser<'_> {
             Op::Select(a, b, c) => Formula::If(Box::new([a, b, c].map(|n| self.truth_within(n, depth)))),
             Op::Less(a, b) => self.compare(a, b, true).unwrap_or_else(|| self.flag(node)),
             Op::LessEqual(a, b) => self.compare(a, b, false).unwrap_or_else(|| self.flag(node)),
-            Op::Signal(at) => match self.interface.signal_of(at).filter(|&s| self.is_presence(s, at)) {
+            Op::Signal(at) => match self.signal_of(at).filter(|&s| self.is_presence(s, at)) {
                 Some(signal) => Formula::Flag(self.conditions.presence(signal)),
                 None => self.flag(node),
             },
             _ => self.flag(node),
         }
+    }
+
+    /// Reads a property.
+    pub fn property(&mut self, property: &Property) -> Formula {
+        match property {
+            Property::Value(node) => Formula::Holds(Box::new(self.truth(*node))),
+            Property::Not(a) => Formula::Not(Box::new(self.property(a))),
+            Property::And(both) => Formula::And(Box::new([self.property(&both[0]), self.property(&both[1])])),
+            Property::Or(both) => Formula::Or(Box::new([self.property(&both[0]), self.property(&both[1])])),
+        }
+    }
+
+    /// Signal of a number; `None` for the measures of a run behind the signals.
+    fn signal_of(&self, number: usize) -> Option<usize> {
+        self.interface.signal_of(number).filter(|_| number < self.interface.width())
     }
 
     /// The condition that a time has passed since the state was entered.
@@ -81,7 +97,8 @@ impl Parser<'_> {
 
     fn flag(&mut self, node: usize) -> Formula {
         let (term, reads) = (self.term(node), self.reads(&BTreeSet::from([node])));
-        let total = matches!(self.graph.ops()[node], Op::Signal(_)) && reads.len() == 1;
+        let measured = matches!(self.graph.ops()[node], Op::Signal(at) if at >= self.interface.width());
+        let total = measured || matches!(self.graph.ops()[node], Op::Signal(_)) && reads.len() == 1;
         let make = |key: &Key| Variable { reads, total, ..Variable::new(key.clone()) };
         Formula::Flag(self.conditions.variable(Key::Flag(term), make))
     }
@@ -168,13 +185,27 @@ impl Parser<'_> {
         }
     }
 
-    /// True for a value of a signal, or a time, itself: it is finite if it is present.
+    /// True for a value that is a number whenever its signals are present: a signal or a time, and sums, products and norms
+    /// of such.
     fn is_plain(&self, node: usize) -> bool {
-        match self.graph.ops()[node] {
-            Op::T | Op::Time => true,
-            Op::Signal(at) => self.interface.signal_of(at).is_some_and(|s| self.interface.signals[s].motion.is_none()),
-            _ => false,
+        let mut plain = true;
+        let mut operands = Vec::new();
+        self.visit(&BTreeSet::from([node]), |op| {
+            operands.push(op);
+            true
+        });
+        for op in operands {
+            plain &= match op {
+                Op::T | Op::Time | Op::Const(_) | Op::Add(..) | Op::Sub(..) | Op::Mul(..) | Op::Neg(_) | Op::Abs(_) => {
+                    true
+                }
+                Op::Sqrt(a) => self.range(a).low >= 0.0,
+                Op::Div(_, b) => self.graph.constant(b).is_some_and(|b| b != 0.0),
+                Op::Signal(at) => self.signal_of(at).is_some_and(|s| self.interface.signals[s].motion.is_none()),
+                _ => false,
+            };
         }
+        plain
     }
 
     /// Signals without which the nodes have no value.
@@ -182,7 +213,7 @@ impl Parser<'_> {
         let mut reads = BTreeSet::new();
         self.visit(nodes, |op| {
             if let Op::Signal(at) = op
-                && let Some(signal) = self.interface.signal_of(at)
+                && let Some(signal) = self.signal_of(at)
                 && self.interface.signals[signal].motion.is_none()
                 && at != self.interface.signals[signal].at
             {

@@ -253,7 +253,7 @@ impl Formula {
         match self {
             Formula::Constant(_) | Formula::Flag(_) => {}
             Formula::Compare(v, _, than) => out.entry(*v).or_default().push(*than),
-            Formula::Not(a) => a.thresholds(out),
+            Formula::Not(a) | Formula::Holds(a) => a.thresholds(out),
             Formula::And(both) | Formula::Or(both) => both.iter().for_each(|f| f.thresholds(out)),
             Formula::If(all) => all.iter().for_each(|f| f.thresholds(out)),
         }
@@ -266,6 +266,7 @@ impl Formula {
             Formula::Flag(v) => Some(valuation[*v]?.is_yes()),
             Formula::Compare(v, relation, than) => Some(valuation[*v]?.compared(*relation, *than)),
             Formula::Not(a) => a.evaluate(valuation).map(Truth::negated),
+            Formula::Holds(a) => a.evaluate(valuation).map(|truth| Truth::of(truth == Truth::Yes)),
             Formula::And(both) => match both[0].evaluate(valuation)? {
                 Truth::Yes => both[1].evaluate(valuation),
                 other => Some(other),

@@ -16,6 +16,10 @@ impl Formula {
                 Formula::Constant(truth) => Formula::Constant(truth.negated()),
                 a => Formula::Not(Box::new(a)),
             },
+            Formula::Holds(a) => match a.given(known) {
+                Formula::Constant(truth) => Formula::Constant(Truth::of(truth == Truth::Yes)),
+                a => Formula::Holds(Box::new(a)),
+            },
             Formula::And(both) => match both[0].given(known) {
                 Formula::Constant(Truth::Yes) => both[1].given(known),
                 Formula::Constant(truth) => Formula::Constant(truth),

@@ -168,7 +168,7 @@ impl Exploration<'_> {
     }
 
     /// True if these values can all take every value, independently of each other and of what the cycle changes.
-    fn can_occur(&self, read: &[usize], changed: &BTreeSet<usize>) -> bool {
+    pub(super) fn can_occur(&self, read: &[usize], changed: &BTreeSet<usize>) -> bool {
         let mut seen: BTreeSet<Leaf> = BTreeSet::new();
         let mut of_robot = 0;
         for &v in read {
@@ -245,7 +245,7 @@ impl Exploration<'_> {
     }
 
     /// True for a time that is over at the tick after the entry.
-    fn is_over(&self, way: (usize, usize)) -> bool {
+    pub(super) fn is_over(&self, way: (usize, usize)) -> bool {
         let over = |time: f64| time <= self.program.robot.period * ROUNDING;
         matches!(self.trigger(way), Trigger::After(time) if over(*time)) && !self.may_wait(way)
     }
@@ -264,7 +264,7 @@ impl Exploration<'_> {
     }
 
     /// True for an output of a task that the stack of a state does not have.
-    fn is_silent(&self, leaf: usize, signal: usize) -> bool {
+    pub(super) fn is_silent(&self, leaf: usize, signal: usize) -> bool {
         self.outputs.get(&signal).is_some_and(|&task| !self.runs(leaf, task))
     }
 }

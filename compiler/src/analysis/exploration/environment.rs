@@ -121,6 +121,7 @@ impl<'e> Environments<'e> {
             }
             let op = self.graph.ops()[node];
             let known = match op {
+                Op::Signal(k) if k >= self.interface.width() => false,
                 Op::Signal(k) => self.interface.signal_of(k).is_some_and(|s| self.tracked.contains(&s)),
                 Op::T | Op::Time | Op::Input(_) | Op::State(_) | Op::Trajectory(_) => false,
                 _ => true,
@@ -264,6 +265,11 @@ impl<'e> Environments<'e> {
             // The variable keeps its value, and a fault occurs.
             _ => Held::Unknown,
         }
+    }
+
+    /// Variables that are known at times.
+    pub fn tracked(&self) -> BTreeSet<usize> {
+        self.tracked.iter().copied().collect()
     }
 
     /// True if the value that conditions read depends on a variable among these signals.

@@ -7,6 +7,7 @@
 
 mod cycles;
 mod environment;
+mod properties;
 mod steps;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -15,6 +16,7 @@ use runtime::program::{MachineProgram, Program, Trigger};
 
 pub(crate) use cycles::Cycle;
 use environment::Environments;
+pub(crate) use properties::{OfMachine, Run, Taken, Verdict};
 pub(crate) use steps::Refusal;
 
 use super::conditions::Conditions;
@@ -59,6 +61,8 @@ pub(crate) struct Exploration<'e> {
     pub nodes: Vec<Node>,
     /// For each node, the transitions that can be taken.
     pub steps: Vec<Vec<Step>>,
+    /// For nodes with an event that nothing waits for, the node at the tick after.
+    quiet: BTreeMap<usize, usize>,
     /// Tasks whose outputs are signals, by the signal.
     outputs: BTreeMap<usize, usize>,
     /// For each innermost state, outcomes of actions that may arrive there.
@@ -86,6 +90,7 @@ impl<'e> Exploration<'e> {
             declared_events,
             nodes: Vec::new(),
             steps: Vec::new(),
+            quiet: BTreeMap::new(),
             outputs: outputs(program),
             arriving: BTreeMap::new(),
             known: BTreeMap::new(),
@@ -94,6 +99,11 @@ impl<'e> Exploration<'e> {
         };
         out.run();
         out
+    }
+
+    /// Conditions of the machine.
+    pub fn conditions(&self) -> &'e Conditions {
+        self.conditions
     }
 
     /// True if everything was explored; otherwise nothing follows from what was not found.
@@ -136,7 +146,8 @@ impl<'e> Exploration<'e> {
             let Node { leaf, environment, ref raised } = self.nodes[at];
             let waits = |way: &(usize, usize)| matches!(self.trigger(*way), Trigger::Event(e) if raised.contains(e));
             if !raised.is_empty() && !self.ways(leaf).iter().any(waits) {
-                self.found(Node { leaf, environment, raised: Vec::new() }, &mut index, &mut open);
+                let quiet = self.found(Node { leaf, environment, raised: Vec::new() }, &mut index, &mut open);
+                self.quiet.insert(at, quiet);
             }
             self.steps[at] = found;
         }

@@ -30,6 +30,29 @@ pub(crate) enum Refusal {
 /// Factor for the rounding of a time that is a sum of periods.
 pub(super) const ROUNDING: f64 = 1.0 + 1e-6;
 
+/// Demands of a transition on the values at a tick.
+#[derive(Debug, Default)]
+pub(super) struct Demands {
+    /// Formulas that hold, its own condition first.
+    pub holds: Vec<Formula>,
+    /// Formulas that do not.
+    pub fails: Vec<Formula>,
+    /// Conditions that have not held for as long as its own.
+    pub held: Vec<Formula>,
+}
+
+impl Demands {
+    /// The formulas of this tick.
+    pub fn all(&self) -> impl Iterator<Item = &Formula> {
+        self.holds.iter().chain(&self.fails)
+    }
+
+    /// The requirements of this tick.
+    pub fn claims(&self) -> Vec<Claim<'_>> {
+        self.holds.iter().map(Claim::Holds).chain(self.fails.iter().map(Claim::Fails)).collect()
+    }
+}
+
 /// Time for which a condition must have held (s).
 fn hold(trigger: &Trigger) -> f64 {
     match trigger {
@@ -113,8 +136,7 @@ impl Exploration<'_> {
         if let Some(&answer) = self.known.get(&question) {
             return answer;
         }
-        let range = self.clock(leaf, way, !raised.is_empty());
-        let answer = self.is_possible(environment, way, &blockers, &range);
+        let answer = self.is_possible(node, way);
         self.known.insert(question, answer);
         answer
     }
@@ -137,36 +159,67 @@ impl Exploration<'_> {
         }
     }
 
-    /// True unless no values permit a transition.
-    fn is_possible(
-        &mut self,
-        environment: usize,
-        way: (usize, usize),
-        blockers: &[(usize, usize)],
-        ranges: &BTreeMap<usize, Interval>,
-    ) -> bool {
-        let values = self.environments.values(environment);
+    /// Demands of a transition on the values at a tick, for what is known at a node.
+    pub(super) fn demands(&self, node: usize, way: (usize, usize)) -> Demands {
+        // At a fault, only transitions for faults are examined.
+        if matches!(self.trigger(way), Trigger::Fault(_)) {
+            return Demands::default();
+        }
+        let values = self.environments.values(self.nodes[node].environment);
         let given = |f: &Formula| f.given(&|v| values[v]);
         let own = self.condition(way).map(given);
         let lasting = given(&self.conditions.lasting[way.0][way.1]);
-        let (mut now, mut held) = (Vec::new(), Vec::new());
-        for b in blockers.iter().filter(|b| !self.may_wait(**b)) {
-            let Some(condition) = self.condition(*b) else { continue };
-            match hold(self.trigger(*b)) {
-                0.0 => now.push(given(condition)),
+        let mut out = Demands { holds: own.into_iter().chain([lasting]).collect(), ..Demands::default() };
+        for b in self.blockers(self.nodes[node].leaf, way).into_iter().filter(|b| !self.may_wait(*b)) {
+            let Some(condition) = self.condition(b) else { continue };
+            match hold(self.trigger(b)) {
+                0.0 => out.fails.push(given(condition)),
                 // Inside, a state may have been entered since the condition began to hold.
-                time if time <= hold(self.trigger(way)) && b.0 == way.0 => held.push(given(condition)),
+                time if time <= hold(self.trigger(way)) && b.0 == way.0 => out.held.push(given(condition)),
                 _ => {}
             }
         }
-        let mut claims: Vec<Claim> = own.iter().chain([&lasting]).map(Claim::Holds).collect();
-        claims.extend(now.iter().map(Claim::Fails));
+        out
+    }
+
+    /// For a transition that takes time: conditions of others, which do not hold meanwhile; those that must hold for a time
+    /// themselves are the second ones.
+    pub(super) fn meanwhile(&self, node: usize, way: (usize, usize)) -> Option<(Vec<Formula>, Vec<Formula>)> {
+        let takes_time = match self.trigger(way) {
+            Trigger::After(time) => *time > self.program.robot.period * ROUNDING,
+            Trigger::When { hold, .. } => *hold > 0.0,
+            _ => false,
+        };
+        if !takes_time {
+            return None;
+        }
+        let leaf = self.nodes[node].leaf;
+        let values = self.environments.values(self.nodes[node].environment);
+        let (mut at_once, mut later) = (Vec::new(), Vec::new());
+        for other in self.ways(leaf).into_iter().filter(|o| *o != way && !self.stays(leaf, *o) && !self.may_wait(*o)) {
+            let Trigger::When { hold, .. } = self.trigger(other) else { continue };
+            // One behind a transition that keeps the machine in its target may be blocked by that.
+            if (0..other.1).any(|k| self.stays(leaf, (other.0, k))) {
+                continue;
+            }
+            let Some(condition) = self.condition(other) else { continue };
+            let list = if *hold == 0.0 { &mut at_once } else { &mut later };
+            list.push(condition.given(&|v| values[v]));
+        }
+        Some((at_once, later))
+    }
+
+    /// True unless no values permit a transition at a node.
+    fn is_possible(&mut self, node: usize, way: (usize, usize)) -> bool {
+        let demands = self.demands(node, way);
+        let ranges = self.clock_at(node, way);
         let conditions = self.conditions;
         let mut left = self.left;
-        let mut possible = |claims: &[Claim]| !conditions.search_within(claims, ranges, &mut left).is_impossible();
+        let mut possible = |claims: &[Claim]| !conditions.search_within(claims, &ranges, &mut left).is_impossible();
+        let mut claims = demands.claims();
         let mut answer = possible(&claims);
         // A condition that has held for as long would have been first, unless it was false meanwhile.
-        for f in &held {
+        for f in &demands.held {
             if answer {
                 claims.push(Claim::Fails(f));
                 answer = possible(&claims);
@@ -174,9 +227,17 @@ impl Exploration<'_> {
             }
         }
         // A transition that re-enters its state has been false since.
-        if answer && self.may_wait(way) {
-            let varies = own.as_ref().filter(|_| matches!(self.trigger(way), Trigger::When { .. }));
-            answer = varies.is_none_or(|f| possible(&[Claim::Fails(f)]));
+        if answer && self.may_wait(way) && matches!(self.trigger(way), Trigger::When { .. }) {
+            answer = possible(&[Claim::Fails(&demands.holds[0])]);
+        }
+        // While its time passes in its own state, no other one is taken.
+        let held = matches!(self.trigger(way), Trigger::When { .. });
+        if answer
+            && way.0 == self.nodes[node].leaf
+            && let Some((others, _)) = self.meanwhile(node, way)
+        {
+            let own = demands.holds.iter().take(usize::from(held)).map(Claim::Holds);
+            answer = possible(&own.chain(others.iter().map(Claim::Fails)).collect::<Vec<_>>());
         }
         self.left = left;
         answer
@@ -188,6 +249,11 @@ impl Exploration<'_> {
         let m = self.machine;
         let inside = |l: &usize| m.states[*l].initial.is_none() && m.path(*l).any(|s| s == state);
         !self.runs(leaf, task) && (0..m.states.len()).filter(inside).any(|l| self.runs(l, task))
+    }
+
+    /// Range of the time in the innermost state of a node when a transition is taken.
+    pub(super) fn clock_at(&self, node: usize, way: (usize, usize)) -> BTreeMap<usize, Interval> {
+        self.clock(self.nodes[node].leaf, way, !self.nodes[node].raised.is_empty())
     }
 
     /// Range of the time in an innermost state, which another `after` of it, or of a state around it, ends; `first` for

@@ -18,7 +18,7 @@ impl Checked<'_> {
             let ended = self.machine.path(leaf).any(|p| self.machine.states[p].is_final);
             let left = explored.nodes_of(leaf).any(|n| {
                 let exits = explored.steps[n].iter();
-                exits.into_iter().any(|s| !is_fault(&self.trigger(s.way)))
+                exits.into_iter().any(|s| !is_fault(self.trigger(s.way)))
             });
             // A state without a transition that could hold was reported.
             if ended || left || !self.has_exit(leaf) {
@@ -26,7 +26,7 @@ impl Checked<'_> {
             }
             let text = format!("state `{}` is entered and never left", self.name(leaf));
             let mut d = Diagnostic::warning("HQ0719", self.places.states[leaf], text);
-            let ways = explored.ways(leaf).into_iter().filter(|w| !is_fault(&self.trigger(*w)));
+            let ways = explored.ways(leaf).into_iter().filter(|w| !is_fault(self.trigger(*w)));
             for way in ways.take(EXPLAINED) {
                 let at = self.places.transitions[way.0][way.1].trigger;
                 d = d.label(at, self.reason(leaf, way, explored.refusal(leaf, way)));

@@ -7,6 +7,7 @@ mod lost_events;
 mod never;
 mod outcomes;
 mod presence;
+mod properties;
 mod scope_events;
 mod stacks;
 mod task_outputs;
@@ -48,6 +49,7 @@ pub(super) fn checks(
     let constants = never::constants(conditions, machine, places);
     let mut exploration = Exploration::new(program, machine, context.graph, conditions, places.declared_events);
     let cycles = exploration.cycles(&flips::ranges(conditions, context));
+    let verdicts = properties::judge(&mut exploration, places, context.graph, program.interface.width());
     let exploration = Some(&exploration).filter(|e| e.is_complete());
     let mut c = Checked { program, machine, places, conditions, exploration, constants, reached: BTreeSet::new() };
     c.reached = c.reachable();
@@ -55,6 +57,7 @@ pub(super) fn checks(
     c.traps(diagnostics);
     c.no_exit_possible(diagnostics);
     c.flips(&cycles, context.graph, diagnostics);
+    c.properties(&verdicts, context.graph, diagnostics);
     c.never(diagnostics);
     c.faults(diagnostics);
     c.fault_answers(diagnostics);

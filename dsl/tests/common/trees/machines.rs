@@ -1,6 +1,7 @@
 //! Signals, variables, machines and their states.
 
 use super::expressions::*;
+use super::scenarios::{expect, formula};
 use super::stacks::call;
 use hierarq_dsl::Span;
 use hierarq_dsl::tree::*;
@@ -20,7 +21,7 @@ fn plain_settings() -> BoxedStrategy<Block> {
 }
 
 const STATE_WORDS: &[&str] =
-    &["state", "states", "final", "stack", "enter", "do", "exit", "on", "when", "after", "transitions"];
+    &["state", "states", "final", "stack", "enter", "do", "exit", "on", "when", "after", "check", "transitions"];
 
 pub(super) fn signal() -> BoxedStrategy<Signal> {
     (name(), name(), any::<bool>(), settings(&["type"], any_value(), true))
@@ -62,7 +63,7 @@ fn action() -> BoxedStrategy<Action> {
 
 /// A condition, words that begin a part of a state among its names.
 fn condition() -> BoxedStrategy<Value> {
-    let word = prop::sample::select(&["on", "when", "after", "state", "do", "for", "to", "blend"][..]);
+    let word = prop::sample::select(&["on", "when", "after", "check", "state", "do", "for", "to", "blend"][..]);
     prop_oneof![6 => expr(), 1 => word.prop_map(|n| value(ValueKind::Name(n.to_owned())))].boxed()
 }
 
@@ -84,6 +85,12 @@ fn transition() -> BoxedStrategy<Transition> {
         .boxed()
 }
 
+/// A property begins with a word of formulas, so that no word of states comes first.
+fn property() -> BoxedStrategy<Expect> {
+    let always = |f| Formula { kind: FormulaKind::Always(Window::default(), Box::new(f)), span: Span::default() };
+    expect(formula().prop_map(always).boxed())
+}
+
 fn state_body(states: BoxedStrategy<State>, inside: bool) -> BoxedStrategy<StateBody> {
     let stack = prop_oneof![1 => Just(None), 1 => (call(), comments()).prop_map(Some)];
     let parts = (
@@ -91,10 +98,11 @@ fn state_body(states: BoxedStrategy<State>, inside: bool) -> BoxedStrategy<State
         settings(STATE_WORDS, any_value(), true),
         prop::collection::vec(action(), 0..3),
         prop::collection::vec(transition(), 0..3),
+        prop::collection::vec(property(), 0..2),
         prop::collection::vec(states, 0..3),
     );
     (parts, any::<bool>())
-        .prop_map(move |((stack, mut settings, actions, transitions, mut states), small)| {
+        .prop_map(move |((stack, mut settings, actions, transitions, properties, mut states), small)| {
             let closing_comments = std::mem::take(&mut settings.closing_comments);
             let (stack, stack_comments) = stack.map_or((None, Comments::default()), |(s, c)| (Some(s), c));
             let mut seen = BTreeSet::new();
@@ -110,7 +118,7 @@ fn state_body(states: BoxedStrategy<State>, inside: bool) -> BoxedStrategy<State
                     entry.key.value = format!("q_q_{i}_q");
                 }
             }
-            StateBody { stack, stack_comments, settings, actions, transitions, states, closing_comments }
+            StateBody { stack, stack_comments, settings, actions, transitions, properties, states, closing_comments }
         })
         .boxed()
 }

@@ -56,16 +56,21 @@ pub fn formula() -> BoxedStrategy<Formula> {
     .boxed()
 }
 
+/// An expectation, or a property of a machine.
+pub(super) fn expect(formula: BoxedStrategy<Formula>) -> BoxedStrategy<Expect> {
+    (prop::option::of(text()), formula, comments())
+        .prop_map(|(label, formula, comments)| Expect {
+            label: label.map(spanned),
+            formula,
+            span: Span::default(),
+            comments,
+        })
+        .boxed()
+}
+
 pub(super) fn scenario() -> BoxedStrategy<Scenario> {
-    let label = prop::option::of(text());
-    let expect = (label, formula(), comments()).prop_map(|(label, formula, comments)| Expect {
-        label: label.map(spanned),
-        formula,
-        span: Span::default(),
-        comments,
-    });
     let name = prop_oneof![name(), text().prop_filter("a name", |t| !t.is_empty())];
-    (name, settings(&["expect"], any_value(), true), prop::collection::vec(expect, 0..3))
+    (name, settings(&["expect"], any_value(), true), prop::collection::vec(expect(formula()), 0..3))
         .prop_map(|(name, body, expects)| Scenario { name: spanned(name), body, expects })
         .boxed()
 }
