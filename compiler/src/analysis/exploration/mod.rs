@@ -28,6 +28,9 @@ const NODES: usize = 5_000;
 /// Largest number of choices in all searches.
 const EFFORT: usize = 300_000;
 
+/// Largest number of comparisons of transitions with others.
+const COMPARED: usize = 1_000_000;
+
 /// A situation of the machine after a tick.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Node {
@@ -122,10 +125,15 @@ impl<'e> Exploration<'e> {
         let first = self.node(leaf, 0, &actions);
         self.arrive(None, leaf, &actions);
         self.found(first, &mut index, &mut open);
+        let mut compared = 0;
         while let Some(at) = open.pop_front() {
             let mut found = Vec::new();
-            for way in self.ways(self.nodes[at].leaf) {
-                if self.left == 0 || self.nodes.len() > NODES {
+            let ways = self.ways(self.nodes[at].leaf);
+            // Each way is compared with all others of its state, and some with all states.
+            let work = ways.len() + m.states.len() / 8;
+            for way in ways {
+                compared += work;
+                if self.left == 0 || compared > COMPARED || self.nodes.len() > NODES {
                     self.complete = false;
                     return;
                 }

@@ -1,6 +1,6 @@
 //! Which transitions can be taken at a node: what must hold, and what must not so that no transition before it is taken.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use runtime::program::Trigger;
 
@@ -96,6 +96,20 @@ impl Exploration<'_> {
     pub(super) fn stays(&self, leaf: usize, (state, i): (usize, usize)) -> bool {
         let t = &self.machine.states[state].transitions[i];
         self.machine.keeps(state, t) && self.machine.path(leaf).any(|s| s == t.target)
+    }
+
+    /// Transitions behind one of the same state that keeps the machine in its target.
+    fn behind_keeping(&self, leaf: usize) -> BTreeSet<(usize, usize)> {
+        let (mut out, mut of, mut keeps) = (BTreeSet::new(), None, false);
+        for way in self.ways(leaf) {
+            keeps &= of == Some(way.0);
+            of = Some(way.0);
+            if keeps {
+                out.insert(way);
+            }
+            keeps |= self.stays(leaf, way);
+        }
+        out
     }
 
     /// True if a transition may be blocked until its condition has been false.
@@ -196,10 +210,11 @@ impl Exploration<'_> {
         let leaf = self.nodes[node].leaf;
         let values = self.environments.values(self.nodes[node].environment);
         let (mut at_once, mut later) = (Vec::new(), Vec::new());
+        let behind = self.behind_keeping(leaf);
         for other in self.ways(leaf).into_iter().filter(|o| *o != way && !self.stays(leaf, *o) && !self.may_wait(*o)) {
             let Trigger::When { hold, .. } = self.trigger(other) else { continue };
             // One behind a transition that keeps the machine in its target may be blocked by that.
-            if (0..other.1).any(|k| self.stays(leaf, (other.0, k))) {
+            if behind.contains(&other) {
                 continue;
             }
             let Some(condition) = self.condition(other) else { continue };
@@ -259,9 +274,11 @@ impl Exploration<'_> {
     /// Range of the time in an innermost state, which another `after` of it, or of a state around it, ends; `first` for
     /// the tick after the entry.
     fn clock(&self, leaf: usize, way: (usize, usize), first: bool) -> BTreeMap<usize, Interval> {
-        let ends = self.ways(leaf).into_iter().filter(|&(p, k)| {
-            // One that keeps the machine in its target has priority over a time behind it.
-            (p, k) != way && !self.may_wait((p, k)) && !(0..k).any(|o| self.stays(leaf, (p, o)))
+        // One that keeps the machine in its target has priority over a time behind it.
+        let behind = self.behind_keeping(leaf);
+        let ends = self.ways(leaf).into_iter().filter(|&end| {
+            let ends = matches!(self.trigger(end), Trigger::After(_)) && end != way && !self.may_wait(end);
+            ends && !behind.contains(&end)
         });
         let ends = ends.filter_map(|end| match self.trigger(end) {
             Trigger::After(time) => Some(*time),
