@@ -1,4 +1,4 @@
-//! What the compiler says of random machines, against all that they can do: an interpreter of the execution of machines,
+//! Findings of the compiler about random machines, against all that the machines can do: an interpreter of the execution of machines,
 //! written from its description in the book, tries all values of the signals at every tick.
 
 mod all_runs;

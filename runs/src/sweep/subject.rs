@@ -36,7 +36,7 @@ pub struct Columns {
     pub subject: Subject,
     /// Its own seed.
     pub seed: u64,
-    /// What its program is serialised to, for the hash of the head.
+    /// Its program as JSON, for the hash of the head.
     pub bytes: Vec<u8>,
     /// Expectations, in source order.
     pub expectations: Vec<Expectation>,

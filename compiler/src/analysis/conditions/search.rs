@@ -48,7 +48,7 @@ impl<'f> Claim<'f> {
         }
     }
 
-    /// Whether it is met, if the values that are known determine it.
+    /// True if it is met, false if it is not; `None` if the values that are known do not determine it.
     fn evaluate(&self, valuation: &[Option<Value>]) -> Option<bool> {
         match self {
             Claim::Holds(f) => f.evaluate(valuation).map(|truth| truth == Truth::Yes),

@@ -11,7 +11,7 @@ use crate::expr::Graph;
 /// Largest number of values of a variable that are told apart.
 const VALUES: usize = 16;
 
-/// What is known of a variable.
+/// Knowledge of a variable.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Held {
     /// Bits of its numbers.
@@ -28,7 +28,7 @@ pub(super) struct Environments<'e> {
     graph: &'e Graph,
     /// Variables that are known at times, by their index among the signals.
     tracked: Vec<usize>,
-    /// What `set` assigns, by action.
+    /// Assignments of `set`, by action.
     settings: BTreeMap<usize, Setting<'e>>,
     /// For each value that conditions read, the nodes that it needs, if it depends on tracked variables alone.
     needs: Vec<Option<Vec<usize>>>,
@@ -136,7 +136,7 @@ impl<'e> Environments<'e> {
         Some(needed.into_iter().collect())
     }
 
-    /// What is known of a variable.
+    /// Knowledge of a variable.
     fn held<'a>(&self, held: &'a [Held], signal: usize) -> &'a Held {
         self.tracked.iter().position(|&s| s == signal).map_or(&Held::Unknown, |i| &held[i])
     }

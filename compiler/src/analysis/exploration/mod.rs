@@ -36,7 +36,7 @@ const COMPARED: usize = 1_000_000;
 pub(crate) struct Node {
     /// The innermost state that it is in.
     pub leaf: usize,
-    /// What is known of the variables.
+    /// Knowledge of the variables.
     environment: usize,
     /// Events that it has raised, seen at the next tick.
     raised: Vec<usize>,

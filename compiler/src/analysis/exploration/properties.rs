@@ -1,4 +1,4 @@
-//! Whether a property holds at every tick of a machine, or a run that violates it.
+//! Judgement of properties: the proof that one holds at every tick of a machine, or a run that violates it.
 //!
 //! A property is judged after the machine has done its step, with the values of that tick: at the tick at which a state is
 //! entered, and at those at which it is not left. It is proven if no values violate it. A run that violates it is one only
@@ -13,7 +13,7 @@ use super::steps::Demands;
 use super::{Exploration, Step};
 use crate::analysis::conditions::{Claim, Formula, Key, Leaf, Search, Value};
 
-/// What a property reads of the machine itself.
+/// Part of the machine itself that a property reads.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum OfMachine {
     /// True while a state is active.
@@ -69,7 +69,7 @@ struct Judged<'p> {
     expected: Vec<Formula>,
 }
 
-/// How a node is reached: the node before, and the transition; `None` if an event passed unheard.
+/// Way to a node: the node before, and the transition; `None` if an event passed unheard.
 type Parent = Option<(usize, Option<Step>)>;
 
 impl Exploration<'_> {

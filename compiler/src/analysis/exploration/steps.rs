@@ -1,4 +1,5 @@
-//! Which transitions can be taken at a node: what must hold, and what must not so that no transition before it is taken.
+//! Transitions that can be taken at a node: conditions that must hold, and those that must not, so that no transition before it
+//! is taken.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -165,7 +165,7 @@ impl Lowerer<'_> {
             self.push(d.help("shorten the run, or write a longer `step`"));
         }
         let settled = self.errors() == before;
-        // Where operations are as planned, no controller runs.
+        // No controller runs if operations are as planned.
         let of = Executed { driven: if sampled { driven } else { &[] }, ..of };
         let happens = self.mission_events(&s.body, of, duration);
         let replies = self.replies(&s.body, of);

@@ -419,7 +419,7 @@ impl Source {
     }
 }
 
-/// Where a rate has no finite value.
+/// Point or motion for which a rate has no finite value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NoValue {
     /// At a point (m): of an interaction source relative to its agent.

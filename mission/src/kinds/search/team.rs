@@ -296,7 +296,7 @@ impl<'p> Team<'p> {
     /// The same in place.
     pub(super) fn pass_to_next(&self, then: &mut State, choices: &[(usize, Act)]) {
         let now = then.time;
-        // Whether an action is possible depends on the others as they were before anybody chose.
+        // An action is possible or not by the others as they were before anybody chose.
         let ends: Vec<f64> =
             choices.iter().map(|(agent, act)| self.end_of(then, *agent, *act).unwrap_or(now)).collect();
         for ((agent, act), ends) in choices.iter().zip(ends) {
