@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use runtime::program::{MachineAction, Trigger};
 
 use super::steps::ROUNDING;
-use super::{Exploration, Node};
+use super::{Change, Exploration, Node, Way};
 use crate::analysis::conditions::{Claim, Formula, Leaf, Search, Truth, Value};
 use crate::expr::Interval;
 
@@ -23,7 +23,7 @@ const FOLLOWED: usize = 5_000;
 #[derive(Clone, Debug)]
 pub(crate) struct Cycle {
     /// The innermost states, each with the transition that leaves it.
-    pub steps: Vec<(usize, (usize, usize))>,
+    pub steps: Vec<(usize, Way)>,
     /// Values at which it happens, where they matter.
     pub values: Vec<(usize, Value)>,
 }
@@ -37,7 +37,7 @@ impl Cycle {
 
 /// A transition that happens at once, under conditions.
 struct Immediate {
-    way: (usize, usize),
+    way: Way,
     to: usize,
     /// True if its condition must have held for a time, which it has if it holds at all ticks of the cycle.
     lasts: bool,
@@ -131,7 +131,7 @@ impl Exploration<'_> {
         formulas.for_each(|f| f.variables(&mut read));
         let mut changed = BTreeSet::new();
         for &(node, i) in &path.steps {
-            let (_, actions) = self.change(self.nodes[node].leaf, edges[node][i].way);
+            let Change { actions, .. } = self.change(self.nodes[node].leaf, edges[node][i].way);
             changed.extend(actions.iter().filter_map(|&a| match &self.machine.actions[a].own {
                 Some(MachineAction::Set { variable, .. } | MachineAction::Clear(variable)) => Some(*variable),
                 Some(MachineAction::Tare(signal)) => Some(*signal),
@@ -154,9 +154,9 @@ impl Exploration<'_> {
         let edges = || path.steps.iter().map(|&(n, i)| &path.edges[n][i]);
         let mut out = Vec::new();
         for edge in edges().filter(|e| e.lasts) {
-            let stays = |&(state, i): &(usize, usize)| {
-                let kept = self.kept(state, m.states[state].transitions[i].target);
-                m.path(kept).any(|s| s == edge.way.0)
+            let stays = |&Way { state, index }: &Way| {
+                let kept = self.kept(state, m.states[state].transitions[index].target);
+                m.path(kept).any(|s| s == edge.way.state)
             };
             if !edges().all(|e| stays(&e.way)) {
                 return None;
@@ -200,7 +200,7 @@ impl Exploration<'_> {
         for step in self.steps[node].clone() {
             let raised = |way| matches!(self.trigger(way), Trigger::Event(e) if self.nodes[node].raised.contains(e));
             let at_once = match self.trigger(step.way) {
-                Trigger::When { hold, .. } if *hold > 0.0 => step.way.0 != leaf,
+                Trigger::When { hold, .. } if *hold > 0.0 => step.way.state != leaf,
                 Trigger::When { .. } => !self.may_wait(step.way),
                 Trigger::After(_) => self.is_over(step.way),
                 Trigger::Event(_) => raised(step.way),
@@ -218,7 +218,7 @@ impl Exploration<'_> {
             // The state was just entered, so that its conditions have not held for a time and those that re-enter it
             // wait.
             let before = blockers.iter().filter(|b| match self.trigger(**b) {
-                Trigger::When { hold, .. } => b.0 != leaf || (*hold == 0.0 && !self.may_wait(**b)),
+                Trigger::When { hold, .. } => b.state != leaf || (*hold == 0.0 && !self.may_wait(**b)),
                 _ => false,
             });
             let fails: Vec<Formula> = before.filter_map(|b| condition(*b)).collect();
@@ -245,7 +245,7 @@ impl Exploration<'_> {
     }
 
     /// True for a time that is over at the tick after the entry.
-    pub(super) fn is_over(&self, way: (usize, usize)) -> bool {
+    pub(super) fn is_over(&self, way: Way) -> bool {
         let over = |time: f64| time <= self.program.robot.period * ROUNDING;
         matches!(self.trigger(way), Trigger::After(time) if over(*time)) && !self.may_wait(way)
     }

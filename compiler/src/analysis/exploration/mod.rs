@@ -42,11 +42,28 @@ pub(crate) struct Node {
     raised: Vec<usize>,
 }
 
+/// A transition of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Way {
+    /// The state that has it.
+    pub state: usize,
+    /// Its index there.
+    pub index: usize,
+}
+
+/// The machine after a transition.
+struct Change {
+    /// Its innermost state.
+    leaf: usize,
+    /// Actions that the transition causes, in their order.
+    actions: Vec<usize>,
+}
+
 /// A transition that can be taken at a node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
-    /// State that has the transition, and its index there.
-    pub way: (usize, usize),
+    /// The transition.
+    pub way: Way,
     /// The node to which it leads.
     pub to: usize,
 }
@@ -140,7 +157,7 @@ impl<'e> Exploration<'e> {
                 if !self.can_take(at, way) {
                     continue;
                 }
-                let (target, actions) = self.change(self.nodes[at].leaf, way);
+                let Change { leaf: target, actions } = self.change(self.nodes[at].leaf, way);
                 let next = self.node(target, self.nodes[at].environment, &actions);
                 let grown = self.arrive(Some(self.nodes[at].leaf), target, &actions);
                 // More outcomes may arrive in this state than when its nodes were examined.
@@ -152,7 +169,7 @@ impl<'e> Exploration<'e> {
             }
             // An event that nothing waits for is lost.
             let Node { leaf, environment, ref raised } = self.nodes[at];
-            let waits = |way: &(usize, usize)| matches!(self.trigger(*way), Trigger::Event(e) if raised.contains(e));
+            let waits = |way: &Way| matches!(self.trigger(*way), Trigger::Event(e) if raised.contains(e));
             if !raised.is_empty() && !self.ways(leaf).iter().any(waits) {
                 let quiet = self.found(Node { leaf, environment, raised: Vec::new() }, &mut index, &mut open);
                 self.quiet.insert(at, quiet);
@@ -199,24 +216,25 @@ impl<'e> Exploration<'e> {
     }
 
     /// Transitions that are examined in an innermost state, in their order.
-    pub fn ways(&self, leaf: usize) -> Vec<(usize, usize)> {
-        let of = |s: usize| (0..self.machine.states[s].transitions.len()).map(move |i| (s, i));
+    pub fn ways(&self, leaf: usize) -> Vec<Way> {
+        let of =
+            |state: usize| (0..self.machine.states[state].transitions.len()).map(move |index| Way { state, index });
         self.machine.path(leaf).flat_map(of).collect()
     }
 
-    /// The innermost state after a transition, with the actions on the way, in their order.
-    fn change(&self, leaf: usize, (state, i): (usize, usize)) -> (usize, Vec<usize>) {
+    /// Takes a transition in an innermost state.
+    fn change(&self, leaf: usize, way: Way) -> Change {
         let m = self.machine;
-        let target = m.states[state].transitions[i].target;
+        let target = m.states[way.state].transitions[way.index].target;
         let mut actions = Vec::new();
-        let stays = self.kept(state, target);
+        let stays = self.kept(way.state, target);
         for s in m.path(leaf).take_while(|&s| s != stays) {
             actions.extend(&m.states[s].exit);
         }
         for s in self.entered(stays, target) {
             actions.extend(self.entering(s));
         }
-        (m.leaf(target), actions)
+        Change { leaf: m.leaf(target), actions }
     }
 
     /// The innermost state that a transition does not leave: it contains both the transition and its target.
@@ -254,8 +272,8 @@ impl<'e> Exploration<'e> {
         levels.into_iter().flatten().flat_map(|l| &l.members).any(|m| m.task == task)
     }
 
-    fn trigger(&self, (state, i): (usize, usize)) -> &'e Trigger {
-        &self.machine.states[state].transitions[i].trigger
+    fn trigger(&self, way: Way) -> &'e Trigger {
+        &self.machine.states[way.state].transitions[way.index].trigger
     }
 }
 

@@ -9,8 +9,8 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use runtime::Controller;
 use runtime::program::{MachineAction, Trigger};
 
-use super::steps::Demands;
-use super::{Exploration, Step};
+use super::steps::{Demands, Meanwhile};
+use super::{Exploration, Step, Way};
 use crate::analysis::conditions::{Claim, Formula, Key, Leaf, Search, Value};
 
 /// Part of the machine itself that a property reads.
@@ -51,8 +51,8 @@ pub(crate) struct Run {
 pub(crate) struct Taken {
     /// The innermost state that it leaves.
     pub leaf: usize,
-    /// State that has the transition, and its index there.
-    pub way: (usize, usize),
+    /// The transition.
+    pub way: Way,
     /// Values at which it is taken, where they matter.
     pub values: Vec<(usize, Value)>,
 }
@@ -172,7 +172,7 @@ impl Exploration<'_> {
     fn is_certain(&mut self, node: usize, step: Step) -> bool {
         let leaf = self.nodes[node].leaf;
         let demands = self.demands(node, step.way);
-        let (at_once, later) = self.meanwhile(node, step.way).unwrap_or_default();
+        let Meanwhile { at_once, later } = self.meanwhile(node, step.way).unwrap_or_default();
         let mut read = Vec::new();
         demands.all().chain(&at_once).chain(&later).for_each(|f| f.variables(&mut read));
         if !self.is_exact(leaf, &read) {
@@ -263,18 +263,17 @@ impl Exploration<'_> {
         let property = self.at(judged, node)?;
         let leaf = self.nodes[node].leaf;
         let ways = self.ways(leaf);
-        let heard =
-            |w: &(usize, usize)| matches!(self.trigger(*w), Trigger::Event(e) if self.nodes[node].raised.contains(e));
+        let heard = |w: &Way| matches!(self.trigger(*w), Trigger::Event(e) if self.nodes[node].raised.contains(e));
         if ways.iter().any(|w| heard(w) || self.is_over(*w)) {
             return None;
         }
         let values = self.environments.values(self.nodes[node].environment);
         let (mut none, mut perhaps) = (Vec::new(), Vec::new());
+        let behind = self.behind_keeping(leaf);
         for &way in ways.iter().filter(|w| !self.stays(leaf, **w)) {
             let Trigger::When { hold, .. } = self.trigger(way) else { continue };
             let Some(condition) = self.condition(way).filter(|_| *hold == 0.0) else { continue };
-            let kept = (0..way.1).any(|k| self.stays(leaf, (way.0, k)));
-            let list = if self.may_wait(way) || kept { &mut perhaps } else { &mut none };
+            let list = if self.may_wait(way) || behind.contains(&way) { &mut perhaps } else { &mut none };
             list.push(condition.given(&|v| values[v]));
         }
         let found = |fails: &[&Formula], present: &[Formula], own: &Self, left: &mut usize| {

@@ -5,15 +5,33 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use runtime::program::Trigger;
 
-use super::Exploration;
+use super::{Exploration, Way};
 use crate::analysis::conditions::{CLOCK, Claim, Formula, Key, Value};
 use crate::expr::Interval;
 
-/// Question whether a transition can be taken: the innermost state, the transition, true for the tick after the entry
-/// alone, and the values that are known.
-pub(super) type Question = (usize, (usize, usize), bool, Vec<(usize, u64)>);
+/// The question if a transition can be taken.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Question {
+    /// The innermost state.
+    leaf: usize,
+    /// The transition.
+    way: Way,
+    /// True for the tick after the entry alone.
+    first: bool,
+    /// Values that are known, by variable, as bits.
+    read: Vec<(usize, u64)>,
+}
 
-/// Why a transition is not taken in an innermost state.
+/// Conditions of others that do not hold while a transition takes time.
+#[derive(Default)]
+pub(super) struct Meanwhile {
+    /// Those that would be taken at once.
+    pub at_once: Vec<Formula>,
+    /// Those that must hold for a time themselves.
+    pub later: Vec<Formula>,
+}
+
+/// Reason why a transition is not taken in an innermost state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Refusal {
     /// Its event does not occur there.
@@ -72,39 +90,40 @@ fn bits(value: Value) -> u64 {
 
 impl Exploration<'_> {
     /// Transitions that have priority over another one in an innermost state.
-    pub(super) fn blockers(&self, leaf: usize, (state, i): (usize, usize)) -> Vec<(usize, usize)> {
-        let event = matches!(self.trigger((state, i)), Trigger::Event(_));
+    pub(super) fn blockers(&self, leaf: usize, way: Way) -> Vec<Way> {
+        let event = matches!(self.trigger(way), Trigger::Event(_));
         let mut out = Vec::new();
-        for (p, k) in self.ways(leaf) {
-            if (p, k) == (state, i) {
+        for other in self.ways(leaf) {
+            if other == way {
                 break;
             }
-            if matches!(self.trigger((p, k)), Trigger::Fault(_)) {
+            if matches!(self.trigger(other), Trigger::Fault(_)) {
                 continue;
             }
-            let keeps = self.stays(leaf, (p, k));
+            let keeps = self.stays(leaf, other);
             // One that keeps the machine in its target blocks those behind it in the same state, except for events; a
             // time is then blocked itself.
-            let passes = keeps && (p != state || event || matches!(self.trigger((p, k)), Trigger::After(_)));
+            let passes =
+                keeps && (other.state != way.state || event || matches!(self.trigger(other), Trigger::After(_)));
             if !passes {
-                out.push((p, k));
+                out.push(other);
             }
         }
         out
     }
 
     /// True if a transition keeps the machine in its target, which is active.
-    pub(super) fn stays(&self, leaf: usize, (state, i): (usize, usize)) -> bool {
-        let t = &self.machine.states[state].transitions[i];
-        self.machine.keeps(state, t) && self.machine.path(leaf).any(|s| s == t.target)
+    pub(super) fn stays(&self, leaf: usize, way: Way) -> bool {
+        let t = &self.machine.states[way.state].transitions[way.index];
+        self.machine.keeps(way.state, t) && self.machine.path(leaf).any(|s| s == t.target)
     }
 
     /// Transitions behind one of the same state that keeps the machine in its target.
-    fn behind_keeping(&self, leaf: usize) -> BTreeSet<(usize, usize)> {
+    pub(super) fn behind_keeping(&self, leaf: usize) -> BTreeSet<Way> {
         let (mut out, mut of, mut keeps) = (BTreeSet::new(), None, false);
         for way in self.ways(leaf) {
-            keeps &= of == Some(way.0);
-            of = Some(way.0);
+            keeps &= of == Some(way.state);
+            of = Some(way.state);
             if keeps {
                 out.insert(way);
             }
@@ -114,8 +133,8 @@ impl Exploration<'_> {
     }
 
     /// True if a transition may be blocked until its condition has been false.
-    pub(super) fn may_wait(&self, (state, i): (usize, usize)) -> bool {
-        let t = &self.machine.states[state].transitions[i];
+    pub(super) fn may_wait(&self, Way { state, index }: Way) -> bool {
+        let t = &self.machine.states[state].transitions[index];
         // A condition that must hold for a time does not hold at the entry.
         match t.trigger {
             Trigger::After(_) => self.machine.keeps(state, t),
@@ -124,14 +143,14 @@ impl Exploration<'_> {
     }
 
     /// The condition of a transition, or that its time has passed; `None` for events, `reached` and faults.
-    pub(super) fn condition(&self, (state, i): (usize, usize)) -> Option<&Formula> {
-        self.conditions.triggers[state][i].as_ref()
+    pub(super) fn condition(&self, way: Way) -> Option<&Formula> {
+        self.conditions.triggers[way.state][way.index].as_ref()
     }
 
     /// True if a transition can be taken at a node; also if that is not known.
-    pub(super) fn can_take(&mut self, node: usize, way: (usize, usize)) -> bool {
+    pub(super) fn can_take(&mut self, node: usize, way: Way) -> bool {
         let (leaf, environment) = (self.nodes[node].leaf, self.nodes[node].environment);
-        let target = self.machine.states[way.0].transitions[way.1].target;
+        let target = self.machine.states[way.state].transitions[way.index].target;
         let raised = &self.nodes[node].raised;
         match self.trigger(way) {
             // A fault never re-enters an active state.
@@ -147,7 +166,7 @@ impl Exploration<'_> {
         }
         let values = self.environments.values(environment);
         let read: Vec<(usize, u64)> = values.iter().enumerate().filter_map(|(v, x)| Some((v, bits((*x)?)))).collect();
-        let question = (leaf, way, !raised.is_empty(), read);
+        let question = Question { leaf, way, first: !raised.is_empty(), read };
         if let Some(&answer) = self.known.get(&question) {
             return answer;
         }
@@ -157,7 +176,7 @@ impl Exploration<'_> {
     }
 
     /// Why a transition that is never taken in an innermost state is not.
-    pub fn refusal(&self, leaf: usize, way: (usize, usize)) -> Refusal {
+    pub fn refusal(&self, leaf: usize, way: Way) -> Refusal {
         let mut nodes = self.nodes_of(leaf).map(|n| &self.nodes[n]);
         match self.trigger(way) {
             Trigger::Event(e) if !self.may_occur(leaf, *e) && !nodes.any(|n| n.raised.contains(e)) => Refusal::Event,
@@ -175,7 +194,7 @@ impl Exploration<'_> {
     }
 
     /// Demands of a transition on the values at a tick, for what is known at a node.
-    pub(super) fn demands(&self, node: usize, way: (usize, usize)) -> Demands {
+    pub(super) fn demands(&self, node: usize, way: Way) -> Demands {
         // At a fault, only transitions for faults are examined.
         if matches!(self.trigger(way), Trigger::Fault(_)) {
             return Demands::default();
@@ -183,23 +202,22 @@ impl Exploration<'_> {
         let values = self.environments.values(self.nodes[node].environment);
         let given = |f: &Formula| f.given(&|v| values[v]);
         let own = self.condition(way).map(given);
-        let lasting = given(&self.conditions.lasting[way.0][way.1]);
+        let lasting = given(&self.conditions.lasting[way.state][way.index]);
         let mut out = Demands { holds: own.into_iter().chain([lasting]).collect(), ..Demands::default() };
         for b in self.blockers(self.nodes[node].leaf, way).into_iter().filter(|b| !self.may_wait(*b)) {
             let Some(condition) = self.condition(b) else { continue };
             match hold(self.trigger(b)) {
                 0.0 => out.fails.push(given(condition)),
                 // Inside, a state may have been entered since the condition began to hold.
-                time if time <= hold(self.trigger(way)) && b.0 == way.0 => out.held.push(given(condition)),
+                time if time <= hold(self.trigger(way)) && b.state == way.state => out.held.push(given(condition)),
                 _ => {}
             }
         }
         out
     }
 
-    /// For a transition that takes time: conditions of others, which do not hold meanwhile; those that must hold for a time
-    /// themselves are the second ones.
-    pub(super) fn meanwhile(&self, node: usize, way: (usize, usize)) -> Option<(Vec<Formula>, Vec<Formula>)> {
+    /// Conditions of others while a transition takes time; `None` if it takes none.
+    pub(super) fn meanwhile(&self, node: usize, way: Way) -> Option<Meanwhile> {
         let takes_time = match self.trigger(way) {
             Trigger::After(time) => *time > self.program.robot.period * ROUNDING,
             Trigger::When { hold, .. } => *hold > 0.0,
@@ -222,11 +240,11 @@ impl Exploration<'_> {
             let list = if *hold == 0.0 { &mut at_once } else { &mut later };
             list.push(condition.given(&|v| values[v]));
         }
-        Some((at_once, later))
+        Some(Meanwhile { at_once, later })
     }
 
     /// True unless no values permit a transition at a node.
-    fn is_possible(&mut self, node: usize, way: (usize, usize)) -> bool {
+    fn is_possible(&mut self, node: usize, way: Way) -> bool {
         let demands = self.demands(node, way);
         let ranges = self.clock_at(node, way);
         let conditions = self.conditions;
@@ -249,8 +267,8 @@ impl Exploration<'_> {
         // While its time passes in its own state, no other one is taken.
         let held = matches!(self.trigger(way), Trigger::When { .. });
         if answer
-            && way.0 == self.nodes[node].leaf
-            && let Some((others, _)) = self.meanwhile(node, way)
+            && way.state == self.nodes[node].leaf
+            && let Some(Meanwhile { at_once: others, .. }) = self.meanwhile(node, way)
         {
             let own = demands.holds.iter().take(usize::from(held)).map(Claim::Holds);
             answer = possible(&own.chain(others.iter().map(Claim::Fails)).collect::<Vec<_>>());
@@ -261,20 +279,20 @@ impl Exploration<'_> {
 
     /// True if a task does not run in an innermost state, and does in another one where this transition is examined. If
     /// it runs in none, that is an error of its own.
-    fn is_elsewhere(&self, leaf: usize, (state, _): (usize, usize), task: usize) -> bool {
+    fn is_elsewhere(&self, leaf: usize, way: Way, task: usize) -> bool {
         let m = self.machine;
-        let inside = |l: &usize| m.states[*l].initial.is_none() && m.path(*l).any(|s| s == state);
+        let inside = |l: &usize| m.states[*l].initial.is_none() && m.path(*l).any(|s| s == way.state);
         !self.runs(leaf, task) && (0..m.states.len()).filter(inside).any(|l| self.runs(l, task))
     }
 
     /// Range of the time in the innermost state of a node when a transition is taken.
-    pub(super) fn clock_at(&self, node: usize, way: (usize, usize)) -> BTreeMap<usize, Interval> {
+    pub(super) fn clock_at(&self, node: usize, way: Way) -> BTreeMap<usize, Interval> {
         self.clock(self.nodes[node].leaf, way, !self.nodes[node].raised.is_empty())
     }
 
     /// Range of the time in an innermost state, which another `after` of it, or of a state around it, ends; `first` for
     /// the tick after the entry.
-    fn clock(&self, leaf: usize, way: (usize, usize), first: bool) -> BTreeMap<usize, Interval> {
+    fn clock(&self, leaf: usize, way: Way, first: bool) -> BTreeMap<usize, Interval> {
         // One that keeps the machine in its target has priority over a time behind it.
         let behind = self.behind_keeping(leaf);
         let ends = self.ways(leaf).into_iter().filter(|&end| {

@@ -5,7 +5,7 @@ use dsl::{Diagnostic, Help, Snippet};
 use runtime::program::Trigger;
 
 use super::{Checked, is_fault};
-use crate::analysis::exploration::Refusal;
+use crate::analysis::exploration::{Refusal, Way};
 
 /// Largest number of transitions that are explained.
 const EXPLAINED: usize = 4;
@@ -28,7 +28,7 @@ impl Checked<'_> {
             let mut d = Diagnostic::warning("HQ0719", self.places.states[leaf], text);
             let ways = explored.ways(leaf).into_iter().filter(|w| !is_fault(self.trigger(*w)));
             for way in ways.take(EXPLAINED) {
-                let at = self.places.transitions[way.0][way.1].trigger;
+                let at = self.places.transitions[way.state][way.index].trigger;
                 d = d.label(at, self.reason(leaf, way, explored.refusal(leaf, way)));
             }
             diagnostics.push(d.note("none of its transitions can be taken while the machine is in it").help(
@@ -40,18 +40,18 @@ impl Checked<'_> {
         }
     }
 
-    fn trigger(&self, (state, i): (usize, usize)) -> &Trigger {
-        &self.machine.states[state].transitions[i].trigger
+    fn trigger(&self, way: Way) -> &Trigger {
+        &self.machine.states[way.state].transitions[way.index].trigger
     }
 
-    /// Why a transition is not taken in an innermost state.
-    fn reason(&self, leaf: usize, way: (usize, usize), refusal: Refusal) -> String {
+    /// Reason why a transition is not taken in an innermost state.
+    fn reason(&self, leaf: usize, way: Way, refusal: Refusal) -> String {
         match (refusal, self.trigger(way)) {
             (Refusal::Event, Trigger::Event(e)) => {
                 format!("nothing raises `{}` here", self.program.interface.events[*e])
             }
             (Refusal::Active, _) => {
-                let target = self.machine.states[way.0].transitions[way.1].target;
+                let target = self.machine.states[way.state].transitions[way.index].target;
                 format!("the machine is in `{}` already", self.name(target))
             }
             (Refusal::Task, _) => format!("the task does not run in `{}`", self.name(leaf)),

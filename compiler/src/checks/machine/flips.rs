@@ -7,7 +7,7 @@ use names::list;
 
 use super::Checked;
 use crate::analysis::conditions::{Conditions, Key, Leaf, Value};
-use crate::analysis::exploration::Cycle;
+use crate::analysis::exploration::{Cycle, Way};
 use crate::analysis::value_ranges::{RangeContext, Ranges};
 use crate::analysis::wording::described;
 use crate::expr::{Graph, Interval};
@@ -42,10 +42,10 @@ impl Checked<'_> {
                     list(cycle.steps.iter().map(|s| self.name(s.0)), 6)
                 ),
             };
-            let at = |way: (usize, usize)| self.places.transitions[way.0][way.1].trigger;
+            let at = |way: Way| self.places.transitions[way.state][way.index].trigger;
             let (first, others) = (cycle.steps[0], &cycle.steps[1..]);
-            let leads = |way: (usize, usize)| {
-                let target = self.machine.states[way.0].transitions[way.1].target;
+            let leads = |way: Way| {
+                let target = self.machine.states[way.state].transitions[way.index].target;
                 format!("leads to `{}`", self.name(self.machine.leaf(target)))
             };
             let mut d = Diagnostic::warning("HQ0720", at(first.1), text).here(leads(first.1));

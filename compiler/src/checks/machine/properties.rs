@@ -67,10 +67,10 @@ impl Checked<'_> {
         d = d.here(format!("false in `{end}`{}", self.values(&run.values, graph)));
         let left_out = run.steps.len().saturating_sub(SHOWN);
         for (k, Taken { leaf, way, values }) in run.steps.iter().enumerate().skip(left_out) {
-            let transition = &self.machine.states[way.0].transitions[way.1];
+            let transition = &self.machine.states[way.state].transitions[way.index];
             let to = self.name(self.machine.leaf(transition.target));
             let text = format!("{}. from `{}` to `{to}`{}", k + 1, self.name(*leaf), self.values(values, graph));
-            d = d.label(self.places.transitions[way.0][way.1].trigger, text);
+            d = d.label(self.places.transitions[way.state][way.index].trigger, text);
         }
         let start = self.name(self.machine.leaf(0));
         let note = match run.steps.len() {
