@@ -9,4 +9,5 @@
 //! `libm`, not from the system.
 
 pub mod grid;
+pub mod network;
 pub mod random;
