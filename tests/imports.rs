@@ -175,6 +175,7 @@ fn no_files_import_each_other_across_folders() {
         "quantities",
         "robot",
         "runs",
+        "learning",
         "runtime",
         "serve",
         "solver",

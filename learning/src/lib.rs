@@ -10,4 +10,9 @@
 
 pub mod grid;
 pub mod network;
+pub mod policy;
+pub mod predict;
 pub mod random;
+mod tensor_file;
+
+pub use tensor_file::TensorFileError;

@@ -14,6 +14,7 @@ mod state;
 mod world;
 
 pub use action::Action;
+pub(crate) use distances::distances;
 pub use environments::{Environments, EnvironmentsError};
 pub use rewards::{RewardError, Rewards};
 pub use state::{MAX_TARGETS, State, StateError, Target};

@@ -68,9 +68,7 @@ impl Rewards {
                 return Err(RewardError::Target { kind, value });
             }
         }
-        for (what, value) in
-            [("collisions", self.collision), ("movement", self.movement), ("failure", self.failure)]
-        {
+        for (what, value) in [("collisions", self.collision), ("movement", self.movement), ("failure", self.failure)] {
             if !value.is_finite() {
                 return Err(RewardError::NotFinite(what));
             }
@@ -117,10 +115,7 @@ mod tests {
             rewards.check(&world).unwrap_err().to_string()
         };
         assert_eq!(wrong(|r| r.targets.truncate(1)), "there are 1 rewards of targets, and the world has 2 types");
-        assert_eq!(
-            wrong(|r| r.targets[1] = -1.0),
-            "the reward of targets of type 1 is -1, and must be more than 0"
-        );
+        assert_eq!(wrong(|r| r.targets[1] = -1.0), "the reward of targets of type 1 is -1, and must be more than 0");
         assert_eq!(wrong(|r| r.movement = f64::NAN), "the reward of movement is not finite");
         assert_eq!(wrong(|r| r.failure = 3.0), "the penalty of failure is 3, and must not be more than 0");
     }

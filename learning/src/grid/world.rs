@@ -4,6 +4,7 @@
 use super::distances::distances;
 use super::state::{MAX_TARGETS, State, StateError, Target};
 use super::{Action, Cell};
+use serde::{Deserialize, Serialize};
 
 /// The most cells of a grid.
 pub const MAX_CELLS: usize = 4096;
@@ -11,7 +12,8 @@ pub const MAX_CELLS: usize = 4096;
 pub const MAX_TYPES: u8 = 16;
 
 /// A grid with obstacles and exits. It is checked when it is made: from at least one cell an exit can be reached.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(try_from = "Description", into = "Description")]
 pub struct World {
     columns: u16,
     rows: u16,
@@ -23,11 +25,46 @@ pub struct World {
     to_exit: Vec<Option<u32>>,
 }
 
+/// A world in files.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Description {
+    columns: usize,
+    rows: usize,
+    obstacles: Vec<usize>,
+    exits: Vec<usize>,
+    types: usize,
+    step_limit: u32,
+}
+
+impl From<World> for Description {
+    fn from(world: World) -> Description {
+        Description {
+            columns: world.columns(),
+            rows: world.rows(),
+            obstacles: world.obstacles().map(usize::from).collect(),
+            exits: world.exits().map(usize::from).collect(),
+            types: world.types(),
+            step_limit: world.step_limit,
+        }
+    }
+}
+
+impl TryFrom<Description> for World {
+    type Error = WorldError;
+
+    fn try_from(of: Description) -> Result<World, WorldError> {
+        World::new(of.columns, of.rows, &of.obstacles, &of.exits, of.types)?.with_step_limit(of.step_limit)
+    }
+}
+
 /// Reason why a world cannot be made.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum WorldError {
     /// No cells, or too many.
-    #[error("a grid of {columns} columns and {rows} rows; at least one of each and at most {MAX_CELLS} cells are needed")]
+    #[error(
+        "a grid of {columns} columns and {rows} rows; at least one of each and at most {MAX_CELLS} cells are needed"
+    )]
     Size {
         /// Columns.
         columns: usize,
