@@ -75,6 +75,8 @@ pub enum Bound {
     File(String),
     /// A text file with the file that it names.
     FileWith(FileWith),
+    /// A file of bytes.
+    Binary(BinaryFile),
     /// A list.
     List(Vec<Located<Bound>>),
     /// Values by name.
@@ -94,6 +96,15 @@ pub struct FileWith {
     pub text: String,
     /// Content of the other file; none: the text names none.
     pub companion: Option<Arc<[u8]>>,
+}
+
+/// A file of bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BinaryFile {
+    /// Path, as it is written.
+    pub path: String,
+    /// Content.
+    pub bytes: Arc<[u8]>,
 }
 
 /// A value by name.

@@ -11,8 +11,10 @@ mod schema;
 mod snippet;
 mod table;
 
-pub use bound::{Bound, BoundBlock, BoundEntry, FileWith, Located, Origin};
+pub use bound::{BinaryFile, Bound, BoundBlock, BoundEntry, FileWith, Located, Origin};
 pub use read::{ByName, FromBound, MemberIndex, NumberOrWord, OneOrEach, Unbound, Word};
-pub use schema::{Argument, BlockSchema, Companion, FunctionType, Key, Members, Named, Place, Role, ValueType};
+pub use schema::{
+    Argument, BinaryFormat, BlockSchema, Companion, FunctionType, Key, Members, Named, Place, Role, ValueType,
+};
 pub use snippet::{Help, Snippet};
 pub use table::{Block, read_key, text};

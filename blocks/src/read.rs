@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use expressions::Function;
 
-use crate::bound::{Bound, BoundBlock, BoundEntry, FileWith, Located, Origin};
+use crate::bound::{BinaryFile, Bound, BoundBlock, BoundEntry, FileWith, Located, Origin};
 use crate::schema::{Key, ValueType};
 use quantities::Presence;
 
@@ -94,7 +94,7 @@ impl FromBound for [f64; 2] {
         match key.value {
             ValueType::Range(_) => [1.0, 1.0],
             ValueType::Spread(_) => [1.0, 0.0],
-            _ => [0.0, 0.0],
+            _ => key.default_pair().unwrap_or([0.0, 0.0]),
         }
     }
 }
@@ -135,6 +135,19 @@ impl FromBound for FileWith {
 
     fn stand_in(_: &Key) -> FileWith {
         FileWith { path: String::new(), text: String::new(), companion: None }
+    }
+}
+
+impl FromBound for BinaryFile {
+    fn from_bound(bound: &Bound) -> Option<BinaryFile> {
+        match bound {
+            Bound::Binary(file) => Some(file.clone()),
+            _ => None,
+        }
+    }
+
+    fn stand_in(_: &Key) -> BinaryFile {
+        BinaryFile { path: String::new(), bytes: [].into() }
     }
 }
 

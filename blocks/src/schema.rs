@@ -91,6 +91,8 @@ pub enum ValueType {
     File,
     /// The path of a text file that names another file; the compiler reads both.
     FileWith(&'static Companion),
+    /// The path of a file of bytes, which the compiler reads.
+    Binary(&'static BinaryFormat),
     /// The path of a URDF.
     Urdf,
     /// The path of a spec.
@@ -179,6 +181,17 @@ pub struct Companion {
     pub if_larger: &'static str,
     /// A way out if the text file is no text.
     pub if_no_text: &'static str,
+}
+
+/// A format of files of bytes.
+#[derive(Debug)]
+pub struct BinaryFormat {
+    /// Code of the error if a file cannot be read.
+    pub code: &'static str,
+    /// The maximum size, in bytes.
+    pub most: u64,
+    /// A way out if a file is larger.
+    pub if_larger: &'static str,
 }
 
 /// Kind of the entity that a name refers to.
@@ -286,6 +299,13 @@ impl Key {
         }
     }
 
+    /// Returns the two numbers of the default, which are written in SI: `[0.5, 0.5] m`.
+    pub fn default_pair(&self) -> Option<[f64; 2]> {
+        let Presence::Default(text) = self.presence else { return None };
+        let (one, other) = text.strip_prefix('[')?.split(']').next()?.split_once(',')?;
+        Some([one.trim().parse().ok()?, other.trim().parse().ok()?])
+    }
+
     /// Returns the key with a value that fits.
     pub fn written(&self) -> Snippet {
         if let ValueType::Each(_) = self.value {
@@ -298,7 +318,7 @@ impl Key {
             ValueType::Spread(_) => "normal(204 s, 20 s)",
             ValueType::Spot | ValueType::Vector(_) => "[0.4, 0, 0.1] m",
             ValueType::Pair(_) => "[4, -1.5] m",
-            ValueType::Text | ValueType::File | ValueType::Spec => "\"..\"",
+            ValueType::Text | ValueType::File | ValueType::Binary(_) | ValueType::Spec => "\"..\"",
             ValueType::Choice(words) => words.first().copied().unwrap_or_default(),
             _ => "..",
         };

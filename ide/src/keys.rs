@@ -40,7 +40,7 @@ pub fn describe(holds: &ValueType) -> String {
         ValueType::Value => "number, vector or orientation".to_string(),
         ValueType::Sent => "number, vector, orientation or `{ force  moment }`".to_string(),
         ValueType::Values => "list, or whole numbers from one to another".to_string(),
-        ValueType::Text | ValueType::File | ValueType::FileWith(_) => "text".to_string(),
+        ValueType::Text | ValueType::File | ValueType::FileWith(_) | ValueType::Binary(_) => "text".to_string(),
         ValueType::Urdf => "path of a file".to_string(),
         ValueType::Spec => "path of a spec".to_string(),
         ValueType::Flag => "`true` or `false`".to_string(),

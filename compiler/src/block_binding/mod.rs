@@ -1,6 +1,7 @@
 //! Binding of blocks by their schemas: unknown, missing and misspelt keys are reported, values are converted to SI and
 //! checked against their types, units and ranges, and names of members are resolved. What a block is does not matter.
 
+mod file_values;
 mod files;
 mod functions;
 mod origins;

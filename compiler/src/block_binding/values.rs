@@ -4,17 +4,15 @@ use dsl::tree::{Entry, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
 
-use blocks::{Bound, BoundBlock, BoundEntry, Companion, FileWith, Key, Located, Members, Named, ValueType};
+use blocks::{Bound, BoundBlock, BoundEntry, Key, Located, Members, Named, ValueType};
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE, RATE, VELOCITY};
 use stdlib_tasks::params::Quantity;
 
 use super::BlockBinder;
-use super::files::Unreadable;
 use crate::expr::constants::with_units;
 use crate::expr::dimension_check::one_unit;
 use crate::expr::{function, unusual};
 use crate::forms::{block_of, path_of, text_of};
-use crate::paths::instead_of;
 use crate::units;
 
 /// Returns true if a mistake was reported inside a bound value.
@@ -79,6 +77,7 @@ impl BlockBinder<'_> {
             }),
             ValueType::File => return self.file(value, asked),
             ValueType::FileWith(companion) => return self.file_with(value, asked, companion),
+            ValueType::Binary(format) => return self.binary(value, asked, format),
             ValueType::Flag => Bound::Flag(self.flag(value, name)?),
             ValueType::Choice(words) => Bound::Word(self.word(value, name, words)?),
             ValueType::NewName => Bound::Text(self.new_name(value, asked)?),
@@ -229,7 +228,7 @@ impl BlockBinder<'_> {
     }
 
     /// Reports a value of another form.
-    fn wrong_form<T>(&mut self, value: &Value, text: String, asked: Asked) -> Option<T> {
+    pub(super) fn wrong_form<T>(&mut self, value: &Value, text: String, asked: Asked) -> Option<T> {
         if !matches!(value.kind, ValueKind::Missing) {
             let d = Diagnostic::error("HQ0304", value.span, text);
             self.diagnostics.push(d.help(Help::write_for_instance(asked.key.written())));
@@ -307,67 +306,6 @@ impl BlockBinder<'_> {
             Some(text) => Some(text.to_string()),
             None => self.wrong_form(value, format!("`{}` is a text", asked.name), asked),
         }
-    }
-
-    fn file(&mut self, value: &Value, asked: Asked) -> Option<Located<Bound>> {
-        let Some(path) = text_of(value) else {
-            return self.wrong_form(value, "the path of a file is needed here".to_string(), asked);
-        };
-        match self.files.read(path) {
-            Ok(text) => {
-                let source = self.files.sources.add(path, text.clone());
-                Some(Located { at: self.origins.add_file(value.span, source), value: Bound::File(text) })
-            }
-            Err(e) => {
-                let d = Diagnostic::error("HQ0912", value.span, format!("cannot read `{path}`: {}", e.why));
-                let d = d.note("paths are relative to the file that names them");
-                self.diagnostics.push(match e.help {
-                    Some(help) => d.help(help),
-                    None => instead_of(d, path, &self.files.folder.join(path)),
-                });
-                None
-            }
-        }
-    }
-
-    /// A text file, and the file that it names.
-    fn file_with(&mut self, value: &Value, asked: Asked, with: &Companion) -> Option<Located<Bound>> {
-        let Some(path) = text_of(value) else {
-            return self.wrong_form(value, "the path of a file, in quotes, is needed here".to_string(), asked);
-        };
-        let mut refuse = |text: String, e: Unreadable, written: &str, on_disk: &std::path::Path, note: &str| {
-            let d = Diagnostic::error(with.code, value.span, text).note(note);
-            self.diagnostics.push(match e.help {
-                Some(help) => d.help(help),
-                None if written == path => instead_of(d, written, on_disk),
-                None => d.help(format!("looked for {}", on_disk.display())),
-            });
-            None
-        };
-        let on_disk = self.files.folder.join(path);
-        let text = match self.files.read_with(path, with.if_no_text) {
-            Ok(text) => text,
-            Err(e) => {
-                let text = format!("cannot read `{path}`: {}", e.why);
-                return refuse(text, e, path, &on_disk, "paths are relative to the file that names them");
-            }
-        };
-        let companion = match (with.path)(&text) {
-            None => None,
-            Some(other) => {
-                let on_disk = on_disk.parent().unwrap_or(std::path::Path::new("")).join(&other);
-                match self.files.read_bytes(&on_disk, with.most, with.if_larger) {
-                    Ok(bytes) => Some(bytes.into()),
-                    Err(e) => {
-                        let text = format!("cannot read `{other}`, which `{path}` names: {}", e.why);
-                        let note = format!("the path in `{path}` is relative to the folder of that file");
-                        return refuse(text, e, &other, &on_disk, &note);
-                    }
-                }
-            }
-        };
-        let file = FileWith { path: path.to_string(), text, companion };
-        Some(Located { at: self.origins.add(value.span), value: Bound::FileWith(file) })
     }
 
     fn flag(&mut self, value: &Value, name: &str) -> Option<bool> {

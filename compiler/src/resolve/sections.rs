@@ -95,7 +95,7 @@ impl Resolver<'_> {
             ValueType::Sent => self.anything(value),
             ValueType::Spot => self.place_name(value),
             ValueType::List(ValueType::Spot) => value.items().iter().for_each(|v| self.place_name(v)),
-            ValueType::Text | ValueType::File | ValueType::FileWith(_) | ValueType::NewName => {
+            ValueType::Text | ValueType::File | ValueType::FileWith(_) | ValueType::Binary(_) | ValueType::NewName => {
                 self.offer(value, |_| C::Nothing)
             }
             ValueType::Urdf => self.urdf_path(value),

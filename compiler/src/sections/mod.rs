@@ -101,6 +101,7 @@ mod tests {
                 ValueType::Text
                     | ValueType::File
                     | ValueType::FileWith(_)
+                    | ValueType::Binary(_)
                     | ValueType::Urdf
                     | ValueType::Spec
                     | ValueType::List(ValueType::Text)

@@ -74,6 +74,7 @@ fn held(holds: &ValueType) -> Value {
         ValueType::Text
         | ValueType::File
         | ValueType::FileWith(_)
+        | ValueType::Binary(_)
         | ValueType::Urdf
         | ValueType::Spec
         | ValueType::Name(_)
