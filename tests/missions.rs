@@ -137,7 +137,7 @@ fn usage_is_told_with_what_to_do() {
     let two = spec(&folder, "two.hq", &format!("{SMALL}{OTHER}"));
     let robot = "examples/hello.hq";
     for (args, said) in [
-        (vec![file.as_str(), "--engine", "highs"], "python3 -m pip install highspy"),
+        (vec![file.as_str(), "--engine", "highs"], "python3 -m pip install highsbox"),
         (vec![file.as_str(), "--formulation", "constraint"], "carrier"),
         (vec![file.as_str(), "harvst"], "did you mean `harvest`?"),
         (vec![file.as_str(), "--budget", "0"], "--budget"),

@@ -108,7 +108,7 @@ fn a_formulation_that_does_not_fit_is_refused() {
 fn a_missing_engine_says_how_to_install_it() {
     let Err(error) = Highs::load(Path::new("/nowhere/libhighs.so")) else { panic!("there is nothing to load") };
     assert!(matches!(error, EngineError::Missing { .. }));
-    assert!(error.to_string().contains("pip install highspy"), "{error}");
+    assert!(error.to_string().contains("pip install highsbox"), "{error}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! HiGHS, a powerful external engine: its library is found at run time and called by its C interface.
 //!
-//! Search order: the file or folder in the environment variable `HIERARQ_HIGHS`, the usual library folders, the Python
-//! package `highspy` of `python3`, which contains the library. One thread and a fixed seed: the same program gives the
+//! Search order: the file or folder in the environment variable `HIERARQ_HIGHS`, the usual library folders, and of the packages
+//! of `python3` `highsbox`, which contains the library, and `highspy` up to 1.14, whose extension module exports its C functions. One thread and a fixed seed: the same program gives the
 //! same answer unless the time limit ends it.
 //!
 //! This is the only file of the project with `unsafe`: calls of C functions.
@@ -17,7 +17,7 @@ use crate::plan::Limit;
 
 use super::{Answer, Budget, EngineError, Milp, Model};
 
-const INSTALL: &str = "python3 -m pip install highspy";
+const INSTALL: &str = "python3 -m pip install highsbox";
 
 type Handle = *mut c_void;
 type Create = unsafe extern "C" fn() -> Handle;
@@ -106,8 +106,9 @@ impl Highs {
         let more = ["/usr/lib", "/opt/homebrew/lib"];
         let usual = folders.into_iter().chain(more).map(PathBuf::from);
         let found = usual.flat_map(|folder| candidates(&folder)).find_map(|path| Highs::load(&path).ok());
-        let python = || highspy().iter().flat_map(|folder| candidates(folder)).find_map(|path| Highs::load(&path).ok());
-        let searched = "HIERARQ_HIGHS, the usual folders of libraries, the package highspy of python3";
+        let python =
+            || packages().iter().flat_map(|folder| candidates(folder)).find_map(|path| Highs::load(&path).ok());
+        let searched = "HIERARQ_HIGHS, the usual folders of libraries, the package highsbox of python3";
         found.or_else(python).ok_or_else(|| missing(format!("looked for in {searched}")))
     }
 
@@ -156,20 +157,22 @@ fn candidates(path: &Path) -> Vec<PathBuf> {
     let library = |path: &PathBuf| {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let dynamic = name.contains(".so") || name.ends_with(".dylib") || name.ends_with(".dll");
-        dynamic && (name.starts_with("libhighs.") || name.starts_with("highs."))
+        dynamic && ["libhighs.", "highs.", "_core."].iter().any(|begin| name.starts_with(begin))
     };
     let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(library).collect();
     files.sort();
     files
 }
 
-/// Returns the folders of the Python package `highspy` that `python3` would import, except for the working folder. Runs
-/// no code of the package.
-fn highspy() -> Vec<PathBuf> {
+/// Returns the folders of the libraries in packages that `python3` would import, except for the working folder. Runs no code of
+/// the packages.
+fn packages() -> Vec<PathBuf> {
     let ask = "import site; print(*site.getsitepackages(), site.getusersitepackages(), sep='\\n')";
     let output = Command::new("python3").args(["-I", "-c", ask]).stdin(Stdio::null()).stderr(Stdio::null()).output();
     let text = output.ok().and_then(|output| String::from_utf8(output.stdout).ok()).unwrap_or_default();
-    text.lines().map(|folder| Path::new(folder).join("highspy")).filter(|path| path.is_dir()).collect()
+    let inside = ["highsbox/highs_dist/lib", "highsbox/highs_dist/bin", "highspy"];
+    let folders = text.lines().flat_map(|folder| inside.map(|inside| Path::new(folder).join(inside)));
+    folders.filter(|path| path.is_dir()).collect()
 }
 
 /// Resolves the functions by name.
@@ -215,7 +218,7 @@ fn text(text: &str) -> CString {
 }
 
 impl Solver<'_> {
-    fn options(&self, budget: &Budget) {
+    fn options(&self, budget: &Budget, effort: f64) {
         let nodes = c_int::try_from(budget.nodes).unwrap_or(c_int::MAX);
         // SAFETY: the handle is live and the names end in 0; an option that a version lacks gives an error value only.
         unsafe {
@@ -225,8 +228,8 @@ impl Solver<'_> {
             (f.set_int)(self.handle, text("threads").as_ptr(), 1);
             (f.set_int)(self.handle, text("random_seed").as_ptr(), 0);
             (f.set_int)(self.handle, text("mip_max_nodes").as_ptr(), nodes);
-            // Planners start from good points, so that HiGHS's own primal heuristics would waste time.
-            (f.set_double)(self.handle, text("mip_heuristic_effort").as_ptr(), 0.0);
+            // HiGHS's own primal heuristics would waste time where a planner has a good point to start from.
+            (f.set_double)(self.handle, text("mip_heuristic_effort").as_ptr(), effort);
             (f.set_double)(self.handle, text("mip_rel_gap").as_ptr(), budget.gap / 4.0);
             (f.set_double)(self.handle, text("time_limit").as_ptr(), budget.time.as_secs_f64());
         }
@@ -255,7 +258,7 @@ impl Milp for Highs {
             return Err(failed("it gave no instance"));
         }
         let solver = Solver { functions: f, handle };
-        solver.options(budget);
+        solver.options(budget, if start.is_empty() { 0.05 } else { 0.0 });
         let costs: Vec<f64> = model.columns.iter().map(|column| column.cost).collect();
         let lows: Vec<f64> = model.columns.iter().map(|column| column.low).collect();
         let highs: Vec<f64> = model.columns.iter().map(|column| column.high).collect();
