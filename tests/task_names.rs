@@ -96,15 +96,17 @@ fn task_types_are_named_in_the_library_alone() {
 const NAMING_KINDS: &[&str] = &[];
 
 /// Words that name a kind of mission.
-const KINDS: [&str; 8] = [
+const KINDS: [&str; 10] = [
     "kinds::schedule",
     "kinds::layers",
     "kinds::search",
+    "kinds::explore",
     "Mission::Schedule",
     "Mission::Layers",
     "\"schedule\"",
     "\"layers\"",
     "\"search\"",
+    "\"explore\"",
 ];
 
 #[test]

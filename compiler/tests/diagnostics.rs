@@ -39,6 +39,7 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("mission_scenarios", include_str!("cases/mission_scenarios.txt"), Syntax::Native),
     ("mission_scenarios_yaml", include_str!("cases/mission_scenarios_yaml.txt"), Syntax::Yaml),
     ("searches", include_str!("cases/searches.txt"), Syntax::Native),
+    ("explorations", include_str!("cases/explorations.txt"), Syntax::Native),
     ("missions_reuse", include_str!("cases/missions_reuse.txt"), Syntax::Native),
     ("yardstick", include_str!("cases/yardstick.txt"), Syntax::Native),
     ("unusual", include_str!("cases/unusual.txt"), Syntax::Native),
@@ -111,6 +112,11 @@ fn planners() {
 #[test]
 fn missions() {
     check("missions");
+}
+
+#[test]
+fn explorations() {
+    check("explorations");
 }
 
 #[test]

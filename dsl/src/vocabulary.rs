@@ -63,7 +63,7 @@ macro_rules! roles {
     };
 }
 
-roles!("robot", "human", "worker", "object", "place", "layer", "task", "source", "wall");
+roles!("robot", "human", "worker", "object", "place", "layer", "task", "source", "wall", "target", "obstacle");
 
 /// Settings of the action of a task of a layer; none of these is an action.
 pub static TASK_SETTINGS: &[&str] = &["label", "features", "to", "via", "object", "agent"];

@@ -41,7 +41,7 @@ pub static EVENT: BlockSchema = BlockSchema {
             "late",
             SOMEBODY,
             "The current operation, service or task of this agent, or the current service of this robot, takes longer \
-             by the time `by`.",
+             by the time `by`. In an exploration the person stands for so long.",
         ),
         Key::optional(
             "by",
@@ -58,7 +58,11 @@ pub static EVENT: BlockSchema = BlockSchema {
             ValueType::Pair(LENGTH),
             "Of `moved`: the new place; of messages and `strays`: the place that is told, or gone to.",
         ),
-        Key::optional("my_pose", ValueType::Name(Named::Person), "Of a search: this person says where they are, `to`."),
+        Key::optional(
+            "my_pose",
+            ValueType::Name(Named::Person),
+            "Of a search or an exploration: this person says where they are, `to`.",
+        ),
         Key::optional(
             "my_goal",
             ValueType::Name(Named::Person),
@@ -72,11 +76,16 @@ pub static EVENT: BlockSchema = BlockSchema {
             "strays",
             ValueType::Name(Named::Person),
             "Of a search: this person leaves the plan for a place, `to`, and tells nobody. The others believe the person to follow \
-             the plan, until the person is seen or says where they are.",
+             the plan, until the person is seen or says where they are. In an exploration the person walks there, in sight, and then \
+             goes on as the model says.",
         ),
         Key::optional("seen", ValueType::Name(Named::Person), "Of a search: the others see where this person is."),
         Key::optional("found", SOMEBODY, "Of a search: somebody says that one of these hidden objects is found."),
-        Key::optional("lost", SOMEBODY, "This robot breaks down, or this agent leaves."),
+        Key::optional(
+            "lost",
+            SOMEBODY,
+            "This robot breaks down, or this agent leaves; in an exploration the robots lose sight of the person.",
+        ),
         Key::optional(
             "back",
             SOMEBODY,

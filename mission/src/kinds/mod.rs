@@ -3,7 +3,9 @@
 //! - [`schedule`]: robots that serve agents at the end of their operations, thesis chapter 5.
 //! - [`layers`]: tasks in ordered layers, each with an agent and an object, thesis chapter 6.
 //! - [`search`]: a team that collects reward on a map, Dalmasso et al. 2023.
+//! - [`explore`]: robots that take over the targets which a person leaves, Caregnato-Neto et al. 2025.
 
+pub mod explore;
 pub mod layers;
 pub mod schedule;
 pub mod search;
@@ -23,7 +25,7 @@ macro_rules! kinds {
     };
 }
 
-kinds!(schedule, layers, search);
+kinds!(schedule, layers, search, explore);
 
 /// The entry of this name.
 pub fn find(name: &str) -> Option<&'static Kind> {

@@ -24,6 +24,7 @@ pub static PAGES: LazyLock<Vec<Page>> = LazyLock::new(|| {
         include_str!("mission_workers.md"),
         include_str!("searches.md"),
         include_str!("mission_driven.md"),
+        include_str!("explorations.md"),
     ];
     families.into_iter().flat_map(read).collect()
 });

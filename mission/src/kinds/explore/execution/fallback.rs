@@ -1,0 +1,167 @@
+//! The motion of the robots while there is no plan.
+//!
+//! The paper stops the robots (section 4.1), and a person may walk into one that stands. Beyond it, a control barrier filter
+//! moves them at each tick as little as it can, so that distances `h` of bodies and margins `h` of connections fulfil
+//! `dh/dt >= -rate h`: a hierarchy of limits, distances, and connections. The direction in which a distance is measured is that of
+//! the farthest face of the Minkowski difference of both bodies.
+
+use solver::{ActiveSet, HierarchicalSolver, LevelShape, Problem as Hierarchy, Solution, Status};
+
+use super::super::motion::Dynamics;
+use super::super::polygon::{Convex, Face, Point, dot, minus};
+use super::super::problem::{Fallback, Robot};
+use super::ExploreExecution;
+
+/// How fast a distance may shrink relative to itself (1/s).
+const RATE: f64 = 2.0;
+/// Distance (m) that is kept in reserve.
+const RESERVE: f64 = 0.05;
+
+/// A row `low <= sum of factors times velocities`; the factors are those of a robot, and of another one.
+struct Row {
+    of: usize,
+    normal: Point,
+    against: Option<usize>,
+    low: f64,
+}
+
+impl ExploreExecution {
+    /// Gives the robots inputs for a tick (s).
+    pub(super) fn fall_back(&mut self, tick: f64) {
+        let limits: Vec<[Point; 2]> = self
+            .robots
+            .iter()
+            .zip(&self.problem.robots)
+            .map(|(mover, robot)| reachable(robot, mover.state.velocity, tick))
+            .collect();
+        let stop = |[low, high]: &[Point; 2]| [0, 1].map(|i| f64::clamp(0.0, low[i], high[i]));
+        let stopping: Vec<Point> = limits.iter().map(stop).collect();
+        let wanted = match self.problem.planner.fallback {
+            Fallback::Stop => stopping,
+            Fallback::Barrier => self.filtered(&limits).unwrap_or(stopping),
+        };
+        for ((mover, robot), velocity) in self.robots.iter_mut().zip(&self.problem.robots).zip(wanted) {
+            mover.input = input_for(robot, mover.state.velocity, velocity, tick);
+        }
+    }
+
+    /// The velocities nearest to standing still that keep distances and connections as well as they can; none: the solver has
+    /// none.
+    fn filtered(&self, limits: &[[Point; 2]]) -> Option<Vec<Point>> {
+        let count = self.robots.len();
+        let (distances, links) = (self.distances(), self.links());
+        let shape = |rows: usize, hard: bool| LevelShape { rows, hard, damping: 0.0 };
+        let shapes = [shape(2 * count, true), shape(distances.len().max(1), false), shape(links.len().max(1), false)];
+        let mut hierarchy = Hierarchy::new(2 * count, &shapes);
+        for (robot, [low, high]) in limits.iter().enumerate() {
+            for axis in 0..2 {
+                let mut row = vec![0.0; 2 * count];
+                row[2 * robot + axis] = 1.0;
+                let bounds = if self.robots[robot].active { (low[axis], high[axis]) } else { (0.0, 0.0) };
+                hierarchy.levels[0].set(2 * robot + axis, &row, bounds.0, bounds.1);
+            }
+        }
+        for (level, rows) in [(1, &distances), (2, &links)] {
+            for (index, of) in rows.iter().enumerate() {
+                let mut row = vec![0.0; 2 * count];
+                for axis in 0..2 {
+                    row[2 * of.of + axis] += of.normal[axis];
+                    if let Some(other) = of.against {
+                        row[2 * other + axis] -= of.normal[axis];
+                    }
+                }
+                hierarchy.levels[level].set(index, &row, of.low, f64::INFINITY);
+            }
+            if rows.is_empty() {
+                hierarchy.levels[level].set(0, &vec![0.0; 2 * count], 0.0, 0.0);
+            }
+        }
+        let mut solution = Solution::new(&hierarchy);
+        ActiveSet::new(&hierarchy).solve(&hierarchy, &mut solution);
+        let found = solution.status == Status::Optimal && solution.x.iter().all(|x| x.is_finite());
+        found.then(|| (0..count).map(|robot| [solution.x[2 * robot], solution.x[2 * robot + 1]]).collect())
+    }
+
+    /// Rows that keep bodies apart, and robots in the region.
+    fn distances(&self) -> Vec<Row> {
+        let (problem, mut rows) = (&self.problem, Vec::new());
+        let person = self.person.at(self.time);
+        let walks = self.person.velocity(self.time);
+        for (of, mover) in self.robots.iter().enumerate().filter(|(_, mover)| mover.active) {
+            let (at, body) = (mover.state.at, &problem.robots[of].body);
+            let back = body.reflected();
+            let mut apart = |set: &Convex, from: Point, moves: Point, against: Option<usize>| {
+                let face = farthest(set, minus(at, from));
+                let left = face.outside(minus(at, from)) - RESERVE;
+                rows.push(Row { of, normal: face.normal, against, low: dot(face.normal, moves) - RATE * left });
+            };
+            apart(&problem.person.body.sum(&back), person, walks, None);
+            for obstacle in &problem.obstacles {
+                apart(&obstacle.shape.sum(&back), [0.0; 2], [0.0; 2], None);
+            }
+            for (other, its) in self.robots.iter().enumerate().filter(|(other, its)| *other < of || !its.active) {
+                if other != of {
+                    apart(&problem.robots[other].body.sum(&back), its.state.at, [0.0; 2], its.active.then_some(other));
+                }
+            }
+            for face in problem.area.difference(body).iter().flat_map(Convex::faces) {
+                let normal = [-face.normal[0], -face.normal[1]];
+                rows.push(Row { of, normal, against: None, low: RATE * face.outside(at) });
+            }
+        }
+        rows
+    }
+
+    /// Rows that keep the connections of a spanning tree of the team, the ones with the largest margins.
+    fn links(&self) -> Vec<Row> {
+        let active: Vec<usize> = (0..self.robots.len()).filter(|robot| self.robots[*robot].active).collect();
+        let person = self.robots.len();
+        let (at, walks) = (self.person.at(self.time), self.person.velocity(self.time));
+        let place = |member: usize| self.robots.get(member).map_or(at, |robot| robot.state.at);
+        let mut inside = vec![person];
+        let mut outside = active;
+        let mut rows = Vec::new();
+        while !outside.is_empty() {
+            let pairs = outside.iter().flat_map(|robot| inside.iter().map(move |other| (*robot, *other)));
+            let margin =
+                |(robot, other): &(usize, usize)| -self.problem.connection.outside(minus(place(*robot), place(*other)));
+            let Some((robot, other)) = pairs.max_by(|a, b| margin(a).total_cmp(&margin(b))) else { break };
+            for face in self.problem.connection.faces() {
+                let normal = [-face.normal[0], -face.normal[1]];
+                let left = -face.outside(minus(place(robot), place(other))) - RESERVE;
+                let (moves, against) = if other == person { (walks, None) } else { ([0.0; 2], Some(other)) };
+                rows.push(Row { of: robot, normal, against, low: dot(normal, moves) - RATE * left });
+            }
+            outside.retain(|of| *of != robot);
+            inside.push(robot);
+        }
+        rows
+    }
+}
+
+/// The face of a set that a point is farthest outside of.
+fn farthest(set: &Convex, at: Point) -> Face {
+    let faces = set.faces().iter();
+    *faces.max_by(|a, b| a.outside(at).total_cmp(&b.outside(at))).unwrap_or(&set.faces()[0])
+}
+
+/// The velocities that a robot can have after a tick: the least and the greatest along each axis (m/s).
+fn reachable(robot: &Robot, velocity: Point, tick: f64) -> [Point; 2] {
+    let end = |v: f64, sign: f64| {
+        let discrete = robot.over(tick);
+        let input = match robot.dynamics {
+            Dynamics::Acceleration => sign * robot.acceleration,
+            Dynamics::Velocity => (v + sign * robot.acceleration * tick).clamp(-robot.speed, robot.speed),
+            Dynamics::Lag(constant) => (v + sign * robot.acceleration * constant).clamp(-robot.speed, robot.speed),
+        };
+        (discrete.velocity_velocity * v + discrete.velocity_input * input).clamp(-robot.speed, robot.speed)
+    };
+    [velocity.map(|v| end(v, -1.0)), velocity.map(|v| end(v, 1.0))]
+}
+
+/// The input with which a robot has a velocity after a tick.
+fn input_for(robot: &Robot, now: Point, wanted: Point, tick: f64) -> Point {
+    let discrete = robot.over(tick);
+    let most = robot.most_input();
+    [0, 1].map(|i| ((wanted[i] - discrete.velocity_velocity * now[i]) / discrete.velocity_input).clamp(-most, most))
+}
