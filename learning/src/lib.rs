@@ -8,9 +8,13 @@
 //! All results are the same bit for bit on every machine: sums have a fixed order, and exponentials and logarithms come from
 //! `libm`, not from the system.
 
+pub mod airl;
+pub mod demonstrations;
+pub mod evaluate;
 pub mod grid;
 pub mod network;
 pub mod policy;
+pub mod ppo;
 pub mod predict;
 pub mod random;
 mod tensor_file;
