@@ -18,5 +18,6 @@ pub mod ppo;
 pub mod predict;
 pub mod random;
 mod tensor_file;
+pub mod training;
 
 pub use tensor_file::TensorFileError;

@@ -132,7 +132,6 @@ fn update_critic(critic: &mut Learner, batch: &Batch, of: &Update) {
 
 fn update_actor(actor: &mut Learner, batch: &Batch, of: &Update) -> UpdateFigures {
     let transitions: Vec<&Transition> = batch.rollout.transitions().collect();
-    let advantages = normalised(&batch.advantages.advantages);
     let mut active = Vec::new();
     let mut trace = actor.network.trace();
     let mut gradient = vec![0.0; actor.network.parameters().len()];
@@ -145,7 +144,7 @@ fn update_actor(actor: &mut Learner, batch: &Batch, of: &Update) -> UpdateFigure
             batch.world.features(&transition.state, &mut active);
             let mut logarithms = [0.0; Action::COUNT];
             log_softmax(actor.network.forward(&active, &mut trace), &mut logarithms);
-            let objective = Objective::of(&logarithms, transition, advantages[*i], of.settings);
+            let objective = Objective::of(&logarithms, transition, batch.advantages.advantages[*i], of.settings);
             let error = objective.gradient.map(|g| -weight * g);
             actor.network.backward(&active, &mut trace, &error, &mut gradient);
             if epoch + 1 == of.settings.epochs {
@@ -192,15 +191,6 @@ impl Objective {
             clipped,
         }
     }
-}
-
-/// With mean 0 and deviation 1.
-fn normalised(x: &[f32]) -> Vec<f32> {
-    let n = x.len() as f64;
-    let mean = x.iter().map(|x| f64::from(*x)).sum::<f64>() / n;
-    let variance = x.iter().map(|x| (f64::from(*x) - mean) * (f64::from(*x) - mean)).sum::<f64>() / n;
-    let scale = 1.0 / (libm::sqrt(variance) + 1e-8);
-    x.iter().map(|x| ((f64::from(*x) - mean) * scale) as f32).collect()
 }
 
 #[cfg(test)]

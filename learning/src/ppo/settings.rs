@@ -73,7 +73,7 @@ impl Settings {
             gamma: 0.999,
             lambda: 0.95,
             clip: 0.1,
-            entropy: 0.01,
+            entropy: 0.06,
             gradient: 0.5,
         }
     }
