@@ -13,6 +13,7 @@ pub mod demonstrations;
 pub mod evaluate;
 pub mod grid;
 pub mod network;
+pub mod paper;
 pub mod policy;
 pub mod ppo;
 pub mod predict;

@@ -23,7 +23,7 @@ impl Settings {
     /// Table B2: both rates 4e-4, batches of 256 steps, the policy as in [`ppo::Settings::paper`]. Its *batch size gen.* 8 is
     /// read as 8 environments. The paper does not name how often the discriminator is updated.
     pub fn paper() -> Settings {
-        let policy = ppo::Settings { entropy: 0.0, ..ppo::Settings::paper() };
+        let policy = ppo::Settings::paper();
         Settings { policy, hidden: vec![64, 64], rate: 4e-4, batch: 256, updates: 4 }
     }
 

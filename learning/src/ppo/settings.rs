@@ -25,7 +25,7 @@ pub struct Settings {
     pub lambda: f64,
     /// ε of the clipping.
     pub clip: f64,
-    /// c, the weight of the entropy.
+    /// c, the weight of the entropy, in the unit of rewards: advantages are not normalised.
     pub entropy: f64,
     /// Greatest length of a gradient.
     pub gradient: f64,
@@ -68,12 +68,12 @@ impl Settings {
             environments: 8,
             horizon: 128,
             epochs: 5,
-            minibatch: 128,
+            minibatch: 256,
             rate: 4e-4,
             gamma: 0.999,
             lambda: 0.95,
             clip: 0.1,
-            entropy: 0.06,
+            entropy: 0.0,
             gradient: 0.5,
         }
     }

@@ -260,17 +260,14 @@ mod tests {
     }
 
     fn settings() -> Settings {
-        let policy =
-            ppo::Settings { hidden: vec![8], environments: 3, horizon: 16, minibatch: 16, ..ppo::Settings::paper() };
-        let airl = crate::airl::Settings {
-            policy: policy.clone(),
-            hidden: vec![8],
-            batch: 16,
-            ..crate::airl::Settings::paper()
-        };
+        let small =
+            |of: ppo::Settings| ppo::Settings { hidden: vec![8], environments: 3, horizon: 16, minibatch: 16, ..of };
+        let paper = Settings::paper();
+        let airl = crate::airl::Settings { policy: small(paper.airl.policy), hidden: vec![8], batch: 16, ..paper.airl };
+        let surrogate = small(paper.surrogate);
         Settings {
             seed: 5,
-            surrogate: policy,
+            surrogate,
             surrogate_steps: 150,
             demonstrations: 20,
             airl,
@@ -318,9 +315,9 @@ mod tests {
     fn rewards_teach_to_collect_and_to_leave() {
         let world = World::new(3, 1, &[], &[2], 1).unwrap().with_step_limit(12).unwrap();
         let rewards = Rewards { targets: vec![1.0], ..Rewards::paper() };
-        let surrogate = ppo::Settings { rate: 3e-3, ..settings().surrogate };
+        let surrogate = ppo::Settings { rate: 5e-3, entropy: 0.1, ..settings().surrogate };
         let settings =
-            Settings { rewards, surrogate, surrogate_steps: 8000, least_targets: 1, most_targets: 1, ..settings() };
+            Settings { rewards, surrogate, surrogate_steps: 12_000, least_targets: 1, most_targets: 1, ..settings() };
         let run = finished(Run::new(&world, settings.clone()).unwrap());
         let environments = settings.check(&world).unwrap();
         let figures = crate::evaluate::evaluate(run.surrogate().unwrap(), &environments, &settings.rewards, 200, 1);

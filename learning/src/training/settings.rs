@@ -58,14 +58,14 @@ pub enum TrainingError {
 
 impl Settings {
     /// Appendices A and B: rewards of Table A1, 1.6e6 steps and 8000 demonstrations of the synthetic person, Table B2 and
-    /// 3.5e6 steps of the recovery.
+    /// 3.5e6 steps of the recovery. The rate and the entropy of the synthetic person are not in the paper.
     pub fn paper() -> Settings {
         Settings {
             seed: 0,
             least_targets: 0,
             most_targets: 4,
             rewards: Rewards::paper(),
-            surrogate: ppo::Settings::paper(),
+            surrogate: ppo::Settings { rate: 2e-3, entropy: 0.03, ..ppo::Settings::paper() },
             surrogate_steps: 1_600_000,
             demonstrations: 8000,
             airl: airl::Settings::paper(),
