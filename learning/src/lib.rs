@@ -8,11 +8,17 @@
 //! All results are the same bit for bit on every machine: sums have a fixed order, and exponentials and logarithms come from
 //! `libm`, not from the system.
 
+pub mod airl;
+pub mod demonstrations;
+pub mod evaluate;
 pub mod grid;
 pub mod network;
+pub mod paper;
 pub mod policy;
+pub mod ppo;
 pub mod predict;
 pub mod random;
 mod tensor_file;
+pub mod training;
 
 pub use tensor_file::TensorFileError;

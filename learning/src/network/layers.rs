@@ -165,17 +165,17 @@ fn add_scaled<T: Real>(factor: T, x: &[T], to: &mut [T]) {
 
 /// Sums in eight lanes, which vector units of any width add up in the same order.
 fn dot<T: Real>(a: &[T], b: &[T]) -> T {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut lanes = [T::default(); 8];
-    let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest = a_chunks.remainder().iter().zip(b_chunks.remainder());
-    let rest = rest.fold(T::default(), |sum, (a, b)| sum + *a * *b);
-    for (a, b) in a_chunks.zip(b_chunks) {
-        for lane in 0..8 {
-            lanes[lane] += a[lane] * b[lane];
+    for (a, b) in a.iter().zip(b) {
+        for (lane, (a, b)) in lanes.iter_mut().zip(a.iter().zip(b)) {
+            *lane += *a * *b;
         }
     }
+    let rest = a_rest.iter().zip(b_rest).fold(T::default(), |sum, (a, b)| sum + *a * *b);
+    // Halves of the lanes, again and again: the additions that vector units make.
     let [a, b, c, d, e, f, g, h] = lanes;
-    ((a + b) + (c + d)) + ((e + f) + (g + h)) + rest
+    (((a + e) + (c + g)) + ((b + f) + (d + h))) + rest
 }
 
 #[cfg(test)]

@@ -150,7 +150,7 @@ mod tests {
         );
         assert_eq!(
             replaced(r#""hidden":[7]"#, r#""hidden":[8]"#),
-            "`layer0.weight` has the shape [30, 7]; [30, 8] is expected"
+            "`layer0.weight` has the shape [60, 7]; [60, 8] is expected"
         );
         let size = replaced(r#""columns":3"#, r#""columns":60000"#);
         assert!(size.contains("a grid of 60000 columns and 2 rows"), "{size}");

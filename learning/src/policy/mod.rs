@@ -235,6 +235,6 @@ mod tests {
         );
         let other = World::new(3, 3, &[], &[2], 2).unwrap();
         let refused = Policy::new(other, policy.network().clone(), policy.training());
-        assert_eq!(refused.unwrap_err(), PolicyError::Inputs { found: 30, expected: 45 });
+        assert_eq!(refused.unwrap_err(), PolicyError::Inputs { found: 60, expected: 95 });
     }
 }
