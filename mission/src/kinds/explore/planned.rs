@@ -124,11 +124,16 @@ fn planned(problem: &Problem, present: &Present, foresight: &Foresight, best: &B
     }
 }
 
-/// The parts of (10a).
+/// The parts of (10a), and what is missing of the reserve.
 fn cost(problem: &Problem, best: &Best) -> Cost {
     let rewards: f64 = best.trajectories.visits.iter().map(|visit| problem.targets[visit.target].worth).sum();
     let effort: f64 = best.trajectories.inputs.iter().flatten().flatten().map(|u| u.abs()).sum();
-    let parts = vec![Part::plain("rewards", 0.0 - rewards), Part::weighted("effort", effort, problem.effort)];
+    let reserve = (best.cost + rewards - problem.effort * effort).max(0.0);
+    let parts = vec![
+        Part::plain("rewards", 0.0 - rewards),
+        Part::weighted("effort", effort, problem.effort),
+        Part::plain("reserve", if reserve < 1e-9 { 0.0 } else { reserve }),
+    ];
     Cost { total: parts.iter().map(|part| part.cost).sum(), parts }
 }
 

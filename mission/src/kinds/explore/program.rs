@@ -11,6 +11,8 @@
 //!
 //! Big-M values come from the boxes that a robot can reach by then; sides of obstacles that it cannot reach have no binary.
 
+use std::collections::BTreeMap;
+
 use super::foresight::Foresight;
 use super::motion::{Discrete, State};
 use super::polygon::{Convex, Face, Point, dot, parts_around};
@@ -21,6 +23,15 @@ use crate::engine::Model;
 const ROUNDING: f64 = 1e-7;
 /// Distance (m) that the program keeps beyond each constraint, for the tolerances of engines.
 pub const TOLERANCE: f64 = 1e-4;
+
+/// Cost of a metre of reserve that is missing at the end of the first period.
+pub const RESERVE_COST: f64 = 4.0;
+
+/// The reserve (m) of distances from the person and of connections to the person at the end of the first period. A person who
+/// turns around leaves the robots at least that much, with which they can follow or give way in the period after.
+pub fn reserve(problem: &Problem) -> f64 {
+    0.3 * problem.person.speed * problem.period
+}
 
 /// What a plan begins with.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,16 +144,14 @@ pub enum Binary {
 }
 
 impl Binary {
-    /// The same binary of the period before; none: there is none.
-    pub fn earlier(self) -> Option<Binary> {
-        Some(match self {
-            // Robots take targets at ends of periods, of which the first has the number 1.
-            Binary::Visit([robot, target, step]) => Binary::Visit([robot, target, step.checked_sub(2)? + 1]),
-            Binary::Part([robot, step, part]) => Binary::Part([robot, step.checked_sub(1)?, part]),
-            Binary::Person([robot, step, side]) => Binary::Person([robot, step.checked_sub(1)?, side]),
-            Binary::Robots([i, j, step, side]) => Binary::Robots([i, j, step.checked_sub(1)?, side]),
-            Binary::Link([i, j, step]) => Binary::Link([i, j, step.checked_sub(1)?]),
-        })
+    /// The first of the binaries of which exactly one is chosen.
+    fn group(self) -> Binary {
+        match self {
+            Binary::Part([robot, step, _]) => Binary::Part([robot, step, 0]),
+            Binary::Person([robot, step, _]) => Binary::Person([robot, step, 0]),
+            Binary::Robots([i, j, step, _]) => Binary::Robots([i, j, step, 0]),
+            own => own,
+        }
     }
 }
 
@@ -153,6 +162,8 @@ pub struct Program {
     pub model: Model,
     /// Meaning of each binary, with its column.
     pub binaries: Vec<(Binary, usize)>,
+    /// For each of them, the rows that it stands for.
+    rows: Vec<Vec<Side>>,
     columns: Vec<Columns>,
     periods: usize,
 }
@@ -178,6 +189,7 @@ struct Builder<'p> {
     without: Option<Group>,
     model: Model,
     binaries: Vec<(Binary, usize)>,
+    rows: Vec<Vec<Side>>,
     columns: Vec<Columns>,
     /// Positions that bound the motion in each period, by robot: its begin, its third point, its end.
     places: Vec<Vec<[Place; 3]>>,
@@ -202,6 +214,7 @@ pub fn build(
         without,
         model: Model::default(),
         binaries: Vec::new(),
+        rows: Vec::new(),
         columns: Vec::new(),
         places: Vec::new(),
         periods,
@@ -214,8 +227,8 @@ pub fn build(
     builder.robots()?;
     builder.connection()?;
     builder.targets();
-    let Builder { model, binaries, columns, .. } = builder;
-    Ok(Program { model, binaries, columns, periods })
+    let Builder { model, binaries, rows, columns, .. } = builder;
+    Ok(Program { model, binaries, rows, columns, periods })
 }
 
 impl Builder<'_> {
@@ -309,6 +322,28 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// The rows of the three places of a motion in the first period, of which the first two are known: the end has to be far enough for
+    /// the motion between them. A motion with a constant acceleration has the distances `b0 (1-s)^2 + 2 b1 s (1-s) + b2 s^2` from a line, which
+    /// are not negative if `b1` is not, or else if `b2 >= b1^2 / b0`.
+    fn first(&self, robot: usize, [begin, third, mut end]: [Side; 3]) -> Vec<Side> {
+        let quadratic = self.problem.robots[robot].dynamics == super::motion::Dynamics::Acceleration;
+        let (b0, b1) = (begin.least - begin.bound, third.least - third.bound);
+        match b1 < 0.0 && quadratic && b0 > 0.0 {
+            true => {
+                end.bound += b1 * b1 / b0;
+                vec![end]
+            }
+            // Who begins a little too near is not held to that for the begin.
+            false => vec![third, end],
+        }
+    }
+
+    /// A variable by which the reserve beyond a constraint may be less, and that costs.
+    fn shortfall(&mut self) -> usize {
+        let reserve = reserve(self.problem);
+        self.model.real(RESERVE_COST, 0.0, reserve)
+    }
+
     /// One of the sides of a set is between it and all these places in a period. `sides` has, for each place, the bound of
     /// `normal . y` from below; a row is `along >= bound`.
     fn pass(&mut self, sides: Vec<Vec<Side>>, binary: impl Fn(usize) -> Binary) -> Result<(), ()> {
@@ -332,6 +367,7 @@ impl Builder<'_> {
         for (index, rows) in possible {
             let z = self.model.binary(0.0);
             self.binaries.push((binary(*index), z));
+            self.rows.push(rows.clone());
             one.push((z, 1.0));
             for row in rows.iter().filter(|row| row.least < row.bound) {
                 // along >= bound - M (1 - z)
@@ -357,11 +393,12 @@ impl Builder<'_> {
             for step in 0..self.periods {
                 let places = &self.places[robot][step];
                 let sides = parts.iter().map(|part| {
-                    let faces = part.faces().iter();
-                    let rows = faces.flat_map(|face| {
-                        let row = |place: &Place| Side::of(place, &face.opposite(), -face.bound + TOLERANCE);
-                        // A robot that begins a little too near is not held to that for its begin.
-                        places[usize::from(step == 0)..].iter().map(row).collect::<Vec<Side>>()
+                    let rows = part.faces().iter().flat_map(|face| {
+                        let side = |k: usize| Side::of(&places[k], &face.opposite(), -face.bound + TOLERANCE);
+                        match step {
+                            0 => self.first(robot, [side(0), side(1), side(2)]),
+                            _ => (0..3).map(side).collect(),
+                        }
                     });
                     rows.collect()
                 });
@@ -391,14 +428,20 @@ impl Builder<'_> {
             for step in 0..self.periods {
                 let from = self.foresight.positions[step];
                 let places = self.places[robot][step].clone();
+                let short = (step == 0).then(|| self.shortfall());
                 let sides = safe.faces().iter().map(|face| {
                     let (own, whole) = (near.support(face.normal), face.bound);
                     // Until then the person can have walked this share of a stride.
-                    let rows: [f64; 3] = [own, own + ahead * (whole - own), whole];
-                    let side = |(place, bound): (&Place, f64)| {
-                        Side::of(place, face, bound + dot(face.normal, from) + TOLERANCE)
-                    };
-                    places.iter().zip(rows).skip(usize::from(step == 0)).map(side).collect()
+                    let bounds: [f64; 3] = [own, own + ahead * (whole - own), whole];
+                    let side = |k: usize| Side::of(&places[k], face, bounds[k] + dot(face.normal, from) + TOLERANCE);
+                    match short {
+                        None => (0..3).map(side).collect(),
+                        Some(short) => {
+                            let mut rows = self.first(robot, [side(0), side(1), side(2)]);
+                            rows.push(side(2).with_reserve(short, reserve(problem)));
+                            rows
+                        }
+                    }
                 });
                 let sides = sides.collect();
                 let binary = |side: usize| Binary::Person([robot, step, side]);
@@ -420,11 +463,9 @@ impl Builder<'_> {
             let (one, other) = (&self.problem.robots[i], &self.problem.robots[j]);
             let set = other.body.sum(&one.body.reflected());
             for step in 0..self.periods {
-                let first = usize::from(step == 0);
                 let sides = set.faces().iter().map(|face| {
-                    let rows = self.both(i, j, step, first);
                     let side = |(a, b): (&Place, &Place)| Side::between(a, b, face, TOLERANCE);
-                    rows.into_iter().map(side).collect()
+                    self.of_both(i, j, step, side)
                 });
                 let sides = sides.collect();
                 let binary = |side: usize| Binary::Robots([i, j, step, side]);
@@ -432,6 +473,19 @@ impl Builder<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The rows of the difference of two motions in a period.
+    fn of_both(&self, i: usize, j: usize, step: usize, row: impl Fn((&Place, &Place)) -> Side) -> Vec<Side> {
+        let rows = |first: usize| self.both(i, j, step, first).into_iter().map(&row).collect::<Vec<Side>>();
+        if step > 0 {
+            return rows(0);
+        }
+        // The difference of two motions with constant accelerations is one too.
+        match <[Side; 3]>::try_from(rows(0)) {
+            Ok(three) if self.present.active[i] && self.present.active[j] => self.first(i, three),
+            _ => rows(1),
+        }
     }
 
     /// Pairs of places whose differences bound the difference of both motions in a period.
@@ -467,9 +521,8 @@ impl Builder<'_> {
                     .faces()
                     .iter()
                     .flat_map(|face| {
-                        let rows = self.both(i, j, step, usize::from(step == 0));
                         let row = |(a, b): (&Place, &Place)| Side::within(a, b, face, TOLERANCE);
-                        rows.into_iter().map(row).collect::<Vec<Side>>()
+                        self.of_both(i, j, step, row)
                     })
                     .collect();
                 if let Some(link) = self.link(rows, Binary::Link([i, j, step])) {
@@ -494,19 +547,27 @@ impl Builder<'_> {
             let mut any = Vec::new();
             for &robot in &active {
                 let ahead = problem.robots[robot].over(problem.period).middle / problem.period;
-                let places = &self.places[robot][step];
+                let places = self.places[robot][step].clone();
+                let short = (step == 0).then(|| self.shortfall());
                 let rows: Vec<Side> = problem
                     .connection
                     .faces()
                     .iter()
                     .flat_map(|face| {
                         let stride = strides.iter().map(|s| dot(face.normal, *s)).fold(0.0, f64::max);
-                        let rows = [0.0, ahead * stride, stride];
-                        let row = |(place, less): (&Place, f64)| {
-                            let most = face.bound - less + dot(face.normal, from);
-                            Side::of(place, &face.opposite(), -most + TOLERANCE)
+                        let less = [0.0, ahead * stride, stride];
+                        let side = |k: usize| {
+                            let most = face.bound - less[k] + dot(face.normal, from);
+                            Side::of(&places[k], &face.opposite(), -most + TOLERANCE)
                         };
-                        places.iter().zip(rows).skip(usize::from(step == 0)).map(row).collect::<Vec<Side>>()
+                        match short {
+                            None => (0..3).map(side).collect(),
+                            Some(short) => {
+                                let mut rows = self.first(robot, [side(0), side(1), side(2)]);
+                                rows.push(side(2).with_reserve(short, reserve(problem)));
+                                rows
+                            }
+                        }
                     })
                     .collect();
                 any.extend(self.link(rows, Binary::Link([robot, count, step])).map(|link| (link, 1.0)));
@@ -529,6 +590,7 @@ impl Builder<'_> {
         }
         let z = self.model.binary(0.0);
         self.binaries.push((binary, z));
+        self.rows.push(rows.clone());
         for row in rows.iter().filter(|row| row.least < row.bound) {
             let m = row.bound - row.least;
             self.model.at_least(row.bound - m, row.along.iter().copied().chain([(z, -m)]));
@@ -579,6 +641,14 @@ struct Side {
 }
 
 impl Side {
+    /// The same row with a reserve (m) beyond its bound, less what a variable takes of it.
+    fn with_reserve(mut self, short: usize, reserve: f64) -> Side {
+        self.along.push((short, 1.0));
+        self.bound += reserve;
+        self.most += reserve;
+        self
+    }
+
     /// A place is on the outer side of a face, at this bound.
     fn of(place: &Place, face: &Face, bound: f64) -> Side {
         let along = place.along(face.normal);
@@ -605,6 +675,44 @@ pub fn free(problem: &Problem, robot: usize) -> Vec<Convex> {
     let body = &problem.robots[robot].body;
     let holes: Vec<Convex> = problem.obstacles.iter().map(|of| of.shape.sum(&body.reflected())).collect();
     problem.area.difference(body).map_or_else(Vec::new, |region| parts_around(&region, &holes))
+}
+
+/// Cost of the reserve that motions lack at the end of their first period.
+pub fn lacking(problem: &Problem, present: &Present, foresight: &Foresight, of: &Trajectories) -> f64 {
+    let (Some(from), reserve) = (foresight.positions.first(), reserve(problem)) else { return 0.0 };
+    let strides = problem.strides(problem.period);
+    let active = (0..problem.robots.len()).filter(|robot| present.active[*robot] && of.states[*robot].len() > 1);
+    let (mut short, mut link) = (0.0, f64::INFINITY);
+    for robot in active {
+        let at = of.states[robot][1].at;
+        let near = [at[0] - from[0], at[1] - from[1]];
+        let safe = problem.person.body.sum(&problem.robots[robot].body.reflected()).sum_with_points(&strides);
+        short += (reserve - safe.outside(near)).clamp(0.0, reserve);
+        let left = problem.connection.faces().iter().map(|face| {
+            let stride = strides.iter().map(|s| dot(face.normal, *s)).fold(0.0, f64::max);
+            -face.outside(near) - stride
+        });
+        link = f64::min(link, (reserve - left.fold(f64::INFINITY, f64::min)).max(0.0));
+    }
+    // One connection to the person is enough; without any the plan is refused anyway.
+    RESERVE_COST * (short + if link.is_finite() { link.min(reserve) } else { 0.0 })
+}
+
+/// The motions that follow from inputs, without visits.
+pub fn replayed(problem: &Problem, present: &Present, inputs: &[Vec<Point>]) -> Trajectories {
+    let states = inputs.iter().enumerate().map(|(robot, inputs)| {
+        let discrete = problem.robots[robot].over(problem.period);
+        let mut state = present.states[robot];
+        let next = inputs.iter().map(|input| {
+            if present.active[robot] {
+                state = discrete.step(state, *input);
+            }
+            state
+        });
+        let next: Vec<State> = next.collect();
+        std::iter::once(present.states[robot]).chain(next).collect()
+    });
+    Trajectories { states: states.collect(), inputs: inputs.to_vec(), visits: Vec::new() }
 }
 
 /// The pairs of different numbers below `count`, the smaller one first.
@@ -644,9 +752,37 @@ impl Program {
         self.periods
     }
 
-    /// Values of the binaries from those of another plan, by their meaning.
-    pub fn start(&self, of: impl Fn(Binary) -> Option<f64>) -> Vec<(usize, f64)> {
-        self.binaries.iter().filter_map(|(binary, column)| Some((*column, of(*binary)?))).collect()
+    /// Values of the binaries for these motions; none: the motions do not meet the constraints.
+    pub fn start(&self, of: &Trajectories) -> Option<Vec<(usize, f64)>> {
+        // What is missing of the reserve may be all of it.
+        let mut point: Vec<f64> = self.model.columns.iter().map(|column| column.high).collect();
+        for (columns, states) in self.columns.iter().zip(&of.states) {
+            for ((at, velocity), state) in columns.at.iter().zip(&columns.velocity).zip(states) {
+                for axis in 0..2 {
+                    (point[at[axis]], point[velocity[axis]]) = (state.at[axis], state.velocity[axis]);
+                }
+            }
+        }
+        let holds = |rows: &[Side]| {
+            rows.iter().all(|row| row.along.iter().map(|(column, factor)| factor * point[*column]).sum::<f64>() >= row.bound - ROUNDING)
+        };
+        let mut values = Vec::new();
+        let mut chosen: BTreeMap<Binary, bool> = BTreeMap::new();
+        for ((binary, column), rows) in self.binaries.iter().zip(&self.rows) {
+            let value = match *binary {
+                Binary::Visit([robot, target, step]) => of.visits.contains(&Visit { robot, target, step }),
+                Binary::Link(_) => holds(rows),
+                // Of the sides that are free one is chosen.
+                side => {
+                    let chosen = chosen.entry(side.group()).or_default();
+                    let this = !*chosen && holds(rows);
+                    *chosen |= this;
+                    this
+                }
+            };
+            values.push((*column, f64::from(u8::from(value))));
+        }
+        chosen.values().all(|chosen| *chosen).then_some(values)
     }
 
     /// The motions of a point of the program. States follow from the inputs by the dynamics, so that the tolerances of an engine
@@ -655,24 +791,11 @@ impl Program {
         let inputs =
             self.columns.iter().map(|of| of.input.iter().map(|input| input.map(|column| values[column])).collect());
         let inputs: Vec<Vec<Point>> = inputs.collect();
-        let states = inputs.iter().enumerate().map(|(robot, inputs)| {
-            let discrete = problem.robots[robot].over(problem.period);
-            let mut state = present.states[robot];
-            let next = inputs.iter().map(|input| {
-                if present.active[robot] {
-                    state = discrete.step(state, *input);
-                }
-                state
-            });
-            let next: Vec<State> = next.collect();
-            std::iter::once(present.states[robot]).chain(next).collect()
-        });
-        let states = states.collect();
         let visits = self.binaries.iter().filter(|(_, column)| values[*column] > 0.5);
         let visits = visits.filter_map(|(binary, _)| match *binary {
             Binary::Visit([robot, target, step]) => Some(Visit { robot, target, step }),
             _ => None,
         });
-        Trajectories { states, inputs, visits: visits.collect() }
+        Trajectories { visits: visits.collect(), ..replayed(problem, present, &inputs) }
     }
 }

@@ -5,8 +5,10 @@ use std::time::{Duration, Instant};
 
 use super::foresight::Foresight;
 use super::problem::{EngineChoice, Problem};
-use super::program::{Binary, Group, Present, Program, Trajectories, build};
-use crate::engine::{Budget, EngineError, Highs, Microlp, Milp};
+use super::lattice::construct;
+use super::program::{Group, Present, Program, Trajectories, build, lacking};
+use super::validate::validate;
+use crate::engine::{Answer, Budget, EngineError, Highs, Microlp, Milp};
 use crate::plan::Limit;
 
 /// How many times the time of a plan the first one has, which is made before the mission begins.
@@ -19,7 +21,7 @@ const CAUSE: f64 = 0.5;
 pub struct Best {
     /// What the robots do.
     pub trajectories: Trajectories,
-    /// Cost (10a) without the rewards of the person.
+    /// Cost (10a) without the rewards of the person, and with what is missing of the reserve.
     pub cost: f64,
     /// A lower bound on the cost of every plan.
     pub bound: f64,
@@ -30,9 +32,9 @@ pub struct Best {
 }
 
 impl Best {
-    /// `(cost - bound) / |cost|`, zero or more.
+    /// `(cost - bound) / |bound|`, zero or more.
     pub fn gap(&self) -> f64 {
-        ((self.cost - self.bound) / self.cost.abs().max(1e-9)).max(0.0)
+        ((self.cost - self.bound) / self.bound.abs().max(1.0)).max(0.0)
     }
 }
 
@@ -53,8 +55,29 @@ pub enum NoPlan {
 /// An engine, with the last plan as the start of the next one.
 pub struct Solver {
     engine: Box<dyn Milp + Send>,
-    /// Values of the binaries of the last plan, sorted by their meaning.
-    last: Vec<(Binary, f64)>,
+    /// The built-in engine, which is for small programs.
+    is_built_in: bool,
+    /// The rest of the last plan.
+    last: Option<Trajectories>,
+}
+
+/// A known plan: its binaries, its cost, its motions.
+type Known = (Vec<(usize, f64)>, f64, Trajectories);
+
+/// The most binaries of a program that the built-in engine solves.
+const MOST_BUILT_IN: usize = 120;
+
+/// Cost of motions (10a), without the rewards of the person, and with what is missing of the reserve.
+fn cost(problem: &Problem, present: &Present, foresight: &Foresight, of: &Trajectories) -> f64 {
+    let effort: f64 = of.inputs.iter().flatten().flatten().map(|u| u.abs()).sum();
+    let rewards: f64 = of.visits.iter().map(|visit| problem.targets[visit.target].worth).sum();
+    problem.effort * effort - rewards + lacking(problem, present, foresight, of)
+}
+
+/// No plan has more than the rewards of all targets that are open to robots.
+fn lower_bound(problem: &Problem, present: &Present, foresight: &Foresight) -> f64 {
+    let open = |target: &usize| present.open[*target] && foresight.visits.iter().all(|(of, _)| of != target);
+    -(0..problem.targets.len()).filter(open).map(|target| problem.targets[target].worth).sum::<f64>()
 }
 
 impl std::fmt::Debug for Solver {
@@ -71,15 +94,13 @@ impl Solver {
     pub fn find(wanted: EngineChoice) -> Result<Solver, EngineError> {
         // Python is asked for its folders once.
         static IS_THERE: OnceLock<bool> = OnceLock::new();
-        let engine: Box<dyn Milp + Send> = match wanted {
-            EngineChoice::Highs => Box::new(Highs::find()?),
-            EngineChoice::BuiltIn => Box::new(Microlp),
-            EngineChoice::Auto => match *IS_THERE.get_or_init(|| Highs::find().is_ok()) {
-                true => Box::new(Highs::find()?),
-                false => Box::new(Microlp),
-            },
+        let is_built_in = match wanted {
+            EngineChoice::Highs => false,
+            EngineChoice::BuiltIn => true,
+            EngineChoice::Auto => !*IS_THERE.get_or_init(|| Highs::find().is_ok()),
         };
-        Ok(Solver { engine, last: Vec::new() })
+        let engine: Box<dyn Milp + Send> = if is_built_in { Box::new(Microlp) } else { Box::new(Highs::find()?) };
+        Ok(Solver { engine, is_built_in, last: None })
     }
 
     /// Name of the engine.
@@ -87,15 +108,18 @@ impl Solver {
         self.engine.name()
     }
 
-    /// A period has passed: what the last plan had in its next period is now in its first one.
+    /// A period has passed: the rest of the last plan begins with its next period.
     pub fn pass_period(&mut self) {
-        self.last = self.last.iter().filter_map(|(binary, value)| Some((binary.earlier()?, *value))).collect();
-        self.last.sort_by(|a, b| a.0.cmp(&b.0));
+        let Some(last) = &mut self.last else { return };
+        last.states.iter_mut().for_each(|states| drop(states.drain(..1.min(states.len()))));
+        last.inputs.iter_mut().for_each(|inputs| drop(inputs.drain(..1.min(inputs.len()))));
+        last.visits.retain(|visit| visit.step > 1);
+        last.visits.iter_mut().for_each(|visit| visit.step -= 1);
     }
 
     /// The last plan is of no use any more.
     pub fn forget(&mut self) {
-        self.last.clear();
+        self.last = None;
     }
 
     /// Plans.
@@ -112,28 +136,54 @@ impl Solver {
         let begun = Instant::now();
         let program = build(problem, present, foresight, None).map_err(|group| NoPlan::Infeasible(Some(group)))?;
         let budget = Budget { time, nodes: problem.planner.nodes, gap: problem.planner.gap };
-        let start = program.start(|binary| {
-            let found = self.last.binary_search_by(|(of, _)| of.cmp(&binary));
-            found.ok().map(|index| self.last[index].1)
-        });
-        let answer = match self.engine.solve(&program.model, &start, &budget) {
-            Ok(answer) => answer,
-            Err(EngineError::Infeasible { .. }) => {
-                let left = time.saturating_sub(begun.elapsed()).mul_f64(CAUSE);
-                return Err(NoPlan::Infeasible(self.cause(problem, present, foresight, left)));
-            }
-            Err(other) => return Err(other.into()),
+        let known = self.known(problem, present, foresight, &program);
+        // What the lattice has is what there is, if the program is too large for the engine.
+        let too_large = self.is_built_in && program.binaries.len() > MOST_BUILT_IN;
+        let start = known.as_ref().map_or(&[][..], |(start, ..)| start.as_slice());
+        let answer = match too_large {
+            true => Answer { values: None, bound: lower_bound(problem, present, foresight), stopped: Some(Limit::Work), nodes: 0 },
+            false => match self.engine.solve(&program.model, start, &budget) {
+                Ok(answer) => answer,
+                Err(EngineError::Infeasible { .. }) if known.is_none() => {
+                    let left = time.saturating_sub(begun.elapsed()).mul_f64(CAUSE);
+                    return Err(NoPlan::Infeasible(self.cause(problem, present, foresight, left)));
+                }
+                // A plan is known: an engine that denies it is at the end of its accuracy.
+                Err(EngineError::Infeasible { .. }) => {
+                    let bound = lower_bound(problem, present, foresight);
+                    Answer { values: None, bound, stopped: Some(Limit::Accuracy), nodes: 0 }
+                }
+                Err(other) if known.is_none() => return Err(other.into()),
+                Err(_) => Answer { values: None, bound: f64::NEG_INFINITY, stopped: Some(Limit::Accuracy), nodes: 0 },
+            },
         };
-        let values = answer.values.ok_or(NoPlan::Late)?;
-        self.remember(&program, &values);
-        let cost = values.iter().zip(&program.model.columns).map(|(x, column)| x * column.cost).sum();
-        let trajectories = program.trajectories(problem, present, &values);
-        Ok(Best { trajectories, cost, bound: answer.bound, stopped: answer.stopped, nodes: answer.nodes })
+        let solved = answer.values.map(|values| {
+            let trajectories = program.trajectories(problem, present, &values);
+            (cost(problem, present, foresight, &trajectories), trajectories)
+        });
+        let known = known.map(|(_, cost, trajectories)| (cost, trajectories));
+        let best = solved.into_iter().chain(known).min_by(|a, b| a.0.total_cmp(&b.0));
+        let (cost, trajectories) = best.ok_or(NoPlan::Late)?;
+        self.last = Some(trajectories.clone());
+        let bound = answer.bound.max(lower_bound(problem, present, foresight)).min(cost);
+        Ok(Best { trajectories, cost, bound, stopped: answer.stopped, nodes: answer.nodes })
     }
 
-    fn remember(&mut self, program: &Program, values: &[f64]) {
-        self.last = program.binaries.iter().map(|(binary, column)| (*binary, values[*column].round())).collect();
-        self.last.sort_by(|a, b| a.0.cmp(&b.0));
+    /// The better one of the rest of the last plan and of a plan on the lattice, with its binaries and its cost.
+    fn known(&self, problem: &Problem, present: &Present, foresight: &Foresight, program: &Program) -> Option<Known> {
+        let rest = self.last.as_ref().filter(|last| last.inputs.iter().all(|inputs| inputs.len() == program.periods()));
+        let rest = rest.map(|last| {
+            let taken = |target: usize| foresight.visits.iter().any(|(of, _)| *of == target);
+            let mut rest = super::program::replayed(problem, present, &last.inputs);
+            rest.visits = last.visits.iter().filter(|visit| present.open[visit.target] && !taken(visit.target)).copied().collect();
+            rest
+        });
+        let lattice = construct(problem, present, foresight, self.last.as_ref());
+        let ready = rest.into_iter().chain(lattice).filter_map(|of| {
+            validate(problem, present, foresight, &of).is_empty().then_some(())?;
+            Some((program.start(&of)?, cost(problem, present, foresight, &of), of))
+        });
+        ready.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// The first group of constraints without which there is a plan for the first two periods, which is where plans become
