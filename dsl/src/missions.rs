@@ -40,10 +40,19 @@ pub(crate) fn role_below(key: &str) -> Option<&'static str> {
     ROLES.iter().find(|role| key.strip_suffix('s') == Some(role)).copied()
 }
 
+/// True for the mission, and for a role whose members hold members.
+pub(crate) fn holds_members(what: &str) -> bool {
+    ["mission", "layer"].contains(&what)
+}
+
 /// Reports and removes settings that would have another meaning in one of the syntaxes. `what` describes their owner.
 pub(crate) fn settings(settings: &mut Block, what: &str, diags: &mut Vec<Diagnostic>) {
     checks::duplicates(&settings.entries, diags);
+    let holds = holds_members(what) || what == owner("layer");
     settings.entries.retain(|entry| {
+        if !holds && matches!(entry.value.kind, ValueKind::List(_)) {
+            return true;
+        }
         let key = entry.key.value.as_str();
         let Some(role) = role_below(key).or(Some(key).filter(|key| ["task", "layer"].contains(key))) else {
             return true;

@@ -1,4 +1,4 @@
-//! The trained policies of `policies/`, in the world of the paper: their figures are those of its Table B3 within the
+//! The trained policies of `examples/policies/`, in the world of the paper: their figures are those of its Table B3 within the
 //! differences that the paper itself has, and Algorithm 1 leads to the exit.
 
 use hierarq_learning::evaluate::{Figures, evaluate};
@@ -8,8 +8,8 @@ use hierarq_learning::policy::{Method, Policy};
 use hierarq_learning::predict::{Learned, Limits, Observation, Predictor};
 use hierarq_learning::random::stream;
 
-const SURROGATE: &[u8] = include_bytes!("../policies/surrogate.safetensors");
-const RECOVERED: &[u8] = include_bytes!("../policies/recovered.safetensors");
+const SURROGATE: &[u8] = include_bytes!("../../examples/policies/surrogate.safetensors");
+const RECOVERED: &[u8] = include_bytes!("../../examples/policies/recovered.safetensors");
 
 fn environments() -> Environments {
     Environments::new(&paper::world(), 0, 4).unwrap()

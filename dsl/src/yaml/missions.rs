@@ -115,7 +115,10 @@ impl Reader<'_> {
         let mut body = Body::empty(self.span(id));
         self.depth += 1;
         for (key, value) in pairs {
-            if let Some(role) = missions::role_below(&key.value).or_else(|| self.meant_role(&key, value)) {
+            // A list below the plural of a role is a setting of a member that holds no members, as `targets: [a]` of a source.
+            let is_list = matches!(self.node(value).kind, Kind::Sequence(_)) && !missions::holds_members(what);
+            let role = missions::role_below(&key.value).filter(|_| !is_list);
+            if let Some(role) = role.or_else(|| self.meant_role(&key, value)) {
                 self.members_of(role, &key, value, &mut body.members);
             } else if key.value == "for" {
                 self.mission_repeats(value, &mut body.repeats);

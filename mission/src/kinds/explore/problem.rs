@@ -129,7 +129,27 @@ pub struct PolicyFile {
     /// Path as the spec writes it.
     pub path: String,
     /// Its content.
+    #[serde(with = "hexadecimal")]
     pub bytes: Vec<u8>,
+}
+
+/// Bytes as a text of two hexadecimal digits each.
+mod hexadecimal {
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    pub fn serialize<S: Serializer>(bytes: &[u8], to: S) -> Result<S::Ok, S::Error> {
+        let digits = bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]);
+        let text: String = digits.filter_map(|digit| char::from_digit(u32::from(digit), 16)).collect();
+        to.serialize_str(&text)
+    }
+
+    pub fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<Vec<u8>, D::Error> {
+        let text = String::deserialize(from)?;
+        let digits: Option<Vec<u32>> = text.chars().map(|c| c.to_digit(16)).collect();
+        let digits = digits.filter(|digits| digits.len() % 2 == 0);
+        let digits = digits.ok_or_else(|| D::Error::custom("a policy is a text of pairs of hexadecimal digits"))?;
+        Ok(digits.chunks(2).map(|two| (16 * two[0] + two[1]) as u8).collect())
+    }
 }
 
 /// Settings of the planner.

@@ -135,11 +135,12 @@ impl Solver {
     ) -> Result<Best, NoPlan> {
         let begun = Instant::now();
         let program = build(problem, present, foresight, None).map_err(|group| NoPlan::Infeasible(Some(group)))?;
-        let budget = Budget { time, nodes: problem.planner.nodes, gap: problem.planner.gap };
         let known = self.known(problem, present, foresight, &program);
         // What the lattice has is what there is, if the program is too large for the engine.
         let too_large = self.is_built_in && program.binaries.len() > MOST_BUILT_IN;
         let start = known.as_ref().map_or(&[][..], |(start, ..)| start.as_slice());
+        let left = time.saturating_sub(begun.elapsed());
+        let budget = Budget { time: left, nodes: problem.planner.nodes, gap: problem.planner.gap };
         let answer = match too_large {
             true => Answer { values: None, bound: lower_bound(problem, present, foresight), stopped: Some(Limit::Work), nodes: 0 },
             false => match self.engine.solve(&program.model, start, &budget) {
