@@ -27,6 +27,12 @@ pub const JUNIT: Kind = Kind { name: "a file of test results", begins: junit };
 /// The layers of a mission, or a plan of them.
 pub const LAYERS: Kind = Kind { name: "a file of layers", begins: layers };
 
+/// A trained policy.
+pub const POLICY: Kind = Kind { name: "a policy", begins: policy };
+
+/// A training that can be continued.
+pub const CHECKPOINT: Kind = Kind { name: "a checkpoint of a training", begins: checkpoint };
+
 /// The files of a run in its folder, in the order of writing.
 pub const RESULTS: [(&str, Kind); 3] = [("log.csv", LOG), ("report.html", REPORT), ("summary.json", SUMMARY)];
 
@@ -71,4 +77,18 @@ fn junit(head: &[u8]) -> bool {
 
 fn layers(head: &[u8]) -> bool {
     head.starts_with(b"{\n  \"layers\": [\n    {\n      \"name\": ")
+}
+
+fn policy(head: &[u8]) -> bool {
+    trained(head, "policy")
+}
+
+fn checkpoint(head: &[u8]) -> bool {
+    trained(head, "checkpoint")
+}
+
+/// A file of the format safetensors with the metadata of Hierarq, behind the eight bytes of the header's length.
+fn trained(head: &[u8], format: &str) -> bool {
+    let begin = format!("{{\"__metadata__\":{{\"hierarq\":\"{{\\\"format\\\":\\\"{format}\\\"");
+    head.get(8..).is_some_and(|header| header.starts_with(begin.as_bytes()))
 }

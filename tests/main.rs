@@ -23,6 +23,7 @@ mod idle_rows;
 mod imports;
 mod labels;
 mod layers_scenarios;
+mod learn;
 mod lsp;
 mod machine;
 mod mission_driven;

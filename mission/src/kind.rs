@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use blocks::{BlockSchema, Key, Place, ValueType};
+use learning::grid::World;
 use serde::{Deserialize, Serialize};
 
 use self::course::{Course, Drivable, Driven, GroundPose};
@@ -72,6 +73,15 @@ pub trait Mission: MissionData + Any + fmt::Debug + Send + Sync {
 
     /// A member whose base a controller of its own may drive along the planned way; none for others.
     fn drivable(&self, _member: usize) -> Option<Drivable> {
+        None
+    }
+
+    /// The grid world of its person, for training a policy that knows this number of types of targets; none for kinds whose
+    /// people have no learned model.
+    ///
+    /// # Errors
+    /// The reason why there is no such world, in a sentence.
+    fn grid_world(&self, _types: usize) -> Option<Result<World, String>> {
         None
     }
 

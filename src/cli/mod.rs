@@ -17,6 +17,7 @@ mod fmt;
 mod graph;
 mod init;
 mod interruption;
+mod learn;
 #[cfg(feature = "lsp")]
 mod lsp;
 mod man;
@@ -82,6 +83,8 @@ enum Command {
     Context(context::Arguments),
     /// Plan a mission: assignments, times and speeds.
     Plan(plan::Arguments),
+    /// Train a policy of the person of a mission, from demonstrations or from rewards.
+    Learn(learn::Arguments),
     /// Run a scenario over ranges of params and over seeds, and write a row for each run.
     Sweep(sweep::Arguments),
     /// List the task types, or describe one in full.
@@ -175,6 +178,7 @@ pub fn main() -> ExitCode {
         Command::Test(a) => test::run(&a),
         Command::Context(a) => context::run(&a),
         Command::Plan(a) => plan::run(&a),
+        Command::Learn(a) => learn::run(&a),
         Command::Sweep(a) => sweep::run(&a),
         Command::Tasks(a) => tasks::run(&a),
         Command::Explain(a) => explain::run(&a),

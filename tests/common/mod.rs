@@ -55,6 +55,8 @@ pub const MISSIONS: &[&str] = &[
     "reminders",
     "tokens",
     "errands",
+    "sparse_targets",
+    "grouped_targets",
 ];
 
 /// Computes the velocity of a link in the world (m/s), by central differences of its position.

@@ -200,7 +200,8 @@ impl<'p> Lattice<'p> {
         for step in 0..self.periods {
             let state = states[step];
             let brakes = state.velocity.map(|v| -discrete.velocity_velocity * v / discrete.velocity_input);
-            let input = if self.present.active[robot] { of_last.get(step).copied().unwrap_or(brakes) } else { [0.0; 2] };
+            let input =
+                if self.present.active[robot] { of_last.get(step).copied().unwrap_or(brakes) } else { [0.0; 2] };
             inputs.push(input);
             states.push(if self.present.active[robot] { discrete.step(state, input) } else { now });
         }
@@ -261,7 +262,8 @@ impl<'p> Lattice<'p> {
             });
             *allowed = to_person && pairs;
         }
-        let sets = others.iter().zip(&threes).map(|(other, three)| (*other, problem.robots[*other].body.sum(&back), *three));
+        let sets =
+            others.iter().zip(&threes).map(|(other, three)| (*other, problem.robots[*other].body.sum(&back), *three));
         let mut limits = Limits {
             lattice: self,
             robot,
@@ -303,17 +305,25 @@ impl<'p> Lattice<'p> {
         let taken_at: Vec<usize> = (0..self.len())
             .map(|q| {
                 let at = self.point(q);
-                let inside = |(bit, target): (usize, &usize)| usize::from(problem.targets[*target].shape.contains(at, -MARGIN)) << bit;
+                let inside = |(bit, target): (usize, &usize)| {
+                    usize::from(problem.targets[*target].shape.contains(at, -MARGIN)) << bit
+                };
                 targets.iter().enumerate().map(inside).sum()
             })
             .collect();
         let worth = |new: usize| -> f64 {
-            targets.iter().enumerate().filter(|(bit, _)| new >> bit & 1 == 1).map(|(_, t)| problem.targets[*t].worth).sum()
+            targets
+                .iter()
+                .enumerate()
+                .filter(|(bit, _)| new >> bit & 1 == 1)
+                .map(|(_, t)| problem.targets[*t].worth)
+                .sum()
         };
         let worths: Vec<f64> = (0..subsets).map(worth).collect();
         let effort = |a: Point, b: Point| -> f64 {
             let discrete = who.over(problem.period);
-            (0..2).map(|i| ((b[i] - discrete.velocity_velocity * a[i]) / discrete.velocity_input).abs()).sum::<f64>() * problem.effort
+            (0..2).map(|i| ((b[i] - discrete.velocity_velocity * a[i]) / discrete.velocity_input).abs()).sum::<f64>()
+                * problem.effort
         };
         let possible = |a: Point, b: Point| match who.dynamics {
             // A velocity changes by its acceleration times the period.
@@ -390,7 +400,8 @@ impl<'p> Lattice<'p> {
         }
         // A plan ends with robots that stand.
         let still = velocities / 2;
-        let ends = (0..subsets).flat_map(|subset| (0..self.len()).map(move |q| subset * states + q * velocities + still));
+        let ends =
+            (0..subsets).flat_map(|subset| (0..self.len()).map(move |q| subset * states + q * velocities + still));
         let end = ends.min_by(|a, b| costs[*a].total_cmp(&costs[*b])).filter(|end| costs[*end].is_finite())?;
         let cost = costs[end];
         let mut places = vec![end];
@@ -411,7 +422,9 @@ impl<'p> Lattice<'p> {
         of.push(middle);
         of.extend(places.iter().map(|place| state(*place)));
         let input = |two: &[State]| {
-            [0, 1].map(|i| (two[1].velocity[i] - discrete.velocity_velocity * two[0].velocity[i]) / discrete.velocity_input)
+            [0, 1].map(|i| {
+                (two[1].velocity[i] - discrete.velocity_velocity * two[0].velocity[i]) / discrete.velocity_input
+            })
         };
         let inputs: Vec<Point> = of.windows(2).map(input).collect();
         let mut visits = Vec::new();
@@ -437,8 +450,7 @@ impl<'p> Lattice<'p> {
     /// velocity then.
     fn half_way(&self, robot: usize, now: State, _second: State, first: Point) -> State {
         let discrete = self.problem.robots[robot].over(self.problem.period);
-        let input =
-            [0, 1].map(|i| (first[i] - discrete.velocity_velocity * now.velocity[i]) / discrete.velocity_input);
+        let input = [0, 1].map(|i| (first[i] - discrete.velocity_velocity * now.velocity[i]) / discrete.velocity_input);
         discrete.step(now, input)
     }
 
@@ -502,7 +514,8 @@ impl<'p> Lattice<'p> {
     /// Targets that a robot may take: open ones that no other robot takes, the most valued and then the nearest ones.
     fn targets(&self, robot: usize, motions: &[Motion]) -> Vec<usize> {
         let others = motions.iter().enumerate().filter(|(other, _)| *other != robot);
-        let taken: Vec<usize> = others.flat_map(|(_, motion)| motion.visits.iter().map(|(target, _)| *target)).collect();
+        let taken: Vec<usize> =
+            others.flat_map(|(_, motion)| motion.visits.iter().map(|(target, _)| *target)).collect();
         let mut open: Vec<usize> =
             (0..self.problem.targets.len()).filter(|target| self.is_open(*target) && !taken.contains(target)).collect();
         let at = self.present.states[robot].at;
@@ -560,8 +573,15 @@ impl Limits<'_, '_> {
         Needs {
             parts: lattice.parts[self.robot].iter().map(inside).collect(),
             // The part of the set that the person cannot have reached yet does not count.
-            person: self.person.faces().iter().map(|face| face.outside(near) + (1.0 - share) * far(face.normal)).collect(),
-            others: sets.map(|((_, set, _), apart)| set.faces().iter().take(16).map(|face| face.outside(*apart)).collect()).collect(),
+            person: self
+                .person
+                .faces()
+                .iter()
+                .map(|face| face.outside(near) + (1.0 - share) * far(face.normal))
+                .collect(),
+            others: sets
+                .map(|((_, set, _), apart)| set.faces().iter().take(16).map(|face| face.outside(*apart)).collect())
+                .collect(),
             links: apart.iter().map(|apart| faces.iter().map(|face| -face.outside(*apart)).collect()).collect(),
             sees: faces.iter().map(|face| -face.outside(near) - share * far(face.normal)).collect(),
         }
@@ -601,18 +621,24 @@ impl Limits<'_, '_> {
         let margins = self.margins(at, place);
         let nothing = Needs::default();
         let needs = self.needs.as_ref().unwrap_or(&nothing);
-        let meets = |margin: &f64, need: Option<&f64>, more: f64| *margin >= need.copied().unwrap_or(0.0) + MARGIN + more;
+        let meets =
+            |margin: &f64, need: Option<&f64>, more: f64| *margin >= need.copied().unwrap_or(0.0) + MARGIN + more;
         let all = |margins: &[f64], needs: Option<&Vec<f64>>, more: f64| {
-            margins.iter().enumerate().all(|(face, margin)| meets(margin, needs.and_then(|needs| needs.get(face)), more))
+            margins
+                .iter()
+                .enumerate()
+                .all(|(face, margin)| meets(margin, needs.and_then(|needs| needs.get(face)), more))
         };
         let any = |margins: &[f64], needs: Option<&Vec<f64>>, more: f64| {
             margins.iter().enumerate().fold(0_u64, |bits, (face, margin)| {
                 bits | u64::from(meets(margin, needs.and_then(|needs| needs.get(face)), more)) << face
             })
         };
-        let part = margins.parts.iter().enumerate().fold(0, |bits, (part, margins)| {
-            bits | u64::from(all(margins, needs.parts.get(part), 0.0)) << part
-        });
+        let part = margins
+            .parts
+            .iter()
+            .enumerate()
+            .fold(0, |bits, (part, margins)| bits | u64::from(all(margins, needs.parts.get(part), 0.0)) << part);
         let person = any(&margins.person, Some(&needs.person), reserve);
         let (mut others, mut links) = (0_u128, 0_u8);
         for (index, (other, ..)) in self.others.iter().enumerate() {

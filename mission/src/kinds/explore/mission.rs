@@ -1,5 +1,6 @@
 //! An exploration as a [`Mission`](kind::Mission): its parts, its checks, and how it is executed.
 
+use learning::grid::World;
 use serde::{Deserialize, Serialize};
 
 use crate::kind::pages::{Pages, ServeSettings};
@@ -12,7 +13,7 @@ use super::build::build;
 use super::check::{Item, check};
 use super::execution::{ExploreExecution, MEASURES, Settings};
 use super::grid::Grid;
-use super::mind::Mind;
+use super::mind::{Mind, world};
 use super::pages::ExplorePages;
 use super::planned::PREDICTIVE;
 use super::problem::{MAX_PERIODS, Problem};
@@ -115,6 +116,15 @@ impl kind::Mission for Explore {
 
     fn map_changes(&self) -> bool {
         true
+    }
+
+    fn grid_world(&self, types: usize) -> Option<Result<World, String>> {
+        let used = self.problem.targets.iter().map(|target| target.of + 1).max().unwrap_or(1);
+        if types < used {
+            return Some(Err(format!("the targets have {used} types, and the policy would know {types}")));
+        }
+        let grid = Grid::new(&self.problem).ok_or_else(|| "the grid has no cells, or too many".to_string());
+        Some(grid.and_then(|grid| world(&grid, types)))
     }
 
     fn check(&self) -> Result<(), Mistake> {

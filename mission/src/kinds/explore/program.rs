@@ -764,7 +764,9 @@ impl Program {
             }
         }
         let holds = |rows: &[Side]| {
-            rows.iter().all(|row| row.along.iter().map(|(column, factor)| factor * point[*column]).sum::<f64>() >= row.bound - ROUNDING)
+            rows.iter().all(|row| {
+                row.along.iter().map(|(column, factor)| factor * point[*column]).sum::<f64>() >= row.bound - ROUNDING
+            })
         };
         let mut values = Vec::new();
         let mut chosen: BTreeMap<Binary, bool> = BTreeMap::new();

@@ -4,8 +4,8 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use super::foresight::Foresight;
-use super::problem::{EngineChoice, Problem};
 use super::lattice::construct;
+use super::problem::{EngineChoice, Problem};
 use super::program::{Group, Present, Program, Trajectories, build, lacking};
 use super::validate::validate;
 use crate::engine::{Answer, Budget, EngineError, Highs, Microlp, Milp};
@@ -142,7 +142,12 @@ impl Solver {
         let left = time.saturating_sub(begun.elapsed());
         let budget = Budget { time: left, nodes: problem.planner.nodes, gap: problem.planner.gap };
         let answer = match too_large {
-            true => Answer { values: None, bound: lower_bound(problem, present, foresight), stopped: Some(Limit::Work), nodes: 0 },
+            true => Answer {
+                values: None,
+                bound: lower_bound(problem, present, foresight),
+                stopped: Some(Limit::Work),
+                nodes: 0,
+            },
             false => match self.engine.solve(&program.model, start, &budget) {
                 Ok(answer) => answer,
                 Err(EngineError::Infeasible { .. }) if known.is_none() => {
@@ -176,7 +181,12 @@ impl Solver {
         let rest = rest.map(|last| {
             let taken = |target: usize| foresight.visits.iter().any(|(of, _)| *of == target);
             let mut rest = super::program::replayed(problem, present, &last.inputs);
-            rest.visits = last.visits.iter().filter(|visit| present.open[visit.target] && !taken(visit.target)).copied().collect();
+            rest.visits = last
+                .visits
+                .iter()
+                .filter(|visit| present.open[visit.target] && !taken(visit.target))
+                .copied()
+                .collect();
             rest
         });
         let lattice = construct(problem, present, foresight, self.last.as_ref());
