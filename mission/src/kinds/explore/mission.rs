@@ -66,7 +66,6 @@ pub static KIND: Kind = Kind {
         ("robot_pose", "robots are seen"),
         ("free", "nobody tells goals"),
         ("seen", "the person is seen at each period, but while `lost`"),
-        ("replan", "a plan is made in each period"),
         ("found", "an exploration has no hidden objects"),
         ("begun", "the person acts as the model says"),
         ("served", "an exploration has no services"),
