@@ -1,11 +1,12 @@
-//! Trains the synthetic person of the paper, recovers its policy, writes both, and prints Table B3:
-//! `cargo run --release -p hierarq-learning --example paper -- FOLDER [SEED]`.
+//! Trains the synthetic person of the paper, recovers its policy, writes both, and prints Table B3 and the accuracy of
+//! predictors: `cargo run --release -p hierarq-learning --example paper -- FOLDER [SEED]`.
 
-use hierarq_learning::evaluate::{Figures, evaluate};
+use hierarq_learning::demonstrations::generate;
+use hierarq_learning::evaluate::{Figures, accuracy, evaluate};
 use hierarq_learning::grid::{Environments, Rewards};
 use hierarq_learning::paper;
 use hierarq_learning::policy::Policy;
-use hierarq_learning::predict::{End, Learned, Limits, Observation, Predictor};
+use hierarq_learning::predict::{ConstantVelocity, End, GoalDirected, Learned, Limits, Observation, Predictor};
 use hierarq_learning::random::stream;
 use hierarq_learning::training::{Run, Settings, Stage};
 use std::path::Path;
@@ -47,7 +48,34 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let recovered = run.recovered().ok_or("the run has recovered nothing")?;
-    show("recovered", &recovered, &environments, &rewards, folder)
+    show("recovered", &recovered, &environments, &rewards, folder)?;
+    let surrogate = run.surrogate().ok_or("the run has no synthetic person")?;
+    predictors(surrogate, recovered, &environments, &rewards)
+}
+
+/// Prints the accuracy of all predictors, for ways of the synthetic person in new environments.
+fn predictors(
+    surrogate: &Policy,
+    recovered: Policy,
+    environments: &Environments,
+    rewards: &Rewards,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let ways = generate(surrogate, environments, ENVIRONMENTS, SEED);
+    let world = environments.world();
+    let all: [(&str, Box<dyn Predictor>); 4] = [
+        ("recovered policy", Box::new(Learned::new(recovered))),
+        ("its own policy", Box::new(Learned::new(surrogate.clone()))),
+        ("goal_directed", Box::new(GoalDirected::new(world.clone(), &rewards.targets)?)),
+        ("constant_velocity", Box::new(ConstantVelocity::new(world.clone()))),
+    ];
+    println!("predictor: distance 1, 5, 10 steps ahead, targets, cut");
+    for (name, predictor) in all {
+        let of = accuracy(&*predictor, &ways, &[1, 5, 10], SEED)?;
+        let estimates = of.distances.iter().chain([&of.targets, &of.cut]);
+        let texts: Vec<String> = estimates.map(|e| format!("{:.3} ({:.3}, {:.3})", e.mean, e.low, e.high)).collect();
+        println!("  {name:18} {}", texts.join("  "));
+    }
+    Ok(())
 }
 
 /// Writes a policy, and prints its figures and those of its predictions.

@@ -12,11 +12,11 @@ const SURROGATE: &[u8] = include_bytes!("../../examples/policies/surrogate.safet
 const RECOVERED: &[u8] = include_bytes!("../../examples/policies/recovered.safetensors");
 
 fn environments() -> Environments {
-    Environments::new(&paper::world(), 0, 4).unwrap()
+    Environments::new(&paper::world(), 0, 4).expect("room for four targets")
 }
 
 fn figures(file: &[u8]) -> Figures {
-    evaluate(&Policy::from_bytes(file).unwrap(), &environments(), &Rewards::paper(), 1000, 1_000_000)
+    evaluate(&Policy::from_bytes(file).expect("a policy"), &environments(), &Rewards::paper(), 1000, 1_000_000)
 }
 
 #[test]

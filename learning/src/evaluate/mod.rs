@@ -1,6 +1,12 @@
 //! Comparison of policies (the paper, Table B3): means over random environments, with bootstrap confidence intervals.
 //!
+//! [`accuracy`] compares predictions with what a person then did.
+//!
 //! All policies begin in the same environments, so that a difference between them is not one of the environments.
+
+mod predictions;
+
+pub use predictions::{Accuracy, accuracy};
 
 use crate::demonstrations::episode;
 use crate::grid::{Environments, Rewards};
@@ -85,8 +91,11 @@ fn one(policy: &Policy, environments: &Environments, rewards: &Rewards, seed: u6
     of
 }
 
-/// Mean of some values, and the quantiles of the means of resamples of them.
+/// Mean of some values, and the quantiles of the means of resamples of them. Without values, all are NaN.
 pub fn bootstrap(values: &[f64], seed: u64) -> Estimate {
+    if values.is_empty() {
+        return Estimate { mean: f64::NAN, low: f64::NAN, high: f64::NAN };
+    }
     let n = values.len() as f64;
     let mut means: Vec<f64> = (0..RESAMPLES as u64)
         .map(|resample| {
