@@ -59,7 +59,7 @@ impl Grid {
     }
 
     /// Number of cells.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.columns * self.rows
     }
 
@@ -80,7 +80,7 @@ impl Grid {
 
     /// The free cell whose middle is nearest to a point; none: there is none.
     pub fn nearest_free(&self, at: Point) -> Option<usize> {
-        let free = (0..self.len()).filter(|cell| !self.blocked[*cell]);
+        let free = (0..self.count()).filter(|cell| !self.blocked[*cell]);
         free.min_by(|a, b| {
             let far = |cell: usize| super::polygon::distance(self.middle(cell), at);
             far(*a).total_cmp(&far(*b))
@@ -99,7 +99,7 @@ impl Grid {
 
     /// Numbers of steps from each cell to the nearest of these; none: there is no way.
     pub fn steps_to(&self, goals: impl Iterator<Item = usize>) -> Vec<Option<usize>> {
-        let mut steps = vec![None; self.len()];
+        let mut steps = vec![None; self.count()];
         let mut queue = VecDeque::new();
         for goal in goals.filter(|goal| !self.blocked[*goal]) {
             steps[goal] = Some(0);
@@ -119,7 +119,7 @@ impl Grid {
 
     /// The cells of the exit that can be entered.
     pub fn exits(&self) -> impl Iterator<Item = usize> + use<'_> {
-        (0..self.len()).filter(|cell| self.exit[*cell] && !self.blocked[*cell])
+        (0..self.count()).filter(|cell| self.exit[*cell] && !self.blocked[*cell])
     }
 }
 

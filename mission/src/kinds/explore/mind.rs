@@ -37,7 +37,7 @@ pub(super) struct Expected {
 /// # Errors
 /// The grid cannot be one of theirs.
 pub(super) fn world(grid: &Grid, types: usize) -> Result<World, String> {
-    let obstacles: Vec<usize> = (0..grid.len()).filter(|cell| grid.blocked[*cell]).collect();
+    let obstacles: Vec<usize> = (0..grid.count()).filter(|cell| grid.blocked[*cell]).collect();
     let exits: Vec<usize> = grid.exits().collect();
     World::new(grid.columns, grid.rows, &obstacles, &exits, types).map_err(|why| why.to_string())
 }

@@ -200,10 +200,10 @@ impl Convex {
     /// they overlap. For polygons that overlap it is the depth of the overlap.
     pub fn gap(&self, other: &Convex) -> f64 {
         let along = |of: &Convex, to: &Convex| {
-            let gaps = of.faces.iter().map(|face| {
-                let nearest = to.corners.iter().map(|corner| face.outside(*corner)).fold(f64::INFINITY, f64::min);
-                nearest
-            });
+            let gaps = of
+                .faces
+                .iter()
+                .map(|face| to.corners.iter().map(|corner| face.outside(*corner)).fold(f64::INFINITY, f64::min));
             gaps.fold(f64::NEG_INFINITY, f64::max)
         };
         along(self, other).max(along(other, self))

@@ -66,11 +66,11 @@ pub fn validate(problem: &Problem, present: &Present, foresight: &Foresight, of:
 /// One step by the fourth-order Runge-Kutta rule, which is exact for polynomials.
 fn integrate(dynamics: Dynamics, state: State, input: Point, h: f64) -> State {
     let mut next = state;
-    for i in 0..2 {
+    for (i, input) in input.into_iter().enumerate() {
         let rate = |v: f64| match dynamics {
-            Dynamics::Velocity => [input[i], 0.0],
-            Dynamics::Acceleration => [v, input[i]],
-            Dynamics::Lag(constant) => [v, (input[i] - v) / constant],
+            Dynamics::Velocity => [input, 0.0],
+            Dynamics::Acceleration => [v, input],
+            Dynamics::Lag(constant) => [v, (input - v) / constant],
         };
         let v = state.velocity[i];
         let a = rate(v);
@@ -80,7 +80,7 @@ fn integrate(dynamics: Dynamics, state: State, input: Point, h: f64) -> State {
         next.at[i] += h / 6.0 * (a[0] + 2.0 * b[0] + 2.0 * c[0] + d[0]);
         next.velocity[i] += h / 6.0 * (a[1] + 2.0 * b[1] + 2.0 * c[1] + d[1]);
         if dynamics == Dynamics::Velocity {
-            next.velocity[i] = input[i];
+            next.velocity[i] = input;
         }
     }
     next
@@ -108,14 +108,13 @@ impl Judge<'_> {
         let time = step as f64 * self.problem.period;
         for (robot, who) in self.problem.robots.iter().enumerate().filter(|(robot, _)| self.present.active[*robot]) {
             let input = of.inputs[robot][step];
-            for i in 0..2 {
-                let v = states[robot].velocity[i];
+            for (input, v) in input.into_iter().zip(states[robot].velocity) {
                 let acceleration = match who.dynamics {
-                    Dynamics::Velocity => (input[i] - v) / self.problem.period,
-                    Dynamics::Acceleration => input[i],
-                    Dynamics::Lag(constant) => (input[i] - v) / constant,
+                    Dynamics::Velocity => (input - v) / self.problem.period,
+                    Dynamics::Acceleration => input,
+                    Dynamics::Lag(constant) => (input - v) / constant,
                 };
-                if acceleration.abs() > who.acceleration * (1.0 + TOLERANCE) + TOLERANCE || !input[i].is_finite() {
+                if acceleration.abs() > who.acceleration * (1.0 + TOLERANCE) + TOLERANCE || !input.is_finite() {
                     self.note(time, format!("`{}` accelerates more than it can", self.name(robot)));
                 }
             }

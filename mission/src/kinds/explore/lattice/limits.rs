@@ -1,0 +1,226 @@
+//! What limits a robot in one period of the lattice, as bits of the three points of its motion.
+
+use super::super::motion::Dynamics;
+use super::super::polygon::{Convex, Point, dot, minus};
+use super::{Lattice, MARGIN, Motion, PENALTY, Three};
+
+/// What limits a robot in one period: sides of sets as bits of the corner points, and the connections.
+pub(super) struct Limits<'l, 'p> {
+    lattice: &'l Lattice<'p>,
+    robot: usize,
+    step: usize,
+    person: Convex,
+    /// The set around the person by name of the point: its faces at the begin, in the middle and at the end.
+    grown: [f64; 3],
+    /// The other robots: the set of differences at which they touch, and their points.
+    others: Vec<(usize, Convex, Three)>,
+    /// In the first period the margin that the end needs beyond each face, for the motion from the known begin; see
+    /// [`program`](super::program).
+    needs: Option<Needs>,
+    /// For each set of connections of this robot, to others in the order above and then to the person, if the team is connected.
+    allowed: Vec<bool>,
+}
+
+/// Margins (m) that the end of the first period needs: by part and face, by face of the person, by other robot and face, by face of the
+/// connection to each other robot, and to the person.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Needs {
+    parts: Vec<Vec<f64>>,
+    person: Vec<f64>,
+    others: Vec<Vec<f64>>,
+    links: Vec<Vec<f64>>,
+    sees: Vec<f64>,
+}
+
+/// The margin that the end needs where the begin has `b0` and the third point `b1`; infinite: no end is good.
+fn need(quadratic: bool, b0: f64, b1: f64) -> f64 {
+    match b1 >= 0.0 {
+        true => 0.0,
+        false if quadratic && b0 > 0.0 => b1 * b1 / b0,
+        false => f64::INFINITY,
+    }
+}
+
+/// Bits of a point in a period.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Bits {
+    pub part: u64,
+    pub person: u64,
+    /// Sides of the other robots, 16 bits each.
+    others: u128,
+    links: u8,
+}
+
+impl Bits {
+    pub(super) fn both(self, other: Bits) -> Bits {
+        Bits {
+            part: self.part & other.part,
+            person: self.person & other.person,
+            others: self.others & other.others,
+            links: self.links & other.links,
+        }
+    }
+}
+
+impl<'p> Lattice<'p> {
+    /// What limits a robot in a period, around the motions of the others.
+    pub(super) fn limits<'l>(&'l self, robot: usize, step: usize, motions: &[Motion]) -> Limits<'l, 'p> {
+        let problem = self.problem;
+        let back = problem.robots[robot].body.reflected();
+        let near = problem.person.body.sum(&back);
+        let stride = problem.strides(problem.period);
+        let ahead = problem.robots[robot].over(problem.period).middle / problem.period;
+        let others: Vec<usize> = (0..problem.robots.len()).filter(|other| *other != robot).collect();
+        let active: Vec<usize> = others.iter().copied().filter(|other| self.present.active[*other]).collect();
+        let threes: Vec<Three> = others.iter().map(|other| self.three(*other, &motions[*other], step)).collect();
+        // Connections among the others, and from them to the person.
+        let quadratic = problem.robots[robot].dynamics == Dynamics::Acceleration;
+        let keeps = |margins: [f64; 3]| match step {
+            0 => margins[2] >= MARGIN + need(quadratic, margins[0] - MARGIN, margins[1] - MARGIN),
+            _ => margins.iter().all(|margin| *margin >= MARGIN),
+        };
+        let linked = |i: usize, j: usize| {
+            let (a, b) = (threes[i], threes[j]);
+            problem.connection.faces().iter().all(|face| keeps([0, 1, 2].map(|k| -face.outside(minus(a[k], b[k])))))
+        };
+        let from = self.foresight.positions[step];
+        let at_person = |points: &Three| {
+            problem.connection.faces().iter().all(|face| {
+                let far = stride.iter().map(|s| dot(face.normal, *s)).fold(0.0, f64::max);
+                keeps([0, 1, 2].map(|k| -face.outside(minus(points[k], from)) - [0.0, ahead, 1.0][k] * far))
+            })
+        };
+        let index: Vec<usize> = (0..others.len()).filter(|i| self.present.active[others[*i]]).collect();
+        let mut allowed = vec![false; 1 << (others.len() + 1)];
+        for (mask, allowed) in allowed.iter_mut().enumerate() {
+            let to_person = mask >> others.len() & 1 == 1 || index.iter().any(|i| at_person(&threes[*i]));
+            let own = index.iter().filter(|i| mask >> **i & 1 == 1).count();
+            let degree = |i: usize| {
+                index.iter().filter(|j| **j != i && linked(i.min(**j), i.max(**j))).count() + (mask >> i & 1)
+            };
+            let team = active.len() + 1;
+            let pairs = index.iter().enumerate().all(|(place, i)| {
+                let with_own = own + degree(*i) >= team;
+                let with_others = index[..place].iter().all(|j| degree(*i) + degree(*j) >= team);
+                with_own && with_others
+            });
+            *allowed = to_person && pairs;
+        }
+        let sets =
+            others.iter().zip(&threes).map(|(other, three)| (*other, problem.robots[*other].body.sum(&back), *three));
+        let mut limits = Limits {
+            lattice: self,
+            robot,
+            step,
+            grown: [0.0, ahead, 1.0],
+            others: sets.collect(),
+            allowed,
+            person: near.sum_with_points(&stride),
+            needs: None,
+        };
+        if step == 0 {
+            limits.needs = Some(limits.needs_at_the_begin());
+        }
+        limits
+    }
+}
+
+impl Limits<'_, '_> {
+    /// Margins of a point that is the begin, the third point or the end of the motion: positive for a constraint that is met.
+    pub(super) fn margins(&self, at: Point, place: usize) -> Needs {
+        let (problem, lattice) = (self.lattice.problem, self.lattice);
+        let inside = |of: &Convex| of.faces().iter().map(|face| -face.outside(at)).collect();
+        let near = minus(at, lattice.foresight.positions[self.step]);
+        let stride = problem.strides(problem.period);
+        let far = |normal: Point| stride.iter().map(|s| dot(normal, *s)).fold(0.0, f64::max);
+        let share = self.grown[place];
+        let faces = problem.connection.faces();
+        let apart: Vec<Point> = self.others.iter().map(|(_, _, three)| minus(at, three[place])).collect();
+        let sets = self.others.iter().zip(&apart);
+        Needs {
+            parts: lattice.parts[self.robot].iter().map(inside).collect(),
+            // The part of the set that the person cannot have reached yet does not count.
+            person: self
+                .person
+                .faces()
+                .iter()
+                .map(|face| face.outside(near) + (1.0 - share) * far(face.normal))
+                .collect(),
+            others: sets
+                .map(|((_, set, _), apart)| set.faces().iter().take(16).map(|face| face.outside(*apart)).collect())
+                .collect(),
+            links: apart.iter().map(|apart| faces.iter().map(|face| -face.outside(*apart)).collect()).collect(),
+            sees: faces.iter().map(|face| -face.outside(near) - share * far(face.normal)).collect(),
+        }
+    }
+
+    /// What the end of the first period needs.
+    pub(super) fn needs_at_the_begin(&self) -> Needs {
+        let who = &self.lattice.problem.robots[self.robot];
+        let now = self.lattice.present.states[self.robot];
+        let (b0, b1) = (self.margins(now.at, 0), self.margins(who.over(self.lattice.problem.period).third(now), 1));
+        let quadratic = who.dynamics == Dynamics::Acceleration;
+        let each = |b0: &[f64], b1: &[f64]| -> Vec<f64> {
+            b0.iter().zip(b1).map(|(b0, b1)| need(quadratic, *b0 - MARGIN, *b1 - MARGIN)).collect()
+        };
+        let all = |b0: &[Vec<f64>], b1: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            b0.iter().zip(b1).map(|(b0, b1)| each(b0, b1)).collect()
+        };
+        Needs {
+            parts: all(&b0.parts, &b1.parts),
+            person: each(&b0.person, &b1.person),
+            others: all(&b0.others, &b1.others),
+            links: all(&b0.links, &b1.links),
+            sees: each(&b0.sees, &b1.sees),
+        }
+    }
+
+    /// Bits of a point that is the begin, the third point or the end of the motion. In the first period all that counts is the end.
+    pub(super) fn bits(&self, at: Point, place: usize) -> Bits {
+        self.bits_beyond(at, place, 0.0)
+    }
+
+    /// The same with a reserve (m) to the person.
+    pub(super) fn bits_beyond(&self, at: Point, place: usize, reserve: f64) -> Bits {
+        if self.needs.is_some() && place < 2 {
+            return Bits { part: u64::MAX, person: u64::MAX, others: u128::MAX, links: u8::MAX };
+        }
+        let margins = self.margins(at, place);
+        let nothing = Needs::default();
+        let needs = self.needs.as_ref().unwrap_or(&nothing);
+        let meets =
+            |margin: &f64, need: Option<&f64>, more: f64| *margin >= need.copied().unwrap_or(0.0) + MARGIN + more;
+        let all = |margins: &[f64], needs: Option<&Vec<f64>>, more: f64| {
+            margins
+                .iter()
+                .enumerate()
+                .all(|(face, margin)| meets(margin, needs.and_then(|needs| needs.get(face)), more))
+        };
+        let any = |margins: &[f64], needs: Option<&Vec<f64>>, more: f64| {
+            margins.iter().enumerate().fold(0_u64, |bits, (face, margin)| {
+                bits | u64::from(meets(margin, needs.and_then(|needs| needs.get(face)), more)) << face
+            })
+        };
+        let part = margins
+            .parts
+            .iter()
+            .enumerate()
+            .fold(0, |bits, (part, margins)| bits | u64::from(all(margins, needs.parts.get(part), 0.0)) << part);
+        let person = any(&margins.person, Some(&needs.person), reserve);
+        let (mut others, mut links) = (0_u128, 0_u8);
+        for (index, (other, ..)) in self.others.iter().enumerate() {
+            others |= u128::from(any(&margins.others[index], needs.others.get(index), 0.0)) << (16 * index);
+            let active = self.lattice.present.active[*other];
+            links |= u8::from(active && all(&margins.links[index], needs.links.get(index), 0.0)) << index;
+        }
+        links |= u8::from(all(&margins.sees, Some(&needs.sees), reserve)) << self.others.len();
+        Bits { part, person, others, links }
+    }
+
+    /// Penalty for what involves others.
+    pub(super) fn penalty(&self, bits: Bits) -> f64 {
+        let apart = (0..self.others.len()).filter(|index| bits.others >> (16 * index) & 0xffff == 0).count();
+        let connected = self.allowed[usize::from(bits.links)];
+        PENALTY * (apart as f64 + f64::from(u8::from(!connected)))
+    }
+}
