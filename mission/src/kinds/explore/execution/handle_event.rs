@@ -2,7 +2,6 @@
 
 use super::super::event::Event;
 use super::{ExploreExecution, LogEntry};
-use crate::execution::DiscreteEvents;
 
 impl ExploreExecution {
     /// An event happens at the present time; `text` are its words.
@@ -14,7 +13,7 @@ impl ExploreExecution {
             return Err("the exploration is over".into());
         }
         let time = self.time;
-        self.set_time(time);
+        self.move_robots();
         let who = |robot: usize| self.problem.robot_label(robot).to_string();
         match *event {
             Event::RobotLost { robot } => {

@@ -1,5 +1,6 @@
 //! The steps that happen by themselves, and the motion between them.
 
+use super::super::motion::State;
 use super::super::polygon::{distance, minus};
 use super::{ExploreExecution, LogEntry, TICKS};
 use crate::execution::DiscreteEvents;
@@ -24,7 +25,6 @@ impl DiscreteEvents for ExploreExecution {
 
     fn set_time(&mut self, time: f64) {
         self.time = time;
-        self.move_robots();
     }
 
     fn due(&self, ticks: bool) -> Vec<(f64, Step)> {
@@ -41,6 +41,7 @@ impl DiscreteEvents for ExploreExecution {
     }
 
     fn perform(&mut self, step: Step) {
+        self.move_robots();
         match step {
             Step::Person => self.end_action(),
             Step::Period => {
@@ -59,8 +60,16 @@ impl DiscreteEvents for ExploreExecution {
 }
 
 impl ExploreExecution {
-    /// Moves the robots up to the present with the inputs that they hold.
-    fn move_robots(&mut self) {
+    /// The state of a robot at a time (s), not before the last step: it holds its input.
+    pub(super) fn state_at(&self, robot: usize, time: f64) -> Option<State> {
+        let mover = self.robots.get(robot)?;
+        let dynamics = self.problem.robots[robot].dynamics;
+        Some(if mover.active { dynamics.after(mover.state, mover.input, time - self.moved_to) } else { mover.state })
+    }
+
+    /// Moves the robots up to the present. It happens at steps and events alone, so that however time is cut the same numbers
+    /// come out.
+    pub(super) fn move_robots(&mut self) {
         let passed = self.time - self.moved_to;
         if passed <= 0.0 {
             return;
@@ -137,7 +146,8 @@ impl ExploreExecution {
 
     /// True if the graph of the robots that take part and of the person is connected now.
     pub fn is_connected(&self) -> bool {
-        let active = self.robots.iter().filter(|robot| robot.active).map(|robot| robot.state.at);
+        let active = (0..self.robots.len()).filter(|robot| self.robots[*robot].active);
+        let active = active.filter_map(|robot| Some(self.state_at(robot, self.time)?.at));
         let places: Vec<_> = active.chain([self.person.at(self.time)]).collect();
         if places.len() == 1 {
             return true;

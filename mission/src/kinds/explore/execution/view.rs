@@ -63,16 +63,13 @@ impl ExploreExecution {
 
     /// Where a member is: robots, and then the person.
     pub fn place(&self, member: usize) -> Option<Point> {
-        match self.robots.get(member) {
-            Some(robot) => Some(robot.state.at),
-            None if member == self.robots.len() => Some(self.person.at(self.time)),
-            None => None,
-        }
+        let person = (member == self.robots.len()).then(|| self.person.at(self.time));
+        self.state_at(member, self.time).map(|state| state.at).or(person)
     }
 
     /// Distance between the body of a robot and that of the person (m).
     pub fn clearance(&self, robot: usize) -> Option<f64> {
-        let body = self.problem.robots.get(robot)?.body.moved(self.robots.get(robot)?.state.at);
+        let body = self.problem.robots.get(robot)?.body.moved(self.state_at(robot, self.time)?.at);
         Some(body.gap(&self.problem.person.body.moved(self.person.at(self.time))))
     }
 
@@ -315,15 +312,8 @@ impl kind::Execution for ExploreExecution {
     }
 
     fn pose(&self, member: usize, time: f64) -> Option<GroundPose> {
-        let at = match self.robots.get(member) {
-            Some(robot) if robot.active => {
-                let dynamics = self.problem.robots[member].dynamics;
-                dynamics.after(robot.state, robot.input, (time - self.time).max(0.0)).at
-            }
-            Some(robot) => robot.state.at,
-            None if member == self.robots.len() => self.person.at(time),
-            None => return None,
-        };
+        let person = (member == self.robots.len()).then(|| self.person.at(time));
+        let at = self.state_at(member, time).map(|state| state.at).or(person)?;
         Some(GroundPose { at, heading: 0.0 })
     }
 }
