@@ -10,7 +10,7 @@ syntax iskeyword @,48-57,_
 syntax match hierarqKeyword "^\s*\zs\%(hierarq\|import\|param\|let\|robot\|task\|stack\|signal\|human\|safety_field\|variable\|machine\|mission\|scenario\|expect\|check\|run\|for\)\>"
 syntax match hierarqKeyword "\<\%(level\|replace\|add\|remove\|before\|after\|from\|as\)\ze\s\+\%(\h\|\$\)"
 syntax match hierarqKeyword "\<for\ze\s\+\h\w*\s\+in\>"
-syntax match hierarqKeyword "\<\%(robot\|human\|worker\|object\|place\|layer\|source\|wall\)\ze\s\+\%(\h\|\$\)\S*\s*{"
+syntax match hierarqKeyword "\<\%(robot\|human\|worker\|object\|place\|layer\|source\|wall\|target\|obstacle\)\ze\s\+\%(\h\|\$\)\S*\s*{"
 syntax match hierarqKeyword "\<task\ze\s\+\%(\h\|\$\)\S*\s*="
 syntax match hierarqOperator "\<in\ze\s\+\h"
 syntax match hierarqKeyword "\%(\<for\s\+\h\w*\s\+\)\@<=in\>"

@@ -13,7 +13,7 @@ const SQUARE: &str = "[[0, 0], [1, 0], [1, 1], [0, 1]] m";
 const A_SIZE: ValueType = ValueType::Pair(LENGTH);
 
 /// Words for engines.
-pub(super) const ENGINES: [&str; 3] = ["auto", "built_in", "highs"];
+pub(super) const ENGINES: [&str; 3] = ["built_in", "highs", "auto"];
 /// Words for the types of targets, in the order of the feature maps.
 pub(super) const TYPES: [&str; 4] = ["a", "b", "c", "d"];
 /// Code of a policy that cannot be used.
@@ -60,8 +60,9 @@ block! {
         plan_time: Option<f64> = optional(above(TIME), "0.9 s");
         /// The most nodes of the search for a plan: a limit that is the same on every machine.
         nodes: usize = or(count(1.0, 1e6), "2000");
-        /// Engine for mixed-integer programs: `highs`, `built_in`, or `auto`, which is HiGHS if it is installed.
-        engine: Word = or(ValueType::Choice(&ENGINES), "auto");
+        /// Engine for mixed-integer programs: `built_in`, with which plans are the same on every machine and large programs are left to the
+        /// lattice; `highs`; or `auto`, which is HiGHS if it is installed.
+        engine: Word = or(ValueType::Choice(&ENGINES), "built_in");
         /// Motion of the robots while there is no plan: `stop`, they brake and stand, or `barrier`, they also stay connected and
         /// keep clear of the person.
         fallback: Word = or(ValueType::Choice(&Fallback::NAMES), "barrier");

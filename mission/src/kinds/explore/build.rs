@@ -42,7 +42,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Explor
             gap: settings.gap,
             time: settings.plan_time.unwrap_or(0.9 * settings.period),
             nodes: settings.nodes as u64,
-            engine: [EngineChoice::Auto, EngineChoice::BuiltIn, EngineChoice::Highs]
+            engine: [EngineChoice::BuiltIn, EngineChoice::Highs, EngineChoice::Auto]
                 [ENGINES.iter().position(|word| *word == settings.engine).unwrap_or(0)],
             fallback: if settings.fallback == Fallback::NAMES[0] { Fallback::Stop } else { Fallback::Barrier },
         },

@@ -171,13 +171,13 @@ pub struct Planner {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EngineChoice {
-    /// HiGHS if it is installed, else the built-in one.
-    #[default]
-    Auto,
     /// The built-in one.
+    #[default]
     BuiltIn,
     /// HiGHS.
     Highs,
+    /// HiGHS if it is installed, else the built-in one.
+    Auto,
 }
 
 /// The motion of the robots in a period for which there is no plan.
