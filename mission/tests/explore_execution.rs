@@ -144,6 +144,10 @@ proptest! {
                     let _ = run.handle(&event);
                 }
                 run.advance(time);
+                // A robot that has to brake at once may slide: only plans keep it off walls and obstacles for certain.
+                if run.measure("without_plan", None)[0] > 0.0 {
+                    continue;
+                }
                 let [x, y, _] = run.measure("position", Some(0));
                 let body = problem.robots[0].body.moved([x, y]);
                 assert!(body.corners().iter().all(|corner| problem.area.contains(*corner, 1e-6)), "{x} {y}");

@@ -176,7 +176,9 @@ impl Convex {
     /// The Pontryagin difference: all points to which `other` can be moved without leaving this polygon. None: it has no inside.
     pub fn difference(&self, other: &Convex) -> Option<Convex> {
         let shrunk = self.faces.iter().map(|face| Face { bound: face.bound - other.support(face.normal), ..*face });
-        shrunk.into_iter().try_fold(self.clone(), |rest, face| rest.cut(&face))
+        // Wherever `other` is, one of its points is in this polygon.
+        let around = self.moved(other.middle().map(|x| -x));
+        shrunk.into_iter().try_fold(around, |rest, face| rest.cut(&face))
     }
 
     /// The part of the polygon in a half-plane; none: it has no inside.
