@@ -109,7 +109,7 @@ fn plans_are_no_worse_than_the_best_on_a_lattice() {
     }
 }
 
-/// Who stands where no motion leads out of the way of the person is told which constraint that is.
+/// The refusal names the constraint that no motion meets.
 #[test]
 fn the_group_that_cannot_be_met_is_named() {
     let mut problem = lattice(&[[2.5, 3.5]], None);

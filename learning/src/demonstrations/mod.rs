@@ -24,7 +24,7 @@ pub struct Demonstrated {
     pub state: State,
     /// Action.
     pub action: Action,
-    /// What it leads to.
+    /// State after the step.
     pub step: Step,
 }
 

@@ -42,7 +42,7 @@ pub enum RewardError {
     /// A penalty that pays.
     #[error("the penalty of {what} is {value}, and must not be more than 0")]
     Penalty {
-        /// What it is for.
+        /// Its purpose.
         what: &'static str,
         /// Its value.
         value: f64,

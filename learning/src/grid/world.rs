@@ -1,4 +1,4 @@
-//! What does not change during an episode: the size of the grid, obstacles, exits, the number of types, the step limit; and
+//! The constants of an episode: the size of the grid, obstacles, exits, the number of types, the step limit; and
 //! the transition function.
 
 use super::distances::distances;

@@ -9,7 +9,7 @@ use crate::network::Network;
 pub enum LimitValue {
     /// Nothing follows: the reward of the failure is all.
     Nothing,
-    /// What the critic says, because the process itself goes on.
+    /// The value of the critic, because the process itself goes on.
     Critic,
 }
 

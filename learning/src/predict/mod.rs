@@ -33,7 +33,7 @@ pub trait Predictor: Send + Sync {
     fn predict(&self, from: &Observation, limits: &Limits) -> Result<Prediction, StateError>;
 }
 
-/// What is known of a person.
+/// An observation of a person.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Observation {
     /// Cell of the person and remaining targets.

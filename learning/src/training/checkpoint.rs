@@ -86,7 +86,7 @@ pub enum CheckpointError {
     /// A list of another length.
     #[error("the checkpoint has {found} {what}; {expected} are expected")]
     Count {
-        /// What is counted.
+        /// Quantity.
         what: &'static str,
         /// Number in the file.
         found: usize,

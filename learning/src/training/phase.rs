@@ -1,4 +1,4 @@
-//! What PPO on known rewards and AIRL share: networks, running episodes, and the way from a rollout to an update.
+//! The parts that PPO on known rewards and AIRL share: networks, running episodes, and the way from a rollout to an update.
 
 use crate::grid::{Environments, World};
 use crate::network::ShapeError;

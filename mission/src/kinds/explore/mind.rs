@@ -108,7 +108,7 @@ impl Mind {
             return drawn.unwrap_or_else(|| most_likely(&probabilities));
         }
         let found = self.predict(state, last, 1);
-        // Who has nowhere to go stands.
+        // A person with nowhere to go stands.
         found.and_then(|found| found.steps.first().and_then(|step| step.action)).unwrap_or(Action::Collect)
     }
 

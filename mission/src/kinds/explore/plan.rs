@@ -9,7 +9,7 @@ use crate::plan;
 /// The plan of an exploration.
 pub type Plan = plan::Plan<Activity>;
 
-/// What a member does.
+/// Purpose of an activity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
@@ -37,7 +37,7 @@ impl Phase {
 pub struct Activity {
     /// Index of the member: robots, and then the person.
     pub member: usize,
-    /// What it does.
+    /// Its purpose.
     pub phase: Phase,
     /// The target that is taken at its end.
     pub target: Option<usize>,

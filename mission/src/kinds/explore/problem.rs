@@ -163,7 +163,7 @@ pub struct Planner {
     pub nodes: u64,
     /// Engine for mixed-integer programs.
     pub engine: EngineChoice,
-    /// What happens while there is no plan.
+    /// Motion of the robots while there is no plan.
     pub fallback: Fallback,
 }
 

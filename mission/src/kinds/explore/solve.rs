@@ -11,7 +11,7 @@ use super::validate::validate;
 use crate::engine::{Answer, Budget, EngineError, Highs, Microlp, Milp};
 use crate::plan::Limit;
 
-/// How many times the time of a plan the first one has, which is made before the mission begins.
+/// Factor of the time for the first plan, which is made before the mission begins.
 pub const FIRST: f64 = 20.0;
 /// Share of the time of a plan that the search for a cause may take.
 const CAUSE: f64 = 0.5;
@@ -19,7 +19,7 @@ const CAUSE: f64 = 0.5;
 /// A plan of the robots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Best {
-    /// What the robots do.
+    /// Motions of the robots.
     pub trajectories: Trajectories,
     /// Cost (10a) without the rewards of the person, and with what is missing of the reserve.
     pub cost: f64,
@@ -136,7 +136,7 @@ impl Solver {
         let begun = Instant::now();
         let program = build(problem, present, foresight, None).map_err(|group| NoPlan::Infeasible(Some(group)))?;
         let known = self.known(problem, present, foresight, &program);
-        // What the lattice has is what there is, if the program is too large for the engine.
+        // A program that is too large for the engine leaves the plan of the lattice.
         let too_large = self.is_built_in && program.binaries.len() > MOST_BUILT_IN;
         let start = known.as_ref().map_or(&[][..], |(start, ..)| start.as_slice());
         let left = time.saturating_sub(begun.elapsed());

@@ -1,4 +1,4 @@
-//! What is counted in an execution: the measures of Tables 1 and 2 of the paper, and how the planner fared.
+//! Counts of an execution: the measures of Tables 1 and 2 of the paper, and how the planner fared.
 
 use serde::Serialize;
 

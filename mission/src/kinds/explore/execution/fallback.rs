@@ -2,17 +2,17 @@
 //!
 //! The paper stops the robots (section 4.1), and a person may walk into one that stands. Beyond it, a control barrier filter
 //! moves them at each tick as little as it can, so that distances `h` of bodies and margins `h` of connections fulfil
-//! `dh/dt >= -rate h`: a hierarchy of limits, distances, and connections. The direction in which a distance is measured is that of
-//! the farthest face of the Minkowski difference of both bodies.
+//! `dh/dt >= -rate h`: a hierarchy of limits, walls, distances of members, and connections. The direction in which a distance is
+//! measured is the normal of a face of the Minkowski difference of both bodies.
 
 use solver::{ActiveSet, HierarchicalSolver, LevelShape, Problem as Hierarchy, Solution, Status};
 
-use super::super::motion::Dynamics;
+use super::super::motion::{Dynamics, State};
 use super::super::polygon::{Convex, Face, Point, dot, minus};
 use super::super::problem::{Fallback, Robot};
 use super::ExploreExecution;
 
-/// How fast a distance may shrink relative to itself (1/s).
+/// Largest rate at which a distance may shrink, relative to itself (1/s).
 const RATE: f64 = 2.0;
 /// Distance (m) that is kept in reserve.
 const RESERVE: f64 = 0.05;
@@ -49,9 +49,10 @@ impl ExploreExecution {
     /// none.
     fn filtered(&self, limits: &[[Point; 2]]) -> Option<Vec<Point>> {
         let count = self.robots.len();
-        let (distances, links) = (self.distances(), self.links());
+        let levels = [self.walls(), self.distances(), self.links()];
         let shape = |rows: usize, hard: bool| LevelShape { rows, hard, damping: 0.0 };
-        let shapes = [shape(2 * count, true), shape(distances.len().max(1), false), shape(links.len().max(1), false)];
+        let own = levels.iter().map(|rows| shape(rows.len().max(1), false));
+        let shapes: Vec<LevelShape> = std::iter::once(shape(2 * count, true)).chain(own).collect();
         let mut hierarchy = Hierarchy::new(2 * count, &shapes);
         for (robot, [low, high]) in limits.iter().enumerate() {
             for axis in 0..2 {
@@ -61,7 +62,7 @@ impl ExploreExecution {
                 hierarchy.levels[0].set(2 * robot + axis, &row, bounds.0, bounds.1);
             }
         }
-        for (level, rows) in [(1, &distances), (2, &links)] {
+        for (level, rows) in levels.iter().enumerate().map(|(index, rows)| (index + 1, rows)) {
             for (index, of) in rows.iter().enumerate() {
                 let mut row = vec![0.0; 2 * count];
                 for axis in 0..2 {
@@ -82,31 +83,42 @@ impl ExploreExecution {
         found.then(|| (0..count).map(|robot| [solution.x[2 * robot], solution.x[2 * robot + 1]]).collect())
     }
 
-    /// Rows that keep bodies apart, and robots in the region.
+    /// Rows that keep robots in the region and off obstacles. They come first: nobody moves through a wall to give way.
+    fn walls(&self) -> Vec<Row> {
+        let (problem, mut rows) = (&self.problem, Vec::new());
+        for (of, mover) in self.robots.iter().enumerate().filter(|(_, mover)| mover.active) {
+            let (at, body) = (mover.state.at, &problem.robots[of].body);
+            for obstacle in &problem.obstacles {
+                let obstruction = Obstruction::fixed(obstacle.shape.sum(&body.reflected()));
+                rows.push(obstruction.row(of, mover.state, problem.robots[of].acceleration));
+            }
+            for face in problem.area.difference(body).iter().flat_map(Convex::faces) {
+                let normal = [-face.normal[0], -face.normal[1]];
+                rows.push(Row { of, normal, against: None, low: RATE * face.outside(at) });
+            }
+        }
+        rows
+    }
+
+    /// Rows that keep bodies apart: from the person, while the person is seen, and from other robots.
     fn distances(&self) -> Vec<Row> {
         let (problem, mut rows) = (&self.problem, Vec::new());
         let person = self.person.at(self.time);
         let walks = self.person.velocity(self.time);
         for (of, mover) in self.robots.iter().enumerate().filter(|(_, mover)| mover.active) {
-            let (at, body) = (mover.state.at, &problem.robots[of].body);
-            let back = body.reflected();
-            let mut apart = |set: &Convex, from: Point, moves: Point, against: Option<usize>| {
-                let face = farthest(set, minus(at, from));
-                let left = face.outside(minus(at, from)) - RESERVE;
-                rows.push(Row { of, normal: face.normal, against, low: dot(face.normal, moves) - RATE * left });
-            };
-            apart(&problem.person.body.sum(&back), person, walks, None);
-            for obstacle in &problem.obstacles {
-                apart(&obstacle.shape.sum(&back), [0.0; 2], [0.0; 2], None);
+            let (back, acceleration) = (problem.robots[of].body.reflected(), problem.robots[of].acceleration);
+            if !self.person.is_unseen() {
+                let set = problem.person.body.sum(&back);
+                let obstruction = Obstruction { set, from: person, moves: walks, against: None };
+                rows.push(obstruction.row(of, mover.state, acceleration));
             }
             for (other, its) in self.robots.iter().enumerate().filter(|(other, its)| *other < of || !its.active) {
                 if other != of {
-                    apart(&problem.robots[other].body.sum(&back), its.state.at, [0.0; 2], its.active.then_some(other));
+                    let set = problem.robots[other].body.sum(&back);
+                    let against = its.active.then_some(other);
+                    let obstruction = Obstruction { set, from: its.state.at, moves: [0.0; 2], against };
+                    rows.push(obstruction.row(of, mover.state, acceleration));
                 }
-            }
-            for face in problem.area.difference(body).iter().flat_map(Convex::faces) {
-                let normal = [-face.normal[0], -face.normal[1]];
-                rows.push(Row { of, normal, against: None, low: RATE * face.outside(at) });
             }
         }
         rows
@@ -118,8 +130,11 @@ impl ExploreExecution {
         let person = self.robots.len();
         let (at, walks) = (self.person.at(self.time), self.person.velocity(self.time));
         let place = |member: usize| self.robots.get(member).map_or(at, |robot| robot.state.at);
-        let mut inside = vec![person];
-        let mut outside = active;
+        // Nobody can follow a person who is not seen: the robots then stay with one of them.
+        let (mut inside, mut outside) = (vec![person], active);
+        if self.person.is_unseen() && !outside.is_empty() {
+            inside = vec![outside.remove(0)];
+        }
         let mut rows = Vec::new();
         while !outside.is_empty() {
             let pairs = outside.iter().flat_map(|robot| inside.iter().map(move |other| (*robot, *other)));
@@ -139,10 +154,34 @@ impl ExploreExecution {
     }
 }
 
-/// The face of a set that a point is farthest outside of.
-fn farthest(set: &Convex, at: Point) -> Face {
-    let faces = set.faces().iter();
-    *faces.max_by(|a, b| a.outside(at).total_cmp(&b.outside(at))).unwrap_or(&set.faces()[0])
+/// A set around a point (m) that a robot keeps out of; it moves (m/s), or moves with another robot.
+struct Obstruction {
+    set: Convex,
+    from: Point,
+    moves: Point,
+    against: Option<usize>,
+}
+
+impl Obstruction {
+    /// A set that stands where it is.
+    fn fixed(set: Convex) -> Obstruction {
+        Obstruction { set, from: [0.0; 2], moves: [0.0; 2], against: None }
+    }
+
+    /// The row that keeps a robot out of the set, on the side on which most is left after it has braked: beside a corner the side
+    /// that is farthest now may be the one that it cannot keep to any more.
+    fn row(&self, of: usize, state: State, acceleration: f64) -> Row {
+        let apart = minus(state.at, self.from);
+        let left = |face: &Face| {
+            let toward = -dot(face.normal, minus(state.velocity, self.moves)).min(0.0);
+            face.outside(apart) - 0.5 * toward * toward / acceleration
+        };
+        let faces = self.set.faces().iter();
+        let face = faces.max_by(|a, b| left(a).total_cmp(&left(b))).unwrap_or(&self.set.faces()[0]);
+        let distance = face.outside(apart) - RESERVE;
+        let low = dot(face.normal, self.moves) - RATE * distance;
+        Row { of, normal: face.normal, against: self.against, low }
+    }
 }
 
 /// The velocities that a robot can have after a tick: the least and the greatest along each axis (m/s).

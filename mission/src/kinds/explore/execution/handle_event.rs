@@ -41,7 +41,6 @@ impl ExploreExecution {
                     return Err("the person reaches the exit by walking there".into());
                 }
                 self.done = Some(time);
-                self.robots.iter_mut().for_each(|robot| robot.input = [0.0; 2]);
                 self.record(LogEntry::Handled { text });
                 self.record(LogEntry::Done);
                 return Ok(());

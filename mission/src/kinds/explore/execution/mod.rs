@@ -65,7 +65,7 @@ pub(super) struct Mover {
 pub(super) struct Committed {
     pub trajectories: Trajectories,
     pub foresight: Foresight,
-    /// What it began with.
+    /// State of the team at its begin.
     pub present: Present,
     /// Time of its begin (s).
     pub begin: f64,
@@ -88,7 +88,7 @@ pub struct ExploreExecution {
     tick: u64,
     pub(super) robots: Vec<Mover>,
     pub(super) person: Walker,
-    /// Who has taken each target, robots and then the person, and when (s).
+    /// The member that has taken each target, robots and then the person, with the time (s).
     pub(super) takers: Vec<Option<(usize, f64)>>,
     plan: Option<Committed>,
     /// The robots stand by the fallback: there is no plan for this period.
@@ -232,7 +232,7 @@ impl ExploreExecution {
         self.period
     }
 
-    /// What the planner begins with now.
+    /// The input of the planner now.
     pub(super) fn present(&self) -> Present {
         Present {
             states: self.robots.iter().map(|robot| robot.state).collect(),

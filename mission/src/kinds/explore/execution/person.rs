@@ -44,7 +44,7 @@ pub(in super::super) struct Walker {
     pub travelled: f64,
 }
 
-/// What the end of an action brings.
+/// Result of an action.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(in super::super) struct Ended {
     /// A target that the person takes.
@@ -207,7 +207,7 @@ impl Walker {
         }
     }
 
-    /// What the robots expect from a time (s) on. They see where the person is, and a step that is under way, but not the action
+    /// The prediction of the robots from a time (s) on. They see where the person is, and a step that is under way, but not the action
     /// that is about to begin.
     pub fn foresee(&self, problem: &Problem, grid: &Grid, open: &[bool], now: f64) -> Foresight {
         let here = self.at(now);

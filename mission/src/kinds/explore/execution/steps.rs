@@ -63,6 +63,8 @@ impl ExploreExecution {
     /// The state of a robot at a time (s), not before the last step: it holds its input.
     pub(super) fn state_at(&self, robot: usize, time: f64) -> Option<State> {
         let mover = self.robots.get(robot)?;
+        // Nobody moves after the end.
+        let time = self.done.map_or(time, |done| time.min(done));
         let dynamics = self.problem.robots[robot].dynamics;
         Some(if mover.active { dynamics.after(mover.state, mover.input, time - self.moved_to) } else { mover.state })
     }
@@ -103,7 +105,6 @@ impl ExploreExecution {
             self.look();
             self.done = Some(self.time);
             let at = self.person.at(self.time);
-            self.robots.iter_mut().for_each(|robot| robot.input = [0.0; 2]);
             for (way, end) in self.walked.iter_mut().zip(self.robots.iter().map(|r| r.state.at).chain([at])) {
                 way.push(end);
             }

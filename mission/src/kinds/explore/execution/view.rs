@@ -45,7 +45,7 @@ struct MemberResult {
 }
 
 impl ExploreExecution {
-    /// What the planner begins with at the start of the mission, and the prediction then.
+    /// The input of the planner at the start of the mission, and the prediction then.
     ///
     /// # Errors
     /// A model cannot be used.
@@ -61,7 +61,7 @@ impl ExploreExecution {
         Ok((present, foresight))
     }
 
-    /// Where a member is: robots, and then the person.
+    /// Position of a member: robots, and then the person (m).
     pub fn place(&self, member: usize) -> Option<Point> {
         let person = (member == self.robots.len()).then(|| self.person.at(self.time));
         self.state_at(member, self.time).map(|state| state.at).or(person)
@@ -87,7 +87,7 @@ impl ExploreExecution {
         last.filter(|_| self.without_plan)
     }
 
-    /// What everybody has done, and is to do.
+    /// Activities of everybody, past and planned.
     pub fn activities(&self) -> Vec<Activity> {
         let mut all = Vec::new();
         let person = self.robots.len();

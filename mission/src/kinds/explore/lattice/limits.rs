@@ -1,10 +1,10 @@
-//! What limits a robot in one period of the lattice, as bits of the three points of its motion.
+//! Limits of a robot in one period of the lattice, as bits of the three points of its motion.
 
 use super::super::motion::Dynamics;
 use super::super::polygon::{Convex, Point, dot, minus};
 use super::{Lattice, MARGIN, Motion, PENALTY, Three};
 
-/// What limits a robot in one period: sides of sets as bits of the corner points, and the connections.
+/// Limits of a robot in one period: sides of sets as bits of the corner points, and the connections.
 pub(super) struct Limits<'l, 'p> {
     lattice: &'l Lattice<'p>,
     robot: usize,
@@ -63,7 +63,7 @@ impl Bits {
 }
 
 impl<'p> Lattice<'p> {
-    /// What limits a robot in a period, around the motions of the others.
+    /// Limits of a robot in a period, around the motions of the others.
     pub(super) fn limits<'l>(&'l self, robot: usize, step: usize, motions: &[Motion]) -> Limits<'l, 'p> {
         let problem = self.problem;
         let back = problem.robots[robot].body.reflected();
@@ -154,7 +154,7 @@ impl Limits<'_, '_> {
         }
     }
 
-    /// What the end of the first period needs.
+    /// Margins that the end of the first period needs.
     pub(super) fn needs_at_the_begin(&self) -> Needs {
         let who = &self.lattice.problem.robots[self.robot];
         let now = self.lattice.present.states[self.robot];

@@ -123,7 +123,7 @@ impl Builder<'_> {
                 end.bound += b1 * b1 / b0;
                 vec![end]
             }
-            // Who begins a little too near is not held to that for the begin.
+            // A robot that begins a little too near is not held to that for the begin.
             false => vec![third, end],
         }
     }

@@ -1,7 +1,7 @@
 //! The mixed-integer program of a plan: armchair (10a) to (10p) in the robust form (11) to (14).
 //!
 //! It differs from the paper where the paper is silent or can be passed between two samples:
-//! - What holds at samples there holds at all times here. A motion stays in a triangle ([`motion`](super::motion)), and a
+//! - Constraints that hold at samples there hold at all times here. A motion stays in a triangle ([`motion`](super::motion)), and a
 //!   constraint that is convex, or that one side of an obstacle fulfils, holds for the motion if it holds for the corners.
 //! - In the first period the person may walk anywhere, which is a set that grows with time; of later periods (12) and (14) keep
 //!   distance from the predicted position, enlarged by a stride.
@@ -40,7 +40,7 @@ pub fn reserve(problem: &Problem) -> f64 {
     0.3 * problem.person.speed * problem.period
 }
 
-/// What a plan begins with.
+/// State of the team at the begin of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Present {
     /// States of the robots.
@@ -142,7 +142,7 @@ pub struct Program {
     periods: usize,
 }
 
-/// What the robots do by a plan.
+/// Motions of the robots by a plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trajectories {
     /// States at the present and at the end of each period, by robot.
@@ -244,7 +244,7 @@ impl Program {
 
     /// Values of the binaries for these motions; none: the motions do not meet the constraints.
     pub fn start(&self, of: &Trajectories) -> Option<Vec<(usize, f64)>> {
-        // What is missing of the reserve may be all of it.
+        // The whole reserve may be missing.
         let mut point: Vec<f64> = self.model.columns.iter().map(|column| column.high).collect();
         for (columns, states) in self.columns.iter().zip(&of.states) {
             for ((at, velocity), state) in columns.at.iter().zip(&columns.velocity).zip(states) {
