@@ -78,7 +78,9 @@ fn brute_force(problem: &Problem, present: &Present, foresight: &Foresight) -> f
             }
         }
         let effort: f64 = sequence.iter().flatten().map(|u| u.abs()).sum();
-        let reward: f64 = visits.iter().map(|visit| problem.targets[visit.target].worth).sum();
+        // A target loses 0.4 % of its worth with each period.
+        let worth = |visit: &Visit| problem.targets[visit.target].worth * (1.0 - 0.004 * visit.step as f64);
+        let reward: f64 = visits.iter().map(worth).sum();
         let cost = problem.effort * effort - reward;
         let of = Trajectories { states: vec![states], inputs: vec![sequence], visits };
         if cost < best && validate(problem, present, foresight, &of).is_empty() {

@@ -9,6 +9,7 @@ mod events;
 mod execution;
 mod explore;
 mod explore_execution;
+mod explore_lattice;
 mod explored;
 mod layered;
 mod layers;

@@ -289,6 +289,12 @@ impl<'a> RangeContext<'a> {
         }
     }
 
+    /// Ball of the positions of a link's origin in the world; none: its base moves.
+    pub fn origin(&self, link: LinkId) -> Option<Ball> {
+        let ball = || self.at_rest(&Leaf::Point { link, offset: Vector3::zeros() });
+        (self.model.base == Base::Fixed).then(ball).filter(|ball| ball.radius.is_finite())
+    }
+
     /// Ball of a position in the world, for the leaf whose first number is `at`.
     fn place(&self, at: usize) -> Ball {
         match (self.model.base, self.leaves.get(&at)) {

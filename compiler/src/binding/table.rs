@@ -11,6 +11,8 @@ use stdlib_tasks::expression::{Expression, Leaf};
 pub struct Table {
     /// Node of each place.
     pub nodes: Vec<usize>,
+    /// The same for the places of the program, once its table of values is made.
+    pub placed: Vec<usize>,
     /// Captures, in the order of their inputs.
     pub captures: Vec<Capture>,
     /// Number of captured values.

@@ -94,6 +94,7 @@ pub(crate) fn controller(
 fn targets(c: &Checked, out: &mut Vec<Diagnostic>) {
     let unmoved = if has_errors(out) { BTreeSet::new() } else { ineffective::program(c.program, c.places, out) };
     reachability::targets(c.context, c.program, c.places, &unmoved, out);
+    reachability::frames(c.context, c.program, c.places, &unmoved, out);
 }
 
 fn has_errors(diagnostics: &[Diagnostic]) -> bool {

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::{Diagnostic, Span};
 use runtime::program::{Op, Program};
+use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{Dimension, LENGTH};
 use stdlib_tasks::expression::Leaf;
 
@@ -55,6 +56,44 @@ pub(crate) fn targets(
         // For a trajectory, the goal is checked.
         let goal = &Typed { nodes: context.graph.goal(&goal.nodes), ..goal.clone() };
         diagnostics.extend(target(&mut ranges(context, value, goal), context.graph, value, goal, at));
+    }
+}
+
+/// Warns of target positions of frames that no joint positions reach, except for tasks that already have a warning (`told`).
+pub(crate) fn frames(
+    context: &RangeContext,
+    program: &Program,
+    places: &SourceMap,
+    told: &BTreeSet<usize>,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    for index in in_stacks(program).difference(told) {
+        let params = &program.tasks[*index].params;
+        let (Some(Bound::Frame(name, link)), Some(Bound::Value(slot))) = (params.get("frame"), params.get("position"))
+        else {
+            continue;
+        };
+        let Some(own) = context.origin(*link) else { continue };
+        // For a trajectory, the goal is checked.
+        let nodes = context.graph.goal(context.table.placed.get(slot.at..slot.at + slot.len).unwrap_or_default());
+        let goal = Ranges::new(context, &nodes, &BTreeMap::new()).ball(&nodes);
+        let away = (own.centre - goal.centre).norm() - goal.radius - own.radius;
+        if away > SLIP * (1.0 + own.radius) {
+            let at = places.tasks[*index].spans.get("position").copied().unwrap_or(places.tasks[*index].span);
+            let text = format!("`{name}` cannot reach this position");
+            let c = own.centre.map(|x| runtime::text::number((x * 1e3).round() / 1e3));
+            let within = shown((own.radius * 1e4).round() * 1e-4, LENGTH);
+            let is = format!("{} too far away", shown((away * 1e4).ceil() * 1e-4, LENGTH));
+            diagnostics.push(
+                Diagnostic::warning("HQ0520", at, text)
+                    .here(is)
+                    .note(format!(
+                        "its origin stays within {within} of [{}, {}, {}] m at all joint positions",
+                        c.x, c.y, c.z
+                    ))
+                    .help("choose a position that can be reached; positions are those in the world, in m"),
+            );
+        }
     }
 }
 

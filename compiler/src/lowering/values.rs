@@ -10,6 +10,7 @@ impl Lowerer<'_> {
     /// Builds the table of values: constants are folded, moving values and their rates are computed by the tape.
     pub(super) fn values(&mut self) -> Values {
         let nodes = std::mem::take(&mut self.table.nodes);
+        self.table.placed.clone_from(&nodes);
         let mut initial = Vec::with_capacity(nodes.len());
         let mut moving = Vec::new();
         for (at, &n) in nodes.iter().enumerate() {

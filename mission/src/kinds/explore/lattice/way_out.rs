@@ -15,7 +15,7 @@ use super::{Lattice, Motion, ROUNDS};
 /// Periods of a way out in each period of a plan.
 const FINER: usize = 2;
 /// Periods that a way out looks ahead.
-const PERIODS: usize = 8;
+const PERIODS: usize = 12;
 
 /// A way out.
 #[derive(Clone, Debug, PartialEq)]
