@@ -239,6 +239,11 @@ pub fn codes_markdown() -> String {
     );
     for page in compiler::codes::all() {
         let _ = write!(out, "\n## {}: {}\n", page.code, page.title);
+        if page.warning {
+            out.push_str(
+                "\n*A warning: it can be [allowed](language/files.md#allowed-warnings) where it is intended.*\n",
+            );
+        }
         for part in page.parts() {
             let _ = match part {
                 Part::Text(text) => write!(out, "\n{text}\n"),
