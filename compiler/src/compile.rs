@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 
 use dsl::tree::Spec;
-use dsl::{Diagnostic, Fix, SourceId, Sources, Syntax, Topic};
+use dsl::{Diagnostic, Fix, SourceId, Sources, Span, Syntax, Topic};
 use runtime::program::{AllowedWarning, MissionProgram, Program};
 
 use crate::checks::{self, size_limits};
@@ -108,7 +108,9 @@ fn removals(diagnostics: &mut [Diagnostic], spec: &Spec) {
 /// Removes the warnings that the spec allows. Reports allowances of its own text without effect, if all warnings that it can have
 /// are known: not after an error, without the missions, or with other values of its params.
 fn allow(report: &mut Report, expanded: &Expanded, (input, part, own): (&Input, Part, SourceId)) {
-    let without_effect = report.allow(&expanded.allowances, |place| expanded.syntaxes.contains_key(&place.source));
+    let is_spec = |place: Span| expanded.syntaxes.contains_key(&place.source);
+    let urdf = expanded.robots.iter().filter_map(|robot| Some(robot.body.get("urdf")?.value.span));
+    let without_effect = report.allow(&expanded.allowances, is_spec, &urdf.collect::<Vec<_>>());
     if report.errors() == 0 && part == Part::Whole && input.set.is_empty() {
         report.diagnostics.extend(without_effect.into_iter().filter(|d| d.primary.span.source == own));
     }

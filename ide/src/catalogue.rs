@@ -260,7 +260,8 @@ pub fn codes_markdown() -> String {
 /// Returns the page of a code for the terminal: paragraphs of at most `width` columns, and examples indented below the
 /// word "wrong" or "right".
 pub fn code_page(page: &compiler::codes::Page, width: usize) -> String {
-    let mut out = format!("{}: {}\n", page.code, page.title);
+    let warning = if page.warning { " (warning)" } else { "" };
+    let mut out = format!("{}: {}{warning}\n", page.code, page.title);
     for part in page.parts() {
         match part {
             Part::Text(text) => {

@@ -1,7 +1,7 @@
 //! Warnings that a spec allows, `allow HQ0606 "the tray is soft on purpose"`: they leave the report, which lists them with
 //! the reasons.
 
-use dsl::{Diagnostic, Fix, Severity, Sources, Span};
+use dsl::{Diagnostic, Fix, Severity, Span};
 
 use super::report::Report;
 
@@ -36,15 +36,22 @@ pub struct Allowed {
 }
 
 impl Report {
-    /// Moves the warnings that are allowed to [`Report::allowed`]. `is_spec` tells the texts of specs from those of other files, such
-    /// as a URDF. Returns a warning for each allowance that allows nothing.
-    pub(crate) fn allow(&mut self, allowances: &[Allowance], is_spec: impl Fn(Span) -> bool) -> Vec<Diagnostic> {
+    /// Moves the warnings that are allowed to [`Report::allowed`]. `is_spec` tells the texts of specs from that of the URDF, which specs
+    /// name at `urdf`. Returns a warning for each allowance that allows nothing.
+    pub(crate) fn allow(
+        &mut self,
+        allowances: &[Allowance],
+        is_spec: impl Fn(Span) -> bool,
+        urdf: &[Span],
+    ) -> Vec<Diagnostic> {
         let sources = &self.sources;
         let scopes: Vec<Span> = allowances.iter().map(|a| sources.real(a.scope)).collect();
         let mut used = vec![false; allowances.len()];
         let allowed = &mut self.allowed;
         self.diagnostics.retain(|d| {
-            let places = places(d, sources, &is_spec);
+            let own = sources.real(d.primary.span);
+            let named = urdf.iter().map(|span| sources.real(*span));
+            let places: Vec<Span> = if is_spec(own) { vec![own] } else { named.collect() };
             let allows =
                 |i: &usize| allowances[*i].code == d.code && places.iter().any(|place| contains(scopes[*i], *place));
             // The innermost one has the reason for this place.
@@ -52,9 +59,13 @@ impl Report {
             let Some(i) = by.filter(|_| d.severity == Severity::Warning) else { return true };
             used[i] = true;
             let Allowance { code, ref reason, span, .. } = allowances[i];
-            let place = sources.real(d.primary.span);
-            let new =
-                Allowed { code, message: d.message.clone(), place, reason: reason.clone(), by: sources.real(span) };
+            let new = Allowed {
+                code,
+                message: d.message.clone(),
+                place: own,
+                reason: reason.clone(),
+                by: sources.real(span),
+            };
             if !allowed.contains(&new) {
                 allowed.push(new);
             }
@@ -64,15 +75,6 @@ impl Report {
         let unused = allowances.iter().zip(used).filter(|(_, used)| !used);
         unused.map(|(allowance, _)| without_effect(allowance)).collect()
     }
-}
-
-/// Places of a warning in specs: of one about another file, those where a spec names the file.
-fn places(d: &Diagnostic, sources: &Sources, is_spec: &impl Fn(Span) -> bool) -> Vec<Span> {
-    let own = sources.real(d.primary.span);
-    if is_spec(own) {
-        return vec![own];
-    }
-    d.labels.iter().map(|label| sources.real(label.span)).filter(|place| is_spec(*place)).collect()
 }
 
 fn contains(scope: Span, place: Span) -> bool {

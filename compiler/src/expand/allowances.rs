@@ -128,7 +128,7 @@ impl Taker<'_> {
                 false
             }
             ValueKind::Missing => false,
-            ValueKind::Name(_) | ValueKind::Text(_) => {
+            _ if entry.value.items().iter().all(|item| item.word().is_some()) => {
                 let d = Diagnostic::error("HQ0220", entry.value.span, "`allow` takes a code and a reason");
                 let shown = Snippet::each("allow HQ0606 \"the reason\"", "allow: { HQ0606: the reason }");
                 self.diagnostics.push(d.help(Help::write(shown)));
