@@ -12,6 +12,7 @@ mod frames;
 mod hostile;
 mod initial;
 mod inline_tasks;
+mod meaning;
 mod missions;
 mod pages;
 mod params;

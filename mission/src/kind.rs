@@ -25,7 +25,7 @@ use self::course::{Course, Drivable, Driven, GroundPose};
 use self::generation::Generation;
 pub use self::measure::{Form, Measure};
 pub(crate) use self::measure::{number, truth};
-pub use self::outcome::{Cell, Outcome, Table, Work, WorkState};
+pub use self::outcome::{Cell, Outcome, ReportPart, Table, Work, WorkState};
 use self::pages::{Pages, ServeSettings};
 use crate::chart::Chart;
 use crate::declare::{DeclaredMission, Remarks};
@@ -321,6 +321,11 @@ pub trait Execution: Send {
 
     /// Results so far.
     fn outcome(&self) -> Outcome;
+
+    /// Further parts of a report, in order.
+    fn report_parts(&self) -> Vec<ReportPart> {
+        Vec::new()
+    }
 
     /// Names of the columns of the log of states.
     fn columns(&self) -> Vec<String>;

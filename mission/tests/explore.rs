@@ -20,7 +20,12 @@ fn solver() -> Solver {
 /// A person who walks along the lower edge, to the right.
 fn passer_by(periods: usize) -> Foresight {
     let position = |step: usize| [0.5 + step as f64, 0.5];
-    Foresight { positions: (0..=periods).map(position).collect(), visits: Vec::new(), arrives: true }
+    Foresight {
+        positions: (0..=periods).map(position).collect(),
+        visits: Vec::new(),
+        arrives: true,
+        spread: Vec::new(),
+    }
 }
 
 /// A small world in which the robot moves by a velocity that it takes at once: its positions are those of a lattice if its
@@ -203,7 +208,7 @@ proptest! {
             at = [at[0] + way[0], at[1] + way[1]];
             positions.push(at);
         }
-        let foresight = Foresight { positions, visits: Vec::new(), arrives: false };
+        let foresight = Foresight { positions, visits: Vec::new(), arrives: false, spread: Vec::new() };
         let present = present(&problem);
         match solver().plan(&problem, &present, &foresight, Duration::from_secs(20)) {
             Ok(best) => {

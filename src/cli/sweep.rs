@@ -251,11 +251,22 @@ fn measures(digest: &Digest) -> String {
     if of_mission.is_empty() {
         return String::new();
     }
-    let mut rows = tables::wide_table(&["at the end", "mean", "deviation", "smallest", "in run", "largest", "in run"]);
+    let mut rows = tables::wide_table(&[
+        "at the end",
+        "mean",
+        "95 % of the mean",
+        "deviation",
+        "smallest",
+        "in run",
+        "largest",
+        "in run",
+    ]);
     for m in of_mission {
         let Some(unit) = m.of.unit.as_deref() else {
             let share = m.mean.map_or_else(String::new, |share| format!("true in {:.1} %", 100.0 * share));
-            rows.add_row([m.of.title.clone(), share]);
+            let [low, high] = m.interval.unwrap_or_default().map(|share| 100.0 * share);
+            let interval = m.interval.map_or_else(String::new, |_| format!("{low:.1} to {high:.1} %"));
+            rows.add_row([m.of.title.clone(), share, interval]);
             continue;
         };
         let shown = |x: f64| quantity(x, unit);
@@ -263,7 +274,9 @@ fn measures(digest: &Digest) -> String {
         let [least, in_least, most, in_most] = m.extremes.map_or_else(Default::default, |[(least, a), (most, b)]| {
             [shown(least), a.run.to_string(), shown(most), b.run.to_string()]
         });
-        rows.add_row([m.of.title.clone(), cell(m.mean), cell(m.deviation), least, in_least, most, in_most]);
+        let interval = m.interval.map_or_else(String::new, |[low, high]| format!("{} to {}", shown(low), shown(high)));
+        let [mean, deviation] = [m.mean, m.deviation].map(cell);
+        rows.add_row([m.of.title.clone(), mean, interval, deviation, least, in_least, most, in_most]);
     }
     format!("{rows}\n")
 }

@@ -120,6 +120,12 @@ fn each_row_is_the_run_that_it_speaks_of() {
         let given = said[key].as_f64().expect("a number");
         assert!((given - own).abs() < 1e-9, "{key}: {given} and {own}");
     }
+    // The bootstrap of a mean is nearly normal, with the deviation of the values themselves in place of the estimate.
+    let half = 1.96 * deviation * (5.0_f64 / 6.0).sqrt() / 6.0_f64.sqrt();
+    for (end, normal) in [(0, mean - half), (1, mean + half)] {
+        let given = said["interval"][end].as_f64().expect("a number");
+        assert!((given - normal).abs() < 0.25 * half, "{given} and {normal} about {mean}");
+    }
     let least = &said["smallest"];
     let run = least["run"].as_u64().expect("a number") as usize;
     assert_eq!(

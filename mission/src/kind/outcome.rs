@@ -1,5 +1,7 @@
 //! Results of an execution: data for files, tables for people, and the work of members for the controllers that they run.
 
+use crate::chart::Chart;
+
 /// Results of an execution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
@@ -20,6 +22,25 @@ pub struct Table {
     pub columns: Vec<&'static str>,
     /// Rows, a cell a column.
     pub rows: Vec<Vec<Cell>>,
+}
+
+/// A part of a report beside the plan, the map and the log.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ReportPart {
+    /// A chart over time.
+    Chart {
+        /// Title.
+        title: &'static str,
+        /// The chart.
+        chart: Chart,
+    },
+    /// A table.
+    Table {
+        /// Title.
+        title: &'static str,
+        /// The table.
+        table: Table,
+    },
 }
 
 /// A cell of a table or a log.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
+use learning::evaluate::bootstrap;
 use runtime::expect::Verdict;
 use serde_json::{Map, Value as Json, json};
 
@@ -63,6 +64,8 @@ pub struct Spread<'a> {
     pub runs: usize,
     /// Mean in SI; for a truth value the share of runs in which it is true. `None` without runs.
     pub mean: Option<f64>,
+    /// Interval of 95 % of the mean, by bootstrap; `None` for fewer than two runs.
+    pub interval: Option<[f64; 2]>,
     /// Standard deviation in SI; `None` for a truth value or fewer than two runs.
     pub deviation: Option<f64>,
     /// Runs with the smallest and the greatest value, with these; `None` for a truth value or without runs.
@@ -74,6 +77,9 @@ impl<'a> Spread<'a> {
         let all: Vec<(f64, &Row)> = rows.iter().filter_map(|r| Some(((*r.measures.get(index)?)?, r))).collect();
         let (runs, sum) = (all.len(), all.iter().map(|v| v.0).sum::<f64>());
         let mean = (runs > 0).then(|| sum / runs as f64);
+        let values: Vec<f64> = all.iter().map(|(value, _)| *value).collect();
+        // The same rows give the same interval, however a sweep was cut.
+        let interval = (runs > 1).then(|| bootstrap(&values, 0)).map(|mean| [mean.low, mean.high]);
         let is_number = of.unit.is_some();
         let deviation = mean.filter(|_| is_number && runs > 1).map(|mean| {
             let squares: f64 = all.iter().map(|v| (v.0 - mean).powi(2)).sum();
@@ -83,7 +89,7 @@ impl<'a> Spread<'a> {
         let least = all.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0));
         let most = all.iter().copied().min_by(|a, b| b.0.total_cmp(&a.0));
         let extremes = least.zip(most).filter(|_| is_number).map(|(least, most)| [least, most]);
-        Spread { of, runs, mean, deviation, extremes }
+        Spread { of, runs, mean, interval, deviation, extremes }
     }
 }
 
@@ -265,6 +271,7 @@ impl<'a> Digest<'a> {
             "unit": spread.of.unit.as_deref().filter(|unit| !unit.is_empty()),
             "of": spread.runs,
             "mean": spread.mean,
+            "interval": spread.interval,
             "deviation": spread.deviation,
             "smallest": extreme(0),
             "largest": extreme(1),

@@ -12,7 +12,7 @@ mod summary;
 mod workers;
 
 use mission::chart::Chart;
-use mission::kind::{Event, Execution};
+use mission::kind::{Event, Execution, ReportPart};
 use mission::labels::Labels;
 use mission::map::Map;
 
@@ -79,6 +79,8 @@ pub struct MissionRun {
     pub map: Option<Map>,
     /// Maps of a few instants, by time, if the ground of the map changes.
     pub maps: Vec<MapAt>,
+    /// Further parts of its report.
+    pub parts: Vec<ReportPart>,
 }
 
 /// Error of a run.
@@ -110,7 +112,15 @@ pub fn run(
         Ok(execution) => execution,
         Err(why) => {
             let summary = MissionSummary::refused(mission, scenario, why, monitors.finish());
-            return Ok(MissionRun { summary, labels, planned: None, executed: None, map: None, maps: Vec::new() });
+            return Ok(MissionRun {
+                summary,
+                labels,
+                planned: None,
+                executed: None,
+                map: None,
+                maps: Vec::new(),
+                parts: Vec::new(),
+            });
         }
     };
     let planned = execution.chart();
@@ -138,9 +148,9 @@ pub fn run(
     let end = if interrupted { End::Interrupted } else { End::of(&*world.execution) };
     let map = Some(world.execution.map());
     let maps = snapshots.map_or_else(Vec::new, Snapshots::finish);
-    let executed = Some(world.execution.chart());
+    let (executed, parts) = (Some(world.execution.chart()), world.execution.report_parts());
     let summary = MissionSummary::new(mission, scenario, world, RunEnd { end, instants, outcomes });
-    Ok(MissionRun { summary, labels, planned: Some(planned), executed, map, maps })
+    Ok(MissionRun { summary, labels, planned: Some(planned), executed, map, maps, parts })
 }
 
 /// The end of a run.

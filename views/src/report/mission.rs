@@ -4,6 +4,7 @@
 use std::fmt::Write;
 
 use mission::chart::Chart;
+use mission::kind::{Cell, ReportPart};
 use runtime::expect::Verdict;
 use runtime::missions::{End, MissionRun};
 
@@ -33,6 +34,16 @@ pub fn mission(spec: &str, run: &MissionRun) -> String {
 }
 
 static STYLE: &str = include_str!("assets/mission.css");
+
+/// A cell of a table for people.
+fn words(cell: &Cell) -> String {
+    match cell {
+        Cell::Text(text) => text.clone(),
+        Cell::Count(count) => count.to_string(),
+        Cell::Number(x, "") => format!("{x:.3}"),
+        Cell::Number(x, unit) => format!("{x:.3} {unit}"),
+    }
+}
 
 fn end(end: &End) -> String {
     match end {
@@ -88,6 +99,24 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
             )?;
         }
         writeln!(out, "</div>")?;
+    }
+    for part in &run.parts {
+        match part {
+            ReportPart::Chart { title, chart } => {
+                let picture = gantt::picture(chart, &Look { until, styled: false, ..Look::default() });
+                writeln!(out, "<h2>{}</h2>\n<div class=\"rolls\">\n{picture}</div>", escaped(title))?;
+            }
+            ReportPart::Table { title, table } => {
+                writeln!(out, "<h2>{}</h2>\n<div class=\"rolls\"><table>", escaped(title))?;
+                let heads = table.columns.iter().map(|head| format!("<th>{}", escaped(head)));
+                writeln!(out, "<tr>{}", heads.collect::<String>())?;
+                for row in &table.rows {
+                    let cells = row.iter().map(|cell| format!("<td>{}", escaped(&words(cell))));
+                    writeln!(out, "<tr>{}", cells.collect::<String>())?;
+                }
+                writeln!(out, "</table></div>")?;
+            }
+        }
     }
     if !summary.workers.is_empty() {
         let driven = summary.workers.iter().all(|w| w.drive.is_some());

@@ -12,7 +12,12 @@ pub struct Foresight {
     pub visits: Vec<(usize, usize)>,
     /// The prediction reaches the exit.
     pub arrives: bool,
+    /// Covariance of each of the positions (m^2), of ways that are drawn from the model; empty: the model draws nothing.
+    pub spread: Vec<Covariance>,
 }
+
+/// A covariance of positions (m^2).
+pub type Covariance = [[f64; 2]; 2];
 
 impl Foresight {
     /// Number of periods.

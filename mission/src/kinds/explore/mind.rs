@@ -2,8 +2,9 @@
 
 use learning::grid::{Action, Cell, State, Target, World};
 use learning::policy::{Policy, most_likely};
-use learning::predict::{ConstantVelocity, GoalDirected, Learned, Limits, Observation, Prediction, Predictor};
+use learning::predict::{ConstantVelocity, End, GoalDirected, Learned, Limits, Observation, Prediction, Predictor};
 
+use super::foresight::Covariance;
 use super::grid::Grid;
 use super::problem::{Model, Problem};
 
@@ -31,6 +32,20 @@ pub(super) struct Expected {
     /// The target that it takes.
     pub takes: Option<usize>,
 }
+
+/// The way that a model expects.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Walk {
+    /// Its actions.
+    pub steps: Vec<Expected>,
+    /// It leads to the exit.
+    pub arrives: bool,
+    /// Covariances of column and row at the begin and after the actions, as far as they are known.
+    pub spread: Vec<Covariance>,
+}
+
+/// Ways that are drawn for the spread of a prediction.
+const SAMPLES: usize = 100;
 
 /// The world of the models for a problem with this number of types of targets.
 ///
@@ -107,20 +122,25 @@ impl Mind {
             });
             return drawn.unwrap_or_else(|| most_likely(&probabilities));
         }
-        let found = self.predict(state, last, 1);
+        let found = self.predict(state, last, 1, 0);
         // A person with nowhere to go stands.
         found.and_then(|found| found.steps.first().and_then(|step| step.action)).unwrap_or(Action::Collect)
     }
 
-    fn predict(&self, state: State, heading: Option<Action>, most: usize) -> Option<Prediction> {
-        let limits = Limits { steps: most, samples: 0, seed: 0 };
+    fn predict(&self, state: State, heading: Option<Action>, most: usize, samples: usize) -> Option<Prediction> {
+        let limits = Limits { steps: most, samples, seed: 0 };
         self.predictor.predict(&Observation { state, heading }, &limits).ok()
     }
 
-    /// The most likely actions, up to the exit or to this number; and if they lead to the exit.
-    pub fn walk(&self, cell: usize, open: &[bool], last: Option<Action>, most: usize) -> (Vec<Expected>, bool) {
+    /// The most likely actions, up to the exit or to this number.
+    ///
+    /// Algorithm 1 never ends where the most likely actions lead in a circle. People do not walk in circles for ever: there the way goes on
+    /// to the nearest exit.
+    pub fn walk(&self, cell: usize, open: &[bool], last: Option<Action>, most: usize) -> Walk {
         let state = self.state(cell, open);
-        let Some(found) = state.and_then(|state| self.predict(state, last, most)) else { return (Vec::new(), false) };
+        let Some(found) = state.and_then(|state| self.predict(state, last, most, SAMPLES)) else {
+            return Walk::default();
+        };
         let mut open = open.to_vec();
         let expected = found.steps.windows(2).map(|two| {
             let at = usize::from(two[0].state.cell());
@@ -130,6 +150,20 @@ impl Mind {
             }
             Expected { cell: usize::from(two[1].state.cell()), takes }
         });
-        (expected.collect(), found.reaches_exit())
+        let mut steps: Vec<Expected> = expected.collect();
+        let draws = self.policy.is_some();
+        let spread = found.occupancy.iter().filter(|_| draws).map(|of| of.covariance).collect();
+        if !matches!(found.end, End::Loop { .. }) {
+            return Walk { steps, arrives: found.reaches_exit(), spread };
+        }
+        let mut cell = found.last().cell();
+        while let Some(left) = self.world.steps_to_exit(cell).filter(|left| *left > 0 && steps.len() < most) {
+            let beside = Action::MOVES.into_iter().filter_map(|action| self.world.neighbour(cell, action));
+            let nearer = |next: &Cell| self.world.steps_to_exit(*next).is_some_and(|steps| steps < left);
+            let Some(next) = beside.into_iter().find(nearer) else { break };
+            cell = next;
+            steps.push(Expected { cell: usize::from(cell), takes: None });
+        }
+        Walk { steps, arrives: self.world.is_exit(cell), spread }
     }
 }

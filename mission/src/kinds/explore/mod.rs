@@ -19,6 +19,7 @@ pub mod map;
 mod mind;
 mod mission;
 pub mod motion;
+pub mod objective;
 mod pages;
 pub mod plan;
 pub mod planned;

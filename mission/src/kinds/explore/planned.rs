@@ -9,8 +9,9 @@ use crate::planned::{Choice, Listing, PlanOptions, Planned, Refusal};
 use super::chart::{chart, label};
 use super::execution::{ExploreExecution, Settings};
 use super::foresight::Foresight;
-use super::map::{Way, map};
+use super::map::{Way, doubts, map};
 use super::mission::Explore;
+use super::objective::Costs;
 use super::plan::{Activity, Plan, activities};
 use super::polygon::norm;
 use super::problem::{EngineChoice, Problem};
@@ -108,31 +109,30 @@ fn planned(problem: &Problem, present: &Present, foresight: &Foresight, best: &B
         formulation: PREDICTIVE,
         why: format!("robots plan around the expected way of {}", problem.person_label()),
     };
-    let drawn = (chart(problem, &plan.activities), map(problem, &ways, &taken, &places));
+    let drawn = (chart(problem, &plan.activities), map(problem, &ways, doubts(foresight, 0), &taken, Some(&places)));
     let robots = best.trajectories.visits.len();
-    let cost = cost(problem, best);
+    let cost = cost(problem, present, foresight, best);
     Planned {
         summary: format!(
             "{robots} targets of {} by robots, {} by the person",
             problem.targets.len(),
             foresight.visits.len()
         ),
-        cost_text: format!("rewards {:.2}, effort {:.2}", 0.0 - cost.parts[0].cost, cost.parts[1].cost),
+        cost_text: format!("rewards {:.2}, effort {:.2}", 0.0 - cost.parts[0].cost, cost.parts[2].cost),
         cost,
         table: table(problem, &plan),
         ..Planned::new(&plan, method, drawn.0, drawn.1, Box::new(data))
     }
 }
 
-/// The parts of (10a), and what is missing of the reserve.
-fn cost(problem: &Problem, best: &Best) -> Cost {
-    let rewards: f64 = best.trajectories.visits.iter().map(|visit| problem.targets[visit.target].worth).sum();
-    let effort: f64 = best.trajectories.inputs.iter().flatten().flatten().map(|u| u.abs()).sum();
-    let reserve = (best.cost + rewards - problem.effort * effort).max(0.0);
+/// The terms of the objective.
+fn cost(problem: &Problem, present: &Present, foresight: &Foresight, best: &Best) -> Cost {
+    let costs = Costs::of(problem, present, foresight, &best.trajectories);
     let parts = vec![
-        Part::plain("rewards", 0.0 - rewards),
-        Part::weighted("effort", effort, problem.effort),
-        Part::plain("reserve", if reserve < 1e-9 { 0.0 } else { reserve }),
+        Part::plain("rewards", costs.rewards),
+        Part::plain("delay", costs.delay),
+        Part::weighted("effort", costs.inputs, costs.weight),
+        Part::plain("reserve", if costs.reserve < 1e-9 { 0.0 } else { costs.reserve }),
     ];
     Cost { total: parts.iter().map(|part| part.cost).sum(), parts }
 }

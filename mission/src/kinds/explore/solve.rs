@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use super::foresight::Foresight;
 use super::lattice::construct;
+use super::objective::{Costs, gap, lower_bound};
 use super::problem::{EngineChoice, Problem};
-use super::program::{Group, Present, Program, Trajectories, build, lacking};
+use super::program::{Group, Present, Trajectories, build, replayed};
 use super::validate::validate;
 use crate::engine::{Answer, Budget, EngineError, Highs, Microlp, Milp};
 use crate::plan::Limit;
@@ -29,12 +30,36 @@ pub struct Best {
     pub stopped: Option<Limit>,
     /// Nodes of the search.
     pub nodes: u64,
+    /// Where the plan comes from.
+    pub origin: Origin,
+}
+
+/// Where a plan comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The rest of the last plan.
+    LastPlan,
+    /// The lattice.
+    Lattice,
+    /// The engine for mixed-integer programs.
+    Engine,
+}
+
+impl Origin {
+    /// Words for tables.
+    pub fn words(self) -> &'static str {
+        match self {
+            Origin::LastPlan => "the rest of the last plan",
+            Origin::Lattice => "the lattice",
+            Origin::Engine => "the engine",
+        }
+    }
 }
 
 impl Best {
     /// `(cost - bound) / |bound|`, zero or more.
     pub fn gap(&self) -> f64 {
-        ((self.cost - self.bound) / self.bound.abs().max(1.0)).max(0.0)
+        gap(self.cost, self.bound)
     }
 }
 
@@ -61,24 +86,11 @@ pub struct Solver {
     last: Option<Trajectories>,
 }
 
-/// A known plan: its binaries, its cost, its motions.
-type Known = (Vec<(usize, f64)>, f64, Trajectories);
+/// A known plan with its cost.
+type Known = (f64, Trajectories, Origin);
 
 /// The most binaries of a program that the built-in engine solves.
 const MOST_BUILT_IN: usize = 120;
-
-/// Cost of motions (10a), without the rewards of the person, and with what is missing of the reserve.
-fn cost(problem: &Problem, present: &Present, foresight: &Foresight, of: &Trajectories) -> f64 {
-    let effort: f64 = of.inputs.iter().flatten().flatten().map(|u| u.abs()).sum();
-    let rewards: f64 = of.visits.iter().map(|visit| problem.targets[visit.target].worth).sum();
-    problem.effort * effort - rewards + lacking(problem, present, foresight, of)
-}
-
-/// No plan has more than the rewards of all targets that are open to robots.
-fn lower_bound(problem: &Problem, present: &Present, foresight: &Foresight) -> f64 {
-    let open = |target: &usize| present.open[*target] && foresight.visits.iter().all(|(of, _)| of != target);
-    -(0..problem.targets.len()).filter(open).map(|target| problem.targets[target].worth).sum::<f64>()
-}
 
 impl std::fmt::Debug for Solver {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -122,7 +134,7 @@ impl Solver {
         self.last = None;
     }
 
-    /// Plans.
+    /// Plans: the rest of the last plan, a plan on the lattice, and then the engine, until one of them is within the gap.
     ///
     /// # Errors
     /// See [`NoPlan`].
@@ -134,67 +146,78 @@ impl Solver {
         time: Duration,
     ) -> Result<Best, NoPlan> {
         let begun = Instant::now();
-        let program = build(problem, present, foresight, None).map_err(|group| NoPlan::Infeasible(Some(group)))?;
-        let known = self.known(problem, present, foresight, &program);
-        // A program that is too large for the engine leaves the plan of the lattice.
-        let too_large = self.is_built_in && program.binaries.len() > MOST_BUILT_IN;
-        let start = known.as_ref().map_or(&[][..], |(start, ..)| start.as_slice());
-        let left = time.saturating_sub(begun.elapsed());
-        let budget = Budget { time: left, nodes: problem.planner.nodes, gap: problem.planner.gap };
-        let answer = match too_large {
-            true => Answer {
-                values: None,
-                bound: lower_bound(problem, present, foresight),
-                stopped: Some(Limit::Work),
-                nodes: 0,
-            },
-            false => match self.engine.solve(&program.model, start, &budget) {
-                Ok(answer) => answer,
-                Err(EngineError::Infeasible { .. }) if known.is_none() => {
-                    let left = time.saturating_sub(begun.elapsed()).mul_f64(CAUSE);
-                    return Err(NoPlan::Infeasible(self.cause(problem, present, foresight, left)));
-                }
-                // A plan is known: an engine that denies it is at the end of its accuracy.
-                Err(EngineError::Infeasible { .. }) => {
-                    let bound = lower_bound(problem, present, foresight);
-                    Answer { values: None, bound, stopped: Some(Limit::Accuracy), nodes: 0 }
-                }
-                Err(other) if known.is_none() => return Err(other.into()),
-                Err(_) => Answer { values: None, bound: f64::NEG_INFINITY, stopped: Some(Limit::Accuracy), nodes: 0 },
-            },
+        let cost = |of: &Trajectories| Costs::of(problem, present, foresight, of).total();
+        let bound = lower_bound(problem, present, foresight);
+        let is_good =
+            |known: &Option<Known>| known.as_ref().is_some_and(|(cost, ..)| gap(*cost, bound) <= problem.planner.gap);
+        let sound = |of: Trajectories, origin: Origin| {
+            validate(problem, present, foresight, &of).is_empty().then(|| (cost(&of), of, origin))
         };
-        let solved = answer.values.map(|values| {
-            let trajectories = program.trajectories(problem, present, &values);
-            (cost(problem, present, foresight, &trajectories), trajectories)
-        });
-        let known = known.map(|(_, cost, trajectories)| (cost, trajectories));
-        let best = solved.into_iter().chain(known).min_by(|a, b| a.0.total_cmp(&b.0));
-        let (cost, trajectories) = best.ok_or(NoPlan::Late)?;
+        let rest = self.rest(problem, present, foresight);
+        let mut known = rest.and_then(|rest| sound(rest, Origin::LastPlan));
+        if !is_good(&known) {
+            let lattice = construct(problem, present, foresight, self.last.as_ref());
+            let lattice = lattice.and_then(|found| sound(found, Origin::Lattice));
+            known = known.into_iter().chain(lattice).min_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        let searched = match is_good(&known) {
+            true => Answer { values: None, bound, stopped: None, nodes: 0 },
+            false => {
+                let left = time.saturating_sub(begun.elapsed());
+                let (answer, found) =
+                    self.search(problem, present, foresight, known.as_ref().map(|(_, of, _)| of), left)?;
+                let found = found.map(|of| (cost(&of), of, Origin::Engine));
+                known = found.into_iter().chain(known).min_by(|a, b| a.0.total_cmp(&b.0));
+                answer
+            }
+        };
+        let (cost, trajectories, origin) = known.ok_or(NoPlan::Late)?;
         self.last = Some(trajectories.clone());
-        let bound = answer.bound.max(lower_bound(problem, present, foresight)).min(cost);
-        Ok(Best { trajectories, cost, bound, stopped: answer.stopped, nodes: answer.nodes })
+        let bound = searched.bound.max(bound).min(cost);
+        Ok(Best { trajectories, cost, bound, stopped: searched.stopped, nodes: searched.nodes, origin })
     }
 
-    /// The better one of the rest of the last plan and of a plan on the lattice, with its binaries and its cost.
-    fn known(&self, problem: &Problem, present: &Present, foresight: &Foresight, program: &Program) -> Option<Known> {
-        let rest = self.last.as_ref().filter(|last| last.inputs.iter().all(|inputs| inputs.len() == program.periods()));
-        let rest = rest.map(|last| {
-            let taken = |target: usize| foresight.visits.iter().any(|(of, _)| *of == target);
-            let mut rest = super::program::replayed(problem, present, &last.inputs);
-            rest.visits = last
-                .visits
-                .iter()
-                .filter(|visit| present.open[visit.target] && !taken(visit.target))
-                .copied()
-                .collect();
-            rest
-        });
-        let lattice = construct(problem, present, foresight, self.last.as_ref());
-        let ready = rest.into_iter().chain(lattice).filter_map(|of| {
-            validate(problem, present, foresight, &of).is_empty().then_some(())?;
-            Some((program.start(&of)?, cost(problem, present, foresight, &of), of))
-        });
-        ready.min_by(|a, b| a.1.total_cmp(&b.1))
+    /// The search of the engine from a known plan.
+    fn search(
+        &self,
+        problem: &Problem,
+        present: &Present,
+        foresight: &Foresight,
+        known: Option<&Trajectories>,
+        time: Duration,
+    ) -> Result<(Answer, Option<Trajectories>), NoPlan> {
+        let begun = Instant::now();
+        let program = build(problem, present, foresight, None).map_err(|group| NoPlan::Infeasible(Some(group)))?;
+        let without = |stopped| Answer { values: None, bound: f64::NEG_INFINITY, stopped: Some(stopped), nodes: 0 };
+        // A program that is too large for the engine leaves the plan of the lattice.
+        if self.is_built_in && program.binaries.len() > MOST_BUILT_IN {
+            return Ok((without(Limit::Work), None));
+        }
+        let start = known.and_then(|known| program.start(known)).unwrap_or_default();
+        let left = time.saturating_sub(begun.elapsed());
+        let budget = Budget { time: left, nodes: problem.planner.nodes, gap: problem.planner.gap };
+        match self.engine.solve(&program.model, &start, &budget) {
+            Ok(answer) => {
+                let found = answer.values.as_ref().map(|values| program.trajectories(problem, present, values));
+                Ok((answer, found))
+            }
+            Err(EngineError::Infeasible { .. }) if known.is_none() => {
+                let left = time.saturating_sub(begun.elapsed()).mul_f64(CAUSE);
+                Err(NoPlan::Infeasible(self.cause(problem, present, foresight, left)))
+            }
+            Err(other) if known.is_none() => Err(other.into()),
+            // A plan is known: an engine that denies it is at the end of its accuracy.
+            Err(_) => Ok((without(Limit::Accuracy), None)),
+        }
+    }
+
+    /// The rest of the last plan, under the new prediction.
+    fn rest(&self, problem: &Problem, present: &Present, foresight: &Foresight) -> Option<Trajectories> {
+        let periods = foresight.periods().min(problem.periods);
+        let last = self.last.as_ref().filter(|last| last.inputs.iter().all(|inputs| inputs.len() == periods))?;
+        let taken = |target: usize| foresight.visits.iter().any(|(of, _)| *of == target);
+        let visits = last.visits.iter().filter(|visit| present.open[visit.target] && !taken(visit.target));
+        Some(Trajectories { visits: visits.copied().collect(), ..replayed(problem, present, &last.inputs) })
     }
 
     /// The first group of constraints without which there is a plan for the first two periods, which is where plans become

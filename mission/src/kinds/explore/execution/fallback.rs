@@ -1,12 +1,15 @@
 //! The motion of the robots while there is no plan.
 //!
-//! The paper stops the robots (section 4.1), and a person may walk into one that stands. Beyond it, a control barrier filter
-//! moves them at each tick as little as it can, so that distances `h` of bodies and margins `h` of connections fulfil
+//! The paper stops the robots (section 4.1), and a person may walk into one that stands. Beyond it, the robots follow a way out
+//! ([`way_out`]), or stand if there is none. A control barrier filter changes these motions at each tick as little as it
+//! can, so that distances `h` of bodies and margins `h` of connections fulfil
 //! `dh/dt >= -rate h`: a hierarchy of limits, walls, distances of members, and connections. The direction in which a distance is
 //! measured is the normal of a face of the Minkowski difference of both bodies.
 
 use solver::{ActiveSet, HierarchicalSolver, LevelShape, Problem as Hierarchy, Solution, Status};
 
+use super::super::foresight::Foresight;
+use super::super::lattice::way_out;
 use super::super::motion::{Dynamics, State};
 use super::super::polygon::{Convex, Face, Point, dot, minus};
 use super::super::problem::{Fallback, Robot};
@@ -26,6 +29,26 @@ struct Row {
 }
 
 impl ExploreExecution {
+    /// Looks for a way out at the begin of a period without a plan.
+    pub(super) fn find_way_out(&mut self, foresight: &Foresight) {
+        let found = match self.problem.planner.fallback {
+            Fallback::Stop => None,
+            Fallback::Barrier => way_out(&self.problem, &self.present(), foresight),
+        };
+        self.way_out = found.map(|way| (self.time, way));
+    }
+
+    /// The velocities after a tick (s) by which the robots follow the way out; none: there is none, and they stand.
+    fn wanted(&self, tick: f64) -> Option<Vec<Point>> {
+        let (begin, way) = self.way_out.as_ref()?;
+        let period = ((self.time - begin) / way.period + 1e-9) as usize;
+        let each =
+            self.robots.iter().zip(&self.problem.robots).zip(&way.inputs).map(|((mover, robot), inputs)| {
+                Some(robot.over(tick).step(mover.state, *inputs.get(period)?).velocity)
+            });
+        each.collect()
+    }
+
     /// Gives the robots inputs for a tick (s).
     pub(super) fn fall_back(&mut self, tick: f64) {
         let limits: Vec<[Point; 2]> = self
@@ -38,21 +61,22 @@ impl ExploreExecution {
         let stopping: Vec<Point> = limits.iter().map(stop).collect();
         let wanted = match self.problem.planner.fallback {
             Fallback::Stop => stopping,
-            Fallback::Barrier => self.filtered(&limits).unwrap_or(stopping),
+            Fallback::Barrier => self.filtered(&limits, self.wanted(tick)).unwrap_or(stopping),
         };
         for ((mover, robot), velocity) in self.robots.iter_mut().zip(&self.problem.robots).zip(wanted) {
             mover.input = input_for(robot, mover.state.velocity, velocity, tick);
         }
     }
 
-    /// The velocities nearest to standing still that keep distances and connections as well as they can; none: the solver has
-    /// none.
-    fn filtered(&self, limits: &[[Point; 2]]) -> Option<Vec<Point>> {
+    /// The velocities nearest to those of the way out, or to standing still, that keep distances and connections as well as they can; none:
+    /// the solver has none.
+    fn filtered(&self, limits: &[[Point; 2]], wanted: Option<Vec<Point>>) -> Option<Vec<Point>> {
         let count = self.robots.len();
         let levels = [self.walls(), self.distances(), self.links()];
         let shape = |rows: usize, hard: bool| LevelShape { rows, hard, damping: 0.0 };
         let own = levels.iter().map(|rows| shape(rows.len().max(1), false));
-        let shapes: Vec<LevelShape> = std::iter::once(shape(2 * count, true)).chain(own).collect();
+        let way = shape(2 * count, false);
+        let shapes: Vec<LevelShape> = std::iter::once(shape(2 * count, true)).chain(own).chain([way]).collect();
         let mut hierarchy = Hierarchy::new(2 * count, &shapes);
         for (robot, [low, high]) in limits.iter().enumerate() {
             for axis in 0..2 {
@@ -76,6 +100,11 @@ impl ExploreExecution {
             if rows.is_empty() {
                 hierarchy.levels[level].set(0, &vec![0.0; 2 * count], 0.0, 0.0);
             }
+        }
+        for (index, wanted) in wanted.unwrap_or_else(|| vec![[0.0; 2]; count]).into_iter().flatten().enumerate() {
+            let mut row = vec![0.0; 2 * count];
+            row[index] = 1.0;
+            hierarchy.levels[levels.len() + 1].set(index, &row, wanted, wanted);
         }
         let mut solution = Solution::new(&hierarchy);
         ActiveSet::new(&hierarchy).solve(&hierarchy, &mut solution);

@@ -8,6 +8,7 @@
 
 mod behind;
 mod counts;
+mod details;
 mod fallback;
 mod handle_event;
 mod period;
@@ -15,10 +16,11 @@ mod person;
 mod steps;
 mod view;
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::foresight::Foresight;
 use super::grid::Grid;
+use super::lattice::WayOut;
 use super::motion::State;
 use super::polygon::Point;
 use super::problem::Problem;
@@ -28,6 +30,7 @@ use crate::execution::Replan;
 
 pub(super) use self::behind::MEASURES;
 pub use self::counts::Counts;
+use self::details::{Links, PlanNote};
 use self::person::Walker;
 
 /// Ticks in each period.
@@ -91,11 +94,17 @@ pub struct ExploreExecution {
     /// The member that has taken each target, robots and then the person, with the time (s).
     pub(super) takers: Vec<Option<(usize, f64)>>,
     plan: Option<Committed>,
-    /// The robots stand by the fallback: there is no plan for this period.
+    /// The robots move by the fallback: there is no plan for this period.
     without_plan: bool,
+    /// The way out that the fallback follows, with its begin (s).
+    way_out: Option<(f64, WayOut)>,
     pub(super) counts: Counts,
     touching: Vec<bool>,
     apart: bool,
+    /// Times at which pairs of members were connected.
+    links: Links,
+    /// The plans that were made.
+    plans: Vec<PlanNote>,
     pub(super) records: Vec<Record>,
     done: Option<f64>,
     /// Ways walked, at the ends of periods: robots, and then the person.
@@ -192,8 +201,10 @@ impl ExploreExecution {
         };
         let foresight = person.foresee(&problem, &grid, &present.open, 0.0);
         let time = first_time(&problem);
+        let begun = Instant::now();
         let first = solver.plan(&problem, &present, &foresight, time).map_err(|why| why.to_string())?;
-        let plan = Committed { trajectories: first.trajectories, foresight, present, begin: 0.0, step: 0 };
+        let took = begun.elapsed().as_secs_f64();
+        let plan = Committed { trajectories: first.trajectories.clone(), foresight, present, begin: 0.0, step: 0 };
         Ok(ExploreExecution {
             settings,
             grid,
@@ -207,9 +218,12 @@ impl ExploreExecution {
             takers: vec![None; targets],
             plan: Some(plan),
             without_plan: false,
+            way_out: None,
             counts: Counts::default(),
             touching: vec![false; (count + 1) * (count + 1)],
             apart: false,
+            links: Links::new(count + 1),
+            plans: vec![PlanNote::new(0.0, &first, took)],
             records: Vec::new(),
             done: None,
             walked,

@@ -1,9 +1,10 @@
 //! The begin of a period: targets that were reached, the prediction, the new plan, and what happens without one.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::super::solve::NoPlan;
 use super::super::validate::validate;
+use super::details::PlanNote;
 use super::{Committed, ExploreExecution, LogEntry, reason};
 use crate::execution::Replan;
 
@@ -25,7 +26,7 @@ impl ExploreExecution {
     }
 
     /// Targets that the plan has robots take now.
-    fn take(&mut self) {
+    pub(super) fn take(&mut self) {
         let Some(plan) = &self.plan else { return };
         let due: Vec<_> = plan.trajectories.visits.iter().filter(|visit| visit.step == plan.step).copied().collect();
         if self.without_plan {
@@ -63,15 +64,20 @@ impl ExploreExecution {
             return self.go_without("nobody knows where the person is".into(), None);
         }
         let foresight = self.person.foresee(&self.problem, &self.grid, &present.open, self.time);
+        // Whatever comes of the plan, a way out of now is the one that counts.
+        self.way_out = None;
         if foresight.periods() == 0 {
             return self.go_without("the prediction has no period".into(), None);
         }
         let time = Duration::from_secs_f64(self.problem.planner.time);
+        let begun = Instant::now();
         let found = self.solver.plan(&self.problem, &present, &foresight, time);
         match found {
             Ok(best) => {
+                self.plans.push(PlanNote::new(self.time, &best, begun.elapsed().as_secs_f64()));
                 let broken = validate(&self.problem, &present, &foresight, &best.trajectories);
                 if let Some(first) = broken.first() {
+                    self.find_way_out(&foresight);
                     return self.go_without(format!("the plan is refused: {first}"), None);
                 }
                 self.counts.plans += 1;
@@ -95,6 +101,7 @@ impl ExploreExecution {
             }
             Err(why) => {
                 let (why, group) = reason(&why);
+                self.find_way_out(&foresight);
                 self.go_without(why, group);
             }
         }

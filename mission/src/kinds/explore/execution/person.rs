@@ -3,9 +3,9 @@
 use learning::grid::Action;
 use rand_pcg::Pcg64;
 
-use super::super::foresight::Foresight;
+use super::super::foresight::{Covariance, Foresight};
 use super::super::grid::Grid;
-use super::super::mind::Mind;
+use super::super::mind::{Mind, Walk};
 use super::super::polygon::Point;
 use super::super::problem::Problem;
 use super::Settings;
@@ -217,10 +217,15 @@ impl Walker {
             false => (grid.at(here).filter(|cell| !grid.blocked[*cell]).unwrap_or(self.cell), now),
         };
         let mut points = vec![(now, here), (since, grid.middle(cell))];
+        let mut spread = vec![(now, [0.0; 4])];
         let last = if under_way { self.last } else { self.last.filter(|_| self.begin < now) };
         let pace = problem.person.cell / problem.person.speed;
         let most = (problem.periods as f64 * problem.period / pace).ceil() as usize + 1;
-        let (steps, arrives) = self.predicted.walk(cell, open, last, most);
+        let Walk { steps, arrives, spread: covariances } = self.predicted.walk(cell, open, last, most);
+        let square = problem.person.cell * problem.person.cell;
+        let flat = |[[a, b], [c, d]]: Covariance| [a, b, c, d].map(|x| square * x);
+        let timed = covariances.iter().enumerate();
+        spread.extend(timed.map(|(action, of)| (since + action as f64 * pace, flat(*of))));
         let (mut time, mut visits) = (since, Vec::new());
         let number = |time: f64| ((time - now) / problem.period - 1e-6).ceil().max(1.0) as usize;
         for step in steps {
@@ -231,24 +236,30 @@ impl Walker {
         let periods = if arrives { number(time) } else { problem.periods }.min(problem.periods);
         let position = |index: usize| along(&points, now + index as f64 * problem.period);
         let visits = visits.into_iter().filter(|(_, step)| *step <= periods).collect();
+        let covariance = |index: usize| {
+            let [a, b, c, d] = along(&spread, now + index as f64 * problem.period);
+            [[a, b], [c, d]]
+        };
+        let known = if covariances.is_empty() { 0..0 } else { 0..periods + 1 };
         Foresight {
             positions: (0..=periods).map(position).collect(),
             visits,
             arrives: arrives && number(time) <= problem.periods,
+            spread: known.map(covariance).collect(),
         }
     }
 }
 
-/// The point of a timed polyline at a time (s).
-fn along(points: &[(f64, Point)], time: f64) -> Point {
+/// The values at a time (s) between timed values, as on straight lines.
+fn along<const N: usize>(points: &[(f64, [f64; N])], time: f64) -> [f64; N] {
     for two in points.windows(2) {
         let ((from, a), (to, b)) = (two[0], two[1]);
         if time <= to + SAME {
             let share = if to > from { ((time - from) / (to - from)).clamp(0.0, 1.0) } else { 1.0 };
-            return [0, 1].map(|i| a[i] + share * (b[i] - a[i]));
+            return std::array::from_fn(|i| a[i] + share * (b[i] - a[i]));
         }
     }
-    points.last().map_or([0.0; 2], |(_, at)| *at)
+    points.last().map_or([0.0; N], |(_, at)| *at)
 }
 
 fn free_cell(grid: &Grid, at: Point) -> Result<usize, String> {

@@ -3,6 +3,9 @@
 use super::super::motion::State;
 use super::super::polygon::{distance, minus};
 use super::{ExploreExecution, LogEntry, TICKS};
+
+/// Times (s) that are the same but for rounding.
+const SAME: f64 = 1e-9;
 use crate::execution::DiscreteEvents;
 
 /// A step.
@@ -103,6 +106,10 @@ impl ExploreExecution {
         }
         if ended.arrives && self.done.is_none() {
             self.look();
+            // Whatever the robots take at the same moment counts.
+            if (self.period as f64 * self.problem.period - self.time).abs() < SAME {
+                self.take();
+            }
             self.done = Some(self.time);
             let at = self.person.at(self.time);
             for (way, end) in self.walked.iter_mut().zip(self.robots.iter().map(|r| r.state.at).chain([at])) {
@@ -135,6 +142,7 @@ impl ExploreExecution {
                 self.touching[before] = touch;
             }
         }
+        self.look_at_links();
         let apart = !self.is_connected();
         if apart && !self.apart {
             self.counts.disconnections += 1;

@@ -6,7 +6,7 @@ use super::super::chart::{chart, label};
 use super::super::event::{describe, typed, words};
 use super::super::foresight::Foresight;
 use super::super::grid::Grid;
-use super::super::map::{Way, map};
+use super::super::map::{Way, doubts, map};
 use super::super::plan::{Activity, Phase, activities};
 use super::super::polygon::Point;
 use super::super::problem::Problem;
@@ -16,7 +16,7 @@ use super::{Counts, ExploreExecution, LogEntry, MEASURES, Settings};
 use crate::chart::Chart;
 use crate::execution::DiscreteEvents;
 use crate::kind::course::GroundPose;
-use crate::kind::{self, Cell, Entry, Event, Outcome, Table, Work, number};
+use crate::kind::{self, Cell, Entry, Event, Outcome, ReportPart, Table, Work, number};
 use crate::labels::Labels;
 use crate::map::Map;
 
@@ -207,7 +207,9 @@ impl kind::Execution for ExploreExecution {
     fn map(&self) -> Map {
         let taken: Vec<Option<usize>> = self.takers.iter().map(|taker| taker.map(|(member, _)| member)).collect();
         let places: Vec<Point> = (0..=self.robots.len()).filter_map(|member| self.place(member)).collect();
-        map(&self.problem, &self.ways(), &taken, &places)
+        let plan = self.plan.as_ref().filter(|_| self.done.is_none() && !self.without_plan);
+        let doubts = plan.map_or_else(Vec::new, |plan| doubts(&plan.foresight, plan.step.saturating_sub(1)));
+        map(&self.problem, &self.ways(), doubts, &taken, self.done.map(|_| &places[..]))
     }
 
     fn describe(&self, event: &Event) -> String {
@@ -291,6 +293,10 @@ impl kind::Execution for ExploreExecution {
                 },
             ],
         }
+    }
+
+    fn report_parts(&self) -> Vec<ReportPart> {
+        self.parts_of_report()
     }
 
     fn columns(&self) -> Vec<String> {

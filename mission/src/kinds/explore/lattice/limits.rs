@@ -19,6 +19,11 @@ pub(super) struct Limits<'l, 'p> {
     needs: Option<Needs>,
     /// For each set of connections of this robot, to others in the order above and then to the person, if the team is connected.
     allowed: Vec<bool>,
+    /// For a robot that goes ahead: where others can be that keep its connection, at the three points. The others themselves do
+    /// not count then.
+    relays: Option<[Vec<Point>; 3]>,
+    /// How far the person can walk along the normal of each face around the person, and of the connection.
+    far: [Vec<f64>; 2],
 }
 
 /// Margins (m) that the end of the first period needs: by part and face, by face of the person, by other robot and face, by face of the
@@ -39,6 +44,11 @@ fn need(quadratic: bool, b0: f64, b1: f64) -> f64 {
         false if quadratic && b0 > 0.0 => b1 * b1 / b0,
         false => f64::INFINITY,
     }
+}
+
+/// The margin that a face needs; nothing beyond the first period.
+fn need_of(needs: Option<&Vec<f64>>, face: usize) -> f64 {
+    needs.and_then(|needs| needs.get(face)).copied().unwrap_or(0.0)
 }
 
 /// Bits of a point in a period.
@@ -67,9 +77,7 @@ impl<'p> Lattice<'p> {
     pub(super) fn limits<'l>(&'l self, robot: usize, step: usize, motions: &[Motion]) -> Limits<'l, 'p> {
         let problem = self.problem;
         let back = problem.robots[robot].body.reflected();
-        let near = problem.person.body.sum(&back);
-        let stride = problem.strides(problem.period);
-        let ahead = problem.robots[robot].over(problem.period).middle / problem.period;
+        let (stride, grown) = (self.strides(step), self.grown(robot));
         let others: Vec<usize> = (0..problem.robots.len()).filter(|other| *other != robot).collect();
         let active: Vec<usize> = others.iter().copied().filter(|other| self.present.active[*other]).collect();
         let threes: Vec<Three> = others.iter().map(|other| self.three(*other, &motions[*other], step)).collect();
@@ -83,11 +91,11 @@ impl<'p> Lattice<'p> {
             let (a, b) = (threes[i], threes[j]);
             problem.connection.faces().iter().all(|face| keeps([0, 1, 2].map(|k| -face.outside(minus(a[k], b[k])))))
         };
-        let from = self.foresight.positions[step];
+        let from = grown.map(|share| self.person_at(step, share));
         let at_person = |points: &Three| {
             problem.connection.faces().iter().all(|face| {
                 let far = stride.iter().map(|s| dot(face.normal, *s)).fold(0.0, f64::max);
-                keeps([0, 1, 2].map(|k| -face.outside(minus(points[k], from)) - [0.0, ahead, 1.0][k] * far))
+                keeps([0, 1, 2].map(|k| -face.outside(minus(points[k], from[k])) - grown[k] * far))
             })
         };
         let index: Vec<usize> = (0..others.len()).filter(|i| self.present.active[others[*i]]).collect();
@@ -108,16 +116,31 @@ impl<'p> Lattice<'p> {
         }
         let sets =
             others.iter().zip(&threes).map(|(other, three)| (*other, problem.robots[*other].body.sum(&back), *three));
-        let mut limits = Limits {
-            lattice: self,
-            robot,
-            step,
-            grown: [0.0, ahead, 1.0],
-            others: sets.collect(),
-            allowed,
-            person: near.sum_with_points(&stride),
-            needs: None,
+        Limits::of(self, robot, step, sets.collect(), allowed, None)
+    }
+}
+
+impl<'l, 'p> Limits<'l, 'p> {
+    /// Limits around these others; see the fields.
+    pub(super) fn of(
+        lattice: &'l Lattice<'p>,
+        robot: usize,
+        step: usize,
+        others: Vec<(usize, Convex, Three)>,
+        allowed: Vec<bool>,
+        relays: Option<[Vec<Point>; 3]>,
+    ) -> Limits<'l, 'p> {
+        let problem = lattice.problem;
+        let near = problem.person.body.sum(&problem.robots[robot].body.reflected());
+        let strides = lattice.strides(step);
+        let person = near.sum_with_points(&strides);
+        let grown = lattice.grown(robot);
+        let far = |of: &Convex| -> Vec<f64> {
+            let along = |normal: Point| strides.iter().map(|s| dot(normal, *s)).fold(0.0, f64::max);
+            of.faces().iter().map(|face| along(face.normal)).collect()
         };
+        let far = [far(&person), far(&problem.connection)];
+        let mut limits = Limits { lattice, robot, step, person, grown, others, needs: None, allowed, relays, far };
         if step == 0 {
             limits.needs = Some(limits.needs_at_the_begin());
         }
@@ -130,9 +153,7 @@ impl Limits<'_, '_> {
     pub(super) fn margins(&self, at: Point, place: usize) -> Needs {
         let (problem, lattice) = (self.lattice.problem, self.lattice);
         let inside = |of: &Convex| of.faces().iter().map(|face| -face.outside(at)).collect();
-        let near = minus(at, lattice.foresight.positions[self.step]);
-        let stride = problem.strides(problem.period);
-        let far = |normal: Point| stride.iter().map(|s| dot(normal, *s)).fold(0.0, f64::max);
+        let near = minus(at, lattice.person_at(self.step, self.grown[place]));
         let share = self.grown[place];
         let faces = problem.connection.faces();
         let apart: Vec<Point> = self.others.iter().map(|(_, _, three)| minus(at, three[place])).collect();
@@ -140,17 +161,14 @@ impl Limits<'_, '_> {
         Needs {
             parts: lattice.parts[self.robot].iter().map(inside).collect(),
             // The part of the set that the person cannot have reached yet does not count.
-            person: self
-                .person
-                .faces()
-                .iter()
-                .map(|face| face.outside(near) + (1.0 - share) * far(face.normal))
+            person: (self.person.faces().iter().zip(&self.far[0]))
+                .map(|(face, far)| face.outside(near) + (1.0 - share) * far)
                 .collect(),
             others: sets
                 .map(|((_, set, _), apart)| set.faces().iter().take(16).map(|face| face.outside(*apart)).collect())
                 .collect(),
             links: apart.iter().map(|apart| faces.iter().map(|face| -face.outside(*apart)).collect()).collect(),
-            sees: faces.iter().map(|face| -face.outside(near) - share * far(face.normal)).collect(),
+            sees: faces.iter().zip(&self.far[1]).map(|(face, far)| -face.outside(near) - share * far).collect(),
         }
     }
 
@@ -185,35 +203,61 @@ impl Limits<'_, '_> {
         if self.needs.is_some() && place < 2 {
             return Bits { part: u64::MAX, person: u64::MAX, others: u128::MAX, links: u8::MAX };
         }
-        let margins = self.margins(at, place);
-        let nothing = Needs::default();
-        let needs = self.needs.as_ref().unwrap_or(&nothing);
-        let meets =
-            |margin: &f64, need: Option<&f64>, more: f64| *margin >= need.copied().unwrap_or(0.0) + MARGIN + more;
-        let all = |margins: &[f64], needs: Option<&Vec<f64>>, more: f64| {
-            margins
-                .iter()
-                .enumerate()
-                .all(|(face, margin)| meets(margin, needs.and_then(|needs| needs.get(face)), more))
-        };
-        let any = |margins: &[f64], needs: Option<&Vec<f64>>, more: f64| {
-            margins.iter().enumerate().fold(0_u64, |bits, (face, margin)| {
-                bits | u64::from(meets(margin, needs.and_then(|needs| needs.get(face)), more)) << face
-            })
-        };
-        let part = margins
-            .parts
-            .iter()
-            .enumerate()
-            .fold(0, |bits, (part, margins)| bits | u64::from(all(margins, needs.parts.get(part), 0.0)) << part);
-        let person = any(&margins.person, Some(&needs.person), reserve);
-        let (mut others, mut links) = (0_u128, 0_u8);
-        for (index, (other, ..)) in self.others.iter().enumerate() {
-            others |= u128::from(any(&margins.others[index], needs.others.get(index), 0.0)) << (16 * index);
-            let active = self.lattice.present.active[*other];
-            links |= u8::from(active && all(&margins.links[index], needs.links.get(index), 0.0)) << index;
+        let part = self.part_bits(at);
+        self.bits_with(at, place, reserve, part)
+    }
+
+    /// The same of a point of the lattice.
+    pub(super) fn bits_of(&self, index: usize, place: usize) -> Bits {
+        let at = self.lattice.point(index);
+        match self.needs {
+            Some(_) => self.bits(at, place),
+            None => self.bits_with(at, place, 0.0, self.lattice.free[self.robot][index]),
         }
-        links |= u8::from(all(&margins.sees, Some(&needs.sees), reserve)) << self.others.len();
+    }
+
+    /// The parts of the free ground that hold a point.
+    fn part_bits(&self, at: Point) -> u64 {
+        let needs = self.needs.as_ref();
+        self.lattice.parts[self.robot].iter().enumerate().fold(0, |bits, (index, part)| {
+            let needs = needs.and_then(|needs| needs.parts.get(index));
+            let inside =
+                part.faces().iter().enumerate().all(|(face, of)| -of.outside(at) >= MARGIN + need_of(needs, face));
+            bits | u64::from(inside) << index
+        })
+    }
+
+    fn bits_with(&self, at: Point, place: usize, reserve: f64, part: u64) -> Bits {
+        let needs = self.needs.as_ref();
+        let near = minus(at, self.lattice.person_at(self.step, self.grown[place]));
+        let share = self.grown[place];
+        let sides = self.person.faces().iter().zip(&self.far[0]).enumerate();
+        let person = sides.fold(0_u64, |bits, (face, (of, far))| {
+            let margin = of.outside(near) + (1.0 - share) * far;
+            let need = need_of(needs.map(|needs| &needs.person), face);
+            bits | u64::from(margin >= need + MARGIN + reserve) << face
+        });
+        let faces = self.lattice.problem.connection.faces();
+        let (mut others, mut links) = (0_u128, 0_u8);
+        for (index, (other, set, three)) in self.others.iter().enumerate() {
+            let apart = minus(at, three[place]);
+            let own = needs.and_then(|needs| needs.others.get(index));
+            let free = set.faces().iter().take(16).enumerate().fold(0_u64, |bits, (face, of)| {
+                bits | u64::from(of.outside(apart) >= MARGIN + need_of(own, face)) << face
+            });
+            others |= u128::from(free) << (16 * index);
+            let own = needs.and_then(|needs| needs.links.get(index));
+            let linked =
+                || faces.iter().enumerate().all(|(face, of)| -of.outside(apart) >= MARGIN + need_of(own, face));
+            links |= u8::from(self.lattice.present.active[*other] && linked()) << index;
+        }
+        let sees = (faces.iter().zip(&self.far[1]).enumerate()).all(|(face, (of, far))| {
+            let need = need_of(needs.map(|needs| &needs.sees), face);
+            -of.outside(near) - share * far >= need + MARGIN + reserve
+        });
+        let linked = |relay: &Point| faces.iter().all(|face| -face.outside(minus(at, *relay)) >= MARGIN);
+        let relayed = || self.relays.as_ref().is_some_and(|relays| relays[place].iter().any(linked));
+        links |= u8::from(sees || relayed()) << self.others.len();
         Bits { part, person, others, links }
     }
 

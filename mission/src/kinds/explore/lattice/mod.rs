@@ -5,18 +5,25 @@
 //! others as they are: a dynamic program over time, position, velocity and the targets taken. The robots take turns, so that one
 //! that keeps the team connected frees another one to go farther. What a motion must not do is what the program forbids, with
 //! the same three points of each period; constraints that involve others cost a penalty while those have not moved yet.
+//!
+//! Where nobody gains by the first move, turns lead nowhere: a robot does not go where nobody keeps the connection yet, and nobody keeps one that
+//! is not needed. Turns therefore also begin with a robot that goes [`ahead`], as if the others were wherever a connection needs them.
 
+mod ahead;
 mod limits;
 mod turns;
+mod way_out;
 
 use super::foresight::Foresight;
 use super::grid::Grid;
 use super::motion::{Dynamics, State};
+use super::objective::{Costs, gain, gap, lower_bound};
 use super::polygon::{Convex, Point, plus};
 use super::problem::Problem;
 use super::program::{Present, Trajectories, Visit, free};
 
 use self::limits::Bits;
+pub use self::way_out::{WayOut, way_out};
 
 /// Penalty of a period in which a constraint with others is not met.
 const PENALTY: f64 = 1e3;
@@ -36,36 +43,24 @@ pub fn construct(
     foresight: &Foresight,
     last: Option<&Trajectories>,
 ) -> Option<Trajectories> {
-    let lattice = Lattice::new(problem, present, foresight)?;
+    let lattice = Lattice::new(problem, present, foresight, 0.5)?;
     let count = problem.robots.len();
-    let orders: Vec<Vec<usize>> =
-        (0..count).map(|first| (0..count).map(|turn| (first + turn) % count).collect()).collect();
-    let mut best: Option<(f64, Vec<Motion>)> = None;
-    for order in orders {
-        let mut motions: Vec<Motion> = (0..count).map(|robot| lattice.begin(robot, last)).collect();
-        let mut cost = f64::INFINITY;
-        for _ in 0..ROUNDS {
-            let mut all = 0.0;
-            for robot in order.iter().copied().filter(|robot| present.active[*robot]) {
-                if let Some((own, motion)) = lattice.plan(robot, &motions) {
-                    motions[robot] = motion;
-                    all = own;
-                }
-            }
-            // The penalties that the last robot sees are those of all: it sees the others as they are.
-            if all >= cost - 1e-9 {
-                break;
-            }
-            cost = all;
+    let bound = lower_bound(problem, present, foresight);
+    let mut best: Option<(f64, Trajectories)> = None;
+    let starts = (0..count).filter(|first| present.active[*first]);
+    let starts: Vec<(bool, usize)> = starts.flat_map(|first| [(true, first), (false, first)]).collect();
+    for (ahead, first) in starts {
+        let Some(motions) = lattice.take_turns(first, ahead, last) else { continue };
+        let trajectories = lattice.trajectories(&motions);
+        let cost = Costs::of(problem, present, foresight, &trajectories).total();
+        if best.as_ref().is_none_or(|(known, _)| cost < known - 1e-9) {
+            best = Some((cost, trajectories));
         }
-        if lattice.is_sound(&motions) {
-            let cost = lattice.cost(&motions);
-            if best.as_ref().is_none_or(|(known, _)| cost < known - 1e-9) {
-                best = Some((cost, motions));
-            }
+        if best.as_ref().is_some_and(|(cost, _)| gap(*cost, bound) <= problem.planner.gap) {
+            break;
         }
     }
-    best.map(|(_, motions)| lattice.trajectories(&motions))
+    best.map(|(_, trajectories)| trajectories)
 }
 
 /// The motion of a robot.
@@ -86,16 +81,21 @@ struct Lattice<'p> {
     present: &'p Present,
     foresight: &'p Foresight,
     periods: usize,
+    /// Periods in which the person may walk anywhere; in later ones the person walks as predicted.
+    anywhere: usize,
     /// Distance of positions (m), and step of velocities (m/s).
     spacing: f64,
     columns: usize,
     rows: usize,
     origin: Point,
     parts: Vec<Vec<Convex>>,
+    /// By robot and position, the parts that hold it.
+    free: Vec<Vec<u64>>,
 }
 
 impl<'p> Lattice<'p> {
-    fn new(problem: &'p Problem, present: &'p Present, foresight: &'p Foresight) -> Option<Lattice<'p>> {
+    /// The lattice whose positions are this share of a cell apart.
+    fn new(problem: &'p Problem, present: &'p Present, foresight: &'p Foresight, share: f64) -> Option<Lattice<'p>> {
         let lag = |robot: &super::problem::Robot| matches!(robot.dynamics, Dynamics::Lag(_));
         let periods = foresight.periods().min(problem.periods);
         if problem.robots.iter().any(lag) || periods < 3 {
@@ -103,22 +103,85 @@ impl<'p> Lattice<'p> {
         }
         let grid = Grid::new(problem)?;
         let [low, _] = problem.area.bounds();
-        let spacing = 0.5 * grid.cell;
+        let spacing = share * grid.cell;
+        let places = |cells: usize| (cells as f64 / share).round() as usize + 1;
         let parts: Vec<Vec<Convex>> = (0..problem.robots.len()).map(|robot| free(problem, robot)).collect();
         if parts.iter().any(|parts| parts.is_empty() || parts.len() > MOST_PARTS) {
             return None;
         }
-        Some(Lattice {
+        let mut lattice = Lattice {
             problem,
             present,
             foresight,
             periods,
+            anywhere: periods,
             spacing,
-            columns: 2 * grid.columns + 1,
-            rows: 2 * grid.rows + 1,
+            columns: places(grid.columns),
+            rows: places(grid.rows),
             origin: low,
             parts,
-        })
+            free: Vec::new(),
+        };
+        let holds = |part: &Convex, at: Point| part.faces().iter().all(|face| -face.outside(at) >= MARGIN);
+        let bits = |parts: &[Convex], at: Point| {
+            parts.iter().enumerate().fold(0, |bits, (index, part)| bits | u64::from(holds(part, at)) << index)
+        };
+        let all = lattice.parts.iter();
+        let free = all.map(|parts| (0..lattice.len()).map(|q| bits(parts, lattice.point(q))).collect()).collect();
+        lattice.free = free;
+        Some(lattice)
+    }
+
+    /// Plans the robots in turns from the one with this index on; `ahead`: it plans as if the others kept every connection. None: the
+    /// motions do not meet all constraints.
+    fn take_turns(&self, first: usize, ahead: bool, last: Option<&Trajectories>) -> Option<Vec<Motion>> {
+        let count = self.problem.robots.len();
+        let order: Vec<usize> =
+            (0..count).map(|turn| (first + turn) % count).filter(|robot| self.present.active[*robot]).collect();
+        let begin = last.filter(|_| !ahead);
+        let mut motions: Vec<Motion> = (0..count).map(|robot| self.begin(robot, begin)).collect();
+        let mut turns: Vec<usize> = order.iter().copied().cycle().take(ROUNDS * order.len()).collect();
+        if ahead {
+            if order.len() < 2 {
+                return None;
+            }
+            let limits = (0..self.periods).map(|step| self.limits_ahead(first, step)).collect();
+            motions[first] = self.plan(first, limits, &[])?.1;
+            turns.remove(0);
+        }
+        let mut cost = f64::INFINITY;
+        let mut since = 0;
+        for robot in turns {
+            let limits = (0..self.periods).map(|step| self.limits(robot, step, &motions)).collect();
+            let taken = self.taken_by_others(robot, &motions);
+            let Some((own, motion)) = self.plan(robot, limits, &taken) else { continue };
+            motions[robot] = motion;
+            // The penalties that the last robot sees are those of all: it sees the others as they are.
+            let all = own + self.effort_of_others(robot, &motions);
+            since = if all < cost - 1e-9 { 0 } else { since + 1 };
+            cost = all;
+            if since >= order.len() {
+                break;
+            }
+        }
+        self.is_sound(&motions).then_some(motions)
+    }
+
+    /// Targets that the motions of the others take.
+    fn taken_by_others(&self, robot: usize, motions: &[Motion]) -> Vec<usize> {
+        let others = motions.iter().enumerate().filter(|(other, _)| *other != robot);
+        others.flat_map(|(_, motion)| motion.visits.iter().map(|(target, _)| *target)).collect()
+    }
+
+    /// What the motions of the others cost, without their penalties.
+    fn effort_of_others(&self, robot: usize, motions: &[Motion]) -> f64 {
+        let others = motions.iter().enumerate().filter(|(other, _)| *other != robot);
+        let cost = |motion: &Motion| {
+            let inputs: f64 = motion.inputs.iter().flatten().map(|u| u.abs()).sum();
+            let gains = motion.visits.iter().map(|(target, step)| gain(&self.problem.targets[*target], *step));
+            self.problem.effort * inputs - gains.sum::<f64>()
+        };
+        others.map(|(_, motion)| cost(motion)).sum()
     }
 
     fn len(&self) -> usize {
@@ -128,6 +191,24 @@ impl<'p> Lattice<'p> {
     fn point(&self, index: usize) -> Point {
         let (column, row) = (index % self.columns, index / self.columns);
         plus(self.origin, [column as f64 * self.spacing, row as f64 * self.spacing])
+    }
+
+    /// Vectors whose hull holds all by which the person can be off the [`person_at`](Self::person_at) at the end of a period (m).
+    fn strides(&self, step: usize) -> Vec<Point> {
+        if step < self.anywhere { self.problem.strides(self.problem.period).to_vec() } else { vec![[0.0; 2]] }
+    }
+
+    /// Position of the person in a period (m), after a share of it: where the period begins, or as predicted. Straight motion is one with three
+    /// points too, so that differences of the points of a robot and of these bound the relative motion.
+    fn person_at(&self, step: usize, share: f64) -> Point {
+        let [from, to] = [self.foresight.positions[step], self.foresight.positions[step + 1]];
+        let share = if step < self.anywhere { 0.0 } else { share };
+        [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
+    }
+
+    /// Shares of a period that have passed at the three points of a motion.
+    fn grown(&self, robot: usize) -> [f64; 3] {
+        [0.0, self.problem.robots[robot].over(self.problem.period).middle / self.problem.period, 1.0]
     }
 
     /// The factor from steps of the lattice to velocities (m/s): an acceleration leads to the mean of both velocities.
@@ -177,12 +258,6 @@ impl<'p> Lattice<'p> {
                 bits.is_some_and(|bits| bits.part != 0 && bits.person != 0 && limits.penalty(bits) == 0.0)
             })
         })
-    }
-
-    fn cost(&self, motions: &[Motion]) -> f64 {
-        let effort: f64 = motions.iter().flat_map(|motion| motion.inputs.iter().flatten()).map(|u| u.abs()).sum();
-        let visits = motions.iter().flat_map(|motion| &motion.visits);
-        self.problem.effort * effort - visits.map(|(target, _)| self.problem.targets[*target].worth).sum::<f64>()
     }
 
     fn trajectories(&self, motions: &[Motion]) -> Trajectories {

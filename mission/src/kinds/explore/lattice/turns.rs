@@ -1,21 +1,22 @@
 //! Planning one robot on the lattice: a dynamic program over time, position, velocity and the targets that it takes.
 
 use super::super::motion::{Dynamics, State};
+use super::super::objective::{RESERVE_COST, gain, reserve};
 use super::super::polygon::Point;
-use super::super::program::{RESERVE_COST, reserve};
 use super::limits::{Bits, Limits};
 use super::{Lattice, MARGIN, MOST_TARGETS, Motion};
 
 impl Lattice<'_> {
-    /// Plans a robot around the motions of the others; the cost with its penalties. None: it cannot move at all.
-    pub(super) fn plan(&self, robot: usize, motions: &[Motion]) -> Option<(f64, Motion)> {
+    /// Plans a robot within its limits in each period; the cost with its penalties. `taken` are targets that others take. None: it
+    /// cannot move at all.
+    pub(super) fn plan(&self, robot: usize, limits: Vec<Limits>, taken: &[usize]) -> Option<(f64, Motion)> {
         let problem = self.problem;
         let who = &problem.robots[robot];
-        let targets = self.targets(robot, motions);
-        let tables: Vec<(Limits, [Vec<Bits>; 3])> = (0..self.periods)
-            .map(|step| {
-                let limits = self.limits(robot, step, motions);
-                let table = |place: usize| (0..self.len()).map(|q| limits.bits(self.point(q), place)).collect();
+        let targets = self.targets(robot, taken);
+        let tables: Vec<(Limits, [Vec<Bits>; 3])> = limits
+            .into_iter()
+            .map(|limits| {
+                let table = |place: usize| (0..self.len()).map(|q| limits.bits_of(q, place)).collect();
                 let all = [table(0), table(1), table(2)];
                 (limits, all)
             })
@@ -38,15 +39,14 @@ impl Lattice<'_> {
                 targets.iter().enumerate().map(inside).sum()
             })
             .collect();
-        let worth = |new: usize| -> f64 {
-            targets
-                .iter()
-                .enumerate()
-                .filter(|(bit, _)| new >> bit & 1 == 1)
-                .map(|(_, t)| problem.targets[*t].worth)
-                .sum()
+        // What a set of targets is worth that is taken at the end of a period.
+        let gains = |step: usize| -> Vec<f64> {
+            let of = |(bit, target): (usize, &usize), new: usize| match new >> bit & 1 {
+                1 => gain(&problem.targets[*target], step),
+                _ => 0.0,
+            };
+            (0..subsets).map(|new| targets.iter().enumerate().map(|each| of(each, new)).sum()).collect()
         };
-        let worths: Vec<f64> = (0..subsets).map(worth).collect();
         let effort = |a: Point, b: Point| -> f64 {
             let discrete = who.over(problem.period);
             (0..2).map(|i| ((b[i] - discrete.velocity_velocity * a[i]) / discrete.velocity_input).abs()).sum::<f64>()
@@ -69,6 +69,7 @@ impl Lattice<'_> {
         let begin = 2;
         let mut costs = vec![f64::INFINITY; subsets * states];
         let mut launch: Vec<Point> = vec![[0.0; 2]; states];
+        let worths = gains(begin);
         self.launch(robot, &tables, &velocity, velocities, |state, q, cost, first| {
             let taken = taken_at[q];
             let cost = cost - worths[taken];
@@ -81,6 +82,7 @@ impl Lattice<'_> {
         let accelerates = who.dynamics == Dynamics::Acceleration;
         for step in begin..self.periods {
             let (limits, [first, middle, last]) = &tables[step];
+            let worths = gains(step + 1);
             let mut next = vec![f64::INFINITY; subsets * states];
             for subset in 0..subsets {
                 for (q, begin) in first.iter().enumerate() {
@@ -239,10 +241,7 @@ impl Lattice<'_> {
     }
 
     /// Targets that a robot may take: open ones that no other robot takes, the most valued and then the nearest ones.
-    fn targets(&self, robot: usize, motions: &[Motion]) -> Vec<usize> {
-        let others = motions.iter().enumerate().filter(|(other, _)| *other != robot);
-        let taken: Vec<usize> =
-            others.flat_map(|(_, motion)| motion.visits.iter().map(|(target, _)| *target)).collect();
+    fn targets(&self, robot: usize, taken: &[usize]) -> Vec<usize> {
         let mut open: Vec<usize> =
             (0..self.problem.targets.len()).filter(|target| self.is_open(*target) && !taken.contains(target)).collect();
         let at = self.present.states[robot].at;

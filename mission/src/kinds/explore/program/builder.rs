@@ -2,10 +2,11 @@
 
 use super::super::foresight::Foresight;
 use super::super::motion::{Discrete, Dynamics};
+use super::super::objective::{RESERVE_COST, reserve};
 use super::super::polygon::{Point, dot};
 use super::super::problem::Problem;
 use super::rows::{Place, Side};
-use super::{Binary, Blocked, Columns, Group, Present, RESERVE_COST, ROUNDING, TOLERANCE, free, reserve};
+use super::{Binary, Blocked, Columns, Group, Present, ROUNDING, TOLERANCE, free};
 use crate::engine::Model;
 
 pub(super) struct Builder<'p> {

@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 
 use super::foresight::Foresight;
 use super::motion::State;
-use super::polygon::{Convex, Point, dot, parts_around};
+use super::polygon::{Convex, Point, parts_around};
 use super::problem::Problem;
 use crate::engine::Model;
 
@@ -30,15 +30,6 @@ use self::rows::Side;
 const ROUNDING: f64 = 1e-7;
 /// Distance (m) that the program keeps beyond each constraint, for the tolerances of engines.
 pub const TOLERANCE: f64 = 1e-4;
-
-/// Cost of a metre of reserve that is missing at the end of the first period.
-pub const RESERVE_COST: f64 = 4.0;
-
-/// The reserve (m) of distances from the person and of connections to the person at the end of the first period. A person who
-/// turns around leaves the robots at least that much, with which they can follow or give way in the period after.
-pub fn reserve(problem: &Problem) -> f64 {
-    0.3 * problem.person.speed * problem.period
-}
 
 /// State of the team at the begin of a plan.
 #[derive(Clone, Debug, PartialEq)]
@@ -196,27 +187,6 @@ pub fn free(problem: &Problem, robot: usize) -> Vec<Convex> {
     let body = &problem.robots[robot].body;
     let holes: Vec<Convex> = problem.obstacles.iter().map(|of| of.shape.sum(&body.reflected())).collect();
     problem.area.difference(body).map_or_else(Vec::new, |region| parts_around(&region, &holes))
-}
-
-/// Cost of the reserve that motions lack at the end of their first period.
-pub fn lacking(problem: &Problem, present: &Present, foresight: &Foresight, of: &Trajectories) -> f64 {
-    let (Some(from), reserve) = (foresight.positions.first(), reserve(problem)) else { return 0.0 };
-    let strides = problem.strides(problem.period);
-    let active = (0..problem.robots.len()).filter(|robot| present.active[*robot] && of.states[*robot].len() > 1);
-    let (mut short, mut link) = (0.0, f64::INFINITY);
-    for robot in active {
-        let at = of.states[robot][1].at;
-        let near = [at[0] - from[0], at[1] - from[1]];
-        let safe = problem.person.body.sum(&problem.robots[robot].body.reflected()).sum_with_points(&strides);
-        short += (reserve - safe.outside(near)).clamp(0.0, reserve);
-        let left = problem.connection.faces().iter().map(|face| {
-            let stride = strides.iter().map(|s| dot(face.normal, *s)).fold(0.0, f64::max);
-            -face.outside(near) - stride
-        });
-        link = f64::min(link, (reserve - left.fold(f64::INFINITY, f64::min)).max(0.0));
-    }
-    // One connection to the person is enough; without any the plan is refused anyway.
-    RESERVE_COST * (short + if link.is_finite() { link.min(reserve) } else { 0.0 })
 }
 
 /// The motions that follow from inputs, without visits.

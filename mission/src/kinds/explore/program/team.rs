@@ -1,9 +1,10 @@
 //! Building the program: what concerns several members, that is distances among robots, connections, and targets.
 
+use super::super::objective::{gain, reserve};
 use super::super::polygon::dot;
 use super::builder::{Builder, pairs};
 use super::rows::{Place, Side};
-use super::{Binary, Blocked, Group, ROUNDING, TOLERANCE, reserve};
+use super::{Binary, Blocked, Group, ROUNDING, TOLERANCE};
 
 impl Builder<'_> {
     /// (10h) among robots.
@@ -174,7 +175,7 @@ impl Builder<'_> {
                         .map(|face| Side::of(&place, &face.opposite(), -face.bound + TOLERANCE))
                         .collect();
                     if let Some(z) = self.link(rows, Binary::Visit([robot, target, step])) {
-                        self.model.columns[z].cost = -of.worth;
+                        self.model.columns[z].cost = -gain(of, step);
                         once.push((z, 1.0));
                     }
                 }

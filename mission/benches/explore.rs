@@ -1,0 +1,63 @@
+//! Times the planner of explorations in a room of 7 x 7 m with two robots and four targets: a plan on the lattice, a way out, the validator of plans, the
+//! mixed-integer program, and a prediction by the policy of the examples. Times of replanning in whole missions:
+//! `mission/examples/explore.rs`.
+
+#[path = "../tests/explored/mod.rs"]
+mod explored;
+
+use std::path::Path;
+
+use divan::{Bencher, black_box};
+use hierarq_mission::kinds::explore::execution::{ExploreExecution, Settings};
+use hierarq_mission::kinds::explore::foresight::Foresight;
+use hierarq_mission::kinds::explore::lattice::{construct, way_out};
+use hierarq_mission::kinds::explore::problem::Problem;
+use hierarq_mission::kinds::explore::program::{Present, build};
+use hierarq_mission::kinds::explore::validate::validate;
+use learning::policy::Policy;
+use learning::predict::{Learned, Limits, Observation, Predictor};
+
+fn main() {
+    divan::main();
+}
+
+fn start() -> (Problem, Present, Foresight) {
+    let problem = explored::world();
+    let (present, foresight) = ExploreExecution::start(&problem, &Settings::default()).expect("a sound mission");
+    (problem, present, foresight)
+}
+
+#[divan::bench(sample_count = 20)]
+fn lattice(bencher: Bencher) {
+    let (problem, present, foresight) = start();
+    bencher.bench_local(|| construct(black_box(&problem), &present, &foresight, None));
+}
+
+#[divan::bench(sample_count = 20)]
+fn fallback_way_out(bencher: Bencher) {
+    let (problem, present, foresight) = start();
+    bencher.bench_local(|| way_out(black_box(&problem), &present, &foresight));
+}
+
+#[divan::bench]
+fn validator(bencher: Bencher) {
+    let (problem, present, foresight) = start();
+    let plan = construct(&problem, &present, &foresight, None).expect("a plan");
+    bencher.bench_local(|| validate(black_box(&problem), &present, &foresight, &plan));
+}
+
+#[divan::bench]
+fn program(bencher: Bencher) {
+    let (problem, present, foresight) = start();
+    bencher.bench_local(|| build(black_box(&problem), &present, &foresight, None));
+}
+
+/// With ways that are drawn for its spread, and without.
+#[divan::bench(args = [0, 100])]
+fn prediction_of_twenty_steps(bencher: Bencher, samples: usize) {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/policies/recovered.safetensors");
+    let policy = Policy::from_bytes(&std::fs::read(file).expect("the policy")).expect("a policy");
+    let state = policy.world().state(0, &[]).expect("a state");
+    let (predictor, limits) = (Learned::new(policy), Limits { steps: 20, samples, seed: 0 });
+    bencher.bench_local(|| predictor.predict(black_box(&Observation { state, heading: None }), &limits));
+}
