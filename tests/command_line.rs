@@ -326,3 +326,51 @@ fn features_are_commands() {
     }
     assert!(!self::text(&help.stdout).contains("does not contain"), "tests are of a build with all features");
 }
+
+/// What a spec allows is counted and listed wherever its warnings would be, with the reason, and stays in the compiled program.
+#[test]
+fn allowed_warnings_are_listed() {
+    let dir = folder("allowed");
+    let spec = dir.join("carry.hq");
+    let urdf = common::example("robots/arm7.urdf");
+    let body = format!(
+        "hierarq 1\nrobot arm {{ urdf \"{}\"  rate 100 Hz  home {{ all [0, 0.4, 0, 1.6, 0, 1.14, 0] rad }} }}\n\
+         stack s {{\n  level limits hard {{ joint_velocity_limits }}\n  level tray {{ hold(tool) }}\n  \
+         level gentle hard {{ allow HQ0606 \"soft on purpose\"  joint_acceleration_limits }}\n}}\n\
+         run {{ duration 0.1 s }}\n",
+        urdf.display()
+    );
+    std::fs::write(&spec, &body).expect("writable");
+    let path = spec.to_str().expect("UTF-8");
+    let check = hierarq(&["check", "--strict", path]);
+    assert_eq!(check.status.code(), Some(0));
+    let said = text(&check.stdout);
+    assert!(said.contains("carry.hq:6:16: allowed HQ0606") && said.contains("  soft on purpose\n"), "{said}");
+    assert!(said.ends_with("carry.hq: good, 1 warning allowed\n"), "{said}");
+    let data: serde_json::Value = serde_json::from_slice(&hierarq(&["check", "--json", path]).stdout).expect("JSON");
+    assert_eq!(data["warnings"], 0);
+    assert_eq!(data["allowed"][0]["reason"], "soft on purpose");
+    assert_eq!((&data["allowed"][0]["place"]["line"], &data["allowed"][0]["by"]["line"]), (&6.into(), &6.into()));
+    let program = text(&hierarq(&["compile", path]).stdout);
+    assert!(program.contains("allowed 1 warning\n  HQ0606 ") && program.contains("\"soft on purpose\""), "{program}");
+    let compiled = dir.join("carry.json");
+    std::fs::write(&compiled, hierarq(&["compile", "--format", "json", path]).stdout).expect("writable");
+    let out = dir.join("out");
+    let out = out.to_str().expect("UTF-8");
+    // A compiled program runs without its spec, and still says so.
+    for of in [path, compiled.to_str().expect("UTF-8")] {
+        let run = hierarq(&["run", of, "--out", out]);
+        assert!(
+            text(&run.stdout).contains("The spec allows a warning: HQ0606 (soft on purpose)."),
+            "{}",
+            text(&run.stdout)
+        );
+        for file in ["report.html", "summary.json"] {
+            let held = std::fs::read_to_string(dir.join("out").join(file)).expect("written");
+            assert!(held.contains("soft on purpose"), "{file}");
+        }
+    }
+    // Without the reason it is an error, and with an error there is no program.
+    std::fs::write(&spec, body.replace("\"soft on purpose\"", "")).expect("writable");
+    assert_eq!(hierarq(&["check", path]).status.code(), Some(1));
+}

@@ -1,6 +1,7 @@
 //! The language server, tested by an editor of our own over the pipes of the real process.
 
 use crate::common;
+mod allowances;
 mod document;
 mod editor;
 mod fields;

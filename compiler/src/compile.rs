@@ -7,10 +7,12 @@
 use std::collections::BTreeSet;
 
 use dsl::tree::Spec;
-use dsl::{Diagnostic, Fix, SourceId, Sources, Syntax, Topic};
+use dsl::{Diagnostic, Fix, SourceId, Sources, Span, Syntax, Topic};
+use runtime::program::{AllowedWarning, MissionProgram, Program};
 
 use crate::checks::{self, size_limits};
 use crate::cli_overrides;
+use crate::diagnostics::allowances::Allowed;
 use crate::diagnostics::cascading_errors;
 use crate::diagnostics::report::Report;
 use crate::expand::{Expanded, declared, expand};
@@ -70,6 +72,7 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
     diagnostics.retain(|d| !left_out || d.topic != Topic::Unused);
     settle(&mut diagnostics, input.syntax, &expanded, &lowered.foreign, &report.sources);
     report.diagnostics = diagnostics;
+    allow(&mut report, &expanded, (input, part, source));
     report.finish();
     if cli_overrides::attribute_errors(compile, input, &mut report.diagnostics, &report.sources) {
         report.finish();
@@ -77,7 +80,19 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
     if report.errors() > 0 {
         return Compiled::refused(report);
     }
-    Compiled { program: lowered.controller.map(|c| c.program), missions: lowered.missions, report }
+    let allowed = allowed(&report);
+    let program = lowered.controller.map(|c| Program { allowed: allowed.clone(), ..c.program });
+    // Each warning is listed once by `hierarq compile`.
+    let listed = if program.is_some() { Vec::new() } else { allowed };
+    let missions = lowered.missions.into_iter().map(|m| MissionProgram { allowed: listed.clone(), ..m });
+    Compiled { program, missions: missions.collect(), report }
+}
+
+/// The allowed warnings of a report, for the program.
+fn allowed(report: &Report) -> Vec<AllowedWarning> {
+    let one =
+        |a: &Allowed| AllowedWarning { code: a.code.to_string(), message: a.message.clone(), reason: a.reason.clone() };
+    report.allowed.iter().map(one).collect()
 }
 
 /// Adds the removal of the declaration to the warnings of names that nothing uses.
@@ -87,6 +102,17 @@ fn removals(diagnostics: &mut [Diagnostic], spec: &Spec) {
         if let Some((span, name)) = items.find(|(_, name)| name.span == d.primary.span) {
             d.fixes.push(Fix::remove(&name.value, span));
         }
+    }
+}
+
+/// Removes the warnings that the spec allows. Reports allowances of its own text without effect, if all warnings that it can have
+/// are known: not after an error, without the missions, or with other values of its params.
+fn allow(report: &mut Report, expanded: &Expanded, (input, part, own): (&Input, Part, SourceId)) {
+    let is_spec = |place: Span| expanded.syntaxes.contains_key(&place.source);
+    let urdf = expanded.robots.iter().filter_map(|robot| Some(robot.body.get("urdf")?.value.span));
+    let without_effect = report.allow(&expanded.allowances, is_spec, &urdf.collect::<Vec<_>>());
+    if report.errors() == 0 && part == Part::Whole && input.set.is_empty() {
+        report.diagnostics.extend(without_effect.into_iter().filter(|d| d.primary.span.source == own));
     }
 }
 

@@ -44,6 +44,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("yardstick", include_str!("cases/yardstick.txt"), Syntax::Native),
     ("unusual", include_str!("cases/unusual.txt"), Syntax::Native),
     ("unusual_yaml", include_str!("cases/unusual_yaml.txt"), Syntax::Yaml),
+    ("allowances", include_str!("cases/allowances.txt"), Syntax::Native),
+    ("allowances_yaml", include_str!("cases/allowances_yaml.txt"), Syntax::Yaml),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Syntax::Yaml),
 ];
 
@@ -97,6 +99,16 @@ fn check(name: &str) {
     }
     insta::assert_snapshot!(name, out);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn allowances() {
+    check("allowances");
+}
+
+#[test]
+fn allowances_yaml() {
+    check("allowances_yaml");
 }
 
 #[test]

@@ -4,8 +4,8 @@
 use crate::common;
 
 use common::{annotated, compile_text, examples, whole};
-use dsl::Syntax;
 use dsl::codes::{Page, Part};
+use dsl::{Severity, Syntax};
 use hierarq_compiler::{Compiled, codes};
 use std::path::Path;
 
@@ -43,6 +43,10 @@ fn every_page_shows_the_mistake_and_how_to_mend_it() {
         for part in &examples {
             let compiled = compiled(page, part);
             let found: Vec<&str> = compiled.report.diagnostics.iter().map(|d| d.code).collect();
+            let warns = compiled.report.diagnostics.iter().find(|d| d.severity == Severity::Warning);
+            if let Some(d) = warns.filter(|d| codes::explain(d.code).is_some_and(|page| !page.warning)) {
+                wrong.push(format!("{} is a warning, and its heading does not say so", d.code));
+            }
             let as_it_says = if is_bad(&part) {
                 !found.is_empty() && found.iter().all(|c| *c == page.code)
             } else {

@@ -61,7 +61,7 @@ fn plain() {
 fn the_primary_place_is_drawn_first() {
     for report in reports() {
         for d in &report.diagnostics {
-            let one = Report { diagnostics: vec![d.clone()], sources: report.sources.clone() };
+            let one = Report { diagnostics: vec![d.clone()], sources: report.sources.clone(), ..Report::default() };
             let text = one.render(Style::Plain, 100);
             let (line, _) = report.sources.line_column(d.primary.span.source, d.primary.span.start);
             let Some(source) = report.sources.get(d.primary.span.source).filter(|s| !s.text.trim().is_empty()) else {

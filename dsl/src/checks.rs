@@ -3,6 +3,7 @@
 use crate::diagnostic::clip;
 use crate::fix::Fix;
 use crate::tree::{Block, Entry, Stack, Value, ValueKind};
+use crate::vocabulary::ALLOW;
 use crate::words::{is_quoted_key, is_text_key};
 use crate::{Diagnostic, Help, Snippet, Span};
 use std::collections::BTreeMap;
@@ -86,6 +87,9 @@ pub(crate) const LEVEL_WORDS: &[&str] = &["name", "tasks", "replace", "add", "re
 pub(crate) fn range(range: &mut Block, diags: &mut Vec<Diagnostic>) {
     range.entries.retain_mut(|entry| {
         let key = &entry.key.value;
+        if key == ALLOW {
+            return true;
+        }
         if key != "min" && key != "max" {
             diags.push(
                 Diagnostic::error("HQ0127", entry.key.span, format!("the range of a param has no `{}`", clip(key)))

@@ -4,7 +4,7 @@ use crate::tree::{Item, ItemKind, MissionMember, MissionRepeat, Spec};
 use crate::vocabulary::ROLES;
 
 impl Spec {
-    /// Returns the spec with its declarations sorted by kind, as YAML groups them: imports, params, lets, robots,
+    /// Returns the spec with its declarations sorted by kind, as YAML groups them: imports, allowed warnings, params, lets, robots,
     /// tasks, stacks, signals, variables, humans, safety fields, machines, missions, scenarios, repetitions, run. The
     /// order within a kind is preserved.
     pub fn normalised(mut self) -> Spec {
@@ -16,20 +16,21 @@ impl Spec {
 fn sort(items: &mut [Item]) {
     items.sort_by_key(|item| match item.kind {
         ItemKind::Import(_) => 0,
-        ItemKind::Param(_) => 1,
-        ItemKind::Let(_) => 2,
-        ItemKind::Robot(_) => 3,
-        ItemKind::Task(_) => 4,
-        ItemKind::Stack(_) => 5,
-        ItemKind::Signal(_) => 6,
-        ItemKind::Variable(_) => 7,
-        ItemKind::Human(_) => 8,
-        ItemKind::SafetyField(_) => 9,
-        ItemKind::Machine(_) => 10,
-        ItemKind::Mission(_) => 11,
-        ItemKind::Scenario(_) => 12,
-        ItemKind::For(_) => 13,
-        ItemKind::Run(_) => 14,
+        ItemKind::Allow(_) => 1,
+        ItemKind::Param(_) => 2,
+        ItemKind::Let(_) => 3,
+        ItemKind::Robot(_) => 4,
+        ItemKind::Task(_) => 5,
+        ItemKind::Stack(_) => 6,
+        ItemKind::Signal(_) => 7,
+        ItemKind::Variable(_) => 8,
+        ItemKind::Human(_) => 9,
+        ItemKind::SafetyField(_) => 10,
+        ItemKind::Machine(_) => 11,
+        ItemKind::Mission(_) => 12,
+        ItemKind::Scenario(_) => 13,
+        ItemKind::For(_) => 14,
+        ItemKind::Run(_) => 15,
     });
     for item in items {
         match &mut item.kind {

@@ -3,6 +3,7 @@
 use crate::diagnostic::clip;
 use crate::limits::MAX_STATE_NESTING;
 use crate::tree::{Block, State};
+use crate::vocabulary::ALLOW;
 use crate::{Diagnostic, Help, Snippet, Span, checks};
 
 /// The words that begin a part of a state, and its keys in YAML: none of them can be the name of a setting.
@@ -24,10 +25,13 @@ pub(crate) fn transition_settings(settings: &mut Block, diags: &mut Vec<Diagnost
     checks::duplicates(&settings.entries, diags);
     settings.entries.retain(|entry| {
         let (key, at) = (entry.key.value.as_str(), entry.key.span);
-        let reserved = STATE_WORDS.contains(&key) || TRANSITION_WORDS.contains(&key);
+        let reserved = STATE_WORDS.contains(&key) || TRANSITION_WORDS.contains(&key) || key == ALLOW;
         if key == "for" {
             let text = "`for` belongs between its condition and `->`";
             diags.push(Diagnostic::error("HQ0141", at, text).help(held()));
+        } else if key == ALLOW {
+            let text = "a transition allows nothing";
+            diags.push(Diagnostic::error("HQ0121", at, text).help("allow the warning in the state around it"));
         } else if reserved {
             let text = format!("`{key}` cannot be a setting of a transition");
             let note = "the word is a keyword there in one of the two syntaxes";

@@ -68,6 +68,8 @@ equal_by!(Item: kind);
 pub enum ItemKind {
     /// `import "common/safety.hq" { deck }`
     Import(Import),
+    /// `allow HQ0707 "the cell is caged"`
+    Allow(Allow),
     /// `param approach = 0.15 m`
     Param(Param),
     /// `let half_turn = pi * 1 rad`
@@ -96,6 +98,15 @@ pub enum ItemKind {
     For(RepeatItems),
     /// `run { .. }`
     Run(Run),
+}
+
+/// A warning that is intended anywhere in the file. Inside a block, the entry `allow` has a block of codes and reasons.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Allow {
+    /// The code of the warning.
+    pub code: Spanned<String>,
+    /// The reason, a text; [`ValueKind::Missing`] if none was written.
+    pub reason: Value,
 }
 
 /// A named number that the command line may override.

@@ -8,6 +8,9 @@ pub static UNITS: &[&str] = &[
     "g", "N", "kN", "mN", "Nm", "J", "W",
 ];
 
+/// The key of every block below which warnings are allowed, by their codes.
+pub const ALLOW: &str = "allow";
+
 /// Lists the sections of YAML with named declarations that a repetition may contain.
 macro_rules! sections {
     ($($section:literal),*) => {
@@ -24,6 +27,7 @@ macro_rules! sections {
 }
 
 sections!(
+    "allow",
     "params",
     "lets",
     "tasks",

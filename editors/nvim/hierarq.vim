@@ -18,6 +18,8 @@ syntax match hierarqKeyword "\<\%(state\|final\|stack\|initial\|enter\|do\|exit\
 syntax match hierarqKeyword "\<\%(on\|when\|after\|for\)\ze\s.*->"
 syntax match hierarqKeyword "^\s*\zs\%(on\|when\)\ze\s"
 syntax match hierarqKeyword "\%(^\s*\%(expect\|check\)\s.*\)\@<=\<\%(always\|eventually\|never\|within\|from\|to\|after\|until\|implies\)\>"
+syntax match hierarqKeyword "\<allow\ze\s\+HQ\d\+\>"
+syntax match hierarqConstant "\%(\<allow\s\+\)\@<=HQ\d\+\>"
 syntax match hierarqOperator "->"
 syntax keyword hierarqModifier hard weight blend timeout
 syntax keyword hierarqConstant pi t time auto true false

@@ -239,6 +239,11 @@ pub fn codes_markdown() -> String {
     );
     for page in compiler::codes::all() {
         let _ = write!(out, "\n## {}: {}\n", page.code, page.title);
+        if page.warning {
+            out.push_str(
+                "\n*A warning: it can be [allowed](language/files.md#allowed-warnings) where it is intended.*\n",
+            );
+        }
         for part in page.parts() {
             let _ = match part {
                 Part::Text(text) => write!(out, "\n{text}\n"),
@@ -255,7 +260,8 @@ pub fn codes_markdown() -> String {
 /// Returns the page of a code for the terminal: paragraphs of at most `width` columns, and examples indented below the
 /// word "wrong" or "right".
 pub fn code_page(page: &compiler::codes::Page, width: usize) -> String {
-    let mut out = format!("{}: {}\n", page.code, page.title);
+    let warning = if page.warning { " (warning)" } else { "" };
+    let mut out = format!("{}: {}{warning}\n", page.code, page.title);
     for part in page.parts() {
         match part {
             Part::Text(text) => {

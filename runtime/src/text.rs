@@ -15,7 +15,7 @@ use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::expression::Expression;
 
-use crate::program::{CaptureSource, Op, Program, Simulator, Subject, TaskProgram};
+use crate::program::{AllowedWarning, CaptureSource, Op, Program, Simulator, Subject, TaskProgram};
 use leaves::{leaf, whole_leaf};
 pub use missions::{mission, running};
 use operations::operation;
@@ -44,7 +44,20 @@ fn write(p: &Program, out: &mut String) -> std::fmt::Result {
     let subject = subject(p, p.run.subject);
     writeln!(out, "\nrun {subject} for {} s, {ticks} ticks, solver {}", p.run.duration, p.run.solver.name())?;
     simulator(&p.run.simulator, out)?;
-    p.scenarios.iter().try_for_each(|s| scenarios::scenario(p, s, out))
+    p.scenarios.iter().try_for_each(|s| scenarios::scenario(p, s, out))?;
+    allowed(&p.allowed, out)
+}
+
+/// Warnings of the compiler that the spec allows.
+fn allowed(all: &[AllowedWarning], out: &mut String) -> std::fmt::Result {
+    if !all.is_empty() {
+        writeln!(
+            out,
+            "\nallowed {}",
+            if all.len() == 1 { "1 warning".into() } else { format!("{} warnings", all.len()) }
+        )?;
+    }
+    all.iter().try_for_each(|a| writeln!(out, "  {} {}\n    \"{}\"", a.code, a.message, a.reason))
 }
 
 fn simulator(s: &Simulator, out: &mut String) -> std::fmt::Result {

@@ -53,9 +53,10 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
             output::print(&format!("{name}:{line}: {title}\n"));
         }
         output::show(report);
+        output::print(&report.render_allowed());
         output::print(&match (output::count(report), bad) {
-            (Some(count), _) => format!("{name}: {count}\n"),
-            (None, _) => format!("{name}: good\n"),
+            (Some(count), _) => format!("{name}: {count}{}\n", output::allowed(report)),
+            (None, _) => format!("{name}: good{}\n", output::allowed(report)),
         });
         // After `--fix`, those that are left mend nothing.
         match mend::certain(report).len() {

@@ -15,7 +15,9 @@ pub struct Arguments {
 
 pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let Some(code) = &a.code else {
-        let list: String = compiler::codes::all().map(|p| format!("{}  {}\n", p.code, p.title)).collect();
+        let kind = |warning: bool| if warning { "  (warning)" } else { "" };
+        let list: String =
+            compiler::codes::all().map(|p| format!("{}  {}{}\n", p.code, p.title, kind(p.warning))).collect();
         output::print(&list);
         return Ok(Outcome::Good);
     };

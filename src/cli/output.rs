@@ -109,6 +109,15 @@ pub fn count(report: &Report) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join(", "))
 }
 
+/// Returns `, 2 warnings allowed`, or an empty text without any.
+pub fn allowed(report: &Report) -> String {
+    match report.allowed.len() {
+        0 => String::new(),
+        1 => ", 1 warning allowed".to_string(),
+        n => format!(", {n} warnings allowed"),
+    }
+}
+
 /// Prints the report of a file without a program, as text to standard error or as JSON to standard output; for a spec
 /// with missions only, a hint on their use.
 pub fn refuse(report: &compiler::Report, spec: &Path, json: bool) -> Result<super::Outcome, String> {

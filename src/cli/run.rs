@@ -241,7 +241,7 @@ fn show(program: &Program, (summary, good): (&Summary, bool), folder: &Path, too
     };
     let cut = if summary.interrupted { "INTERRUPTED before its end\n" } else { "" };
     output::print(&format!(
-        "\n{}\n{}\n{}{}{}{}{}{}\n{cut}{mark}: {}\n{}{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
+        "\n{}\n{}\n{}{}{}{}{}{}\n{cut}{mark}: {}{}\n{}{}{} ticks of {} ms; controller median {:.0} us, p99 {:.0} us, max {:.0} us; {speed:.0} times real time\n{verified}wrote {}\n",
         program.title,
         table::tasks(summary, &order),
         table::levels(summary),
@@ -251,6 +251,7 @@ fn show(program: &Program, (summary, good): (&Summary, bool), folder: &Path, too
         table::answered(summary),
         table::expectations(&summary.expectations, good),
         report::verdict(summary),
+        report::allowed(&summary.allowed),
         table::rough(summary),
         table::hints(summary),
         summary.ticks,

@@ -6,7 +6,9 @@ use dsl::{Applicability, Diagnostic, Label, Severity, Sources, Span};
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, Report as Miette};
 use serde_json::{Value as Json, json};
 
+use crate::diagnostics::allowances::Allowed;
 use crate::diagnostics::window::Window;
+
 /// Maximum number of uses shown with a diagnostic.
 const USES: usize = 4;
 
@@ -15,6 +17,8 @@ const USES: usize = 4;
 pub struct Report {
     /// Errors and warnings in source order.
     pub diagnostics: Vec<Diagnostic>,
+    /// Warnings that the spec allows, in source order.
+    pub allowed: Vec<Allowed>,
     /// Sources.
     pub sources: Sources,
 }
@@ -150,6 +154,17 @@ impl Report {
         out
     }
 
+    /// Renders the warnings that are allowed, each with its place and the reason: `SPEC:12:5: HQ0606, this ..`.
+    pub fn render_allowed(&self) -> String {
+        let line = |a: &Allowed| {
+            let (line, column) = self.sources.line_column(a.place.source, a.place.start);
+            let name = self.sources.get(a.place.source).map_or("?", |s| s.name.as_str());
+            let text = format!("{name}:{line}:{column}: allowed {}, {}\n  {}\n", a.code, a.message, a.reason);
+            colourless(&text)
+        };
+        self.allowed.iter().map(line).collect()
+    }
+
     /// Returns true if a label is drawn in the picture of the primary place. A picture starts at its topmost label, so
     /// a label far above would push the primary place out of sight. Such labels follow in pictures of their own.
     fn beside(&self, primary: Span, label: &Label) -> bool {
@@ -242,7 +257,7 @@ impl Report {
         out
     }
 
-    /// Returns all diagnostics as data: `{"version":1,"errors":n,"warnings":n,"diagnostics":[..]}`.
+    /// Returns all diagnostics as data: `{"version":1,"errors":n,"warnings":n,"diagnostics":[..],"allowed":[..]}`.
     pub fn to_json(&self) -> Json {
         let place = |span: Span| {
             let (line, column) = self.sources.line_column(span.source, span.start);
@@ -275,6 +290,9 @@ impl Report {
             "errors": self.errors(),
             "warnings": self.warnings(),
             "diagnostics": self.diagnostics.iter().map(one).collect::<Vec<_>>(),
+            "allowed": self.allowed.iter().map(|a| json!({
+                "code": a.code, "message": a.message, "place": place(a.place), "reason": a.reason, "by": place(a.by),
+            })).collect::<Vec<_>>(),
         })
     }
 }

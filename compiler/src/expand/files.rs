@@ -7,7 +7,7 @@ use dsl::tree::{Import, ItemKind, Spec};
 use dsl::{Diagnostic, SourceId, Spanned, Syntax};
 
 use super::module::Module;
-use super::{Expander, MAX_DEPTH};
+use super::{Expander, MAX_DEPTH, allowances};
 use crate::paths::{instead_of, tidy};
 
 /// Maximum number of files that a spec may import.
@@ -40,8 +40,9 @@ impl Expander<'_> {
     }
 
     /// Adds a module for a tree, after the modules that it imports; returns its index.
-    fn module(&mut self, stem: String, file: FileText, spec: Spec, depth: usize) -> usize {
+    fn module(&mut self, stem: String, file: FileText, mut spec: Spec, depth: usize) -> usize {
         let m = self.modules.len();
+        self.out.allowances.extend(allowances::take(&mut spec, file.syntax, self.diagnostics));
         let spec = Rc::new(spec);
         self.modules.push(Module {
             stem,

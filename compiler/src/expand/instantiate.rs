@@ -106,7 +106,7 @@ impl Expander<'_> {
                 self.emit_task((m, i));
             }
             ItemKind::Stack(stack) => self.emit_stack((m, i), &stack),
-            ItemKind::Import(_) | ItemKind::For(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => {}
+            ItemKind::Import(_) | ItemKind::Allow(_) | ItemKind::For(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => {}
             ItemKind::Machine(_) => self.emit_machine((m, i)),
             ItemKind::Mission(_) => self.emit_mission((m, i)),
         }

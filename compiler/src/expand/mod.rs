@@ -9,6 +9,7 @@
 //! The expansion substitutes trees. Each copy is an instance of its text (see [`dsl::Sources`]), so later diagnostics
 //! point at the text and at the uses that led there.
 
+mod allowances;
 mod arguments;
 mod files;
 mod instantiate;
@@ -31,6 +32,7 @@ use dsl::tree::{
 };
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Syntax};
 
+use crate::diagnostics::allowances::Allowance;
 use crate::input::{Input, Texts};
 use substitute::Frame;
 
@@ -106,6 +108,8 @@ pub(crate) struct Expanded {
     pub usable: bool,
     /// Levels of base stacks that derived stacks replace or remove.
     pub discarded: Vec<Level>,
+    /// Warnings that the files allow.
+    pub allowances: Vec<Allowance>,
     /// Syntax of each file.
     pub syntaxes: BTreeMap<SourceId, Syntax>,
 }

@@ -346,6 +346,7 @@ impl<'a> Lowerer<'a> {
             machine,
             run: run.0,
             scenarios: Vec::new(),
+            allowed: Vec::new(),
         };
         Some((
             program,

@@ -148,6 +148,7 @@ impl Resolver<'_> {
     fn item(&mut self, item: &Item) {
         let word = match &item.kind {
             ItemKind::Import(_) => "import",
+            ItemKind::Allow(_) => "allow",
             ItemKind::Param(_) => "param",
             ItemKind::Let(_) => "let",
             ItemKind::Robot(_) => "robot",
@@ -166,7 +167,7 @@ impl Resolver<'_> {
         self.keyword(word, item.span.range().start, SPEC.key(word, self.syntax));
         let (bound, around) = (self.bound.len(), self.around.clone());
         match &item.kind {
-            ItemKind::Import(_) => {}
+            ItemKind::Import(_) | ItemKind::Allow(_) => {}
             ItemKind::Param(p) => {
                 self.expression(&p.value);
                 self.section(&p.range, &PARAM);

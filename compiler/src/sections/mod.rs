@@ -34,7 +34,7 @@ pub use scenario::{
     LATE, LOST, LateBlock, LostBlock, OF_ALL_SCENARIOS, OF_MISSIONS, OUTCOME, OutcomeBlock, PUSH, PushBlock, SCENARIO,
     SCENARIO_SIMULATOR, SIGNAL_SCRIPT, ScenarioBlock, ScenarioSimulator, SignalScriptBlock, WAYPOINT, WaypointBlock,
 };
-pub use spec::{PARAM, REPEAT, RUN, RunBlock, SIMULATOR, SPEC, SimulatorBlock};
+pub use spec::{ALLOW, PARAM, REPEAT, RUN, RunBlock, SIMULATOR, SPEC, SimulatorBlock};
 pub use stack::{CHANGE, LEVEL, LevelBlock, MEMBER, STACK, StackBlock};
 
 /// All blocks, from the outside in: each is followed by the blocks that its keys hold.

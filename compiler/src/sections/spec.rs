@@ -13,6 +13,16 @@ use super::scenario::SCENARIO;
 use super::stack::STACK;
 use super::{BlockSchema, Key, Named, Place, ValueType};
 
+/// The key of every block for warnings that are intended there. `expand` takes it out of all of them.
+pub const ALLOW: Key = Key::optional(
+    "allow",
+    ValueType::Each(&ValueType::Text),
+    "A warning that is intended here, with the reason: `allow HQ0606 \"the tray is soft on purpose\"`; in YAML a mapping of \
+     codes, `allow: { HQ0606: the tray is soft on purpose }`. It is allowed in this declaration alone, and listed by \
+     `hierarq check` and in reports. Every block has this key.",
+)
+.at(Place::Word);
+
 /// A spec. What the native syntax declares one by one, YAML collects under a key in the plural.
 pub static SPEC: BlockSchema = BlockSchema {
     name: "a spec",
@@ -36,6 +46,7 @@ pub static SPEC: BlockSchema = BlockSchema {
              as robot]`. Paths are relative to this file.",
         )
         .at(Place::Yaml),
+        ALLOW,
         Key::optional("param", ValueType::Value, "A named value that `--set` may override: `param approach = 0.15 m`.")
             .at(Place::Hq),
         Key::optional(

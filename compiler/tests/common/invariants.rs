@@ -81,6 +81,7 @@ fn declares_twice(items: &[Item]) -> bool {
             ItemKind::Import(_) => return false,
             ItemKind::For(f) => return declares_twice(&f.body),
             ItemKind::Run(_) => ("run", String::new()),
+            ItemKind::Allow(_) => ("allow", String::new()),
             ItemKind::Param(p) => ("param", p.name.value.clone()),
             ItemKind::Let(l) => ("let", l.name.value.clone()),
             ItemKind::Robot(r) => ("robot", r.name.value.clone()),

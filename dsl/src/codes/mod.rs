@@ -1,7 +1,7 @@
 //! Explanations of diagnostic codes for `hierarq explain`: the format of the pages, and the pages of the family
 //! `HQ01xx`.
 //!
-//! The pages are Markdown, `*.md` beside this file: a heading `# CODE: title`, paragraphs, and examples in fences
+//! The pages are Markdown, `*.md` beside this file: a heading `# CODE: title`, `# CODE (warning): title` if it can be a warning, paragraphs, and examples in fences
 //! marked `hq,bad`, `hq,good`, `yaml,bad` and so on. A test compiles every example: a bad one must produce the code of
 //! its page and no other, a good one must produce no diagnostics.
 
@@ -28,6 +28,8 @@ pub struct Page {
     pub code: &'static str,
     /// Short description of the error.
     pub title: &'static str,
+    /// True if it can be a warning, which a spec may allow.
+    pub warning: bool,
     /// Markdown, without the heading.
     pub text: &'static str,
 }
@@ -74,7 +76,8 @@ pub fn read(markdown: &'static str) -> Vec<Page> {
     let heading = |page: &'static str| {
         let (head, text) = page.strip_prefix("# ")?.split_once('\n')?;
         let (code, title) = head.split_once(": ")?;
-        Some(Page { code, title, text: text.trim() })
+        let (code, warning) = code.strip_suffix(" (warning)").map_or((code, false), |code| (code, true));
+        Some(Page { code, title, warning, text: text.trim() })
     };
     let starts: Vec<usize> = markdown.match_indices("# HQ").map(|(at, _)| at).collect();
     let starts = starts.into_iter().filter(|at| *at == 0 || markdown[..*at].ends_with('\n'));

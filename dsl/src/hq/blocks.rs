@@ -65,10 +65,14 @@ impl Reader<'_> {
         if start < self.read {
             return;
         }
+        let mut parts = pair.into_inner().peekable();
+        if let Some(allow) = parts.next_if(|part| part.as_rule() == Rule::allow) {
+            return self.allow(allow, entries);
+        }
         let mut comments = Comments::default();
         self.pool.before(start, &mut comments.before);
         let (mut key, mut mark, mut value, mut junk) = (None, None, None, None);
-        for part in pair.into_inner() {
+        for part in parts {
             match part.as_rule() {
                 Rule::name => key = Some(self.place().spanned(&part)),
                 Rule::pattern => key = Some(Spanned::new(part.as_str().trim_matches('"').to_owned(), self.of(&part))),

@@ -9,6 +9,7 @@ use crate::explain::After;
 use crate::fix::Fix;
 use crate::grammar::{Pair, Rule};
 use crate::tree::{Comments, Human, Item, ItemKind, Robot, Run, SafetyField, Spec};
+use crate::vocabulary::ALLOW;
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
 
@@ -104,6 +105,7 @@ impl Reader<'_> {
         let start = self.of(&pair).range().start;
         let word = |n: usize| self.span(start, start + n);
         let keyword = match pair.as_rule() {
+            Rule::allow => return self.allowed(pair, items),
             Rule::import => word(6),
             Rule::param | Rule::robot | Rule::stack | Rule::human => word(5),
             Rule::task => word(4),
@@ -243,7 +245,11 @@ impl Reader<'_> {
         let diagnostic = Diagnostic::error("HQ0103", keyword, format!("`{}` is not a declaration", clip(word)));
         let Some(meant) = nearest(word, KEYWORDS) else {
             self.unread.push(span);
-            self.diags.push(if word == "level" {
+            self.diags.push(if word == ALLOW {
+                diagnostic
+                    .note("a warning is allowed by its code, with the reason")
+                    .help("write `allow HQ0707 \"the reason\"`")
+            } else if word == "level" {
                 diagnostic.note("levels are declared inside a stack").help("write `stack NAME { level .. }`")
             } else {
                 let words =

@@ -98,7 +98,8 @@ impl Reader<'_> {
                 Rule::setting => self.setting(part, &mut settings.entries, &mut hard),
                 Rule::beside => beside = self.beside(part),
                 Rule::level_body => {
-                    members = Some(self.members(part, &mut comments, &mut settings.closing_comments));
+                    let Block { entries, closing_comments, .. } = &mut settings;
+                    members = Some(self.members(part, &mut comments, closing_comments, entries));
                 }
                 _ => {
                     self.junk(at, After::Start("`hard`, a setting or `{`"));
@@ -209,7 +210,14 @@ impl Reader<'_> {
         }
     }
 
-    fn members(&mut self, pair: Pair<'_>, comments: &mut Comments, closing: &mut Comments) -> Vec<Member> {
+    /// Reads the braces of a level; the warnings that are allowed there are added to its settings.
+    fn members(
+        &mut self,
+        pair: Pair<'_>,
+        comments: &mut Comments,
+        closing: &mut Comments,
+        settings: &mut Vec<Entry>,
+    ) -> Vec<Member> {
         let span = self.of(&pair);
         self.pool.before(span.range().start, &mut comments.before);
         self.pool.behind(span.range().start + 1, &[], &mut comments.behind);
@@ -217,6 +225,7 @@ impl Reader<'_> {
         let mut open = false;
         for part in pair.into_inner() {
             match part.as_rule() {
+                Rule::allow => self.allow(part, settings),
                 Rule::member => members.extend(self.member(part)),
                 Rule::member_repeat => members.extend(self.member_repeat(part)),
                 _ => open = true,
@@ -273,7 +282,15 @@ impl Reader<'_> {
         let (mut comments, mut closing_comments) = (Comments::default(), Comments::default());
         self.pool.before(start, &mut comments.before);
         let head = self.repeat_head(pair, self.span(start, start + "for".len()));
-        let body = head.body.map(|part| self.members(part, &mut comments, &mut closing_comments)).unwrap_or_default();
+        let mut allowed = Vec::new();
+        let body = head.body.map(|part| self.members(part, &mut comments, &mut closing_comments, &mut allowed));
+        let body = body.unwrap_or_default();
+        for entry in allowed {
+            let text = "a repetition of tasks allows nothing";
+            self.diags.push(
+                Diagnostic::unreadable("HQ0113", entry.key.span, text).help("write it in the braces of the level"),
+            );
+        }
         self.pool.behind(span.range().end, &[',', ';'], &mut comments.behind);
         let repeat = RepeatMembers { variable: head.variable?, values: head.values?, body, closing_comments };
         Some(Member { task: MemberTask::For(Box::new(repeat)), weight: None, span, comments })

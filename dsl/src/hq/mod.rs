@@ -1,5 +1,6 @@
 //! Reader of `*.hq` texts: converts pest nodes to the tree, declaration by declaration.
 
+mod allowances;
 mod blocks;
 mod headless;
 mod items;

@@ -1,5 +1,6 @@
 //! Printer of `*.hq` texts.
 
+use super::hq_allowances as allowances;
 use super::hq_levels as levels;
 use super::hq_machines as machines;
 use super::hq_missions as missions;
@@ -34,6 +35,7 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
         ItemKind::Import(_) => Some(2),
         ItemKind::Signal(_) => Some(3),
         ItemKind::Variable(_) => Some(4),
+        ItemKind::Allow(_) => Some(5),
         _ => None,
     };
     let mut last = None;
@@ -51,6 +53,10 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
         let behind = &item.comments.behind;
         match &item.kind {
             ItemKind::Import(it) => reuse::import(it, behind, indent, lines),
+            ItemKind::Allow(it) => {
+                lines.out.push_str(&allowances::line(&it.code, &it.reason));
+                lines.end(behind);
+            }
             ItemKind::Param(param) => {
                 lines.out.push_str(&format!("param {} = ", param.name.value));
                 if empty(&param.range) {
@@ -218,6 +224,10 @@ pub(super) fn block(body: &Block, behind: &Option<String>, indent: usize, tall: 
 
 pub(super) fn entries(body: &Block, indent: usize, lines: &mut Lines) {
     for entry in &body.entries {
+        if let Some(allowed) = allowances::of(entry) {
+            allowances::lines(entry, allowed, indent, lines);
+            continue;
+        }
         lines.before(&entry.comments.before, indent);
         lines.indent(indent);
         lines.out.push_str(&key(&entry.key.value));
@@ -245,6 +255,10 @@ pub(super) fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
         if i > 0 {
             let last = &body.entries[i - 1].value;
             line.push(separator(last, entry))?;
+        }
+        if let Some(allowed) = allowances::of(entry) {
+            allowances::one_line(allowed, line)?;
+            continue;
         }
         line.push(&key(&entry.key.value))?;
         if !matches!(entry.value.kind, ValueKind::Missing) {

@@ -1,9 +1,10 @@
 //! Printer of `*.hq` texts: stacks, levels, members.
 
 use super::hq::{definition, empty, entries, head, one_line_block, takes_arguments};
+use super::hq_allowances as allowances;
 use super::hq_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, no_comments};
-use crate::tree::{Beside, Change, Comments, Level, Member, MemberTask, Stack, Value};
+use crate::tree::{Beside, Block, Change, Comments, Entry, Level, Member, MemberTask, Stack, Value};
 
 pub(super) fn stack(it: &Stack, behind: &Option<String>, indent: usize, lines: &mut Lines) {
     let from = it.base.as_ref().map_or_else(String::new, reuse::from);
@@ -41,8 +42,10 @@ fn level(it: &Level, word: &str, beside: Option<&Beside>, indent: usize, lines: 
         format!(" {} {}", if beside.before { "before" } else { "after" }, beside.level.value)
     });
     lines.before(&it.comments.before, indent);
+    let allowed = it.settings.entries.iter().find_map(|entry| Some((entry, allowances::of(entry)?)));
+    let head = || it.settings.entries.iter().filter(|entry| allowances::of(entry).is_none());
     // Comments on the settings of a level exist in YAML only; here they precede the level.
-    for entry in &it.settings.entries {
+    for entry in head() {
         lines.before(&entry.comments.before, indent);
         lines.before(entry.comments.behind.as_slice(), indent);
     }
@@ -52,7 +55,7 @@ fn level(it: &Level, word: &str, beside: Option<&Beside>, indent: usize, lines: 
         lines.out.push_str(" hard");
     }
     let mut last: Option<&Value> = None;
-    for entry in &it.settings.entries {
+    for entry in head() {
         lines.out.push_str(if last.is_some_and(|v| expr::swallows(v, &entry.key.value, Some(&entry.value))) {
             ", "
         } else {
@@ -62,19 +65,23 @@ fn level(it: &Level, word: &str, beside: Option<&Beside>, indent: usize, lines: 
         last = Some(&entry.value);
     }
     lines.out.push(' ');
-    members(&it.members, &it.settings.closing_comments, (&it.comments.behind, &place), indent, lines);
+    members((allowed, &it.members), &it.settings.closing_comments, (&it.comments.behind, &place), indent, lines);
 }
 
-/// Prints members in braces, and the text after the closing brace. Other text may follow the last member on its line.
+/// The entry with the warnings that a level allows, and its codes.
+type Allowed<'t> = Option<(&'t Entry, &'t Block)>;
+
+/// Prints members in braces, after the warnings that are allowed there, and the text after the closing brace. Other text
+/// may follow the last member on its line.
 fn members(
-    all: &[Member],
+    (allowed, all): (Allowed, &[Member]),
     closing: &Comments,
     (behind, place): (&Option<String>, &str),
     indent: usize,
     lines: &mut Lines,
 ) {
     let mut line = OneLine::new(WIDTH.saturating_sub(lines.column() + place.len()));
-    if one_line_members(all, closing, &mut line).is_some() {
+    if one_line_members((allowed, all), closing, &mut line).is_some() {
         lines.out.push_str(&line.text);
         lines.out.push_str(place);
         lines.end(behind);
@@ -82,6 +89,9 @@ fn members(
     }
     lines.out.push('{');
     lines.end(behind);
+    if let Some((entry, allowed)) = allowed {
+        allowances::lines(entry, allowed, indent + 2, lines);
+    }
     for (i, member) in all.iter().enumerate() {
         let next = all.get(i + 1);
         lines.before(&member.comments.before, indent + 2);
@@ -93,14 +103,21 @@ fn members(
     lines.out.push_str(&format!("}}{place}\n"));
 }
 
-fn one_line_members(all: &[Member], closing: &Comments, line: &mut OneLine) -> Option<()> {
+fn one_line_members((allowed, all): (Allowed, &[Member]), closing: &Comments, line: &mut OneLine) -> Option<()> {
     if !no_comments(closing) {
         return None;
     }
-    if all.is_empty() {
+    if all.is_empty() && allowed.is_none() {
         return line.push("{}");
     }
     line.push("{ ")?;
+    if let Some((entry, codes)) = allowed {
+        if !no_comments(&entry.comments) {
+            return None;
+        }
+        allowances::one_line(codes, line)?;
+        line.push(if all.is_empty() { "" } else { "  " })?;
+    }
     for (i, member) in all.iter().enumerate() {
         if !no_comments(&member.comments) {
             return None;
@@ -120,7 +137,7 @@ fn one_line_members(all: &[Member], closing: &Comments, line: &mut OneLine) -> O
             MemberTask::For(it) => {
                 line.push(&reuse::repeat_head(&it.variable, &it.values))?;
                 line.push(" ")?;
-                one_line_members(&it.body, &it.closing_comments, line)?;
+                one_line_members((None, &it.body), &it.closing_comments, line)?;
             }
         }
         if let Some(weight) = &member.weight {
@@ -178,7 +195,7 @@ fn member_line(member: &Member, next: Option<&Member>, indent: usize, lines: &mu
         MemberTask::For(it) => {
             lines.out.push_str(&reuse::repeat_head(&it.variable, &it.values));
             lines.out.push(' ');
-            members(&it.body, &it.closing_comments, (&member.comments.behind, ""), indent, lines);
+            members((None, &it.body), &it.closing_comments, (&member.comments.behind, ""), indent, lines);
         }
     }
 }

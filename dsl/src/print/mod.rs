@@ -4,11 +4,13 @@
 mod expr;
 mod formulas;
 mod hq;
+mod hq_allowances;
 mod hq_levels;
 mod hq_machines;
 mod hq_missions;
 mod hq_reuse;
 mod yaml;
+mod yaml_allowances;
 mod yaml_levels;
 mod yaml_machines;
 mod yaml_missions;

@@ -1,6 +1,7 @@
 //! Printer of YAML texts: declarations grouped by kind, short mappings and sequences on one line.
 
 use super::hq::takes_arguments;
+use super::yaml_allowances as allowances;
 use super::yaml_levels as levels;
 use super::yaml_machines as machines;
 use super::yaml_missions as missions;
@@ -36,8 +37,9 @@ type OfKind = fn(&ItemKind) -> bool;
 
 /// Prints declarations grouped by kind, each group below its title, with empty lines between top-level groups.
 pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
-    let kinds: [(&str, OfKind); 14] = [
+    let kinds: [(&str, OfKind); 15] = [
         ("import", |kind| matches!(kind, ItemKind::Import(_))),
+        ("allow", |kind| matches!(kind, ItemKind::Allow(_))),
         ("params", |kind| matches!(kind, ItemKind::Param(_))),
         ("lets", |kind| matches!(kind, ItemKind::Let(_))),
         ("robots", |kind| matches!(kind, ItemKind::Robot(_))),
@@ -82,6 +84,10 @@ fn declaration(item: &Item, indent: usize, lines: &mut Lines) {
     let behind = &item.comments.behind;
     match &item.kind {
         ItemKind::Import(it) => reuse::import(it, behind, indent, lines),
+        ItemKind::Allow(it) => {
+            lines.out.push_str(&format!("{}: {}", key(&it.code), allowances::reason(&it.reason)));
+            lines.end(behind);
+        }
         ItemKind::Param(param) => {
             lines.out.push_str(&format!("{}:", key(&param.name)));
             if super::hq::empty(&param.range) {
@@ -205,6 +211,9 @@ fn entry(it: &Entry, indent: usize, lines: &mut Lines) {
     lines.before(&it.comments.before, indent);
     lines.indent(indent);
     lines.out.push_str(&format!("{}:", key(&it.key)));
+    if let Some(allowed) = allowances::of(it) {
+        return allowances::block(allowed, &it.comments.behind, indent, lines);
+    }
     value(&it.value, &it.comments.behind, indent, is_text_key(&it.key), lines);
 }
 
@@ -238,7 +247,10 @@ pub(super) fn one_line_block(body: &Block, line: &mut OneLine) -> Option<()> {
         line.push(if i > 0 { ", " } else { "" })?;
         line.push(&key(&it.key))?;
         line.push(": ")?;
-        one_line(&it.value, is_text_key(&it.key), line)?;
+        match allowances::of(it) {
+            Some(allowed) => allowances::one_line(allowed, line)?,
+            None => one_line(&it.value, is_text_key(&it.key), line)?,
+        }
     }
     line.push(" }")
 }

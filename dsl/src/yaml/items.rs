@@ -7,7 +7,7 @@ use crate::diagnostic::Topic;
 use crate::diagnostic::clip;
 use crate::hq::{bad_version, no_header};
 use crate::tree::{
-    Block, Comments, Human, Item, ItemKind, Let, Parameter, Robot, Run, SafetyField, Spec, Task, TaskDefinition,
+    Allow, Block, Comments, Human, Item, ItemKind, Let, Parameter, Robot, Run, SafetyField, Spec, Task, TaskDefinition,
     ValueKind,
 };
 use crate::vocabulary::{LISTS, SECTIONS};
@@ -207,6 +207,7 @@ impl Reader<'_> {
         let mut comments = self.key_comments(key);
         let later = self.later(value, key);
         let kind = match section {
+            "allow" => ItemKind::Allow(Allow { reason: self.reason(value, name.span), code: name }),
             "params" => ItemKind::Param(self.param(&name, value, &mut comments)),
             "lets" => ItemKind::Let(self.let_(&name, value, &mut comments)),
             "robots" => {

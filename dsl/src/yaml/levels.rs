@@ -6,6 +6,7 @@ use crate::diagnostic::clip;
 use crate::tree::{
     Beside, Block, Comments, Entry, Level, Member, MemberTask, Parameter, Stack, TaskDefinition, Value, ValueKind,
 };
+use crate::vocabulary::ALLOW;
 use crate::words::{has_block, nearest};
 use crate::{Diagnostic, Span, Spanned, checks};
 
@@ -142,7 +143,7 @@ impl Reader<'_> {
                 }
                 _ => {
                     let entry = self.setting(key, value);
-                    if has_block(&entry.value) {
+                    if has_block(&entry.value) && entry.key.value != ALLOW {
                         self.diags.push(
                             Diagnostic::error("HQ0131", entry.value.span, "a setting of a level is a single value")
                                 .here("there is a mapping in this")

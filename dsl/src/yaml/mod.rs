@@ -1,5 +1,6 @@
 //! Reader of the YAML syntax: it has the same words and expressions as the native one, and builds the same tree.
 
+mod allowances;
 mod events;
 mod items;
 mod levels;
@@ -21,6 +22,7 @@ use crate::explain;
 use crate::expr::missing;
 use crate::limits::{MAX_DEPTH, MAX_NODES, check_size, too_deep};
 use crate::tree::{Block, Comments, Entry, Spec, Value, ValueKind};
+use crate::vocabulary::ALLOW;
 use crate::words::{is_name, is_quoted_key, is_text_key};
 use crate::{Diagnostic, Help, SourceId, Span, Spanned, checks};
 use events::{Document, Kind, Node, NodeId, Style};
@@ -372,6 +374,9 @@ impl Reader<'_> {
                 let items = items.into_iter().map(|item| self.item(item, key)).collect();
                 self.depth -= 1;
                 Value { kind: ValueKind::List(items), span }
+            }
+            Kind::Mapping(_) if key.is_some_and(|k| k.value == ALLOW) => {
+                Value { kind: ValueKind::Block(self.allowances(id)), span }
             }
             Kind::Mapping(_) if text_key => {
                 self.diags.push(quotes::no_text(key.map_or("", |k| &k.value), self.text, span));

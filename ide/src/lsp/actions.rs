@@ -4,8 +4,8 @@ use compiler::{Input, Report};
 use dsl::{Diagnostic, Fix, Severity};
 use lsp_types::{CodeAction, CodeActionContext, CodeActionKind, CodeActionOrCommand, Range, TextEdit, WorkspaceEdit};
 
-use super::diagnostics;
 use super::document::Document;
+use super::{allowances, diagnostics};
 
 /// Maximum number of fixes tested per request.
 const MOST: usize = 16;
@@ -16,6 +16,7 @@ pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext)
     if context.only.as_ref().is_some_and(|only| !only.iter().any(wanted)) {
         return Some(Vec::new());
     }
+    let syntax = document.syntax()?;
     let report = compiled(document, document.text.as_str())?;
     let (from, to) = (document.text.byte(range.start), document.text.byte(range.end));
     let mut actions = Vec::new();
@@ -26,7 +27,9 @@ pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext)
     let mut tried = 0;
     for d in here {
         let mut preferred = true;
-        for fix in d.fixes.iter().filter(|fix| fix.edits().iter().all(|edit| edit.span.source.0 == 0)) {
+        let allow = allowances::fix(document.text.as_str(), syntax, d);
+        let fixes = d.fixes.iter().chain(&allow);
+        for fix in fixes.filter(|fix| fix.edits().iter().all(|edit| edit.span.source.0 == 0)) {
             tried += 1;
             if tried > MOST || !mends(document, &report, d, fix) {
                 continue;
@@ -37,7 +40,7 @@ pub(super) fn of(document: &Document, range: Range, context: &CodeActionContext)
                 kind: Some(CodeActionKind::QUICKFIX),
                 diagnostics: Some(vec![diagnostics::one(document, &report, d)]),
                 edit: Some(WorkspaceEdit::new([(document.uri.clone(), edits.collect())].into_iter().collect())),
-                is_preferred: Some(preferred),
+                is_preferred: Some(preferred && !d.fixes.is_empty()),
                 ..CodeAction::default()
             }));
             preferred = false;

@@ -6,7 +6,7 @@ use std::ops::Range;
 use compiler::resolve::{
     BUILT_IN, CURSOR, CompletionContext, FAULTS, Formal, MEASURED, PRESENT, Resolution, SymbolKind, TRIGGERS,
 };
-use compiler::sections::{Argument, BlockSchema, InSyntax, SPEC};
+use compiler::sections::{ALLOW, Argument, BlockSchema, InSyntax, SPEC};
 use dsl::Syntax;
 use dsl::vocabulary::UNITS;
 use lsp_types::{
@@ -15,6 +15,7 @@ use lsp_types::{
 use stdlib_tasks::KINDS;
 use stdlib_tasks::params::{ParamInfo, Presence};
 
+use super::allowances;
 use super::document::Document;
 use super::hover;
 use crate::catalogue::{self, describe};
@@ -30,6 +31,13 @@ pub(super) fn of(document: &Document, byte: usize) -> Option<Vec<CompletionItem>
     let line = &text[text[..start].rfind('\n').map_or(0, |n| n + 1)..start];
     if in_comment(line, syntax) || text[start..byte].starts_with(|c: char| c.is_ascii_digit()) {
         return Some(Vec::new());
+    }
+    if let Some(codes) = allowances::codes(document, start) {
+        let mut list = List { document, range: start..byte, colon: syntax == Syntax::Yaml, items: Vec::new() };
+        for page in codes {
+            list.add(page.code, CompletionItemKind::PROPERTY, 0, page.title, page.text.to_string());
+        }
+        return Some(list.items);
     }
     let mut list = List { document, range: start..byte, colon: syntax == Syntax::Yaml, items: Vec::new() };
     let before = line.trim_end_matches([' ', '\t']);
@@ -252,6 +260,14 @@ impl List<'_> {
         for key in section.written(syntax).filter(|k| !used.iter().any(|u| u == k.name)) {
             self.add(key.name, CompletionItemKind::PROPERTY, 0, &keys::describe(&key.value), hover::key(key));
         }
+        self.allow();
+    }
+
+    /// The key of every block.
+    fn allow(&mut self) {
+        if !self.items.iter().any(|item| item.label == ALLOW.name) {
+            self.add(ALLOW.name, CompletionItemKind::PROPERTY, 3, "a warning that is intended", hover::key(&ALLOW));
+        }
     }
 
     fn parameters(&mut self, infos: &[ParamInfo], used: &[String]) {
@@ -260,6 +276,7 @@ impl List<'_> {
             let detail = describe(&info.ty);
             self.add(info.name, CompletionItemKind::PROPERTY, rank, &detail, hover::parameter(info));
         }
+        self.allow();
     }
 
     /// Candidates for the next argument of a declaration with parameters.

@@ -10,6 +10,7 @@ use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::params::ParamInfo;
 use stdlib_tasks::task::{RowKind, TaskKind};
 
+use super::allowances;
 use super::document::Document;
 use super::text::Text;
 use crate::catalogue::{self, describe, presence};
@@ -20,6 +21,9 @@ const SHOWN: usize = 16;
 
 /// Hover text for the word at a byte.
 pub(super) fn of(document: &Document, byte: usize) -> Option<Hover> {
+    if let Some(code) = allowances::hover(document, byte) {
+        return Some(code);
+    }
     let names = document.names()?;
     let reference = names.at(byte)?;
     let value = match &reference.meaning {

@@ -5,6 +5,7 @@
 //! be parsed.
 
 mod actions;
+mod allowances;
 mod completion;
 mod diagnostics;
 mod document;

@@ -59,6 +59,10 @@ impl Outline<'_> {
                 o.symbol(&m.name, item.span, SymbolKind::MODULE, &detail, o.members(&m.members, &m.repeats))
             }
             ItemKind::Scenario(s) => o.symbol(&s.name, item.span, SymbolKind::EVENT, "scenario", Vec::new()),
+            ItemKind::Allow(a) => {
+                let code = Spanned::new(format!("allow {}", a.code.value), a.code.span);
+                o.symbol(&code, item.span, SymbolKind::EVENT, "", Vec::new())
+            }
             ItemKind::Run(_) => {
                 let start = item.span.range().start;
                 let name = Spanned::new("run".to_string(), Span::new(item.span.source, start, start + "run".len()));

@@ -11,6 +11,7 @@ mod sections;
 mod tasks;
 mod values;
 
+use compiler::sections::ALLOW;
 use serde_json::{Map, Value, json};
 
 /// Schema of a spec in YAML.
@@ -32,11 +33,24 @@ fn definitions() -> Value {
     all.extend(machines::definitions());
     all.extend(missions::definitions());
     all.insert("repeats".to_string(), reuse::repeats_of_sections());
+    all.insert("allow".to_string(), allow());
     all.into()
 }
 
-/// Mapping with these keys only.
-fn object(properties: Map<String, Value>, required: &[&str], description: &str) -> Value {
+/// Warnings that are allowed, by code.
+fn allow() -> Value {
+    let codes: Vec<&str> = compiler::codes::all().filter(|page| page.warning).map(|page| page.code).collect();
+    json!({
+        "type": "object",
+        "description": ALLOW.doc,
+        "propertyNames": { "enum": codes },
+        "additionalProperties": { "type": "string", "pattern": "\\S" },
+    })
+}
+
+/// Mapping with these keys only, and the warnings that are allowed there.
+fn object(mut properties: Map<String, Value>, required: &[&str], description: &str) -> Value {
+    properties.insert(ALLOW.name.to_string(), json!({ "$ref": "#/$defs/allow" }));
     json!({
         "type": "object",
         "description": description,

@@ -13,6 +13,7 @@ pub(super) fn all() -> Map<String, Value> {
     let one = |key: &Key| match key.name {
         "hierarq" => json!({ "enum": [1, "1"] }),
         "import" => reuse::imports(),
+        "allow" => json!({ "$ref": "#/$defs/allow" }),
         "params" => params(),
         "lets" => reuse::lets(),
         "tasks" => reuse::tasks(),

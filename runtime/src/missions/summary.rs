@@ -6,7 +6,7 @@ use mission::kind::Execution;
 
 use super::{MissionWorld, RunEnd, WorkerRecord, Workers};
 use crate::expect::{Outcome, Verdict};
-use crate::program::{MissionMeasure, MissionProgram, MissionScenarioProgram};
+use crate::program::{AllowedWarning, MissionMeasure, MissionProgram, MissionScenarioProgram};
 use crate::record::expectations::{ExpectationRecord, records_of};
 
 /// End of a run.
@@ -118,6 +118,9 @@ pub struct MissionSummary {
     pub broken: Vec<(f64, String)>,
     /// Expectations, in the order written.
     pub expectations: Vec<ExpectationRecord>,
+    /// Warnings of the compiler that the spec allows.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub allowed: Vec<AllowedWarning>,
     /// Everything that log, in order.
     pub log: Vec<LogEntry>,
 }
@@ -143,6 +146,7 @@ impl MissionSummary {
             workers: Vec::new(),
             broken: Vec::new(),
             expectations: records_of(&scenario.expectations, &outcomes, scenario.step),
+            allowed: mission.allowed.clone(),
             log: Vec::new(),
         }
     }
@@ -187,6 +191,7 @@ impl MissionSummary {
             workers: workers.records(),
             broken,
             expectations,
+            allowed: mission.allowed.clone(),
             log,
         }
     }

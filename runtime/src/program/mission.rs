@@ -6,7 +6,7 @@
 use mission::any_mission::AnyMission;
 use serde::{Deserialize, Serialize};
 
-use super::{FORMAT, MissionScenarioProgram, Program, ProgramError, Running, error};
+use super::{AllowedWarning, FORMAT, MissionScenarioProgram, Program, ProgramError, Running, error};
 
 /// A mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +22,9 @@ pub struct MissionProgram {
     /// Executions of it in worlds of their own, with what is expected of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub scenarios: Vec<MissionScenarioProgram>,
+    /// Warnings of the compiler that the spec allows, for reports.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub allowed: Vec<AllowedWarning>,
 }
 
 impl MissionProgram {

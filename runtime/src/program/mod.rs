@@ -84,6 +84,20 @@ pub struct Program {
     /// Runs in worlds of their own, with what is expected of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub scenarios: Vec<ScenarioProgram>,
+    /// Warnings of the compiler that the spec allows, for reports.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub allowed: Vec<AllowedWarning>,
+}
+
+/// A warning of the compiler that the spec allows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AllowedWarning {
+    /// Its code.
+    pub code: String,
+    /// Its message.
+    pub message: String,
+    /// The reason for which it is allowed.
+    pub reason: String,
 }
 
 impl Program {

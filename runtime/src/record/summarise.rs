@@ -240,6 +240,7 @@ impl SummaryRecorder {
             tick_us: TickTimes { all: Percentiles::of(&mut self.elapsed_us), slowest: self.slow.result() },
             remarks: self.remarks.result(&self.faults, program.robot.period),
             hints,
+            allowed: program.allowed.clone(),
             outputs,
         }
     }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::program::AllowedWarning;
 use crate::record::expectations::ExpectationRecord;
 use crate::record::held_back::HeldBack;
 use crate::record::joint_motion::JointMotion;
@@ -67,6 +68,9 @@ pub struct Summary {
     /// Hints for limits that were violated by no more than sampling in time can lose.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub hints: Vec<String>,
+    /// Warnings of the compiler that the spec allows.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub allowed: Vec<AllowedWarning>,
     /// Files that were written.
     pub outputs: Vec<String>,
 }

@@ -11,6 +11,7 @@ pub fn mission(mission: &MissionProgram) -> String {
     // Writing to a String does not fail.
     let _ = running(mission).iter().try_for_each(|line| writeln!(out, "  {line}"));
     let _ = mission.scenarios.iter().try_for_each(|s| scenario(s, mission, &mut out));
+    let _ = super::allowed(&mission.allowed, &mut out);
     out
 }
 

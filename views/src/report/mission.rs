@@ -74,6 +74,9 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
         }
         writeln!(out, "</table>")?;
     }
+    if !summary.allowed.is_empty() {
+        writeln!(out, "<p class=\"quiet\">{}</p>", escaped(super::allowed(&summary.allowed).trim()))?;
+    }
     let until = run.planned.iter().chain(&run.executed).filter_map(Chart::end).reduce(f64::max);
     for (name, chart) in [("Planned", &run.planned), ("Executed", &run.executed)] {
         if let Some(chart) = chart {

@@ -9,6 +9,7 @@ mod scene;
 
 use runtime::Program;
 use runtime::expect::Verdict;
+use runtime::program::AllowedWarning;
 use runtime::quantity::quantity;
 use runtime::record::expectations::ExpectationRecord;
 use runtime::record::series::SeriesRecorder;
@@ -38,7 +39,7 @@ pub fn data(program: &Program, spec: &str, (summary, good): (&Summary, bool), se
         "duration": summary.duration_s,
         "period": program.robot.period,
         "ticks": summary.ticks,
-        "verdict": { "ok": good, "text": expected(summary) + &verdict(summary) },
+        "verdict": { "ok": good, "text": expected(summary) + &verdict(summary) + &allowed(&summary.allowed) },
         "expectations": summary.expectations.iter().map(expectation).collect::<Vec<_>>(),
         "states": summary.states.iter().map(|s| json!({ "state": s.state, "from": s.from_s, "to": s.to_s })).collect::<Vec<_>>(),
         "entries": entries(summary),
@@ -110,6 +111,16 @@ pub fn verdict(summary: &Summary) -> String {
     let rough = roughness::sentence(&summary.joints).map(|text| format!(" But {text}.")).unwrap_or_default();
     let remarks: String = summary.remarks.iter().map(|r| format!("{r}. ")).collect();
     remarks + &answered + &limits(summary) + &rough + &late(summary)
+}
+
+/// Sentence about the warnings that the spec allows; empty if there are none.
+pub fn allowed(all: &[AllowedWarning]) -> String {
+    let each: Vec<String> = all.iter().map(|a| format!("{} ({})", a.code, a.reason)).collect();
+    match each.as_slice() {
+        [] => String::new(),
+        [one] => format!(" The spec allows a warning: {one}."),
+        _ => format!(" The spec allows {} warnings: {}.", each.len(), each.join(", ")),
+    }
 }
 
 /// Sentence about ticks that exceeded their budget.

@@ -40,7 +40,13 @@ impl Lowerer<'_> {
         self.forget_values_of_refused_keys(m, &remarks, first);
         self.remarks(remarks, before);
         let good = self.errors() == before;
-        good.then(|| MissionProgram { name: declared.name, kind: built, running, scenarios: Vec::new() })
+        good.then(|| MissionProgram {
+            name: declared.name,
+            kind: built,
+            running,
+            scenarios: Vec::new(),
+            allowed: Vec::new(),
+        })
     }
 
     /// Removes the diagnostics, from index `first` on, of values whose key is refused: without the key they are void.

@@ -123,10 +123,36 @@ pub(super) fn distinct(mut entries: Vec<Entry>, reserved: &[&str]) -> Vec<Entry>
     entries
 }
 
+/// A reason, and the code that it is for.
+pub(super) fn allowance() -> impl Strategy<Value = (String, Value)> {
+    ("HQ[0-9]{1,4}", text().prop_map(|t| value(ValueKind::Text(t))))
+}
+
+/// The entry `allow` of a block, in one of eight blocks.
+fn allowed() -> impl Strategy<Value = Option<Entry>> {
+    let one =
+        (allowance(), comments()).prop_map(|((code, value), comments)| Entry { key: spanned(code), value, comments });
+    let codes = prop::collection::vec(one, 1..3).prop_map(|all| Entry {
+        key: spanned("allow".to_owned()),
+        value: value(ValueKind::Block(Block { entries: distinct(all, &[]), ..Block::default() })),
+        comments: Comments::default(),
+    });
+    prop_oneof![7 => Just(None), 1 => codes.prop_map(Some)]
+}
+
+/// An entry `allow` without comments.
+fn quiet(mut entry: Entry) -> Entry {
+    if let ValueKind::Block(codes) = &mut entry.value.kind {
+        codes.entries.iter_mut().for_each(|code| code.comments = Comments::default());
+    }
+    entry
+}
+
 fn block_of(inner: BoxedStrategy<Value>) -> impl Strategy<Value = Block> {
-    (prop::collection::vec(entry(inner), 0..5), any::<bool>(), before()).prop_map(
-        |(entries, tagged, closing_comments)| {
-            let entries = distinct(entries, &[]);
+    (prop::collection::vec(entry(inner), 0..5), allowed(), any::<bool>(), before()).prop_map(
+        |(entries, allowed, tagged, closing_comments)| {
+            let mut entries = distinct(entries, &[]);
+            entries.extend(allowed);
             let tagged = tagged && entries.len() == 1 && matches!(entries[0].value.kind, ValueKind::Block(_));
             Block { entries, tagged, closing_comments, span: Span::default() }
         },
@@ -161,12 +187,16 @@ pub(super) fn settings(
     inner: BoxedStrategy<Value>,
     loud: bool,
 ) -> impl Strategy<Value = Block> {
-    (prop::collection::vec(entry(inner), 0..3), before()).prop_map(move |(entries, closing_comments)| {
-        let mut entries = distinct(entries, reserved);
-        entries.retain(|e| !e.key.contains(['*', '?', '.', '/', ':', '-']));
-        if !loud {
-            entries.iter_mut().for_each(|e| e.comments = Comments::default());
-        }
-        Block { entries, closing_comments, ..Block::default() }
-    })
+    (prop::collection::vec(entry(inner), 0..3), allowed(), before()).prop_map(
+        move |(entries, allowed, closing_comments)| {
+            let mut entries = distinct(entries, reserved);
+            let allowed = allowed.filter(|_| !reserved.contains(&"allow"));
+            entries.extend(allowed.map(|entry| if loud { entry } else { quiet(entry) }));
+            entries.retain(|e| !e.key.contains(['*', '?', '.', '/', ':', '-']));
+            if !loud {
+                entries.iter_mut().for_each(|e| e.comments = Comments::default());
+            }
+            Block { entries, closing_comments, ..Block::default() }
+        },
+    )
 }

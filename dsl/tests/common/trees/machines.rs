@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 /// Settings on one line: without comments and blocks.
 fn plain_settings() -> BoxedStrategy<Block> {
     let reserved = [STATE_WORDS, &["for", "to"]].concat();
-    settings(&[], expr().boxed(), false)
+    settings(&["allow"], expr().boxed(), false)
         .prop_map(move |mut block| {
             block.entries.retain(|e| !reserved.contains(&e.key.as_str()));
             Block { closing_comments: Comments::default(), ..block }

@@ -6,7 +6,7 @@ mod missions;
 pub mod scenarios;
 mod stacks;
 
-use expressions::{any_value, before, block, comments, expr, name, settings, spanned, text};
+use expressions::{allowance, any_value, before, block, comments, expr, name, settings, spanned, text};
 use hierarq_dsl::Span;
 use hierarq_dsl::tree::*;
 use machines::{machine, signal, variable};
@@ -36,6 +36,7 @@ fn repeated() -> BoxedStrategy<ItemKind> {
             value,
             range
         })),
+        allowance().prop_map(|(code, reason)| ItemKind::Allow(Allow { code: spanned(code), reason })),
         (name(), expr()).prop_map(|(n, value)| ItemKind::Let(Let { name: spanned(n), value })),
         (name(), parameters(), definition()).prop_map(|(n, parameters, definition)| ItemKind::Task(Task {
             name: spanned(n),
@@ -98,6 +99,7 @@ fn unique(items: Vec<(ItemKind, Comments)>) -> Vec<Item> {
         ItemKind::Mission(m) => (14, m.name.value.clone()),
         ItemKind::For(_) => (7, String::new()),
         ItemKind::Run(_) => (4, String::new()),
+        ItemKind::Allow(a) => (15, a.code.value.clone()),
     };
     let new = items.into_iter().filter(|(kind, _)| matches!(kind, ItemKind::For(_)) || seen.insert(distinct(kind)));
     new.map(|(kind, comments)| Item { kind, comments, span: Span::default() }).collect()
