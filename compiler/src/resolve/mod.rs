@@ -168,10 +168,11 @@ pub fn resolve(input: &Input, texts: &Texts, urdf: &dyn Fn(&Path) -> Option<Rc<U
     let mut sources = Sources::default();
     let source = sources.add(input.name, input.text);
     let (spec, diagnostics) = dsl::parse(source, input.text, input.syntax);
+    let whole = Rc::new(spec.clone());
     let modules = read_files((input, texts), source, spec, &mut sources);
     let spec = modules.first().map(|m| m.spec.clone()).unwrap_or_default();
     let out = Resolution {
-        spec: spec.clone(),
+        spec: whole,
         diagnostics,
         files: Vec::new(),
         sources,

@@ -28,7 +28,7 @@ pub(super) fn codes(document: &Document, start: usize) -> Option<impl Iterator<I
 
 fn last_word(line: &str) -> &str {
     let line = line.trim_end();
-    &line[line.rfind(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).map_or(0, |at| at + 1)..]
+    &line[line.trim_end_matches(|c: char| c.is_ascii_alphanumeric() || c == '_').len()..]
 }
 
 /// The nearest line above with less indentation, without it.
