@@ -33,9 +33,9 @@ fn last_word(line: &str) -> &str {
 
 /// The nearest line above with less indentation, without it.
 fn owner(before: &str, indent: usize) -> Option<&str> {
-    let filled = before.lines().rev().filter(|line| !line.trim().is_empty());
+    let mut filled = before.lines().rev().filter(|line| !line.trim().is_empty());
     let outer = |line: &&str| line.len() - line.trim_start().len() < indent;
-    filled.skip_while(|line| !outer(line)).next().map(str::trim)
+    filled.find(|line| outer(line)).map(str::trim)
 }
 
 /// The page of the code at a byte.
