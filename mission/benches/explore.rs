@@ -2,6 +2,8 @@
 //! mixed-integer program, and a prediction by the policy of the examples. Times of replanning in whole missions:
 //! `mission/examples/explore.rs`.
 
+#![allow(clippy::unwrap_used, reason = "the world of the tests is sound")]
+
 #[path = "../tests/explored/mod.rs"]
 mod explored;
 
@@ -23,7 +25,8 @@ fn main() {
 
 fn start() -> (Problem, Present, Foresight) {
     let problem = explored::world();
-    let (present, foresight) = ExploreExecution::start(&problem, &Settings::default()).expect("a sound mission");
+    let (_, foresight) = ExploreExecution::start(&problem, &Settings::default()).expect("a sound mission");
+    let present = explored::present(&problem);
     (problem, present, foresight)
 }
 
