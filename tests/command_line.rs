@@ -327,7 +327,7 @@ fn features_are_commands() {
     assert!(!self::text(&help.stdout).contains("does not contain"), "tests are of a build with all features");
 }
 
-/// What a spec allows is counted and listed wherever its warnings would be, with the reason, and stays in the compiled program.
+/// Allowed warnings of a spec are counted and listed wherever its warnings would be, with the reason, and stay in the compiled program.
 #[test]
 fn allowed_warnings_are_listed() {
     let dir = folder("allowed");

@@ -47,7 +47,7 @@ pub struct Outcome {
     pub provable: String,
     pub verdict: Verdict,
     pub found: Vec<Found>,
-    /// What a person reads who looks into a verdict.
+    /// Description for a person who looks into a verdict.
     pub story: String,
 }
 

@@ -25,9 +25,9 @@ pub struct Sample {
     pub good: bool,
     /// The mistake, or the reason why there is none.
     pub mistake: String,
-    /// Where the mistake comes from.
+    /// Source of the mistake.
     pub source: String,
-    /// Whether a compiler could prove it, and why.
+    /// Judgement if a compiler could prove it, with the reason.
     pub provable: String,
     /// Codes of diagnostics that are about something else.
     pub aside: Vec<String>,

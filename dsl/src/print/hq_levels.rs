@@ -81,7 +81,7 @@ fn members(
     lines: &mut Lines,
 ) {
     let mut line = OneLine::new(WIDTH.saturating_sub(lines.column() + place.len()));
-    if one_line_members((allowed, all), closing, &mut line).is_some() {
+    if one_line_members(allowed, all, closing, &mut line).is_some() {
         lines.out.push_str(&line.text);
         lines.out.push_str(place);
         lines.end(behind);
@@ -103,7 +103,7 @@ fn members(
     lines.out.push_str(&format!("}}{place}\n"));
 }
 
-fn one_line_members((allowed, all): (Allowed, &[Member]), closing: &Comments, line: &mut OneLine) -> Option<()> {
+fn one_line_members(allowed: Allowed, all: &[Member], closing: &Comments, line: &mut OneLine) -> Option<()> {
     if !no_comments(closing) {
         return None;
     }
@@ -137,7 +137,7 @@ fn one_line_members((allowed, all): (Allowed, &[Member]), closing: &Comments, li
             MemberTask::For(it) => {
                 line.push(&reuse::repeat_head(&it.variable, &it.values))?;
                 line.push(" ")?;
-                one_line_members((None, &it.body), &it.closing_comments, line)?;
+                one_line_members(None, &it.body, &it.closing_comments, line)?;
             }
         }
         if let Some(weight) = &member.weight {

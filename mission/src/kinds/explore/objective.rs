@@ -20,7 +20,7 @@ pub fn reserve(problem: &Problem) -> f64 {
     0.3 * problem.person.speed * problem.period
 }
 
-/// What a robot that takes a target at the end of a period gains.
+/// Gain of a robot that takes a target at the end of a period.
 pub fn gain(target: &Target, step: usize) -> f64 {
     target.worth * (1.0 - DELAY * step as f64)
 }

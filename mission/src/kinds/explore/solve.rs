@@ -30,11 +30,11 @@ pub struct Best {
     pub stopped: Option<Limit>,
     /// Nodes of the search.
     pub nodes: u64,
-    /// Where the plan comes from.
+    /// Origin of the plan.
     pub origin: Origin,
 }
 
-/// Where a plan comes from.
+/// Origin of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// The rest of the last plan.

@@ -22,7 +22,7 @@ pub(super) struct Limits<'l, 'p> {
     /// For a robot that goes ahead: where others can be that keep its connection, at the three points. The others themselves do
     /// not count then.
     relays: Option<[Vec<Point>; 3]>,
-    /// How far the person can walk along the normal of each face around the person, and of the connection.
+    /// Distance that the person can walk along the normal of each face around the person, and of the connection.
     far: [Vec<f64>; 2],
 }
 

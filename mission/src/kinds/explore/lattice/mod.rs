@@ -6,7 +6,7 @@
 //! that keeps the team connected frees another one to go farther. What a motion must not do is what the program forbids, with
 //! the same three points of each period; constraints that involve others cost a penalty while those have not moved yet.
 //!
-//! Where nobody gains by the first move, turns lead nowhere: a robot does not go where nobody keeps the connection yet, and nobody keeps one that
+//! Turns lead nowhere if nobody gains by the first move: a robot does not go where nobody keeps the connection yet, and nobody keeps one that
 //! is not needed. Turns therefore also begin with a robot that goes [`ahead`], as if the others were wherever a connection needs them.
 
 mod ahead;
@@ -173,7 +173,7 @@ impl<'p> Lattice<'p> {
         others.flat_map(|(_, motion)| motion.visits.iter().map(|(target, _)| *target)).collect()
     }
 
-    /// What the motions of the others cost, without their penalties.
+    /// Cost of the motions of the others, without their penalties.
     fn effort_of_others(&self, robot: usize, motions: &[Motion]) -> f64 {
         let others = motions.iter().enumerate().filter(|(other, _)| *other != robot);
         let cost = |motion: &Motion| {

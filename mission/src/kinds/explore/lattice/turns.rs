@@ -39,7 +39,7 @@ impl Lattice<'_> {
                 targets.iter().enumerate().map(inside).sum()
             })
             .collect();
-        // What a set of targets is worth that is taken at the end of a period.
+        // Worth of a set of targets that is taken at the end of a period.
         let gains = |step: usize| -> Vec<f64> {
             let of = |(bit, target): (usize, &usize), new: usize| match new >> bit & 1 {
                 1 => gain(&problem.targets[*target], step),
