@@ -2,31 +2,14 @@
 
 use super::Reader;
 use super::events::{Kind, NodeId};
+use crate::Span;
 use crate::expr::missing;
-use crate::tree::{Block, Entry, Value, ValueKind};
-use crate::{Span, checks};
+use crate::tree::{Block, Value, ValueKind};
 
 impl Reader<'_> {
     /// Reads codes with their reasons, which are texts.
     pub(super) fn allowances(&mut self, id: NodeId) -> Block {
-        let mut block = Block { span: self.span(id), ..Block::default() };
-        if !self.enter(id) {
-            return block;
-        }
-        self.depth += 1;
-        for (code, value) in self.pairs(id) {
-            let Some(key) = self.key(code) else { continue };
-            let mut comments = self.key_comments(key.span);
-            let end = self.later(value, key.span).range().end;
-            let value = self.reason(value, key.span);
-            self.pool.before(end, &mut comments.before);
-            self.pool.behind(end, &[','], &mut comments.behind);
-            block.entries.push(Entry { key, value, comments });
-        }
-        self.depth -= 1;
-        self.closing(id, &mut block.closing_comments);
-        checks::duplicates(&block.entries, &mut self.diags);
-        block
+        self.entries(id, Self::key, |reader, value, code| reader.reason(value, code.span))
     }
 
     /// Reads a reason. The compiler reports one that is missing.

@@ -305,17 +305,26 @@ impl Reader<'_> {
 
     /// Reads a mapping as a block.
     fn block(&mut self, id: NodeId) -> Block {
-        let span = self.span(id);
-        let mut block = Block { span, ..Block::default() };
+        self.entries(id, Self::block_key, |reader, value, key| reader.value(value, Some(key)))
+    }
+
+    /// Reads a mapping as a block, its keys and values by these readers.
+    fn entries(
+        &mut self,
+        id: NodeId,
+        read_key: impl Fn(&mut Self, NodeId) -> Option<Spanned<String>>,
+        read_value: impl Fn(&mut Self, NodeId, &Spanned<String>) -> Value,
+    ) -> Block {
+        let mut block = Block { span: self.span(id), ..Block::default() };
         if !self.enter(id) {
             return block;
         }
         self.depth += 1;
         for (key, value) in self.pairs(id) {
-            let Some(key) = self.block_key(key) else { continue };
+            let Some(key) = read_key(self, key) else { continue };
             let mut comments = self.key_comments(key.span);
             let end = self.later(value, key.span).range().end;
-            let value = self.value(value, Some(&key));
+            let value = read_value(self, value, &key);
             if !matches!(value.kind, ValueKind::Block(_)) {
                 self.pool.before(end, &mut comments.before);
             }
