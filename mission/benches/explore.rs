@@ -12,7 +12,7 @@ use std::path::Path;
 use divan::{Bencher, black_box};
 use hierarq_mission::kinds::explore::execution::{ExploreExecution, Settings};
 use hierarq_mission::kinds::explore::foresight::Foresight;
-use hierarq_mission::kinds::explore::lattice::{construct, way_out};
+use hierarq_mission::kinds::explore::lattice::{Ground, construct, way_out};
 use hierarq_mission::kinds::explore::problem::Problem;
 use hierarq_mission::kinds::explore::program::{Present, build};
 use hierarq_mission::kinds::explore::validate::validate;
@@ -33,19 +33,28 @@ fn start() -> (Problem, Present, Foresight) {
 #[divan::bench(sample_count = 20)]
 fn lattice(bencher: Bencher) {
     let (problem, present, foresight) = start();
-    bencher.bench_local(|| construct(black_box(&problem), &present, &foresight, None));
+    let ground = Ground::new(&problem).unwrap();
+    bencher.bench_local(|| construct(black_box(&problem), &ground, &present, &foresight, None));
+}
+
+/// Once for an execution: the free ground, and the states from which a robot can always give way.
+#[divan::bench(sample_count = 20)]
+fn safe_states(bencher: Bencher) {
+    let (problem, ..) = start();
+    bencher.bench_local(|| Ground::new(black_box(&problem)));
 }
 
 #[divan::bench(sample_count = 20)]
 fn fallback_way_out(bencher: Bencher) {
     let (problem, present, foresight) = start();
-    bencher.bench_local(|| way_out(black_box(&problem), &present, &foresight));
+    bencher.bench_local(|| way_out(black_box(&problem), None, &present, &foresight));
 }
 
 #[divan::bench]
 fn validator(bencher: Bencher) {
     let (problem, present, foresight) = start();
-    let plan = construct(&problem, &present, &foresight, None).expect("a plan");
+    let ground = Ground::new(&problem).unwrap();
+    let plan = construct(&problem, &ground, &present, &foresight, None).expect("a plan");
     bencher.bench_local(|| validate(black_box(&problem), &present, &foresight, &plan));
 }
 

@@ -26,6 +26,7 @@ fn main() {
         "disconnections",
         "without_plan",
         "kept",
+        "exposed",
         "worst_gap",
         "makespan",
         "closest",

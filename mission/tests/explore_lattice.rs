@@ -2,7 +2,7 @@
 
 use hierarq_mission::kinds::explore::execution::{ExploreExecution, Settings};
 use hierarq_mission::kinds::explore::foresight::Foresight;
-use hierarq_mission::kinds::explore::lattice::{construct, way_out};
+use hierarq_mission::kinds::explore::lattice::{Ground, construct, way_out};
 use hierarq_mission::kinds::explore::motion::State;
 use hierarq_mission::kinds::explore::objective::{Costs, lower_bound};
 use hierarq_mission::kinds::explore::polygon::{Convex, Point};
@@ -33,7 +33,8 @@ fn a_robot_goes_ahead_of_the_one_that_keeps_its_connection() {
     problem.connection = Convex::regular(8, 6.0).unwrap();
     // One connection reaches 5.5 m less the stride of the person.
     assert!((6.2_f64).hypot(6.2) - 0.5 > 6.0);
-    let plan = construct(&problem, &start, &foresight, None).unwrap();
+    let ground = Ground::new(&problem).unwrap();
+    let plan = construct(&problem, &ground, &start, &foresight, None).unwrap();
     assert_eq!(validate(&problem, &start, &foresight, &plan), []);
     assert_eq!(plan.visits.len(), 1, "{plan:?}");
     let cost = Costs::of(&problem, &start, &foresight, &plan).total();
@@ -41,7 +42,7 @@ fn a_robot_goes_ahead_of_the_one_that_keeps_its_connection() {
     // Alone nobody gets there.
     let mut alone = start.clone();
     alone.active[1] = false;
-    let plan = construct(&problem, &alone, &foresight, None);
+    let plan = construct(&problem, &ground, &alone, &foresight, None);
     assert!(plan.is_none_or(|plan| plan.visits.is_empty()));
 }
 
@@ -87,7 +88,7 @@ proptest! {
         prop_assume!(inside(start) && problem.area.contains(from, 0.0));
         let mut present = present(&problem);
         present.states[0] = State { at: start, velocity };
-        let Some(way_out) = way_out(&problem, &present, &foresight) else { return Ok(()) };
+        let Some(way_out) = way_out(&problem, None, &present, &foresight) else { return Ok(()) };
         for (time, place) in followed(&problem, present.states[0], way_out.period, &way_out.inputs[0]) {
             let body = problem.robots[0].body.moved(place);
             prop_assert!(body.corners().iter().all(|corner| problem.area.contains(*corner, 1e-6)), "{time}: {place:?}");
@@ -117,7 +118,7 @@ fn a_way_out_of_a_dead_end_leads_around_the_corner() {
     // The person walks to the closed end.
     let positions: Vec<Point> = (0..=6).map(|step| [0.5, (1.5 + f64::from(step)).min(6.5)]).collect();
     let foresight = Foresight { positions, visits: Vec::new(), arrives: false, spread: Vec::new() };
-    let found = way_out(&problem, &present, &foresight).unwrap();
+    let found = way_out(&problem, None, &present, &foresight).unwrap();
     let points = followed(&problem, present.states[0], found.period, &found.inputs[0]);
     let last = points[points.len() - 1].1;
     assert!(last[0] > 1.0 && (4.0..5.0).contains(&last[1]), "{last:?}");

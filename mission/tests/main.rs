@@ -10,6 +10,7 @@ mod execution;
 mod explore;
 mod explore_execution;
 mod explore_lattice;
+mod explore_safe;
 mod explored;
 mod layered;
 mod layers;

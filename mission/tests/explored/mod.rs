@@ -3,7 +3,7 @@
 use hierarq_mission::kinds::explore::motion::Dynamics;
 use hierarq_mission::kinds::explore::polygon::{Convex, Point};
 use hierarq_mission::kinds::explore::problem::{
-    EngineChoice, Fallback, Model, Obstacle, Person, Planner, Problem, Robot, Target,
+    EngineChoice, Escape, Fallback, Model, Obstacle, Person, Planner, Problem, Robot, Target,
 };
 use hierarq_mission::kinds::explore::program::Present;
 
@@ -60,6 +60,7 @@ pub fn world() -> Problem {
             nodes: 2000,
             engine: EngineChoice::BuiltIn,
             fallback: Fallback::Barrier,
+            escape: Escape::Preferred,
         },
         labels: Default::default(),
     }

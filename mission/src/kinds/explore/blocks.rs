@@ -5,7 +5,7 @@ use quantities::dimension::{ACCELERATION, LENGTH, NONE, TIME, VELOCITY};
 use quantities::{Quantity, usual};
 
 use super::motion::Dynamics;
-use super::problem::{Fallback, MAX_PERIODS};
+use super::problem::{Escape, Fallback, MAX_PERIODS};
 use crate::declare::common::LABEL;
 
 const POINTS: ValueType = ValueType::List(&ValueType::Pair(LENGTH));
@@ -66,6 +66,9 @@ block! {
         /// Motion of the robots while there is no plan: `stop`, they brake and stand, or `barrier`, they also stay connected and
         /// keep clear of the person.
         fallback: Word = or(ValueType::Choice(&Fallback::NAMES), "barrier");
+        /// Whether robots keep out of states in which the person could corner them, whatever the prediction says: `ignored`; `preferred`, where
+        /// they can and stay connected; or `required`, they give up the connection before.
+        escape: Word = or(ValueType::Choice(&Escape::NAMES), "preferred");
     }
     also [
         Key::optional("robot", ValueType::Block(&EXPLORE_ROBOT), "A robot: `robot NAME { start [0.5, 0.5] m }`.").at(Place::Hq),

@@ -12,7 +12,7 @@ use super::mission::{Explore, members};
 use super::motion::Dynamics;
 use super::polygon::{Convex, Point, is_convex};
 use super::problem::{
-    EngineChoice, Fallback, MAX_CORNERS, Model, Obstacle, Person, Planner, PolicyFile, Problem, Robot, Target,
+    EngineChoice, Escape, Fallback, MAX_CORNERS, Model, Obstacle, Person, Planner, PolicyFile, Problem, Robot, Target,
 };
 use crate::declare::{DeclaredMember, DeclaredMission, Origins, Remark, Remarks, labels, mistaken};
 
@@ -44,6 +44,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Explor
             nodes: settings.nodes as u64,
             engine: [EngineChoice::BuiltIn, EngineChoice::Highs, EngineChoice::Auto]
                 [ENGINES.iter().position(|word| *word == settings.engine).unwrap_or(0)],
+            escape: Escape::ALL[Escape::NAMES.iter().position(|word| *word == settings.escape).unwrap_or(0)],
             fallback: if settings.fallback == Fallback::NAMES[0] { Fallback::Stop } else { Fallback::Barrier },
         },
         labels: Default::default(),

@@ -165,6 +165,8 @@ pub struct Planner {
     pub engine: EngineChoice,
     /// Motion of the robots while there is no plan.
     pub fallback: Fallback,
+    /// Whether plans keep out of states in which the person can corner a robot.
+    pub escape: Escape,
 }
 
 /// Engine for mixed-integer programs.
@@ -178,6 +180,26 @@ pub enum EngineChoice {
     Highs,
     /// HiGHS if it is installed, else the built-in one.
     Auto,
+}
+
+/// What plans give up so that no robot gets into a state in which the person can corner it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Escape {
+    /// Nothing: plans do not look at it.
+    Ignored,
+    /// Targets, but no connection.
+    #[default]
+    Preferred,
+    /// Targets, and connections.
+    Required,
+}
+
+impl Escape {
+    /// Words of the language.
+    pub const NAMES: [&'static str; 3] = ["ignored", "preferred", "required"];
+    /// The choices, in the order of the words.
+    pub const ALL: [Escape; 3] = [Escape::Ignored, Escape::Preferred, Escape::Required];
 }
 
 /// The motion of the robots in a period for which there is no plan.

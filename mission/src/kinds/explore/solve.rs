@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use super::foresight::Foresight;
-use super::lattice::construct;
+use super::lattice::{EXPOSED, Ground, construct, exposed};
 use super::objective::{Costs, gap, lower_bound};
 use super::problem::{EngineChoice, Problem};
 use super::program::{Group, Present, Trajectories, build, replayed};
@@ -26,6 +26,8 @@ pub struct Best {
     pub cost: f64,
     /// A lower bound on the cost of every plan.
     pub bound: f64,
+    /// Number of robots for which it is not known that they can give way to the person after the first period, whatever the person does.
+    pub exposed: usize,
     /// The limit that ended the search; none: the plan is the best one to within the gap.
     pub stopped: Option<Limit>,
     /// Nodes of the search.
@@ -84,10 +86,24 @@ pub struct Solver {
     is_built_in: bool,
     /// The rest of the last plan.
     last: Option<Trajectories>,
+    /// The ground of the lattice, once it was looked for; none: no lattice fits.
+    ground: Option<Option<Ground>>,
 }
 
-/// A known plan with its cost.
-type Known = (f64, Trajectories, Origin);
+/// A known plan with its cost and the number of robots that it exposes.
+struct Known {
+    cost: f64,
+    exposed: usize,
+    trajectories: Trajectories,
+    origin: Origin,
+}
+
+impl Known {
+    /// Whoever may not be able to give way costs more than any target is worth.
+    fn rank(&self) -> f64 {
+        self.cost + EXPOSED * self.exposed as f64
+    }
+}
 
 /// The most binaries of a program that the built-in engine solves.
 const MOST_BUILT_IN: usize = 120;
@@ -112,7 +128,7 @@ impl Solver {
             EngineChoice::Auto => !*IS_THERE.get_or_init(|| Highs::find().is_ok()),
         };
         let engine: Box<dyn Milp + Send> = if is_built_in { Box::new(Microlp) } else { Box::new(Highs::find()?) };
-        Ok(Solver { engine, is_built_in, last: None })
+        Ok(Solver { engine, is_built_in, last: None, ground: None })
     }
 
     /// Name of the engine.
@@ -146,35 +162,52 @@ impl Solver {
         time: Duration,
     ) -> Result<Best, NoPlan> {
         let begun = Instant::now();
-        let cost = |of: &Trajectories| Costs::of(problem, present, foresight, of).total();
+        self.prepare(problem);
+        let ground = self.ground.as_ref().and_then(Option::as_ref);
         let bound = lower_bound(problem, present, foresight);
         let is_good =
-            |known: &Option<Known>| known.as_ref().is_some_and(|(cost, ..)| gap(*cost, bound) <= problem.planner.gap);
+            |known: &Option<Known>| known.as_ref().is_some_and(|of| gap(of.cost, bound) <= problem.planner.gap);
+        let known_as = |trajectories: Trajectories, origin: Origin| {
+            let cost = Costs::of(problem, present, foresight, &trajectories).total();
+            let exposed = ground.map_or(0, |ground| exposed(problem, ground, present, foresight, &trajectories));
+            Known { cost, exposed, trajectories, origin }
+        };
         let sound = |of: Trajectories, origin: Origin| {
-            validate(problem, present, foresight, &of).is_empty().then(|| (cost(&of), of, origin))
+            validate(problem, present, foresight, &of).is_empty().then(|| known_as(of, origin))
+        };
+        let best = |known: Option<Known>, new: Option<Known>| {
+            known.into_iter().chain(new).min_by(|a, b| a.rank().total_cmp(&b.rank()))
         };
         let rest = self.rest(problem, present, foresight);
         let mut known = rest.and_then(|rest| sound(rest, Origin::LastPlan));
-        if !is_good(&known) {
-            let lattice = construct(problem, present, foresight, self.last.as_ref());
-            let lattice = lattice.and_then(|found| sound(found, Origin::Lattice));
-            known = known.into_iter().chain(lattice).min_by(|a, b| a.0.total_cmp(&b.0));
+        if !is_good(&known) || known.as_ref().is_some_and(|known| known.exposed > 0) {
+            let lattice = ground.and_then(|ground| construct(problem, ground, present, foresight, self.last.as_ref()));
+            known = best(known, lattice.and_then(|found| sound(found, Origin::Lattice)));
         }
         let searched = match is_good(&known) {
             true => Answer { values: None, bound, stopped: None, nodes: 0 },
             false => {
                 let left = time.saturating_sub(begun.elapsed());
-                let (answer, found) =
-                    self.search(problem, present, foresight, known.as_ref().map(|(_, of, _)| of), left)?;
-                let found = found.map(|of| (cost(&of), of, Origin::Engine));
-                known = found.into_iter().chain(known).min_by(|a, b| a.0.total_cmp(&b.0));
+                let start = known.as_ref().map(|known| &known.trajectories);
+                let (answer, found) = self.search(problem, present, foresight, start, left)?;
+                known = best(found.map(|of| known_as(of, Origin::Engine)), known);
                 answer
             }
         };
-        let (cost, trajectories, origin) = known.ok_or(NoPlan::Late)?;
+        let Known { cost, exposed, trajectories, origin } = known.ok_or(NoPlan::Late)?;
         self.last = Some(trajectories.clone());
         let bound = searched.bound.max(bound).min(cost);
-        Ok(Best { trajectories, cost, bound, stopped: searched.stopped, nodes: searched.nodes, origin })
+        Ok(Best { trajectories, cost, bound, exposed, stopped: searched.stopped, nodes: searched.nodes, origin })
+    }
+
+    /// Makes the ground of the lattice, once.
+    fn prepare(&mut self, problem: &Problem) {
+        self.ground.get_or_insert_with(|| Ground::new(problem));
+    }
+
+    /// The ground of the lattice; none: no plan was made yet, or no lattice fits.
+    pub fn ground(&self) -> Option<&Ground> {
+        self.ground.as_ref().and_then(Option::as_ref)
     }
 
     /// The search of the engine from a known plan.

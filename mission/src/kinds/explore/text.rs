@@ -7,7 +7,7 @@ use quantities::number;
 use super::mission::Explore;
 use super::motion::Dynamics;
 use super::polygon::{Convex, Point};
-use super::problem::{Fallback, Model};
+use super::problem::{Escape, Fallback, Model};
 
 /// The text. `name` is that of the mission.
 pub(super) fn text(name: &str, of: &Explore) -> String {
@@ -24,6 +24,13 @@ pub(super) fn text(name: &str, of: &Explore) -> String {
         Fallback::Stop => "the robots stop",
         Fallback::Barrier => "the robots keep clear and connected",
     };
+    line(match p.planner.escape {
+        Escape::Ignored => "a robot may be cornered where the person turns against the prediction".into(),
+        Escape::Preferred => "robots that stay connected keep out of states in which the person can corner them".into(),
+        Escape::Required => {
+            "robots keep out of states in which the person can corner them, before they stay connected".into()
+        }
+    });
     line(format!(
         "planned to a gap of {}, at most {} nodes; without a plan {fallback}",
         number(p.planner.gap),

@@ -52,6 +52,13 @@ pub(in super::super) const MEASURES: &[(Measure, Value)] = &[
     (count("kept", "Number of periods in which the last plan went on, as there was no new one in time."), |e, _| {
         of(e.counts.kept)
     }),
+    (
+        count(
+            "exposed",
+            "Number of periods with a plan after which it was not known that all robots could give way, whatever the person did.",
+        ),
+        |e, _| of(e.counts.exposed),
+    ),
     (count("worst_gap", "The largest relative gap of a plan to the best one."), |e, _| {
         Some(number(e.counts.worst_gap))
     }),

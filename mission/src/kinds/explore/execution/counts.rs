@@ -17,6 +17,8 @@ pub struct Counts {
     pub kept: usize,
     /// Periods without a plan.
     pub without_plan: usize,
+    /// Periods with a plan after whose first period it was not known that all robots can give way to the person.
+    pub exposed: usize,
     /// The largest gap of a plan to the best one.
     pub worst_gap: f64,
     /// The smallest distance between a robot and the person (m), of their bodies; negative: the depth of a contact.

@@ -1,18 +1,18 @@
 //! The motion of the robots while there is no plan.
 //!
 //! The paper stops the robots (section 4.1), and a person may walk into one that stands. Beyond it, the robots follow a way out
-//! ([`way_out`]), or stand if there is none. A control barrier filter changes these motions at each tick as little as it
-//! can, so that distances `h` of bodies and margins `h` of connections fulfil
+//! ([`way_out`]), or stand if there is none. Unless the way out is known to be safe, a control barrier filter changes these motions at each
+//! tick as little as it can, so that distances `h` of bodies and margins `h` of connections fulfil
 //! `dh/dt >= -rate h`: a hierarchy of limits, walls, distances of members, and connections. The direction in which a distance is
 //! measured is the normal of a face of the Minkowski difference of both bodies.
 
 use solver::{ActiveSet, HierarchicalSolver, LevelShape, Problem as Hierarchy, Solution, Status};
 
 use super::super::foresight::Foresight;
-use super::super::lattice::way_out;
+use super::super::lattice::{safe_way_out, way_out};
 use super::super::motion::{Dynamics, State};
 use super::super::polygon::{Convex, Face, Point, dot, minus};
-use super::super::problem::{Fallback, Robot};
+use super::super::problem::{Escape, Fallback, Robot};
 use super::ExploreExecution;
 
 /// Largest rate at which a distance may shrink, relative to itself (1/s).
@@ -33,9 +33,18 @@ impl ExploreExecution {
     pub(super) fn find_way_out(&mut self, foresight: &Foresight) {
         let found = match self.problem.planner.fallback {
             Fallback::Stop => None,
-            Fallback::Barrier => way_out(&self.problem, &self.present(), foresight),
+            Fallback::Barrier => way_out(&self.problem, self.solver.ground(), &self.present(), foresight),
         };
         self.way_out = found.map(|way| (self.time, way));
+    }
+
+    /// Takes a safe way out in place of a plan that exposes a robot; false: there is none.
+    pub(super) fn leaves_for_safety(&mut self, foresight: &Foresight) -> bool {
+        let required = self.problem.planner.escape == Escape::Required;
+        let ground = self.solver.ground().filter(|_| required);
+        let found = ground.and_then(|ground| safe_way_out(&self.problem, ground, &self.present(), foresight));
+        self.way_out = found.map(|way| (self.time, way));
+        self.way_out.is_some()
     }
 
     /// The velocities after a tick (s) by which the robots follow the way out; none: there is none, and they stand.
@@ -47,6 +56,11 @@ impl ExploreExecution {
                 Some(robot.over(tick).step(mover.state, *inputs.get(period)?).velocity)
             });
         each.collect()
+    }
+
+    /// True in the period of a way out that keeps clear of everywhere the person can walk.
+    fn is_on_safe_way(&self) -> bool {
+        self.way_out.as_ref().is_some_and(|(begin, way)| way.is_safe && self.time < begin + way.period - 1e-9)
     }
 
     /// Gives the robots inputs for a tick (s).
@@ -61,7 +75,11 @@ impl ExploreExecution {
         let stopping: Vec<Point> = limits.iter().map(stop).collect();
         let wanted = match self.problem.planner.fallback {
             Fallback::Stop => stopping,
-            Fallback::Barrier => self.filtered(&limits, self.wanted(tick)).unwrap_or(stopping),
+            Fallback::Barrier => match self.wanted(tick) {
+                // The rates of the filter would make a robot miss the safe state to which the motion leads.
+                Some(wanted) if self.is_on_safe_way() => wanted,
+                wanted => self.filtered(&limits, wanted).unwrap_or(stopping),
+            },
         };
         for ((mover, robot), velocity) in self.robots.iter_mut().zip(&self.problem.robots).zip(wanted) {
             mover.input = input_for(robot, mover.state.velocity, velocity, tick);

@@ -80,7 +80,15 @@ impl ExploreExecution {
                     self.find_way_out(&foresight);
                     return self.go_without(format!("the plan is refused: {first}"), None);
                 }
+                if best.exposed > 0 && self.leaves_for_safety(&foresight) {
+                    self.solver.forget();
+                    return self.go_without(
+                        "with each plan that keeps the connection the person could corner a robot".into(),
+                        None,
+                    );
+                }
                 self.counts.plans += 1;
+                self.counts.exposed += usize::from(best.exposed > 0);
                 self.counts.worst_gap = self.counts.worst_gap.max(best.gap());
                 let before = self.assigned();
                 let trajectories = best.trajectories;

@@ -163,7 +163,9 @@ impl ExploreExecution {
             LogEntry::NoPlan { why, kept: true, .. } => format!("{why}; the last plan goes on"),
             LogEntry::NoPlan { why, kept: false, .. } => match p.planner.fallback {
                 super::super::problem::Fallback::Stop => format!("{why}; the robots stop"),
-                super::super::problem::Fallback::Barrier => format!("{why}; the robots keep clear and connected"),
+                super::super::problem::Fallback::Barrier => {
+                    format!("{why}; the robots keep clear, and connected where they can")
+                }
             },
             LogEntry::PlanAgain => "there is a plan again".into(),
             LogEntry::Touch { one, other } => format!("{} and {} touch", label(p, *one), label(p, *other)),

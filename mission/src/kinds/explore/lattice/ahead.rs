@@ -40,9 +40,9 @@ impl<'p> Lattice<'p> {
                     && sees
                     && safe.outside(near) >= MARGIN
             };
-            let new: Vec<Point> = (0..self.len())
-                .filter(|index| self.free[other][*index] != 0)
-                .map(|index| self.point(index))
+            let new: Vec<Point> = (0..self.ground.len())
+                .filter(|index| self.ground.free[other][*index] != 0)
+                .map(|index| self.ground.point(index))
                 .filter(|at| fits(at) && !all.contains(at))
                 .collect();
             all.extend(new);

@@ -159,7 +159,7 @@ impl Limits<'_, '_> {
         let apart: Vec<Point> = self.others.iter().map(|(_, _, three)| minus(at, three[place])).collect();
         let sets = self.others.iter().zip(&apart);
         Needs {
-            parts: lattice.parts[self.robot].iter().map(inside).collect(),
+            parts: lattice.ground.parts[self.robot].iter().map(inside).collect(),
             // The part of the set that the person cannot have reached yet does not count.
             person: (self.person.faces().iter().zip(&self.far[0]))
                 .map(|(face, far)| face.outside(near) + (1.0 - share) * far)
@@ -209,17 +209,17 @@ impl Limits<'_, '_> {
 
     /// The same of a point of the lattice.
     pub(super) fn bits_of(&self, index: usize, place: usize) -> Bits {
-        let at = self.lattice.point(index);
+        let at = self.lattice.ground.point(index);
         match self.needs {
             Some(_) => self.bits(at, place),
-            None => self.bits_with(at, place, 0.0, self.lattice.free[self.robot][index]),
+            None => self.bits_with(at, place, 0.0, self.lattice.ground.free[self.robot][index]),
         }
     }
 
     /// The parts of the free ground that hold a point.
     fn part_bits(&self, at: Point) -> u64 {
         let needs = self.needs.as_ref();
-        self.lattice.parts[self.robot].iter().enumerate().fold(0, |bits, (index, part)| {
+        self.lattice.ground.parts[self.robot].iter().enumerate().fold(0, |bits, (index, part)| {
             let needs = needs.and_then(|needs| needs.parts.get(index));
             let inside =
                 part.faces().iter().enumerate().all(|(face, of)| -of.outside(at) >= MARGIN + need_of(needs, face));

@@ -10,23 +10,32 @@
 //! is not needed. Turns therefore also begin with a robot that goes [`ahead`], as if the others were wherever a connection needs them.
 
 mod ahead;
+mod exposed;
+mod ground;
 mod limits;
+mod safe;
 mod turns;
+mod velocities;
 mod way_out;
 
 use super::foresight::Foresight;
-use super::grid::Grid;
-use super::motion::{Dynamics, State};
+use super::motion::State;
 use super::objective::{Costs, gain, gap, lower_bound};
-use super::polygon::{Convex, Point, plus};
+use super::polygon::Point;
 use super::problem::Problem;
-use super::program::{Present, Trajectories, Visit, free};
+use super::program::{Present, Trajectories, Visit};
 
+pub use self::exposed::exposed;
+pub use self::ground::Ground;
 use self::limits::Bits;
-pub use self::way_out::{WayOut, way_out};
+pub use self::way_out::{WayOut, safe_way_out, way_out};
 
 /// Penalty of a period in which a constraint with others is not met.
 const PENALTY: f64 = 1e3;
+/// Penalty of a first period after which a robot may not be able to give way.
+pub const EXPOSED: f64 = 50.0;
+/// Share of it for a later state: plans are made anew by then.
+const LATER: f64 = 0.02;
 /// Targets of which one robot considers all subsets.
 const MOST_TARGETS: usize = 4;
 /// Rounds in which each robot is planned once.
@@ -36,14 +45,15 @@ const MARGIN: f64 = 3e-4;
 /// The most parts of the ground that one mask holds.
 const MOST_PARTS: usize = 64;
 
-/// Plans on the lattice; none: a robot has dynamics that no lattice fits, or no motion meets all constraints.
+/// Plans on the lattice; none: no motion meets all constraints.
 pub fn construct(
     problem: &Problem,
+    ground: &Ground,
     present: &Present,
     foresight: &Foresight,
     last: Option<&Trajectories>,
 ) -> Option<Trajectories> {
-    let lattice = Lattice::new(problem, present, foresight, 0.5)?;
+    let lattice = Lattice::new(problem, ground, present, foresight)?;
     let count = problem.robots.len();
     let bound = lower_bound(problem, present, foresight);
     let mut best: Option<(f64, Trajectories)> = None;
@@ -52,7 +62,8 @@ pub fn construct(
     for (ahead, first) in starts {
         let Some(motions) = lattice.take_turns(first, ahead, last) else { continue };
         let trajectories = lattice.trajectories(&motions);
-        let cost = Costs::of(problem, present, foresight, &trajectories).total();
+        let exposed = exposed(problem, ground, present, foresight, &trajectories);
+        let cost = Costs::of(problem, present, foresight, &trajectories).total() + EXPOSED * exposed as f64;
         if best.as_ref().is_none_or(|(known, _)| cost < known - 1e-9) {
             best = Some((cost, trajectories));
         }
@@ -78,58 +89,34 @@ type Three = [Point; 3];
 
 struct Lattice<'p> {
     problem: &'p Problem,
+    ground: &'p Ground,
     present: &'p Present,
     foresight: &'p Foresight,
     periods: usize,
     /// Periods in which the person may walk anywhere; in later ones the person walks as predicted.
     anywhere: usize,
-    /// Distance of positions (m), and step of velocities (m/s).
-    spacing: f64,
-    columns: usize,
-    rows: usize,
-    origin: Point,
-    parts: Vec<Vec<Convex>>,
-    /// By robot and position, the parts that hold it.
-    free: Vec<Vec<u64>>,
+    /// Penalty of a first period after which a robot may not be able to give way.
+    exposed: f64,
 }
 
 impl<'p> Lattice<'p> {
-    /// The lattice whose positions are this share of a cell apart.
-    fn new(problem: &'p Problem, present: &'p Present, foresight: &'p Foresight, share: f64) -> Option<Lattice<'p>> {
-        let lag = |robot: &super::problem::Robot| matches!(robot.dynamics, Dynamics::Lag(_));
+    /// The lattice of a situation; none: the prediction is too short.
+    fn new(
+        problem: &'p Problem,
+        ground: &'p Ground,
+        present: &'p Present,
+        foresight: &'p Foresight,
+    ) -> Option<Lattice<'p>> {
         let periods = foresight.periods().min(problem.periods);
-        if problem.robots.iter().any(lag) || periods < 3 {
-            return None;
-        }
-        let grid = Grid::new(problem)?;
-        let [low, _] = problem.area.bounds();
-        let spacing = share * grid.cell;
-        let places = |cells: usize| (cells as f64 / share).round() as usize + 1;
-        let parts: Vec<Vec<Convex>> = (0..problem.robots.len()).map(|robot| free(problem, robot)).collect();
-        if parts.iter().any(|parts| parts.is_empty() || parts.len() > MOST_PARTS) {
-            return None;
-        }
-        let mut lattice = Lattice {
+        (periods >= 3).then_some(Lattice {
             problem,
+            ground,
             present,
             foresight,
             periods,
             anywhere: periods,
-            spacing,
-            columns: places(grid.columns),
-            rows: places(grid.rows),
-            origin: low,
-            parts,
-            free: Vec::new(),
-        };
-        let holds = |part: &Convex, at: Point| part.faces().iter().all(|face| -face.outside(at) >= MARGIN);
-        let bits = |parts: &[Convex], at: Point| {
-            parts.iter().enumerate().fold(0, |bits, (index, part)| bits | u64::from(holds(part, at)) << index)
-        };
-        let all = lattice.parts.iter();
-        let free = all.map(|parts| (0..lattice.len()).map(|q| bits(parts, lattice.point(q))).collect()).collect();
-        lattice.free = free;
-        Some(lattice)
+            exposed: EXPOSED,
+        })
     }
 
     /// Plans the robots in turns from the one with this index on; `ahead`: it plans as if the others kept every connection. None: the
@@ -173,7 +160,7 @@ impl<'p> Lattice<'p> {
         others.flat_map(|(_, motion)| motion.visits.iter().map(|(target, _)| *target)).collect()
     }
 
-    /// Cost of the motions of the others, without their penalties.
+    /// Cost of the motions of the others, without their penalties for what involves others.
     fn effort_of_others(&self, robot: usize, motions: &[Motion]) -> f64 {
         let others = motions.iter().enumerate().filter(|(other, _)| *other != robot);
         let cost = |motion: &Motion| {
@@ -181,16 +168,7 @@ impl<'p> Lattice<'p> {
             let gains = motion.visits.iter().map(|(target, step)| gain(&self.problem.targets[*target], *step));
             self.problem.effort * inputs - gains.sum::<f64>()
         };
-        others.map(|(_, motion)| cost(motion)).sum()
-    }
-
-    fn len(&self) -> usize {
-        self.columns * self.rows
-    }
-
-    fn point(&self, index: usize) -> Point {
-        let (column, row) = (index % self.columns, index / self.columns);
-        plus(self.origin, [column as f64 * self.spacing, row as f64 * self.spacing])
+        others.map(|(other, motion)| cost(motion) + self.exposure(other, motion)).sum()
     }
 
     /// Vectors whose hull holds all by which the person can be off the [`person_at`](Self::person_at) at the end of a period (m).
@@ -209,14 +187,6 @@ impl<'p> Lattice<'p> {
     /// Shares of a period that have passed at the three points of a motion.
     fn grown(&self, robot: usize) -> [f64; 3] {
         [0.0, self.problem.robots[robot].over(self.problem.period).middle / self.problem.period, 1.0]
-    }
-
-    /// The factor from steps of the lattice to velocities (m/s): an acceleration leads to the mean of both velocities.
-    fn pace(&self, robot: usize) -> f64 {
-        match self.problem.robots[robot].dynamics {
-            Dynamics::Acceleration => 2.0 * self.spacing / self.problem.period,
-            _ => self.spacing / self.problem.period,
-        }
     }
 
     /// The motion with which the planning begins: the rest of the last plan, or braking.
