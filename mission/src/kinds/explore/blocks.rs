@@ -66,8 +66,8 @@ block! {
         /// Motion of the robots while there is no plan: `stop`, they brake and stand, or `barrier`, they also stay connected and
         /// keep clear of the person.
         fallback: Word = or(ValueType::Choice(&Fallback::NAMES), "barrier");
-        /// Whether robots keep out of states in which the person could corner them, whatever the prediction says: `ignored`; `preferred`, where
-        /// they can and stay connected; or `required`, they give up the connection before.
+        /// Care for states in which the person could corner a robot, whatever the prediction says: `ignored`; `preferred`, robots leave targets for it,
+        /// and stay connected; or `required`, they also give up the connection.
         escape: Word = or(ValueType::Choice(&Escape::NAMES), "preferred");
     }
     also [

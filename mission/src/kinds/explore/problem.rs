@@ -165,7 +165,7 @@ pub struct Planner {
     pub engine: EngineChoice,
     /// Motion of the robots while there is no plan.
     pub fallback: Fallback,
-    /// Whether plans keep out of states in which the person can corner a robot.
+    /// Price that plans pay to keep out of states in which the person can corner a robot.
     pub escape: Escape,
 }
 
@@ -182,7 +182,7 @@ pub enum EngineChoice {
     Auto,
 }
 
-/// What plans give up so that no robot gets into a state in which the person can corner it.
+/// The price that plans pay so that no robot gets into a state in which the person can corner it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Escape {
