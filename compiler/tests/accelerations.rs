@@ -69,7 +69,7 @@ fn only_joints_that_the_stack_moves_count() {
     let first = "task one = joint_velocity { velocity { joint_1 0.2 rad/s } }";
     assert_eq!(stack("joint_acceleration_limits(joint_1)", first, ""), NONE);
     assert_eq!(stack("joint_acceleration_limits(joint_2)", first, ""), UNBOUNDED);
-    let reach = "task one = frame_position(tool) { position [0.5, 0.1, 0.5] m }";
+    let reach = "task one = track(frame(tool).position.z) { target 0.3 m }";
     assert_eq!(stack("joint_acceleration_limits(upper)", reach, ""), UNBOUNDED);
     let rest = "lock [joint_3, joint_4, joint_5, joint_6, joint_7]";
     assert_eq!(stack("joint_acceleration_limits(upper)", reach, rest), NONE);

@@ -81,7 +81,7 @@ fn same(name: &str, files: &[(&str, &str)], short: &str, long: &str) {
 fn a_file_keeps_its_names_to_itself() {
     // Both files declare `gap` and `speed`, and a link of the robot has the name of a param of the library.
     let library = "hierarq 1\nimport \"more.yaml\" { speed as pace }\nparam gap = 0.25 m\nparam tool = 1 /s\nlet speed = 2*pace\n\
-        task deck = virtual_wall(elbow) { through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m  d_min gap  gain tool }\n\
+        task deck = virtual_wall(elbow) { through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m  d_min gap  gain tool }\n\
         task limits = joint_velocity_limits { max speed }\ntask reach = hold(tool) { gain tool }\n\
         stack safe { level limits { limits }  level deck { deck } }\n";
     let more = "hierarq: 1\nparams: { speed: { value: 0.2 rad/s, max: 1 rad/s }, unused: 1 }\n";
@@ -89,11 +89,11 @@ fn a_file_keeps_its_names_to_itself() {
         "hygiene",
         &[("lib/library.hq", library), ("lib/more.yaml", more)],
         "import \"lib/library.hq\" { deck as table, limits, reach }\nparam gap = 0.1 m\n\
-         task wall = virtual_wall(wrist) { through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m  d_min gap }\n\
+         task wall = virtual_wall(wrist) { through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m  d_min gap }\n\
          stack s { level a { limits }  level b { table  wall }  level c { reach } }\n",
-        "param gap = 0.1 m\ntask table = virtual_wall(elbow) { through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m  d_min 0.25 m  gain 1 /s }\n\
+        "param gap = 0.1 m\ntask table = virtual_wall(elbow) { through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m  d_min 0.25 m  gain 1 /s }\n\
          task limits = joint_velocity_limits { max 0.4 rad/s }\ntask reach = hold(tool) { gain 1 /s }\n\
-         task wall = virtual_wall(wrist) { through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m  d_min gap }\n\
+         task wall = virtual_wall(wrist) { through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m  d_min gap }\n\
          stack s { level a { limits }  level b { table  wall }  level c { reach } }\n",
     );
 }
@@ -124,7 +124,7 @@ fn parameters_of_every_type() {
     same(
         "types",
         &[],
-        "task a(side: arm, at: frame, what: geometry, name: name) = virtual_wall(what) { through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m }\n\
+        "task a(side: arm, at: frame, what: geometry, name: name) = virtual_wall(what) { through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m }\n\
          task turn(side: arm, angle: angle, gain: rate = 2 /s) = swivel_angle { angle { ${side} angle } gain gain }\n\
          task near(at: frame, goal: point, by: length = 0.01 m, wait: duration = 2 s) = frame_position(at) { position goal + [by, 0, 0]*(t/wait) }\n\
          task aim(at: frame, to: orientation) = frame_orientation(at) { orientation to }\n\
@@ -132,13 +132,13 @@ fn parameters_of_every_type() {
          stack base(extra: task, name: name, w: number) { level gentle hard { joint_acceleration_limits }  level ${name}_limits { slow([joint_1, joint_2], v: 1 rad/s) }  level b { extra weight w } }\n\
          stack s from base(near(tool, [0.5, 0, 0.5] m), first, 2) {\n\
            add walls { a(only, tool, [elbow, wrist], x) } before first_limits\n\
-           add c { turn(only, 10 deg) }\n add d { aim(link_6, rpy(0, 0, 0.1 rad)) } before c }\n",
+           add c { turn(only, 10 deg) } before b\n add d { aim(link_6, rpy(0, 0, 0.1 rad)) } before c }\n",
         "task near = frame_position(tool) { position [0.5, 0, 0.5] m + [0.01 m, 0, 0]*(t/(2 s)) }\n\
          task slow = joint_velocity_limits { joints [joint_1, joint_2]  max 0.5 rad/s }\n\
-         task a = virtual_wall(elbow, wrist) { through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m }\n\
+         task a = virtual_wall(elbow, wrist) { through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m }\n\
          task turn = swivel_angle { angle { only 10 deg } gain 2 /s }\n\
          task aim = frame_orientation(link_6) { orientation rpy(0, 0, 0.1 rad) }\n\
-         stack s { level gentle hard { joint_acceleration_limits }  level walls { a }  level first_limits { slow }  level b { near weight 2 }  level d { aim }  level c { turn } }\n",
+         stack s { level gentle hard { joint_acceleration_limits }  level walls { a }  level first_limits { slow }  level d { aim }  level c { turn }  level b { near weight 2 } }\n",
     );
 }
 
@@ -147,18 +147,18 @@ fn repetition_in_all_places() {
     same(
         "repetition",
         &[],
-        "for link in [link_6, tool] {\n  param speed_${link} = 0.1 m/s\n  let goal_${link} = [0.5 m, speed_${link}*t, 0.5 m]\n\
+        "for link in [link_6, tool] {\n  param speed_${link} = 0.01 m/s\n  let goal_${link} = [0.5 m, speed_${link}*t, 0.5 m]\n\
            \x20 task go_${link} = frame_position(${link}) { position goal_${link} }\n  for i in 1..2 {\n\
-             \x20   stack s_${link}_${i} { level gentle hard { joint_acceleration_limits }  level a { go_${link}  for j in [i, 3] { joint_velocity { velocity { joint_${j} 0.1*j rad/s } } } } }\n  }\n}\n\
+             \x20   stack s_${link}_${i} { level gentle hard { joint_acceleration_limits }  level a { go_${link}  for j in [i, 3] { joint_velocity { velocity { joint_${j} 0.01*j rad/s } } } } }\n  }\n}\n\
          run { stack s_tool_2 }\n"
-            .replace("0.1*j rad/s", "j*(0.1 rad/s)")
+            .replace("0.01*j rad/s", "j*(0.01 rad/s)")
             .as_str(),
-        "param a = 0.1 m/s\nparam b = 0.1 m/s\n\
+        "param a = 0.01 m/s\nparam b = 0.01 m/s\n\
          task go_a = frame_position(link_6) { position [0.5 m, a*t, 0.5 m] }\ntask go_b = frame_position(tool) { position [0.5 m, b*t, 0.5 m] }\n\
-         stack s_link_6_1 { level gentle hard { joint_acceleration_limits }  level a { go_a  joint_velocity { velocity { joint_1 1*(0.1 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.1 rad/s) } } } }\n\
-         stack s_link_6_2 { level gentle hard { joint_acceleration_limits }  level a { go_a  joint_velocity { velocity { joint_2 2*(0.1 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.1 rad/s) } } } }\n\
-         stack s_tool_1 { level gentle hard { joint_acceleration_limits }  level a { go_b  joint_velocity { velocity { joint_1 1*(0.1 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.1 rad/s) } } } }\n\
-         stack s_tool_2 { level gentle hard { joint_acceleration_limits }  level a { go_b  joint_velocity { velocity { joint_2 2*(0.1 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.1 rad/s) } } } }\n\
+         stack s_link_6_1 { level gentle hard { joint_acceleration_limits }  level a { go_a  joint_velocity { velocity { joint_1 1*(0.01 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.01 rad/s) } } } }\n\
+         stack s_link_6_2 { level gentle hard { joint_acceleration_limits }  level a { go_a  joint_velocity { velocity { joint_2 2*(0.01 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.01 rad/s) } } } }\n\
+         stack s_tool_1 { level gentle hard { joint_acceleration_limits }  level a { go_b  joint_velocity { velocity { joint_1 1*(0.01 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.01 rad/s) } } } }\n\
+         stack s_tool_2 { level gentle hard { joint_acceleration_limits }  level a { go_b  joint_velocity { velocity { joint_2 2*(0.01 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.01 rad/s) } } } }\n\
          run { stack s_tool_2 }\n",
     );
 }
@@ -169,7 +169,7 @@ fn equal_uses_share_a_task() {
     let p = program(
         &format!(
             "hierarq 1\n{ROBOT}\ntask near(at: frame, by: length = 0.1 m) = frame_position(at) {{ position [0.5, 0, 0.5] m + [by, 0, 0] }}\n\
-             stack a {{ level gentle hard {{ joint_acceleration_limits }}  level l {{ near(tool) }} }}\nstack b {{ level gentle hard {{ joint_acceleration_limits }}  level l {{ near(tool, by: 0.1 m)  near(tool, by: 0.2 m) }} }}\nstack c {{ level gentle hard {{ joint_acceleration_limits }}  level l {{ near(link_6) }} }}\nrun {{ stack a }}\n"
+             stack a {{ level gentle hard {{ joint_acceleration_limits }}  level l {{ near(tool) }} }}\nstack b {{ level gentle hard {{ joint_acceleration_limits }}  level l {{ near(tool, by: 0.1 m)  near(tool, by: 0.2 m) weight 2 }} }}\nstack c {{ level gentle hard {{ joint_acceleration_limits }}  level l {{ near(link_6) }} }}\nrun {{ stack a }}\n"
         ),
         &folder,
     );
@@ -198,7 +198,7 @@ proptest! {
         };
         let last = uses.len() - 1;
         let all: String = (0..last).map(|i| format!(" + v{i}")).collect();
-        let task = format!("task a = joint_velocity {{ velocity (v{last}{all}) * (0.01 rad/s) }}\nstack s {{ level gentle hard {{ joint_acceleration_limits }}  level l {{ a }} }}\n");
+        let task = format!("task a = joint_velocity {{ velocity (v{last}{all}) * (0.0001 rad/s) }}\nstack s {{ level gentle hard {{ joint_acceleration_limits }}  level l {{ a }} }}\n");
         let sorted: String = (0..=last).map(|i| line(i, false)).collect();
         let shuffled: String = order.iter().map(|i| line(*i, true)).collect();
         let expected = program(&format!("hierarq 1\n{ROBOT}{sorted}{task}"), &folder);

@@ -48,7 +48,7 @@ robot arm {
 }
 
 «HQ0103|tsk» still = hold(«HQ0201|toool»)
-task wall = virtual_wall(elbow, wrist) { through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m  d_min «HQ0301|0.2 s» }
+task wall = virtual_wall(elbow, wrist) { through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m  d_min «HQ0301|0.2 s» }
 task turn = frame_orientation(tool) { orientation «HQ0310|rpy(0, 0)» }
 task go = frame_position(tool) { position [approach, 0, 0]  gain «HQ0501|150 /s» }
 task reach = «HQ0204|frame_psition»(tool)
@@ -86,7 +86,7 @@ tasks:
   wall:
     virtual_wall:
       points: [elbow, wrist]
-      through: "[[0, 0, -1], [1, 0, -1], [0, 1, -1]] m"
+      through: "[[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m"
       d_min: «HQ0301|0.2 s»
   turn: { frame_orientation: { frame: tool, orientation: "«HQ0310|rpy(0, 0)»" } }
   go:

@@ -22,7 +22,7 @@ robot arm {
 }
 
 // The table top. 🤖 ü
-task deck = virtual_wall { points elbow  through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m  d_min gap }
+task deck = virtual_wall { points elbow  through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m  d_min gap }
 
 task touch(side: arm, offset: point = [0, 0, 0] m, among: joints = lower) = frame_position(side) {
   position initial(position) + offset

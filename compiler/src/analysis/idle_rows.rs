@@ -27,7 +27,7 @@ pub fn mark_idle_rows(program: &mut Program) {
         let built = build_tasks(p, &p.stacks[s]);
         let tasks: Vec<usize> = p.stacks[s].levels.iter().flat_map(|l| &l.members).map(|m| m.task).collect();
         let found: Vec<Vec<IdleRow>> =
-            built.into_iter().zip(tasks).map(|(b, t)| rows(p, &p.tasks[t], b).unwrap_or_default()).collect();
+            built.into_iter().zip(tasks).map(|(b, t)| rows(p, &p.tasks[t], b, false).unwrap_or_default()).collect();
         let members = program.stacks[s].levels.iter_mut().flat_map(|l| &mut l.members);
         for (member, idle) in members.zip(found) {
             member.idle = idle;
@@ -35,8 +35,16 @@ pub fn mark_idle_rows(program: &mut Program) {
     }
 }
 
-/// Returns the idle rows of a task; `None` if a parameter moves with time, or if no row stays inactive at all samples.
-fn rows(program: &Program, task: &TaskProgram, built: Built) -> Option<Vec<IdleRow>> {
+/// True if every row of a task is idle. Ends at the first sample at which a row can act.
+pub(crate) fn all(program: &Program, task: &TaskProgram, built: Built) -> bool {
+    let number = built.task.as_ref().map_or(0, |t| t.rows().len());
+    let idle = |all: bool| rows(program, task, built, all).is_some_and(|idle| idle.len() == number);
+    number > 0 && idle(true)
+}
+
+/// Returns the idle rows of a task; `None` if a parameter moves with time, or if no row stays inactive at all samples, or
+/// not all do and `all` are asked for.
+fn rows(program: &Program, task: &TaskProgram, built: Built, all: bool) -> Option<Vec<IdleRow>> {
     let moves = |at: usize| program.values.tape.outputs.iter().any(|o| o.at == at);
     if task.params.values().flat_map(|b| b.slots()).any(|s| (s.at..s.at + s.len).any(moves)) {
         return None;
@@ -45,13 +53,14 @@ fn rows(program: &Program, task: &TaskProgram, built: Built) -> Option<Vec<IdleR
     let slopes = task.gradient_bounds(&program.robot.model);
     let [gain] = task.gains(&program.values.initial)[..] else { return None };
     let mut view = View::new(program, task.as_mut(), slopes.len())?;
+    let wanted = if all { slopes.len() } else { 1 };
     let mut open: Vec<Candidate> = slopes
         .into_iter()
         .enumerate()
         .filter_map(|(row, s)| Candidate::new(program, row, s, &built.speed, gain))
         .collect();
     for k in 0..SAMPLES {
-        if open.is_empty() {
+        if open.len() < wanted {
             return None;
         }
         view.scatter(&program.robot.model, k);

@@ -7,13 +7,12 @@ use dsl::Diagnostic;
 use runtime::program::{Program, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
 use runtime::{Controller, Evaluator, Fault, Member, Observation, RestInputs};
-use solver::{Active, Status};
+use solver::Status;
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{Dimension, LENGTH};
 use stdlib_tasks::task::{RowInfo, RowKind};
 
-use super::entries;
-use super::{limit, number, place};
+use super::{entries, fixed_above, limit, number, place};
 use crate::binding::Number;
 use crate::source_map::SourceMap;
 use crate::units::shown;
@@ -71,6 +70,9 @@ pub(super) fn start(program: &Program, stack: usize, places: &SourceMap, diagnos
             (None, _) => d.help("move the home configuration"),
         });
         return;
+    }
+    if at_home {
+        undefined(&evaluator, places, diagnostics);
     }
     let (mut outside, mut outside_hard) = (false, false);
     for m in evaluator.members() {
@@ -132,6 +134,19 @@ pub(super) fn start(program: &Program, stack: usize, places: &SourceMap, diagnos
     }
 }
 
+/// Warns of targets whose value is undefined at home.
+fn undefined(evaluator: &Evaluator, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
+    for (m, _) in evaluator.members().iter().zip(evaluator.undefined()).filter(|(_, is)| **is) {
+        let at = places.tasks[m.program_index].span;
+        diagnostics.push(
+            Diagnostic::warning("HQ0538", at, format!("the value of `{}` is undefined at home", m.name))
+                .label(places.home, "the robot starts here")
+                .note("its rows are left free there, so the task moves nothing until another one changes the posture")
+                .help("start at a posture where the value exists, such as that of a bent arm"),
+        );
+    }
+}
+
 /// Returns true if a fault at home occurs at every configuration: its numbers depend only on the time in the state.
 fn anywhere(program: &Program, evaluator: &Evaluator, fault: &Fault) -> bool {
     let certain = |member: usize| {
@@ -177,7 +192,8 @@ fn hard_levels(
     true
 }
 
-/// Runs a stack for one tick at home and warns of levels without remaining freedom.
+/// Warns of levels that the targets above, or locked joints, leave no freedom at home. Limits do not count: those that act at
+/// the first tick release the robot later.
 fn freedom(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     let Ok(mut controller) = Controller::for_stack(program, stack) else { return };
     controller.step(&Observation { time: 0.0, q: &program.robot.home });
@@ -186,23 +202,23 @@ fn freedom(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
         return;
     }
     let levels = &places.stacks[stack].1;
-    let nv = program.robot.model.nv();
-    let program = &program.stacks[stack];
-    let free = nv.saturating_sub(program.locked.len());
-    for (k, level) in program.levels.iter().enumerate() {
-        let left = if k == 0 { free } else { controller.freedom(k - 1) };
-        let targets = level.members.iter().any(|m| places.tasks[m.task].kind.row_kind == RowKind::Equality);
-        let asks = controller.solution().levels[k].active.iter().any(|a| *a != Active::Free);
-        if left > 0 || !targets || (k > 0 && !asks) {
+    let free = program.robot.model.nv().saturating_sub(program.stacks[stack].locked.len());
+    let damped = |k: usize| program.stacks[stack].levels[..k].iter().any(|l| l.damping > 0.0);
+    for (k, level) in program.stacks[stack].levels.iter().enumerate() {
+        let fixed = if damped(k) { free } else { fixed_above::fixed_at_home(program, stack, k).unwrap_or(0) };
+        // A hard limit must hold, whatever is above.
+        let idle =
+            level.hard && level.members.iter().all(|m| places.tasks[m.task].kind.row_kind == RowKind::Inequality);
+        if fixed < free || idle || level.members.is_empty() {
             continue;
         }
         let d = Diagnostic::warning("HQ0604", levels[k], format!("level `{}` has no freedom left at home", level.name));
-        let d = if free == 0 {
+        let d = if free == 0 || k == 0 {
             d.label(places.stacks[stack].0, "this stack locks every degree of freedom")
         } else {
             d.label(levels[k - 1], "this level and those above it fix every degree of freedom")
         };
-        diagnostics.push(d.help(if program.levels[..k].iter().any(|l| l.damping > 0.0) {
+        diagnostics.push(d.help(if damped(k) {
             "remove `damping` from the level above: a damped level uses all degrees of freedom"
         } else {
             "reduce the tasks of the levels above, or unlock joints"

@@ -3,11 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use dsl::tree::{Member, MemberTask, Stack, TaskDefinition};
+use dsl::tree::{self, MemberTask, Stack, TaskDefinition};
 use dsl::{Diagnostic, Help, Snippet, Span};
-use runtime::Evaluator;
-use runtime::RestInputs;
 use runtime::program::{Program, Times};
+use runtime::{Evaluator, Member, RestInputs};
 use solver::Problem;
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{ANGLE, LENGTH};
@@ -36,7 +35,14 @@ pub(crate) fn spec(expanded: &Expanded, program: &Program, diagnostics: &mut Vec
             let heaviest = weights.clone().fold(0.0, f64::max);
             for (member, weight) in level.members.iter().zip(weights) {
                 let at = member.weight.as_ref().map_or(member.span, |w| w.span);
-                if weight * WEIGHT_RANGE < heaviest {
+                if let Some(written) = member.weight.as_ref().filter(|_| compiled.hard) {
+                    diagnostics.push(
+                        Diagnostic::warning("HQ0625", written.span, "a weight on a hard level has no effect")
+                            .label(level.name.span, "this level is hard")
+                            .note("weights share the error of rows that cannot all be met; a hard level has no error")
+                            .help("remove the weight, or put the more important task on a level above"),
+                    );
+                } else if weight * WEIGHT_RANGE < heaviest {
                     let message = format!("another task of this level weighs {:.0e} times as much", heaviest / weight);
                     diagnostics.push(
                         Diagnostic::warning("HQ0622", at, message)
@@ -52,9 +58,9 @@ pub(crate) fn spec(expanded: &Expanded, program: &Program, diagnostics: &mut Vec
 
 /// Warns of identical tasks in one stack.
 fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &mut Vec<Diagnostic>) {
-    let mut seen: BTreeMap<&str, Vec<(&TaskDefinition, &Member)>> = BTreeMap::new();
-    let mut bare: BTreeMap<&str, &Member> = BTreeMap::new();
-    let mut warn = |first: &Member, second: &Member| {
+    let mut seen: BTreeMap<&str, Vec<(&TaskDefinition, &tree::Member)>> = BTreeMap::new();
+    let mut bare: BTreeMap<&str, &tree::Member> = BTreeMap::new();
+    let mut warn = |first: &tree::Member, second: &tree::Member| {
         diagnostics.push(
             Diagnostic::warning("HQ0621", second.span, "this task duplicates another one of the stack")
                 .label(first.span, "the other one")
@@ -87,16 +93,22 @@ fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &m
     }
 }
 
-/// Warnings that follow from the finished program only. Returns the tasks that nothing moves.
+/// Warnings that follow from the finished program only. Returns the tasks that have one.
 pub(crate) fn program(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) -> BTreeSet<usize> {
-    targets(program, places, diagnostics);
-    (0..program.stacks.len()).flat_map(|stack| unmoved(program, stack, places, diagnostics)).collect()
+    let mut told = targets(program, places, diagnostics);
+    for stack in 0..program.stacks.len() {
+        for index in unmoved_targets(program, stack, places, diagnostics) {
+            told.insert(index);
+        }
+    }
+    told
 }
 
-/// Warns of constant joint targets beyond the joints' limits.
-fn targets(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
+/// Warns of constant joint targets beyond the joints' limits. Returns their tasks.
+fn targets(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) -> BTreeSet<usize> {
+    let mut beyond = BTreeSet::new();
     let moving = |at: usize| program.values.tape.outputs.iter().any(|o| o.at == at);
-    for (task, bound) in program.tasks.iter().zip(&places.tasks) {
+    for (index, (task, bound)) in program.tasks.iter().zip(&places.tasks).enumerate() {
         let list: Vec<(usize, Slot)> = match (task.kind.as_str(), task.params.get("value"), task.params.get("target")) {
             ("joint_position", _, Some(Bound::PerJoint(list))) => list.clone(),
             ("track", Some(Bound::Expression(e)), Some(Bound::Value(slot))) => match (&e.ops[..], &e.leaves[..]) {
@@ -119,6 +131,7 @@ fn targets(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnost
                 continue;
             }
             told.push(at);
+            beyond.insert(index);
             let dimension = if d.unit == robot::DofUnit::Metre { LENGTH } else { ANGLE };
             let allowed = shown_range(d.lower, d.upper, dimension);
             diagnostics.push(
@@ -129,23 +142,52 @@ fn targets(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnost
             );
         }
     }
+    beyond
 }
 
-/// Warns of targets whose rows are zero, at home and at a few other configurations, since a single one may be singular.
-fn unmoved(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) -> Vec<usize> {
+/// Warns of targets whose rows are zero. Returns their tasks.
+fn unmoved_targets(
+    program: &Program,
+    stack: usize,
+    places: &SourceMap,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Vec<usize> {
     let mut told = Vec::new();
+    // A limit that nothing moves stays satisfied; a target is never reached.
+    for m in unmoved(program, stack).iter().filter(|m| m.row_kind == RowKind::Equality) {
+        told.push(m.program_index);
+        let task = &places.tasks[m.program_index];
+        let named = ["frame", "frames", "joints", "arm", "points"].iter().find_map(|p| task.spans.get(*p));
+        let at = named.copied().unwrap_or(task.span);
+        let d = Diagnostic::warning("HQ0620", at, format!("no joint affects task `{}`", m.name));
+        diagnostics.push(if m.kind == "track" {
+            d.note("value and target move together, so no motion changes their difference")
+                .help("name a part that moves against the others, or remove the task")
+        } else if program.stacks[stack].locked.is_empty() {
+            d.note("no joint is between it and the ground, so the task has no effect")
+                .help("name a part of the robot that moves, or remove the task")
+        } else {
+            d.label(places.stacks[stack].0, "this stack locks joints")
+                .help("unlock the joints that move it, or take the task out of this stack")
+        });
+    }
+    told
+}
+
+/// Tasks of a stack whose rows are zero, at home and at a few other configurations, since a single one may be singular.
+pub(super) fn unmoved(program: &Program, stack: usize) -> Vec<Member> {
     let model = &program.robot.model;
     if program.stacks[stack].locked.len() >= model.nv() {
-        return told;
+        return Vec::new();
     }
-    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return told };
+    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return Vec::new() };
     let (rest, present) = (RestInputs::new(program), RestInputs::present(program));
     let mut still = vec![true; evaluator.members().len()];
     for q in &configurations(program, 3) {
         evaluator.enter(q, rest.at(Times::default()));
         if evaluator.update(q, rest.at(Times::default()), &mut problem).is_err() {
             // The rows do not exist if parts overlap; at home, this was reported.
-            return told;
+            return Vec::new();
         }
         let mut note = |evaluator: &Evaluator, problem: &Problem| {
             for (i, m) in evaluator.members().iter().enumerate() {
@@ -161,25 +203,5 @@ fn unmoved(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
             note(&evaluator, &problem);
         }
     }
-    // A limit that nothing moves stays satisfied; a target is never reached.
-    let targets =
-        evaluator.members().iter().zip(&still).filter(|(m, still)| **still && m.row_kind == RowKind::Equality);
-    for (m, _) in targets {
-        told.push(m.program_index);
-        let task = &places.tasks[m.program_index];
-        let named = ["frame", "frames", "joints", "arm", "points"].iter().find_map(|p| task.spans.get(*p));
-        let at = named.copied().unwrap_or(task.span);
-        let d = Diagnostic::warning("HQ0620", at, format!("no joint affects task `{}`", m.name));
-        diagnostics.push(if m.kind == "track" {
-            d.note("value and target move together, so no motion changes their difference")
-                .help("name a part that moves against the others, or remove the task")
-        } else if evaluator.locked().is_empty() {
-            d.note("no joint is between it and the ground, so the task has no effect")
-                .help("name a part of the robot that moves, or remove the task")
-        } else {
-            d.label(places.stacks[stack].0, "this stack locks joints")
-                .help("unlock the joints that move it, or take the task out of this stack")
-        });
-    }
-    told
+    evaluator.members().iter().zip(still).filter(|(_, still)| *still).map(|(m, _)| m.clone()).collect()
 }

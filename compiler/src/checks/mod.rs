@@ -7,8 +7,11 @@ mod conflicting_targets;
 mod discontinuities;
 mod entries;
 mod first_tick;
+mod fixed_above;
 mod ineffective;
+mod inert_limits;
 mod machine;
+mod postures;
 mod reachability;
 mod safety_planners;
 mod sampled_loss;
@@ -59,6 +62,8 @@ static CHECKS: &[(On, Check)] = &[
     (On::GoodProgram, |c, out| soft_limits::check(c.program, c.places, out)),
     (On::GoodProgram, |c, out| conflicting_targets::check(c.program, c.places, out)),
     (On::AnyProgram, targets),
+    (On::GoodProgram, inert_limits::check),
+    (On::GoodProgram, fixed_above::check),
     (On::GoodProgram, |c, out| scenario_start::check(c.program, &c.places.scenario_starts, out)),
     (On::AnyProgram, |c, out| machine::checks(c.program, c.context, c.places.machine.as_ref(), out)),
     (On::AnyProgram, |c, out| ineffective::spec(c.expanded, c.program, out)),
@@ -92,9 +97,22 @@ pub(crate) fn controller(
 
 /// Targets without effect, and out of reach. A task that nothing moves is not reported again as out of reach.
 fn targets(c: &Checked, out: &mut Vec<Diagnostic>) {
-    let unmoved = if has_errors(out) { BTreeSet::new() } else { ineffective::program(c.program, c.places, out) };
-    reachability::targets(c.context, c.program, c.places, &unmoved, out);
-    reachability::frames(c.context, c.program, c.places, &unmoved, out);
+    let mut told = if has_errors(out) { BTreeSet::new() } else { ineffective::program(c.program, c.places, out) };
+    reachability::targets(c.context, c.program, c.places, &mut told, out);
+    reachability::frames(c.context, c.program, c.places, &mut told, out);
+    if !has_errors(out) {
+        let mut found = Vec::new();
+        postures::check(c, told, out, &mut found);
+        found.retain(|d| !questioned(out, d.primary.span));
+        out.extend(found);
+    }
+}
+
+/// True if a diagnostic is about a part of this text already, such as a number without a unit. What follows from the number
+/// may follow from the same mistake.
+fn questioned(found: &[Diagnostic], span: Span) -> bool {
+    let (a, b) = (span.range(), |d: &Diagnostic| d.primary.span.range());
+    found.iter().any(|d| d.primary.span.source == span.source && a.start < b(d).end && b(d).start < a.end)
 }
 
 fn has_errors(diagnostics: &[Diagnostic]) -> bool {

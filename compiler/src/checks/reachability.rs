@@ -42,10 +42,11 @@ pub(crate) fn targets(
     context: &RangeContext,
     program: &Program,
     places: &SourceMap,
-    told: &BTreeSet<usize>,
+    told: &mut BTreeSet<usize>,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
-    for task in in_stacks(program).difference(told).filter_map(|&i| places.tasks.get(i)) {
+    let open: Vec<usize> = in_stacks(program).difference(told).copied().collect();
+    for (index, task) in open.into_iter().filter_map(|i| Some((i, places.tasks.get(i)?))) {
         let operands = task.operands.get("value").zip(task.operands.get("target"));
         let Some((value, goal)) = operands.filter(|(v, _)| v.kind != Kind::Rotation) else { continue };
         // Another check reports targets of a single joint, by the joint's name.
@@ -55,7 +56,10 @@ pub(crate) fn targets(
         let at = task.spans.get("target").copied().unwrap_or(task.span);
         // For a trajectory, the goal is checked.
         let goal = &Typed { nodes: context.graph.goal(&goal.nodes), ..goal.clone() };
-        diagnostics.extend(target(&mut ranges(context, value, goal), context.graph, value, goal, at));
+        if let Some(d) = target(&mut ranges(context, value, goal), context.graph, value, goal, at) {
+            told.insert(index);
+            diagnostics.push(d);
+        }
     }
 }
 
@@ -64,11 +68,12 @@ pub(crate) fn frames(
     context: &RangeContext,
     program: &Program,
     places: &SourceMap,
-    told: &BTreeSet<usize>,
+    told: &mut BTreeSet<usize>,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
-    for index in in_stacks(program).difference(told) {
-        let params = &program.tasks[*index].params;
+    let open: Vec<usize> = in_stacks(program).difference(told).copied().collect();
+    for index in open {
+        let params = &program.tasks[index].params;
         let (Some(Bound::Frame(name, link)), Some(Bound::Value(slot))) = (params.get("frame"), params.get("position"))
         else {
             continue;
@@ -79,7 +84,8 @@ pub(crate) fn frames(
         let goal = Ranges::new(context, &nodes, &BTreeMap::new()).ball(&nodes);
         let away = (own.centre - goal.centre).norm() - goal.radius - own.radius;
         if away > SLIP * (1.0 + own.radius) {
-            let at = places.tasks[*index].spans.get("position").copied().unwrap_or(places.tasks[*index].span);
+            let at = places.tasks[index].spans.get("position").copied().unwrap_or(places.tasks[index].span);
+            told.insert(index);
             let text = format!("`{name}` cannot reach this position");
             let c = own.centre.map(|x| runtime::text::number((x * 1e3).round() / 1e3));
             let within = shown((own.radius * 1e4).round() * 1e-4, LENGTH);
@@ -133,7 +139,7 @@ fn part(value: &Typed, i: usize) -> String {
 }
 
 /// Describes a range.
-fn between(range: Interval, dimension: Dimension) -> String {
+pub(super) fn between(range: Interval, dimension: Dimension) -> String {
     match (range.low.is_finite(), range.high.is_finite()) {
         (true, true) if range.high - range.low <= SLIP * (1.0 + range.size()) => shown(range.low, dimension),
         (true, true) => format!("from {}", shown_range(range.low, range.high, dimension)),

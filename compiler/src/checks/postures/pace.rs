@@ -1,0 +1,242 @@
+//! Targets that move faster than the joints can: at postures where the target is met, the joints at their permitted speeds
+//! yield only a part of its velocity. And joint velocities that last until the joint is at its stop.
+
+use dsl::Diagnostic;
+use robot::DofUnit;
+use runtime::program::{LevelProgram, MemberProgram, Program, StackProgram, Times};
+use runtime::{Evaluator, RestInputs, build_tasks};
+use solver::{Backend, LevelShape, Problem, Solution, Status};
+use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, TIME};
+
+use super::report::{place, seconds, velocity};
+use crate::analysis::postures::gains;
+use crate::binding::Number;
+use crate::checks::Checked;
+use crate::units::{shown, shown_range};
+
+/// Share of the velocity of a target that must be missing before it counts as too fast. The joints are examined at one
+/// posture of many, so that a small deficit has no meaning.
+const SPEED_DEFICIT: f64 = 0.2;
+
+/// The same of an acceleration. It is larger, since the change of the rows with the posture is left out.
+const ACCELERATION_DEFICIT: f64 = 0.5;
+
+/// Rate up to which a target stands still.
+const NOTHING: f64 = 1e-6;
+
+/// Number of moments at which a velocity of joints is examined.
+const MOMENTS: usize = 200;
+
+/// Gain that removes the feedback from the rows.
+const NO_GAIN: f64 = 1e-6;
+
+/// A posture at which a target is met, and its moment.
+pub(super) struct Moment {
+    /// Configuration.
+    pub q: Vec<f64>,
+    /// Time since the entry of the stack (s).
+    pub t: f64,
+}
+
+/// One target by itself, without feedback.
+struct Pace {
+    evaluator: Evaluator,
+    problem: Problem,
+    rest: RestInputs,
+}
+
+impl Pace {
+    fn new(program: &Program, stack: usize, member: &MemberProgram) -> Option<Pace> {
+        let own = &program.stacks[stack];
+        let level = LevelProgram {
+            name: "target".to_string(),
+            hard: false,
+            damping: 0.0,
+            exact: true,
+            members: vec![member.clone()],
+        };
+        let stack = StackProgram { name: own.name.clone(), locked: own.locked.clone(), levels: vec![level] };
+        let mut program = Program { stacks: vec![stack], machine: None, scenarios: Vec::new(), ..program.clone() };
+        let places = gains(&program.tasks[member.task].params);
+        program.values.tape.outputs.retain(|o| !places.contains(&o.at));
+        for at in places {
+            *program.values.initial.get_mut(at)? = NO_GAIN;
+        }
+        let (mut evaluator, problem) = Evaluator::new(&program, 0).ok()?;
+        if !evaluator.needs().is_empty() {
+            return None;
+        }
+        let rest = RestInputs::new(&program);
+        evaluator.enter(&program.robot.home, rest.at(Times::default()));
+        Some(Pace { evaluator, problem, rest })
+    }
+
+    /// Writes the rows of a posture at time `t`, and returns the rates that the target asks for.
+    fn rates(&mut self, q: &[f64], t: f64) -> Option<&[f64]> {
+        self.evaluator.update(q, self.rest.at(Times { t, time: t }), &mut self.problem).ok()?;
+        Some(&self.problem.levels[0].lower)
+    }
+
+    /// Changes of the rates over a period around time `t`, per s.
+    fn accelerations(&mut self, q: &[f64], t: f64, period: f64) -> Option<Vec<f64>> {
+        let (before, after) = ((t - 0.5 * period).max(0.0), (t - 0.5 * period).max(0.0) + period);
+        let first = self.rates(q, before)?.to_vec();
+        let second = self.rates(q, after)?;
+        Some(first.iter().zip(second).map(|(a, b)| (b - a) / period).collect())
+    }
+}
+
+/// Limits of each degree of freedom that the hard levels of a stack set.
+struct JointLimits {
+    /// Speeds, in rad/s or m/s.
+    speed: Vec<f64>,
+    /// Accelerations, in rad/s^2 or m/s^2.
+    acceleration: Vec<f64>,
+}
+
+impl JointLimits {
+    fn new(program: &Program, stack: usize) -> JointLimits {
+        let open = vec![f64::INFINITY; program.robot.model.nv()];
+        let mut limits = JointLimits { speed: open.clone(), acceleration: open };
+        let hard = program.stacks[stack].levels.iter().flat_map(|l| l.members.iter().map(|_| l.hard));
+        for (built, _) in build_tasks(program, &program.stacks[stack]).iter().zip(hard).filter(|(_, hard)| *hard) {
+            let Ok(task) = &built.task else { continue };
+            for (dof, x) in task.speed_limits(&program.values.initial) {
+                limits.speed[dof] = limits.speed[dof].min(x);
+            }
+            for (dof, x) in task.acceleration_limits() {
+                limits.acceleration[dof] = limits.acceleration[dof].min(x);
+            }
+        }
+        limits
+    }
+}
+
+/// Something of a target that the joints do not reach.
+struct TooFast {
+    /// Velocity or acceleration of the target, and that of the joints along it, in the unit of the row per s or s^2.
+    wanted: f64,
+    reached: f64,
+    dimension: Dimension,
+    t: f64,
+}
+
+/// Finds the moment at which the joints fall farthest behind what a target asks for. `wanted` returns the rows' values.
+fn worst(
+    pace: &mut Pace,
+    limits: &[f64],
+    share: f64,
+    moments: &[Moment],
+    wanted: impl Fn(&mut Pace, &Moment) -> Option<Vec<f64>>,
+) -> Option<TooFast> {
+    if limits.iter().all(|x| x.is_infinite()) {
+        return None;
+    }
+    let info = pace.evaluator.members()[0].row_info.clone();
+    let n = limits.len();
+    let shape = |rows| LevelShape { rows, hard: false, damping: 0.0 };
+    let mut problem = Problem::new(n, &[shape(n), shape(info.len())]);
+    for (dof, limit) in limits.iter().enumerate() {
+        let row: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k == dof))).collect();
+        problem.levels[0].set(dof, &row, -limit, *limit);
+    }
+    let mut solver = Backend::ActiveSet.solver(&problem);
+    let mut solution = Solution::new(&problem);
+    let mut worst: Option<TooFast> = None;
+    for moment in moments {
+        let Some(values) = wanted(pace, moment) else { continue };
+        for (i, x) in values.iter().enumerate() {
+            let row = pace.problem.levels[0].row(i)[..n].to_vec();
+            problem.levels[1].set(i, &row, *x, *x);
+        }
+        solver.solve(&problem, &mut solution);
+        if solution.status != Status::Optimal {
+            continue;
+        }
+        for dimension in [LENGTH, ANGLE].into_iter().chain(info.first().map(|r| r.dimension)) {
+            let own = || info.iter().enumerate().filter(|(_, r)| r.dimension == dimension).map(|(i, _)| i);
+            let norm = |of: &[f64]| own().map(|i| of[i].powi(2)).sum::<f64>().sqrt();
+            let (asked, missing) = (norm(&values), norm(&solution.levels[1].slack));
+            let slower = worst.as_ref().is_none_or(|w| missing / asked > 1.0 - w.reached / w.wanted);
+            if asked.is_finite() && asked > NOTHING && missing > share * asked && slower {
+                worst = Some(TooFast { wanted: asked, reached: asked - missing, dimension, t: moment.t });
+            }
+        }
+    }
+    worst
+}
+
+/// Warns of a target that is faster than the joints at postures where it is met.
+pub(super) fn check(c: &Checked, stack: usize, member: &MemberProgram, moments: &[Moment]) -> Option<Diagnostic> {
+    let mut pace = Pace::new(c.program, stack, member)?;
+    let limits = JointLimits::new(c.program, stack);
+    let period = c.program.robot.period;
+    let name = &c.program.tasks[member.task].name;
+    let velocities = worst(&mut pace, &limits.speed, SPEED_DEFICIT, moments, |p, m| Some(p.rates(&m.q, m.t)?.to_vec()));
+    let accelerations = |p: &mut Pace, m: &Moment| p.accelerations(&m.q, m.t, period);
+    let (found, text, unit, what) = match velocities {
+        Some(found) => (found, format!("the target of `{name}` moves faster than the joints can"), "", "speed"),
+        None => {
+            let found = worst(&mut pace, &limits.acceleration, ACCELERATION_DEFICIT, moments, accelerations)?;
+            let text = format!("the target of `{name}` accelerates faster than the joints can");
+            (found, text, "^2", "acceleration")
+        }
+    };
+    let shown = |x: f64| format!("{}{unit}", velocity(x, found.dimension));
+    Some(
+        Diagnostic::warning("HQ0534", place(c, member.task, ""), text)
+            .here(format!("{} at t = {}", shown(found.wanted), seconds(found.t)))
+            .note(format!(
+                "at a posture where the target is met, the joints reach {} of it within their {what} limits",
+                shown(found.reached)
+            ))
+            .help("slow the target down; the robot falls behind it otherwise"),
+    )
+}
+
+/// Warns of a velocity of joints that lasts until a joint is at its stop.
+pub(super) fn stops(c: &Checked, stack: usize, member: &MemberProgram, duration: f64) -> Option<Diagnostic> {
+    let task = build_tasks(c.program, &c.program.stacks[stack]);
+    let members = c.program.stacks[stack].levels.iter().flat_map(|l| &l.members);
+    let (built, _) = task.iter().zip(members).find(|(_, m)| m.task == member.task)?;
+    let dofs = built.task.as_ref().ok()?.degrees_of_freedom()?;
+    let mut pace = Pace::new(c.program, stack, member)?;
+    let (model, home) = (&c.program.robot.model, &c.program.robot.home);
+    let step = duration / MOMENTS as f64;
+    let mut q = home.clone();
+    for k in 0..MOMENTS {
+        let t = (k as f64 + 0.5) * step;
+        let rates = pace.rates(home, t)?.to_vec();
+        for (rate, &dof) in rates.iter().zip(&dofs) {
+            let d = &model.dofs[dof];
+            let Some(i) = d.q_index else { continue };
+            q[i] += rate * step;
+            let beyond = (q[i] - d.upper).max(d.lower - q[i]);
+            // A fiftieth of the range, so that the sum over the moments decides nothing.
+            if beyond.is_finite() && beyond > 0.02 * (d.upper - d.lower) {
+                let dimension = if d.unit == DofUnit::Metre { LENGTH } else { ANGLE };
+                let text = format!("`{}` is at its limit after {}", d.name, seconds(t));
+                let number = |n: &&Number| n.written && n.slot.len == 1;
+                let numbers: Vec<_> = c.places.tasks[member.task].numbers.iter().filter(number).collect();
+                let at = match numbers.as_slice() {
+                    [one] => one.span,
+                    _ => c.places.tasks[member.task]
+                        .spans
+                        .get("velocity")
+                        .copied()
+                        .unwrap_or(c.places.tasks[member.task].span),
+                };
+                return Some(
+                    Diagnostic::warning("HQ0535", at, text)
+                        .note(format!(
+                            "its range is {}, and the stack runs for {}",
+                            shown_range(d.lower, d.upper, dimension),
+                            shown(duration, TIME)
+                        ))
+                        .help("end the motion before, or let the velocity return, as with a sine of time"),
+                );
+            }
+        }
+    }
+    None
+}
