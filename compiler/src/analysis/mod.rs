@@ -4,5 +4,6 @@
 pub(crate) mod conditions;
 pub(crate) mod exploration;
 pub(crate) mod idle_rows;
+pub(crate) mod played;
 pub(crate) mod value_ranges;
 pub(crate) mod wording;

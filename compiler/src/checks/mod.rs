@@ -13,6 +13,7 @@ mod reachability;
 mod safety_planners;
 mod sampled_loss;
 mod scenario_start;
+mod scenarios;
 pub(crate) mod size_limits;
 mod soft_limits;
 mod unknown_velocity;
@@ -59,7 +60,8 @@ static CHECKS: &[(On, Check)] = &[
     (On::GoodProgram, |c, out| soft_limits::check(c.program, c.places, out)),
     (On::GoodProgram, |c, out| conflicting_targets::check(c.program, c.places, out)),
     (On::AnyProgram, targets),
-    (On::GoodProgram, |c, out| scenario_start::check(c.program, &c.places.scenario_starts, out)),
+    (On::GoodProgram, |c, out| scenario_start::check(c.program, &c.places.scenarios, out)),
+    (On::GoodProgram, scenarios::check),
     (On::AnyProgram, |c, out| machine::checks(c.program, c.context, c.places.machine.as_ref(), out)),
     (On::AnyProgram, |c, out| ineffective::spec(c.expanded, c.program, out)),
 ];
