@@ -17,8 +17,8 @@ use crate::expand::Expanded;
 use crate::expr::constants::{Constants, joint_dimension};
 use crate::forms::block_of;
 use crate::robot_binding::{BoundRobot, joints};
-use crate::source_map::{ScenarioPlaces, SourceMap};
 use crate::sections::{SCENARIO, ScenarioBlock, ScenarioSimulator};
+use crate::source_map::{ScenarioPlaces, SourceMap};
 use crate::units;
 
 impl Lowerer<'_> {

@@ -39,6 +39,13 @@ impl Played<'_> {
         machine.is_none_or(|m| self.entered.keys().any(|&leaf| m.path(leaf).any(|s| s == state)))
     }
 
+    /// Earliest time (s) at which the machine may be in a state, or inside it.
+    pub fn earliest(&self, state: usize) -> Option<f64> {
+        let m = self.program.machine.as_ref()?;
+        let inside = self.entered.iter().filter(|(leaf, _)| m.path(**leaf).any(|s| s == state));
+        inside.map(|(_, time)| *time).reduce(f64::min)
+    }
+
     /// Transitions of states that may be entered which would lead into a state that is not.
     pub fn untaken(&self, state: usize) -> Vec<Untaken> {
         let Some(m) = &self.program.machine else { return Vec::new() };
@@ -119,13 +126,7 @@ impl Played<'_> {
     }
 
     /// Earliest time (s), from `since` on, at which an event may be raised.
-    fn raised(
-        &self,
-        m: &MachineProgram,
-        event: usize,
-        since: f64,
-        entered: &BTreeMap<usize, f64>,
-    ) -> Option<f64> {
+    fn raised(&self, m: &MachineProgram, event: usize, since: f64, entered: &BTreeMap<usize, f64>) -> Option<f64> {
         let reached: BTreeSet<usize> = entered.keys().flat_map(|&leaf| m.path(leaf)).collect();
         let actions = reached.iter().flat_map(|&s| {
             let state = &m.states[s];

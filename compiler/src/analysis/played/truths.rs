@@ -25,7 +25,8 @@ impl Truths {
 impl Played<'_> {
     /// Possible results of a predicate. One without a value is false.
     pub fn predicate(&self, predicate: usize) -> Truths {
-        let (Some(&node), Some(of)) = (self.places.nodes.get(predicate), self.scenario.predicates.get(predicate)) else {
+        let (Some(&node), Some(of)) = (self.places.nodes.get(predicate), self.scenario.predicates.get(predicate))
+        else {
             return Truths::OPEN;
         };
         if of.unit == Unit::Truth {

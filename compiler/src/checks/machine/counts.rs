@@ -108,6 +108,7 @@ impl Checked<'_> {
                 format!("in `{state}` the compared value is one of {}", list(words.iter().map(String::as_str), NAMED))
             }
         };
-        d.note(note).help("change the variable where no loop passes again before the comparison, or correct the comparison")
+        d.note(note)
+            .help("change the variable where no loop passes again before the comparison, or correct the comparison")
     }
 }

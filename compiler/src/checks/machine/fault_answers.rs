@@ -85,7 +85,9 @@ impl Checked<'_> {
         let at = self.places.stacks[owner].unwrap_or(self.places.states[owner]);
         let note = match self.ends(target) {
             true => format!("the machine ends in `{name}`, so the robot moves there for good"),
-            false => "after a fault, also one of a sensor or of the solver, the robot moves as it does at work".to_string(),
+            false => {
+                "after a fault, also one of a sensor or of the solver, the robot moves as it does at work".to_string()
+            }
         };
         Diagnostic::warning("HQ0714", at, format!("a fault leads to `{name}`, and this stack moves the robot there"))
             .label(fault, format!("leads to `{name}`"))

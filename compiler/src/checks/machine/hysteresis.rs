@@ -55,19 +55,26 @@ impl Checked<'_> {
     fn leads_back(&self, from: usize, index: usize, state: usize, there: &Threshold) -> bool {
         let leaf = self.machine.leaf(self.machine.states[from].transitions[index].target);
         self.machine.path(leaf).any(|p| p == state)
-            && self.threshold(from, index).is_some_and(|back| {
-                back.variable == there.variable && back.at == there.at && back.above != there.above
-            })
+            && self
+                .threshold(from, index)
+                .is_some_and(|back| back.variable == there.variable && back.at == there.at && back.above != there.above)
     }
 
     /// The comparison of a measured number that triggers a transition at once.
     fn threshold(&self, state: usize, index: usize) -> Option<Threshold> {
         let at_once =
             matches!(self.machine.states[state].transitions[index].trigger, Trigger::When { hold, .. } if hold == 0.0);
-        let Some(Formula::Compare(variable, relation, at)) = &self.conditions.triggers[state][index] else { return None };
+        let (formula, turned) = match self.conditions.triggers[state][index].as_ref()? {
+            Formula::Not(inner) => (inner.as_ref(), true),
+            other => (other, false),
+        };
+        let Formula::Compare(variable, relation, at) = formula else { return None };
         let is_number = matches!(self.conditions.variables[*variable].key, Key::Number(_));
-        let above = matches!(relation, Relation::Greater | Relation::GreaterEqual);
-        (at_once && is_number && self.is_measured(*variable))
-            .then_some(Threshold { variable: *variable, above, at: *at })
+        let above = matches!(relation, Relation::Greater | Relation::GreaterEqual) != turned;
+        (at_once && is_number && self.is_measured(*variable)).then_some(Threshold {
+            variable: *variable,
+            above,
+            at: *at,
+        })
     }
 }

@@ -80,7 +80,9 @@ impl Checked<'_> {
         let transitions = &self.machine.states[s].transitions;
         let needed = hold(&transitions[i].trigger);
         let ends = transitions.iter().enumerate().find_map(|(k, t)| match t.trigger {
-            Trigger::After(time) if time < needed && !self.machine.keeps(s, t) && !self.is_dead(s, k) => Some((k, time)),
+            Trigger::After(time) if time < needed && !self.machine.keeps(s, t) && !self.is_dead(s, k) => {
+                Some((k, time))
+            }
             _ => None,
         });
         let (k, time) = ends?;

@@ -1,4 +1,4 @@
-//! Recoveries that lead back into the work by time alone, however often the fault occurs.
+//! Recoveries that lead back into the work by themselves, after a time or a motion, however often the fault occurs.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use crate::analysis::conditions::Leaf;
 use crate::analysis::exploration::Way;
 
 impl Checked<'_> {
-    /// Warns of a time that resumes the work after any fault, if nothing counts the attempts.
+    /// Warns of a time or a reached target that resumes the work after any fault, if nothing counts the attempts.
     pub(super) fn recoveries(&self, diagnostics: &mut Vec<Diagnostic>) {
         let work = self.reached_without_faults();
         let mut told = BTreeSet::new();
@@ -27,7 +27,8 @@ impl Checked<'_> {
                 if !told.insert((way.state, way.index)) {
                     continue;
                 }
-                let text = format!("every fault leads back into the work, to `{}`, after a time", self.name(resumed));
+                let text =
+                    format!("every fault leads back into the work, to `{}`, after a recovery", self.name(resumed));
                 diagnostics.push(
                     Diagnostic::warning("HQ0725", place.trigger, text)
                         .label(self.places.transitions[s][i].trigger, format!("leads to `{}`", self.name(recovery)))
@@ -44,8 +45,8 @@ impl Checked<'_> {
         }
     }
 
-    /// The first time that leads from a recovery into a state of the work where the robot moves and the fault transition of
-    /// `scope` applies, through states that only times leave.
+    /// The first transition that leads from a recovery into a state of the work where the robot moves and the fault transition
+    /// of `scope` applies, through states that only times and reached targets leave.
     fn resumes(&self, recovery: usize, scope: usize, work: &BTreeSet<usize>) -> Option<(Way, usize)> {
         let (mut open, mut seen) = (vec![recovery], BTreeSet::new());
         while let Some(leaf) = open.pop() {
@@ -54,7 +55,8 @@ impl Checked<'_> {
             }
             for state in self.machine.path(leaf) {
                 for (index, t) in self.machine.states[state].transitions.iter().enumerate() {
-                    if !matches!(t.trigger, Trigger::After(_)) || self.is_dead(state, index) {
+                    let alone = matches!(t.trigger, Trigger::After(_) | Trigger::Reached { .. });
+                    if !alone || self.is_dead(state, index) {
                         continue;
                     }
                     let next = self.machine.leaf(t.target);

@@ -80,7 +80,8 @@ impl Checked<'_> {
             };
             Some((p, (0..m.states[p].transitions.len()).find(back)?))
         })?;
-        let text = format!("the robot stops in `{}` where there is room, and resumes where there is none", self.name(target));
+        let text =
+            format!("the robot stops in `{}` where there is room, and resumes where there is none", self.name(target));
         Some(
             Diagnostic::warning("HQ0727", self.places.transitions[s][i].trigger, text)
                 .here("taken while the person is far")
@@ -113,12 +114,12 @@ impl Checked<'_> {
                 let signal = interface.signal_of(*k)?;
                 let task = self.task_of_output(signal)?;
                 let is_room = interface.signals[signal].name.ends_with(".room");
-                (is_room && self.program.tasks[task].kind == "speed_separation").then_some(Room { task: Some(task), above })
+                (is_room && self.program.tasks[task].kind == "speed_separation")
+                    .then_some(Room { task: Some(task), above })
             }
             Op::Sqrt(_) => {
-                let of_person = |l: &Leaf| {
-                    matches!(l, Leaf::Signal(s, _) if interface.humans.iter().any(|h| h.points.contains(s)))
-                };
+                let of_person =
+                    |l: &Leaf| matches!(l, Leaf::Signal(s, _) if interface.humans.iter().any(|h| h.points.contains(s)));
                 variable.leaves.all.iter().any(of_person).then_some(Room { task: None, above })
             }
             _ => None,

@@ -7,6 +7,7 @@ use runtime::program::{Measure, Op, Subject, Times};
 use runtime::text::number;
 use runtime::world::World;
 use runtime::{Evaluator, Member, TickInputs, build_tasks};
+use solver::Problem;
 use stdlib_tasks::expression::Expression;
 
 use super::Scene;
@@ -15,6 +16,12 @@ use crate::units::shown;
 
 /// Factor by which an error may decay faster than its gain says, by the motion of other tasks.
 const SLACK: f64 = 1.2;
+
+/// Part of the standard deviation of an error below which it does not stay at all ticks.
+const DEVIATION: f64 = 0.5;
+
+/// Number of ticks from which on an error that fluctuates does not stay small.
+const TICKS: f64 = 100.0;
 
 /// A predicate of one measure of a task that decides an expectation.
 struct Asked<'a> {
@@ -30,6 +37,7 @@ struct Asked<'a> {
 struct FirstTick {
     stack: usize,
     evaluator: Evaluator,
+    problem: Problem,
 }
 
 impl Scene<'_> {
@@ -49,6 +57,7 @@ impl Scene<'_> {
                 continue;
             }
             let found = self.at_once(&first, member, &asked).or_else(|| self.too_fast(&first, member, &asked));
+            let found = found.or_else(|| self.below_the_noise(&first, member, &asked));
             out.extend(found.map(|d| {
                 let mut d = d;
                 d.primary.span = at;
@@ -93,7 +102,7 @@ impl Scene<'_> {
             TickInputs { times: Times::default(), signals: &signals, velocity: &velocity, stack_velocity: &velocity };
         evaluator.enter(&scenario.start, inputs);
         evaluator.update(&scenario.start, inputs, &mut problem).ok()?;
-        Some(FirstTick { stack, evaluator })
+        Some(FirstTick { stack, evaluator, problem })
     }
 
     /// Warning of an `eventually` that is true at the first tick.
@@ -108,13 +117,48 @@ impl Scene<'_> {
             let d = Diagnostic::warning("HQ0819", self.written.name.span, "this is true at the first tick already");
             let d = match asked.is_margin {
                 true => d.note(format!("`{name}` is kept at the start, and what follows does not matter")),
-                false => d.note(format!("the error of `{name}` is small at the start, and what follows does not matter")),
+                false => {
+                    d.note(format!("the error of `{name}` is small at the start, and what follows does not matter"))
+                }
             };
             d.help(Help::with(
                 "write {} if it is meant of the whole run, or a window that begins later, {}",
                 [Snippet::same("always"), Snippet::same("eventually from 5 s : ..")],
             ))
         })
+    }
+
+    /// Warning of an error that must always be smaller than what the noise of the encoders makes of it. The controller follows each
+    /// reading with its tracking gain `k`, so that a joint deviates by `s sqrt(kT / (2 - kT))` for a noise of `s`.
+    fn below_the_noise(&self, first: &FirstTick, member: &Member, asked: &Asked) -> Option<Diagnostic> {
+        let (noise, duration) = (self.scenario.run.simulator.noise, self.scenario.run.duration);
+        let period = self.program.robot.period;
+        let follows = self.program.robot.tracking_gain * period;
+        let last = asked.window.last.map_or(f64::INFINITY, f64::from).min(duration / period);
+        let enough = last - f64::from(asked.window.first) >= TICKS;
+        if asked.is_margin || !asked.always || noise <= 0.0 || !(follows > 0.0 && follows < 1.0) || !enough {
+            return None;
+        }
+        let dimension = member.measure_info.get(asked.part.unwrap_or(0))?.dimension;
+        let level = first.problem.levels.get(member.level)?;
+        let rows = member.rows.clone().zip(&member.row_info).filter(|(_, info)| info.dimension == dimension);
+        let norm = |r: usize| level.row(r).iter().map(|a| a * a).sum::<f64>().sqrt();
+        let lever = rows.map(|(r, _)| norm(r)).reduce(f64::max)?;
+        let deviation = noise * (follows / (2.0 - follows)).sqrt() * lever;
+        if deviation <= 0.0 || !holds(asked.value, 0.0)? || holds(asked.value, DEVIATION * deviation)? {
+            return None;
+        }
+        let size = |x: f64| shown(format!("{x:.2e}").parse().unwrap_or(x), dimension);
+        let text = format!("the noise of the encoders moves `{}` by more than this", member.name);
+        Some(
+            Diagnostic::warning("HQ0820", self.written.name.span, text)
+                .note(format!(
+                    "the controller follows the readings: a noise of {} mrad gives a standard deviation of {}",
+                    number(1e3 * noise),
+                    size(deviation)
+                ))
+                .help("write a larger tolerance, or a smaller `noise` of the simulator"),
+        )
     }
 
     /// Warning of an error that must be small before it can decay, for a target at rest.

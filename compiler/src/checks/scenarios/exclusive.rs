@@ -22,9 +22,7 @@ impl Demand {
         let last = |w: &Window| w.last.unwrap_or(ticks).min(ticks);
         let contains = |outer: &Window, inner: &Window| outer.first <= inner.first && last(inner) <= last(outer);
         match (self.always, other.always) {
-            (true, true) => {
-                self.window.first.max(other.window.first) <= last(&self.window).min(last(&other.window))
-            }
+            (true, true) => self.window.first.max(other.window.first) <= last(&self.window).min(last(&other.window)),
             (true, false) => contains(&self.window, &other.window),
             (false, true) => contains(&other.window, &self.window),
             (false, false) => false,

@@ -4,6 +4,7 @@
 use dsl::tree::{Formula, FormulaKind, Value};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use runtime::FaultKind;
+use runtime::expect::Node;
 use runtime::program::{Measure, Unit};
 use runtime::text::number;
 
@@ -26,9 +27,45 @@ enum Effect {
 impl Scene<'_> {
     /// Warns of conditions that never hold and that an expectation needs.
     pub(super) fn never_true(&self, out: &mut Vec<Diagnostic>) {
-        for expect in &self.written.expects {
+        for (e, expect) in self.written.expects.iter().enumerate() {
+            let before = out.len();
             self.needed(&expect.formula, out);
+            if out.len() == before {
+                out.extend(self.too_early(e));
+            }
         }
+    }
+
+    /// Warning of an expectation of a state that the machine enters only later.
+    fn too_early(&self, expectation: usize) -> Option<Diagnostic> {
+        let formula = &self.scenario.expectations[expectation].formula;
+        let (deadline, inner) = match formula.nodes.last()? {
+            Node::Always(window, a) => (window.first, *a),
+            Node::Eventually(window, a) => (window.last?, *a),
+            Node::Within(ticks, a) => (*ticks, *a),
+            _ => return None,
+        };
+        let Node::Predicate(p) = formula.nodes.get(inner)? else { return None };
+        // A truth value that is a state alone, and not its negation.
+        let is_state = self.scenario.predicates.get(*p)?.value.ops.len() == 1;
+        let mut states = self.played.measures(*p).filter_map(|m| if let Measure::In(s) = m { Some(*s) } else { None });
+        let state = states.next().filter(|_| is_state && self.played.is_of_machine())?;
+        let (at, period) = (self.written.expects[expectation].formula.span, self.program.robot.period);
+        let earliest = self.played.earliest(state)?;
+        let deadline = f64::from(deadline) * period;
+        if earliest <= deadline + period {
+            return None;
+        }
+        let name = self.program.machine.as_ref().map_or("", |m| m.states[state].name.as_str());
+        Some(
+            Diagnostic::warning("HQ0812", at, "no run of the scenario satisfies this in time")
+                .note(format!(
+                    "it is judged until {} s, and the machine enters `{name}` after {} s at the earliest",
+                    number(deadline),
+                    number((1e3 * earliest).round() / 1e3)
+                ))
+                .help("write a later end of the window, or let the script lead there earlier"),
+        )
     }
 
     /// Examines a formula that must be true at some tick.
@@ -115,7 +152,9 @@ impl Scene<'_> {
         let places = self.places.machine.as_ref();
         let mut event = None;
         for untaken in self.played.untaken(state).into_iter().take(EXPLAINED) {
-            let Some(place) = places.and_then(|p| p.transitions.get(untaken.state)?.get(untaken.index)) else { continue };
+            let Some(place) = places.and_then(|p| p.transitions.get(untaken.state)?.get(untaken.index)) else {
+                continue;
+            };
             let why = match untaken.missing {
                 Missing::Event(e) => {
                     let raised = &self.program.interface.events[e];
@@ -131,10 +170,9 @@ impl Scene<'_> {
         }
         d = d.note(format!("no run of this scenario enters `{name}`"));
         match event {
-            Some(event) => d.help(Help::with(
-                "raise the event: {}",
-                [Snippet::block("events", [Snippet::entry(event, "1 s")])],
-            )),
+            Some(event) => {
+                d.help(Help::with("raise the event: {}", [Snippet::block("events", [Snippet::entry(event, "1 s")])]))
+            }
             None => d.help("let the script of the scenario lead there, or expect something else"),
         }
     }

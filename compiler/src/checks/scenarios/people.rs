@@ -92,9 +92,9 @@ impl Scene<'_> {
         let Ok((evaluator, _)) = Evaluator::new(self.program, stack) else { return true };
         let members = self.program.stacks[stack].levels.iter().flat_map(|l| &l.members);
         // Safety fields read people by themselves.
-        let by_field = members.into_iter().any(|m| {
-            self.program.tasks[m.task].params.iter().any(|(_, bound)| matches!(bound, Bound::Field(_)))
-        });
+        let by_field = members
+            .into_iter()
+            .any(|m| self.program.tasks[m.task].params.iter().any(|(_, bound)| matches!(bound, Bound::Field(_))));
         let slots = evaluator.members().iter().flat_map(|m| m.slots.iter().copied()).collect();
         by_field || evaluator.needs().iter().any(|s| points.contains(s)) || self.reads(&slots, points)
     }

@@ -33,7 +33,8 @@ pub(super) fn add(problem: &Problem, places: &Origins<Item>, remarks: &mut Remar
                 Distances::Straight => places.of(item, &[Key::Place.name()]),
                 Distances::Table(_) => places.of(Item::Mission, &[Key::Distances.name()]),
             };
-            let text = format!("the way to `{name}` takes {} s, and all operations there take {} s", round(way), round(work));
+            let text =
+                format!("the way to `{name}` takes {} s, and all operations there take {} s", round(way), round(work));
             remarks.push(
                 Remark::warning("HQ0917", at, text)
                     .note("this is the way of the fastest robot, at its full speed")
@@ -42,8 +43,11 @@ pub(super) fn add(problem: &Problem, places: &Origins<Item>, remarks: &mut Remar
         }
         let serve = problem.robots.iter().map(|r| r.serve).reduce(f64::min).unwrap_or(0.0);
         if mean < SHORTER * serve {
-            let text =
-                format!("an operation of `{name}` takes {} s, and each service of it takes {} s", number(mean), number(serve));
+            let text = format!(
+                "an operation of `{name}` takes {} s, and each service of it takes {} s",
+                number(mean),
+                number(serve)
+            );
             remarks.push(
                 Remark::warning("HQ0918", places.of(item, &[Key::Duration.name()]), text)
                     .note("the agent would wait for the robot nearly all the time")

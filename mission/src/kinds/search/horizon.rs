@@ -45,9 +45,7 @@ fn least_distance(source: &Source, from: Point) -> f64 {
         return 0.0;
     }
     match &source.boundary {
-        Boundary::Circle { centre, radius } => {
-            (f64::hypot(centre[0] - from[0], centre[1] - from[1]) - radius).max(0.0)
-        }
+        Boundary::Circle { centre, radius } => (f64::hypot(centre[0] - from[0], centre[1] - from[1]) - radius).max(0.0),
         Boundary::Polygon(corners) => {
             let beyond = |axis: usize| {
                 let all = || corners.iter().map(|c| c[axis]);
