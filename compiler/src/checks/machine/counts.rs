@@ -9,7 +9,7 @@ use runtime::program::{MachineAction, Trigger};
 use runtime::text::number;
 
 use super::{Checked, is_fault};
-use crate::analysis::conditions::{Leaf, Value};
+use crate::analysis::conditions::{Key, Leaf, Value};
 use crate::analysis::exploration::{Exploration, Refusal, Way};
 
 /// Largest number of values that are named.
@@ -43,7 +43,8 @@ impl Checked<'_> {
             let leaves = &self.conditions.variables[v].leaves.all;
             !leaves.is_empty() && leaves.iter().all(|l| matches!(l, Leaf::Signal(s, _) if set.contains(s)))
         };
-        if read.is_empty() || !read.iter().all(|&v| of_set(v)) {
+        let counts = read.iter().any(|&v| matches!(self.conditions.variables[v].key, Key::Number(_)));
+        if !counts || !read.iter().all(|&v| of_set(v)) {
             return None;
         }
         let leaves: Vec<usize> =

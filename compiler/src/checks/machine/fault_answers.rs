@@ -57,7 +57,10 @@ impl Checked<'_> {
                             .note("after a fault, also one of a sensor or of the solver, the robot resumes its motion by itself")
                             .help(stand()),
                     );
-                } else if !work.contains(&target) && (self.ends(target) || self.works(target, &work)) && moves() {
+                } else if !work.contains(&target)
+                    && (self.ends(target) || (*pattern == FaultPattern::Any && self.works(target, &work)))
+                    && moves()
+                {
                     let owner = self.machine.owner(target).unwrap_or(target);
                     if told.insert(target) {
                         diagnostics.push(self.moving_stop(target, owner, place.trigger));

@@ -1,5 +1,5 @@
 //! Success and failure that lead to the same state: the failure of an action, and a time-out of a measured condition before an
-//! action that relies on it.
+//! action that relies on it. A time-out beside a reached target is usual: the robot is then nearly there.
 
 use std::collections::BTreeSet;
 
@@ -52,8 +52,7 @@ impl Checked<'_> {
         }
     }
 
-    /// Warns of a time that leads to the same state as a measured condition or a reached target, if that state then acts on
-    /// an object.
+    /// Warns of a time that leads to the same state as a measured condition, if that state then acts on an object.
     fn late_as_measured(&self, s: usize, diagnostics: &mut Vec<Diagnostic>) {
         let transitions = &self.machine.states[s].transitions;
         for (k, late) in transitions.iter().enumerate().filter(|(_, t)| matches!(t.trigger, Trigger::After(_))) {
@@ -61,13 +60,8 @@ impl Checked<'_> {
             if self.is_dead(s, k) || !self.relies(target) || !self.acts(target) {
                 continue;
             }
-            let measured = |i: usize| match transitions[i].trigger {
-                Trigger::When { .. } => self.measures(s, i),
-                Trigger::Reached { .. } => true,
-                _ => false,
-            };
             let same = |i: &usize| self.machine.leaf(transitions[*i].target) == target && !self.is_dead(s, *i);
-            let Some(i) = (0..transitions.len()).filter(same).find(|&i| measured(i)) else { continue };
+            let Some(i) = (0..transitions.len()).filter(same).find(|&i| self.measures(s, i)) else { continue };
             let place = &self.places.transitions[s];
             let name = self.name(target);
             let text = format!("a time-out counts as success: this time leads to `{name}` too");

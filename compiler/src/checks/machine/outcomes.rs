@@ -45,23 +45,13 @@ impl Checked<'_> {
         diagnostics: &mut Vec<Diagnostic>,
     ) {
         let own = self.own(s);
-        let around: Vec<usize> = self.machine.path(s).skip(1).collect();
         let Some((at, i)) = own.iter().find_map(|&p| Some((p, self.on(p, done)?))) else { return };
         let is_success = |trigger: &Trigger| *trigger == Trigger::Event(done);
         let answers = own.iter().any(|&p| {
             let all = self.machine.states[p].transitions.iter().enumerate();
             all.into_iter().any(|(i, t)| !super::is_fault(&t.trigger) && !is_success(&t.trigger) && !self.is_dead(p, i))
         });
-        // Around the state, a condition or an event is for something else, such as a stop. A time is an answer.
-        let outside = around.iter().any(|&p| {
-            self.machine.states[p].transitions.iter().any(|t| match &t.trigger {
-                Trigger::Event(event) => *event == failed,
-                Trigger::After(_) => true,
-                Trigger::When { condition, .. } => self.reads_time(&condition.inputs),
-                Trigger::Reached { .. } | Trigger::Fault(_) => false,
-            })
-        });
-        if answers || outside {
+        if answers || self.answers_around(s, failed) {
             self.answered_late(s, action, [(success, done), (failure, failed)], diagnostics);
             return;
         }
@@ -79,6 +69,19 @@ impl Checked<'_> {
                     ],
                 )),
         );
+    }
+
+    /// True if a transition around a state answers a failure: a condition or an event is for something else, such as a stop, and a
+    /// time is an answer.
+    fn answers_around(&self, s: usize, failed: usize) -> bool {
+        self.machine.path(s).skip(1).any(|p| {
+            self.machine.states[p].transitions.iter().any(|t| match &t.trigger {
+                Trigger::Event(event) => *event == failed,
+                Trigger::After(_) => true,
+                Trigger::When { condition, .. } => self.reads_time(&condition.inputs),
+                Trigger::Reached { .. } | Trigger::Fault(_) => false,
+            })
+        })
     }
 
     /// Name of an outcome, with the word for it if it has another one.
@@ -103,14 +106,15 @@ impl Checked<'_> {
         let own = self.own(s);
         let Some((at, i)) = own.iter().find_map(|&p| Some((p, self.on(p, done)?))) else { return };
         let mut answer: Option<Answer> = None;
-        for &p in own.iter().chain(&self.machine.path(s).skip(1).collect::<Vec<_>>()) {
+        // A time around the state is for a whole sequence.
+        if self.answers_around(s, failed) {
+            return;
+        }
+        for &p in &own {
             for (k, t) in self.machine.states[p].transitions.iter().enumerate().filter(|(k, _)| !self.is_dead(p, *k)) {
                 match &t.trigger {
-                    Trigger::Event(event) if *event == failed => return,
-                    // Around the state, a condition or an event is for something else.
-                    Trigger::Event(event) if *event != done && own.contains(&p) => return,
-                    Trigger::When { condition, .. } if own.contains(&p) || self.reads_time(&condition.inputs) => return,
-                    Trigger::Reached { .. } if own.contains(&p) => return,
+                    Trigger::Event(event) if *event != done => return,
+                    Trigger::When { .. } | Trigger::Reached { .. } => return,
                     Trigger::After(time) if answer.as_ref().is_none_or(|a| *time < a.time) => {
                         answer = Some(Answer { time: *time, at: self.places.transitions[p][k].trigger });
                     }

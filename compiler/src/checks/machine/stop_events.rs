@@ -9,7 +9,7 @@ use super::Checked;
 use super::fault_answers::moves;
 
 impl Checked<'_> {
-    /// Warns of an event that leads where any fault leads, and that a state in which the robot moves does not wait for.
+    /// Warns of an event that leads where any fault leads, and that one state in which the robot moves does not wait for.
     pub(super) fn stop_events(&self, diagnostics: &mut Vec<Diagnostic>) {
         let m = self.machine;
         let of_faults: BTreeSet<usize> = (m.states.iter().flat_map(|s| &s.transitions))
@@ -29,10 +29,10 @@ impl Checked<'_> {
                 let ended = m.path(l).any(|p| m.states[p].is_final);
                 innermost && !ended && !self.hears(l, event)
             };
-            let mut found = self.reached.iter().copied().filter(deaf);
-            let Some(missing) = found.find(|&l| m.stack(l).is_some_and(|stack| moves(self.program, stack))) else {
-                continue;
-            };
+            let found = self.reached.iter().copied().filter(deaf);
+            let mut moving = found.filter(|&l| m.stack(l).is_some_and(|stack| moves(self.program, stack)));
+            // Several states without the event are no oversight.
+            let (Some(missing), None) = (moving.next(), moving.next()) else { continue };
             let at = self.places.states[missing];
             if diagnostics.iter().any(|d| d.code == "HQ0716" && d.primary.span == at) {
                 continue;

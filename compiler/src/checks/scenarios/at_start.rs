@@ -20,6 +20,9 @@ const SLACK: f64 = 1.2;
 /// Part of the standard deviation of an error below which it does not stay at all ticks.
 const DEVIATION: f64 = 0.5;
 
+/// Part of the standard deviation that a single deviation is rarely smaller than.
+const RARELY: f64 = 0.02;
+
 /// Number of ticks from which on an error that fluctuates does not stay small.
 const TICKS: f64 = 100.0;
 
@@ -107,7 +110,8 @@ impl Scene<'_> {
 
     /// Warning of an `eventually` that is true at the first tick.
     fn at_once(&self, first: &FirstTick, member: &Member, asked: &Asked) -> Option<Diagnostic> {
-        if asked.always || asked.window.first > 0 {
+        // An error is often small at the start of a motion that leaves and comes back.
+        if asked.always || asked.window.first > 0 || !asked.is_margin {
             return None;
         }
         let x = measured(first, member, asked)?;
@@ -115,12 +119,7 @@ impl Scene<'_> {
         let name = &member.name;
         true_now.then(|| {
             let d = Diagnostic::warning("HQ0819", self.written.name.span, "this is true at the first tick already");
-            let d = match asked.is_margin {
-                true => d.note(format!("`{name}` is kept at the start, and what follows does not matter")),
-                false => {
-                    d.note(format!("the error of `{name}` is small at the start, and what follows does not matter"))
-                }
-            };
+            let d = d.note(format!("`{name}` is kept at the start, and what follows does not matter"));
             d.help(Help::with(
                 "write {} if it is meant of the whole run, or a window that begins later, {}",
                 [Snippet::same("always"), Snippet::same("eventually from 5 s : ..")],
@@ -128,15 +127,16 @@ impl Scene<'_> {
         })
     }
 
-    /// Warning of an error that must always be smaller than what the noise of the encoders makes of it. The controller follows each
-    /// reading with its tracking gain `k`, so that a joint deviates by `s sqrt(kT / (2 - kT))` for a noise of `s`.
+    /// Warning of an error that must always be smaller than what the noise of the encoders makes of it. The reference begins at the
+    /// first reading, so that a joint deviates by the noise `s` of that reading; with a tracking gain `k` the controller follows
+    /// each reading, and a joint deviates by `s sqrt(kT / (2 - kT))`.
     fn below_the_noise(&self, first: &FirstTick, member: &Member, asked: &Asked) -> Option<Diagnostic> {
         let (noise, duration) = (self.scenario.run.simulator.noise, self.scenario.run.duration);
         let period = self.program.robot.period;
         let follows = self.program.robot.tracking_gain * period;
         let last = asked.window.last.map_or(f64::INFINITY, f64::from).min(duration / period);
         let enough = last - f64::from(asked.window.first) >= TICKS;
-        if asked.is_margin || !asked.always || noise <= 0.0 || !(follows > 0.0 && follows < 1.0) || !enough {
+        if asked.is_margin || !asked.always || noise <= 0.0 || !(0.0..1.0).contains(&follows) || !enough {
             return None;
         }
         let dimension = member.measure_info.get(asked.part.unwrap_or(0))?.dimension;
@@ -144,8 +144,12 @@ impl Scene<'_> {
         let rows = member.rows.clone().zip(&member.row_info).filter(|(_, info)| info.dimension == dimension);
         let norm = |r: usize| level.row(r).iter().map(|a| a * a).sum::<f64>().sqrt();
         let lever = rows.map(|(r, _)| norm(r)).reduce(f64::max)?;
-        let deviation = noise * (follows / (2.0 - follows)).sqrt() * lever;
-        if deviation <= 0.0 || !holds(asked.value, 0.0)? || holds(asked.value, DEVIATION * deviation)? {
+        let (of_joint, least) = match follows > 0.0 {
+            true => (noise * (follows / (2.0 - follows)).sqrt(), DEVIATION),
+            false => (noise, RARELY),
+        };
+        let deviation = of_joint * lever;
+        if deviation <= 0.0 || !holds(asked.value, 0.0)? || holds(asked.value, least * deviation)? {
             return None;
         }
         let size = |x: f64| shown(format!("{x:.2e}").parse().unwrap_or(x), dimension);
@@ -153,7 +157,7 @@ impl Scene<'_> {
         Some(
             Diagnostic::warning("HQ0820", self.written.name.span, text)
                 .note(format!(
-                    "the controller follows the readings: a noise of {} mrad gives a standard deviation of {}",
+                    "the reference begins at a reading: a noise of {} mrad gives a standard deviation of {}",
                     number(1e3 * noise),
                     size(deviation)
                 ))

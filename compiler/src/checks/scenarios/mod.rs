@@ -5,6 +5,7 @@ mod exclusive;
 mod lost_readings;
 mod never_true;
 mod people;
+mod reactions;
 mod written;
 
 use dsl::Diagnostic;
@@ -49,6 +50,7 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
         scene.unknown_people(out);
         scene.people_out_of_reach(out);
         scene.never_true(out);
+        scene.reactions(out);
         scene.exclusive(out);
         scene.decided_at_start(out);
     }

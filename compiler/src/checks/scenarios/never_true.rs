@@ -122,6 +122,10 @@ impl Scene<'_> {
         let node = *self.played.places.nodes.get(predicate)?;
         let needed = self.played.needed(node);
         if let Some(&signal) = needed.iter().find(|&&s| !self.played.sent[s]) {
+            // A script whose values are all lost is reported by itself.
+            if self.scenario.world.signals.iter().any(|s| s.signal == signal) {
+                return None;
+            }
             let name = &self.program.interface.signals[signal].name;
             let value = Snippet::block(name, [Snippet::entry("value", ".."), Snippet::dots()]);
             return Some(
