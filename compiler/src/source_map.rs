@@ -17,8 +17,32 @@ pub(crate) struct SourceMap {
     pub rate: Span,
     /// Span of the robot's home.
     pub home: Span,
-    /// For each scenario, the span of its `start`, or of its name.
-    pub scenario_starts: Vec<Span>,
+    /// Places of the scenarios.
+    pub scenarios: Vec<ScenarioPlaces>,
+    /// Measures of runs that predicates of scenarios read; their numbers in the graph follow those of the signals.
+    pub scenario_measures: Vec<Measure>,
+}
+
+/// Source spans of the parts of a scenario, with the nodes of its predicates.
+#[derive(Debug)]
+pub(crate) struct ScenarioPlaces {
+    /// Span of its `start`, or of its name.
+    pub start: Span,
+    /// Its index among the scenarios as written.
+    pub written: usize,
+    /// Node of the number of each predicate.
+    pub nodes: Vec<usize>,
+    /// The comparisons and truth values of its expectations.
+    pub atoms: Vec<Atom>,
+}
+
+/// A comparison or a truth value of an expectation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Atom {
+    /// Its span.
+    pub at: Span,
+    /// Its index among the predicates of the scenario.
+    pub predicate: usize,
 }
 
 /// Source spans of the parts of a machine, with facts for its checks.

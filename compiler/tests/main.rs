@@ -16,6 +16,7 @@ mod meaning;
 mod missions;
 mod pages;
 mod params;
+mod quiet;
 mod ranges;
 mod rendering;
 mod resolve;

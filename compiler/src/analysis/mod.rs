@@ -4,6 +4,7 @@
 pub(crate) mod conditions;
 pub(crate) mod exploration;
 pub(crate) mod idle_rows;
+pub(crate) mod played;
 pub(crate) mod postures;
 pub(crate) mod value_ranges;
 pub(crate) mod wording;

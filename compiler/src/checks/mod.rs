@@ -16,6 +16,7 @@ mod reachability;
 mod safety_planners;
 mod sampled_loss;
 mod scenario_start;
+mod scenarios;
 pub(crate) mod size_limits;
 mod soft_limits;
 mod unknown_velocity;
@@ -64,7 +65,8 @@ static CHECKS: &[(On, Check)] = &[
     (On::AnyProgram, targets),
     (On::GoodProgram, inert_limits::check),
     (On::GoodProgram, fixed_above::check),
-    (On::GoodProgram, |c, out| scenario_start::check(c.program, &c.places.scenario_starts, out)),
+    (On::GoodProgram, |c, out| scenario_start::check(c.program, &c.places.scenarios, out)),
+    (On::GoodProgram, scenarios::check),
     (On::AnyProgram, |c, out| machine::checks(c.program, c.context, c.places.machine.as_ref(), out)),
     (On::AnyProgram, |c, out| ineffective::spec(c.expanded, c.program, out)),
 ];

@@ -11,6 +11,7 @@ use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::expression::Leaf;
 
 use super::entries;
+use crate::source_map::ScenarioPlaces;
 use crate::units::shown;
 
 /// Number of poses searched for the best value of a safety field.
@@ -19,9 +20,9 @@ const POSES: usize = 400;
 /// Maximum distance (m) to which a better base position is searched.
 const FARTHEST: f64 = 5.0;
 
-/// Warns of scenarios that start outside of the limits. `places` has the span of each start, or of the scenario's name.
-pub(crate) fn check(program: &Program, places: &[Span], diagnostics: &mut Vec<Diagnostic>) {
-    for (scenario, at) in program.scenarios.iter().zip(places) {
+/// Warns of scenarios that start outside of the limits.
+pub(crate) fn check(program: &Program, places: &[ScenarioPlaces], diagnostics: &mut Vec<Diagnostic>) {
+    for (scenario, ScenarioPlaces { start: at, .. }) in program.scenarios.iter().zip(places) {
         let Some(start) = Start::new(program, scenario) else { continue };
         let field = start.fields(program, scenario, *at);
         diagnostics.extend(field.or_else(|| outside(program, scenario, start, *at)));
@@ -29,7 +30,7 @@ pub(crate) fn check(program: &Program, places: &[Span], diagnostics: &mut Vec<Di
 }
 
 /// The first stack of a scenario.
-fn first_stack(program: &Program, scenario: &ScenarioProgram) -> Option<usize> {
+pub(super) fn first_stack(program: &Program, scenario: &ScenarioProgram) -> Option<usize> {
     match scenario.run.subject {
         Subject::Stack(stack) => Some(stack),
         Subject::Machine => program.machine.as_ref().and_then(|m| m.stack(m.leaf(0))),

@@ -16,6 +16,7 @@ use super::shapes::Shape;
 use super::{Lowerer, expectation_checks};
 use crate::binding::{Known, TaskScope};
 use crate::robot_binding::BoundRobot;
+use crate::source_map::{Atom, ScenarioPlaces};
 
 /// Source of predicates for the expectations of a scenario.
 struct OfRobot<'b> {
@@ -25,6 +26,7 @@ struct OfRobot<'b> {
     runs: Program,
     shapes: &'b [Option<Shape>],
     scenario: &'b mut ScenarioProgram,
+    places: &'b mut ScenarioPlaces,
     /// All measures of the program.
     measures: &'b mut Vec<Measure>,
     /// Nodes whose sign alone is meaningful.
@@ -42,7 +44,7 @@ impl Lowerer<'_> {
     pub(super) fn expectations(
         &mut self,
         written: (&[Expect], &[String]),
-        scenario: &mut ScenarioProgram,
+        (scenario, places): (&mut ScenarioProgram, &mut ScenarioPlaces),
         (program, robot, shapes): (&Program, &BoundRobot, &[Option<Shape>]),
         measures: &mut Vec<Measure>,
     ) {
@@ -51,7 +53,8 @@ impl Lowerer<'_> {
         let runs = scenario.program(program);
         let (mixed, tasks, missed) = (BTreeSet::new(), Vec::new(), BTreeSet::new());
         let of_states = false;
-        let mut source = OfRobot { robot, program, runs, shapes, scenario, measures, mixed, tasks, of_states, missed };
+        let mut source =
+            OfRobot { robot, program, runs, shapes, scenario, places, measures, mixed, tasks, of_states, missed };
         let expectations = self.formulas(written, Ticks { period, count, at: robot.rate_span }, &mut source);
         scenario.expectations = expectations;
     }
@@ -181,9 +184,12 @@ impl Source for OfRobot<'_> {
         };
         self.of_states |= p.value.inputs.iter().any(is_state);
         let known = self.scenario.predicates.iter().position(|k| *k == p);
-        Some(known.unwrap_or_else(|| {
+        let predicate = known.unwrap_or_else(|| {
             self.scenario.predicates.push(p);
+            self.places.nodes.push(found.0);
             self.scenario.predicates.len() - 1
-        }))
+        });
+        self.places.atoms.push(Atom { at: value.span, predicate });
+        Some(predicate)
     }
 }

@@ -196,8 +196,14 @@ impl Builder<'_, '_> {
             None => Some(None),
         };
         let (from, to) = (time(&w.from), time(&w.to));
-        let wrong = match Window::seconds(from?.unwrap_or(0.0), to?, self.ticks.period) {
-            Ok(window) => return Some(window),
+        let (from, to) = (from?.unwrap_or(0.0), to?);
+        let wrong = match Window::seconds(from, to, self.ticks.period) {
+            Ok(window) => {
+                if let Some(end) = w.to.as_ref().filter(|_| window.last == Some(0) && to.is_some_and(|to| to > 0.0)) {
+                    self.shorter_than_a_tick(end);
+                }
+                return Some(window);
+            }
             Err(wrong) => wrong,
         };
         let code = if wrong == WindowError::NotATime { "HQ0308" } else { "HQ0802" };
@@ -211,5 +217,19 @@ impl Builder<'_, '_> {
         let tick = format!("one tick is {} s", self.ticks.period);
         self.lowerer.push(d.label(self.ticks.at, tick).help(help));
         None
+    }
+
+    /// Warns of a time that is not zero and ends before the next tick, in an expectation on a robot.
+    fn shorter_than_a_tick(&mut self, end: &Value) {
+        if !self.source.is_of_robot() {
+            return;
+        }
+        let period = runtime::text::number(self.ticks.period);
+        let text = format!("the next tick is {period} s later, after this time");
+        let d = Diagnostic::warning("HQ0817", end.span, text)
+            .label(self.ticks.at, format!("one tick is {period} s"))
+            .note("the window contains the present tick alone; what the controller answers shows at the next one")
+            .help(format!("write at least {period} s, or `0 s` if the present tick is meant"));
+        self.lowerer.push(d);
     }
 }

@@ -255,7 +255,7 @@ impl<'a> Lowerer<'a> {
         let robot = robot?;
         let (mut program, mut source_map) =
             self.program(&robot, &definitions, bound, (&declared, stacks), (run?, machine))?;
-        program.scenarios = self.scenarios(expanded, &program, &robot, &mut source_map.scenario_starts);
+        program.scenarios = self.scenarios(expanded, &program, &robot, &mut source_map);
         if let (Some(machine), Some(places)) = (declared.machine, &mut source_map.machine) {
             self.properties(machine, &program, &robot, places);
         }
@@ -356,7 +356,8 @@ impl<'a> Lowerer<'a> {
                 machine: machine_places,
                 rate: robot.rate_span,
                 home: robot.home_span,
-                scenario_starts: Vec::new(),
+                scenarios: Vec::new(),
+                scenario_measures: Vec::new(),
             },
         ))
     }

@@ -18,27 +18,31 @@ use crate::expr::constants::{Constants, joint_dimension};
 use crate::forms::block_of;
 use crate::robot_binding::{BoundRobot, joints};
 use crate::sections::{SCENARIO, ScenarioBlock, ScenarioSimulator};
+use crate::source_map::{ScenarioPlaces, SourceMap};
 use crate::units;
 
 impl Lowerer<'_> {
-    /// Lowers the scenarios of a spec whose program is otherwise complete. `starts` gets the span of the start of each.
+    /// Lowers the scenarios of a spec whose program is otherwise complete. `source_map` gets the places of each.
     pub(super) fn scenarios(
         &mut self,
         expanded: &Expanded,
         program: &Program,
         robot: &BoundRobot,
-        starts: &mut Vec<Span>,
+        source_map: &mut SourceMap,
     ) -> Vec<ScenarioProgram> {
         let shapes = shapes(program);
         let mut measures = Vec::new();
         let mut all: Vec<ScenarioProgram> = Vec::new();
-        for (s, texts) in expanded.scenarios.iter().filter(|(s, _)| !runs_mission(s)) {
+        for (written, (s, texts)) in expanded.scenarios.iter().enumerate().filter(|(_, (s, _))| !runs_mission(s)) {
             let Some(mut scenario) = self.scenario(s, program, robot) else { continue };
             let known = (program, robot, shapes.as_slice());
-            self.expectations((&s.expects, texts), &mut scenario, known, &mut measures);
+            let start = s.body.get("start").map_or(s.name.span, |e| e.key.span);
+            let mut places = ScenarioPlaces { start, written, nodes: Vec::new(), atoms: Vec::new() };
+            self.expectations((&s.expects, texts), (&mut scenario, &mut places), known, &mut measures);
             all.push(scenario);
-            starts.push(s.body.get("start").map_or(s.name.span, |e| e.key.span));
+            source_map.scenarios.push(places);
         }
+        source_map.scenario_measures = measures;
         all
     }
 

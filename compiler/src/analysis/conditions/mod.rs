@@ -141,6 +141,15 @@ pub(crate) struct Variable {
     presences: Vec<usize>,
 }
 
+/// Node of a predicate of a run.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PredicateNode {
+    /// The node.
+    pub node: usize,
+    /// True for a truth value, false for a number that is zero or more if the predicate holds.
+    pub is_truth: bool,
+}
+
 /// All conditions of a machine.
 pub(crate) struct Conditions {
     /// The values that they read.
@@ -193,6 +202,22 @@ impl Conditions {
             };
             let formula = property.formula.as_ref().ok().map(|p| parser.property(p));
             conditions.properties.push(formula);
+        }
+        conditions.finish(graph, interface);
+        conditions
+    }
+
+    /// Reads predicates as conditions of no state; they are the properties of the result.
+    pub fn of_predicates(graph: &Graph, interface: &Interface, predicates: &[PredicateNode]) -> Conditions {
+        let (variables, by_key) = (Vec::new(), BTreeMap::new());
+        let (triggers, lasting, properties) = (Vec::new(), Vec::new(), Vec::new());
+        let mut conditions = Conditions { variables, by_key, triggers, lasting, properties };
+        for of in predicates {
+            let mut parser =
+                parse::Parser { conditions: &mut conditions, graph, interface, state: 0, left: parse::EFFORT };
+            let formula = if of.is_truth { parser.truth(of.node) } else { parser.at_least_zero(of.node) };
+            // One without a value is false.
+            conditions.properties.push(Some(Formula::Holds(Box::new(formula))));
         }
         conditions.finish(graph, interface);
         conditions

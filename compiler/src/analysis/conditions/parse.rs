@@ -108,6 +108,21 @@ impl Parser<'_> {
         let mut sum = Sum::default();
         self.add(a, 1.0, &mut sum, DEPTH);
         self.add(b, -1.0, &mut sum, DEPTH);
+        self.below_zero(sum, strict)
+    }
+
+    /// The condition that a number is zero or more.
+    pub fn at_least_zero(&mut self, node: usize) -> Formula {
+        let mut sum = Sum::default();
+        self.add(node, -1.0, &mut sum, DEPTH);
+        match self.graph.constant(node) {
+            Some(x) => Formula::Constant(if x >= 0.0 { Truth::Yes } else { Truth::No }),
+            None => self.below_zero(sum, false).unwrap_or_else(|| self.flag(node)),
+        }
+    }
+
+    /// The condition that a sum is below zero, or at most zero.
+    fn below_zero(&mut self, mut sum: Sum, strict: bool) -> Option<Formula> {
         sum.terms.retain(|_, factor| *factor != 0.0);
         let first = *sum.terms.values().next()?;
         let terms: Vec<(usize, f64)> = sum.terms.iter().map(|(&n, f)| (n, f / first)).collect();

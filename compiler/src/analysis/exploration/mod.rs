@@ -19,7 +19,7 @@ use environment::Environments;
 pub(crate) use properties::{OfMachine, Run, Taken, Verdict};
 pub(crate) use steps::Refusal;
 
-use super::conditions::Conditions;
+use super::conditions::{Conditions, Value};
 use crate::expr::Graph;
 
 /// Largest number of nodes.
@@ -259,6 +259,11 @@ impl<'e> Exploration<'e> {
     /// Nodes of an innermost state.
     pub fn nodes_of(&self, leaf: usize) -> impl Iterator<Item = usize> + '_ {
         (0..self.nodes.len()).filter(move |&n| self.nodes[n].leaf == leaf)
+    }
+
+    /// The values that conditions read at a node, where they follow from the variables of the machine.
+    pub fn values_at(&self, node: usize) -> &[Option<Value>] {
+        self.environments.values(self.nodes[node].environment)
     }
 
     /// True if an event may occur in an innermost state, besides those that the machine has raised before.

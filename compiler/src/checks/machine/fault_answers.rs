@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use dsl::{Diagnostic, Help, Snippet};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use runtime::program::{FaultPattern, Program, Times, Trigger};
 use runtime::{Evaluator, RestInputs};
 use stdlib_tasks::task::RowKind;
@@ -19,7 +19,7 @@ const AT_REST: f64 = 1e-6;
 impl Checked<'_> {
     /// Warns of transitions for faults whose target is always active already, and of those that resume the work.
     pub(super) fn fault_answers(&self, diagnostics: &mut Vec<Diagnostic>) {
-        let work = self.reached_without_faults();
+        let (work, mut told) = (self.reached_without_faults(), BTreeSet::new());
         for &s in &self.reached {
             for (i, t) in self.machine.states[s].transitions.iter().enumerate() {
                 let Trigger::Fault(pattern) = &t.trigger else { continue };
@@ -57,13 +57,49 @@ impl Checked<'_> {
                             .note("after a fault, also one of a sensor or of the solver, the robot resumes its motion by itself")
                             .help(stand()),
                     );
+                } else if !work.contains(&target)
+                    && (self.ends(target) || (*pattern == FaultPattern::Any && self.works(target, &work)))
+                    && moves()
+                {
+                    let owner = self.machine.owner(target).unwrap_or(target);
+                    if told.insert(target) {
+                        diagnostics.push(self.moving_stop(target, owner, place.trigger));
+                    }
                 }
             }
         }
     }
 
+    /// True for a state in which the machine ends.
+    fn ends(&self, leaf: usize) -> bool {
+        self.machine.path(leaf).any(|p| self.machine.states[p].is_final)
+    }
+
+    /// True for a state that has the stack of a state of the work.
+    fn works(&self, leaf: usize, work: &BTreeSet<usize>) -> bool {
+        let stack = self.machine.stack(leaf);
+        let other = |&w: &usize| self.machine.states[w].initial.is_none() && self.machine.stack(w) == stack;
+        stack.is_some() && work.iter().any(other)
+    }
+
+    /// Warning of a state for faults in which the robot moves.
+    fn moving_stop(&self, target: usize, owner: usize, fault: Span) -> Diagnostic {
+        let name = self.name(target);
+        let at = self.places.stacks[owner].unwrap_or(self.places.states[owner]);
+        let note = match self.ends(target) {
+            true => format!("the machine ends in `{name}`, so the robot moves there for good"),
+            false => {
+                "after a fault, also one of a sensor or of the solver, the robot moves as it does at work".to_string()
+            }
+        };
+        Diagnostic::warning("HQ0714", at, format!("a fault leads to `{name}`, and this stack moves the robot there"))
+            .label(fault, format!("leads to `{name}`"))
+            .note(note)
+            .help("give the state a stack that holds the robot, or no stack: then the robot stands")
+    }
+
     /// States that the machine can be in although no fault has occurred.
-    fn reached_without_faults(&self) -> BTreeSet<usize> {
+    pub(super) fn reached_without_faults(&self) -> BTreeSet<usize> {
         let mut reached = BTreeSet::new();
         let mut open = vec![self.machine.leaf(0)];
         while let Some(state) = open.pop() {
@@ -86,7 +122,7 @@ fn stand() -> Help {
 
 /// True if a target of the stack certainly moves the robot: its velocity differs from zero at an entry at home or at another
 /// configuration, with signals that are present and zero. A stack that holds the robot where it is entered does not.
-fn moves(program: &Program, stack: usize) -> bool {
+pub(super) fn moves(program: &Program, stack: usize) -> bool {
     let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return false };
     let rest = RestInputs::present(program);
     configurations(program, 3).iter().any(|q| {

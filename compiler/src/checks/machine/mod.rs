@@ -1,15 +1,22 @@
 //! Static checks of a machine.
 
+mod counts;
 mod exits;
 mod fault_answers;
 mod flips;
+mod hysteresis;
 mod lost_events;
 mod never;
+mod one_target;
 mod outcomes;
 mod presence;
 mod properties;
+mod recoveries;
+mod restless;
 mod scope_events;
+mod separation_stops;
 mod stacks;
+mod stop_events;
 mod task_outputs;
 
 use std::collections::BTreeSet;
@@ -18,7 +25,7 @@ use dsl::{Diagnostic, Help, Snippet};
 use runtime::program::{MachineProgram, Program, Subject, TransitionProgram, Trigger};
 
 use crate::analysis::conditions::Conditions;
-use crate::analysis::exploration::Exploration;
+use crate::analysis::exploration::{Exploration, Way};
 use crate::analysis::value_ranges::RangeContext;
 use crate::source_map::MachinePlaces;
 
@@ -58,14 +65,21 @@ pub(super) fn checks(
     c.no_exit_possible(diagnostics);
     c.flips(&cycles, context.graph, diagnostics);
     c.properties(&verdicts, context.graph, diagnostics);
+    c.hysteresis(&cycles, diagnostics);
     c.never(diagnostics);
+    c.counts(diagnostics);
+    c.restless(diagnostics);
     c.faults(diagnostics);
     c.fault_answers(diagnostics);
     c.waiting(diagnostics);
     c.task_outputs(diagnostics);
     c.lost_events(diagnostics);
     c.scope_events(diagnostics);
+    c.stop_events(diagnostics);
+    c.recoveries(diagnostics);
+    c.separation_stops(context.graph, diagnostics);
     c.outcomes(diagnostics);
+    c.one_target(diagnostics);
     c.targets(diagnostics);
     c.stacks(diagnostics);
     c.absent(diagnostics);
@@ -144,7 +158,10 @@ impl Checked<'_> {
         };
         self.reached.iter().filter(|&&s| left(s)).all(|&s| {
             let all = m.states[s].transitions.iter().enumerate().filter(|(_, t)| inside(t.target));
-            all.into_iter().all(|(i, _)| self.preceded(s, i).is_some())
+            all.into_iter().all(|(i, _)| {
+                let excluded = || self.excluded(Way { state: s, index: i }).is_some();
+                self.preceded(s, i).is_some() || self.outlasted(s, i).is_some() || excluded()
+            })
         })
     }
 

@@ -48,7 +48,7 @@ impl Checked<'_> {
                     diagnostics.push(d);
                     continue;
                 }
-                if let Some(d) = self.preceded(s, i) {
+                if let Some(d) = self.preceded(s, i).or_else(|| self.outlasted(s, i)) {
                     diagnostics.push(d);
                 } else if constant == Some(true) && immediate(&t.trigger) {
                     let d = Diagnostic::warning("HQ0706", place.trigger, "this condition always holds");
@@ -73,6 +73,27 @@ impl Checked<'_> {
             _ => before.iter().fold(d, |d, &k| d.label(place(k), "one of these always takes precedence")),
         };
         Some(d.help("remove it, or write it first"))
+    }
+
+    /// Warning of a condition that must hold for longer than its state lasts.
+    pub(super) fn outlasted(&self, s: usize, i: usize) -> Option<Diagnostic> {
+        let transitions = &self.machine.states[s].transitions;
+        let needed = hold(&transitions[i].trigger);
+        let ends = transitions.iter().enumerate().find_map(|(k, t)| match t.trigger {
+            Trigger::After(time) if time < needed && !self.machine.keeps(s, t) && !self.is_dead(s, k) => {
+                Some((k, time))
+            }
+            _ => None,
+        });
+        let (k, time) = ends?;
+        let (needed, time) = (runtime::text::number(needed), runtime::text::number(time));
+        let place = |k: usize| self.places.transitions[s][k].trigger;
+        Some(
+            Diagnostic::warning("HQ0706", place(i), "this transition is never taken")
+                .here(format!("its condition must hold for {needed} s"))
+                .label(place(k), format!("`{}` is left after {time} s", self.name(s)))
+                .help("write a shorter time in the condition, or let the state last longer"),
+        )
     }
 
     /// Earlier transitions of the state, one of which is always taken before transition `i` could be; none if it can be

@@ -9,7 +9,7 @@ use super::Checked;
 
 impl Checked<'_> {
     /// Returns the task whose output is this signal; `None` for other signals.
-    fn task_of_output(&self, signal: usize) -> Option<usize> {
+    pub(super) fn task_of_output(&self, signal: usize) -> Option<usize> {
         let (task, output) = self.program.interface.signals.get(signal)?.name.rsplit_once('.')?;
         self.program.tasks.iter().position(|t| {
             t.name == task && stdlib_tasks::find(&t.kind).is_some_and(|k| k.outputs.iter().any(|o| o.name == output))

@@ -23,6 +23,7 @@ pub mod generation;
 mod improve;
 mod instance;
 pub mod json;
+mod magnitudes;
 pub mod map;
 pub mod matching;
 mod mission;

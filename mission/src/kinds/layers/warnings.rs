@@ -6,6 +6,7 @@ use blocks::{Bound, Help, Snippet};
 use names::suggest;
 
 use super::check::{Item, Key};
+use super::magnitudes;
 use super::problem::{Body, Problem};
 use crate::declare::{Origins, Remark, Remarks};
 
@@ -24,6 +25,7 @@ pub(super) fn add(problem: &Problem, places: &Origins<Item>, remarks: &mut Remar
                 .help(Help::with("write a weight above zero, such as {}", [Snippet::entry("makespan", "1")])),
         );
     }
+    magnitudes::add(problem, places, remarks);
     let of_objects = problem.objects.iter().flat_map(|object| &object.features);
     let known: BTreeSet<&str> =
         of_objects.chain(problem.tasks.iter().flat_map(|task| &task.features)).map(String::as_str).collect();

@@ -25,6 +25,7 @@ mod exact;
 pub mod execution;
 pub(crate) mod instance;
 mod lagrangian_bound;
+mod magnitudes;
 pub mod map;
 mod mission;
 mod orders;

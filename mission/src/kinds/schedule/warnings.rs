@@ -4,6 +4,7 @@ use blocks::{Help, Origin, Snippet};
 use quantities::number;
 
 use super::check::{Item, Key};
+use super::magnitudes;
 use super::problem::{AgentKind, Problem};
 use super::refusals::approach;
 use crate::declare::{DeclaredMission, Origins, Remark, Remarks};
@@ -37,6 +38,7 @@ pub(super) fn add(m: &DeclaredMission, problem: &Problem, places: &Origins<Item>
     }
     clamped(problem, places, remarks);
     behind(problem, places, remarks);
+    magnitudes::add(problem, places, remarks);
 }
 
 /// Warns of robots that wait farther from an agent than their depot is.

@@ -6,6 +6,7 @@ use super::blocks::{AgentBlock, HiddenBlock, RateBlock, SearchBlock, SourceBlock
 use super::check::{Item, check, misfit};
 use super::check_objects::unseen;
 use super::check_people;
+use super::horizon;
 use super::map_file;
 use super::mission::{Search, members};
 use super::problem::{
@@ -86,6 +87,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Search
     }
     if !remarks.has_error() && !places.any_wrong() {
         idle(&problem, &places, remarks);
+        horizon::add(&problem, &places, remarks);
         check_people::without_effect(&problem, &places, remarks);
         hidden_for_good(&problem, &places, remarks);
     }

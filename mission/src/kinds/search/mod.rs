@@ -22,6 +22,7 @@ pub mod greedy;
 pub mod ground;
 pub mod habits;
 pub mod habits_blocks;
+mod horizon;
 pub mod lookouts;
 pub mod map;
 mod map_file;
