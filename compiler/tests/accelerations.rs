@@ -52,7 +52,10 @@ fn what_moves_does() {
         stack("task one = frame_position(tool) { position initial(position) + [0, 0, 0.1] m * sin(1 rad/s * t) }"),
         UNBOUNDED
     );
-    assert_eq!(stack("signal goal : point\ntask one = frame_position(tool) { position goal }"), UNBOUNDED);
+    assert_eq!(
+        stack("signal goal : point  timeout 0.2 s\ntask one = frame_position(tool) { position goal }"),
+        UNBOUNDED
+    );
     let people = "human operator { points [chest]  velocity measured }\n";
     let apart = "task one = keep(norm(frame(tool).position - operator.chest)) { min 0.4 m }";
     assert_eq!(stack(&format!("{people}{apart}")), NONE);

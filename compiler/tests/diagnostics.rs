@@ -46,6 +46,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("unusual_yaml", include_str!("cases/unusual_yaml.txt"), Syntax::Yaml),
     ("allowances", include_str!("cases/allowances.txt"), Syntax::Native),
     ("allowances_yaml", include_str!("cases/allowances_yaml.txt"), Syntax::Yaml),
+    ("people_sensors", include_str!("cases/people_sensors.txt"), Syntax::Native),
+    ("people_sensors_yaml", include_str!("cases/people_sensors_yaml.txt"), Syntax::Yaml),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Syntax::Yaml),
 ];
 
@@ -109,6 +111,16 @@ fn allowances() {
 #[test]
 fn allowances_yaml() {
     check("allowances_yaml");
+}
+
+#[test]
+fn people_sensors() {
+    check("people_sensors");
+}
+
+#[test]
+fn people_sensors_yaml() {
+    check("people_sensors_yaml");
 }
 
 #[test]

@@ -9,8 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use robot::{Base, Data, LinkId, Model};
-use runtime::program::Op;
-use stdlib_tasks::bound::Geometry;
+use runtime::program::{Capture, CaptureSource, Op, Program};
+use stdlib_tasks::bound::{Bound, Geometry};
 use stdlib_tasks::expression::Leaf;
 use stdlib_tasks::field::{DistanceProgram, FieldProgram, Over};
 use stdlib_tasks::gradient_bound;
@@ -37,6 +37,8 @@ pub(crate) struct RangeContext<'a> {
     pub model: &'a Model,
     /// Pose of the robot's root in the world, at rest.
     root: Isometry3<f64>,
+    /// Links whose origins are captured as the position of a task's frame, by the first of the three inputs.
+    origins: BTreeMap<usize, LinkId>,
     /// Ball at rest of a position, or range of a distance, for each leaf, by the leaf's first number.
     leaves: BTreeMap<usize, (Ball, Interval)>,
     /// Remaining number of nodes that may be visited.
@@ -110,7 +112,8 @@ impl<'a> Ranges<'a> {
         let boxed = Ball { centre: Vector3::from_fn(|i, _| middle(i)), radius: half };
         // Placeholder against endless recursion: a vector plus zero is itself, so bounds can lead back to these nodes.
         self.balls.insert(nodes.to_vec(), Ball { centre: Vector3::zeros(), radius: f64::INFINITY });
-        let own = self.context.leaf_of(nodes).map(|(at, _)| self.context.place(at));
+        let captured = || self.context.captured_origin(nodes);
+        let own = self.context.leaf_of(nodes).map(|(at, _)| self.context.place(at)).or_else(captured);
         let bounds = nodes.first().map_or(&[][..], |&n| self.context.graph.bounds_of(n));
         let known: Vec<VectorBound> = bounds.iter().filter(|k| k.nodes == nodes).map(|k| k.bound.clone()).collect();
         let mut ball = boxed;
@@ -213,11 +216,25 @@ fn of_field(field: &FieldProgram) -> Interval {
 /// Upper bound of the distance between a person and a robot (m).
 const FARTHEST: f64 = 1e6;
 
+/// Captured positions of the frames of tasks.
+fn origins(program: &Program) -> BTreeMap<usize, LinkId> {
+    let of = |capture: &Capture| {
+        let CaptureSource::Task(task, name) = &capture.source else { return None };
+        match program.tasks.get(*task)?.params.get("frame")? {
+            Bound::Frame(_, link) if name == "position" && capture.len == 3 => Some((capture.at, *link)),
+            _ => None,
+        }
+    };
+    program.values.captures.iter().filter_map(of).collect()
+}
+
 impl<'a> RangeContext<'a> {
     /// Computes the ranges of all leaves from the parts of a program under construction.
-    pub fn new(graph: &'a Graph, table: &'a Table, model: &'a Model) -> Self {
+    pub fn new(graph: &'a Graph, table: &'a Table, program: &'a Program) -> Self {
+        let model = &program.robot.model;
         let root = *Data::new(model).pose(model.root());
-        let mut context = RangeContext { graph, table, model, root, leaves: BTreeMap::new(), left: Cell::new(EFFORT) };
+        let (origins, leaves, left) = (origins(program), BTreeMap::new(), Cell::new(EFFORT));
+        let mut context = RangeContext { graph, table, model, root, origins, leaves, left };
         let one = |(at, leaf): &(usize, Leaf)| {
             let range = match leaf {
                 Leaf::Distance(pair) => context.distance(&pair.0, &pair.1),
@@ -265,6 +282,17 @@ impl<'a> RangeContext<'a> {
             (_, Leaf::Point { link, offset }) => Some((*link, *offset)),
             _ => None,
         }
+    }
+
+    /// Ball of a position that was captured from the origin of a task's frame, if these nodes are one.
+    fn captured_origin(&self, nodes: &[usize]) -> Option<Ball> {
+        let input = |n: &usize| match self.graph.ops()[*n] {
+            Op::Input(k) => Some(k),
+            _ => None,
+        };
+        let first = input(nodes.first()?)?;
+        let link = self.origins.get(&first).filter(|_| nodes.len() == 3)?;
+        nodes.iter().enumerate().all(|(i, n)| input(n) == Some(first + i)).then(|| self.origin(*link))?
     }
 
     /// Range of number `k` of the robot's state.

@@ -3,6 +3,7 @@
 mod accelerations;
 mod braking;
 mod built_stacks;
+mod compliance;
 mod conflicting_targets;
 mod discontinuities;
 mod entries;
@@ -11,12 +12,17 @@ mod fixed_above;
 mod ineffective;
 mod inert_limits;
 mod machine;
+mod magnitudes;
+mod partial_limits;
+mod people;
 mod postures;
 mod reachability;
+mod readings;
 mod safety_planners;
 mod sampled_loss;
 mod scenario_start;
 mod scenarios;
+mod sensors;
 pub(crate) mod size_limits;
 mod soft_limits;
 mod unknown_velocity;
@@ -69,6 +75,11 @@ static CHECKS: &[(On, Check)] = &[
     (On::GoodProgram, scenarios::check),
     (On::AnyProgram, |c, out| machine::checks(c.program, c.context, c.places.machine.as_ref(), out)),
     (On::AnyProgram, |c, out| ineffective::spec(c.expanded, c.program, out)),
+    (On::GoodProgram, sensors::checks),
+    (On::GoodProgram, people::checks),
+    (On::GoodProgram, compliance::checks),
+    (On::GoodProgram, magnitudes::checks),
+    (On::GoodProgram, partial_limits::check),
 ];
 
 /// Programs that a rule examines.
@@ -88,7 +99,7 @@ pub(crate) fn controller(
     diagnostics: &mut Vec<Diagnostic>,
 ) {
     let LoweredController { program, source_map: places, graph, table } = lowered;
-    let context = &RangeContext::new(graph, table, &program.robot.model);
+    let context = &RangeContext::new(graph, table, program);
     let checked = Checked { program, places, context, expanded, sources };
     for (on, check) in CHECKS {
         if *on == On::AnyProgram || !has_errors(diagnostics) {

@@ -43,7 +43,7 @@ pub(super) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
                 Diagnostic::warning("HQ0506", at, format!("`{}` is wider than the limit of the robot", param))
                     .here(format!("{x}; `{}` has {own}{more}", d.name))
                     .note("the rows allow more than the joint can do, so the robot lags behind its reference")
-                    .help(format!("stay within {own}, or change the robot's `limits` if the URDF is wrong")),
+                    .help(format!("stay within {own}, or correct the URDF if its limit is wrong")),
             );
         }
     }

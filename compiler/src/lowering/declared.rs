@@ -7,6 +7,7 @@ use dsl::{Diagnostic, Help, Snippet, Span, Spanned, Syntax};
 
 use super::Lowerer;
 use super::inline_tasks::names;
+use super::signals::parts_of_wrench;
 use crate::expand::{Class, Expanded, Named};
 
 /// Declarations of a spec by kind.
@@ -122,8 +123,10 @@ impl Lowerer<'_> {
             let known = (self.params.symbols.contains_key(&name.value)
                 || self.params.humans.contains_key(&name.value)
                 || (self.params.events.contains_key(&name.value) && all_heard)
+                || (self.params.wrenches.contains(&name.value) && all_heard)
                 || self.params.fields.contains(&name.value))
                 && !self.params.used.contains(&name.value)
+                && !parts_of_wrench(&name.value).iter().any(|part| self.params.used.contains(part))
                 && !mentioned.contains(&name.value);
             if let Some((at, imported)) = place(Class::Value, name).filter(|_| complete && known) {
                 let event = self.params.events.contains_key(&name.value);

@@ -41,6 +41,16 @@ pub fn signal_types() -> impl Iterator<Item = &'static str> {
     OWN_TYPES.into_iter().chain(of_parameters)
 }
 
+/// Name of a part of a wrench, which users cannot write.
+fn part_of_wrench(name: &str, part: &str) -> String {
+    format!("{name}.#{part}")
+}
+
+/// Names under which the parts of a wrench are used.
+pub(super) fn parts_of_wrench(name: &str) -> [String; 2] {
+    ["force", "moment"].map(|part| part_of_wrench(name, part))
+}
+
 impl Lowerer<'_> {
     /// Declares a signal, and returns its settings that depend on the robot.
     pub(super) fn signal(&mut self, s: &Signal) -> Option<Sensor> {
@@ -134,7 +144,7 @@ impl Lowerer<'_> {
         let nodes = (0..3).map(|i| self.graph.push(Op::Signal(at + i))).collect();
         let axes = Axes::direction(Frame::World);
         let value = Typed { kind: Kind::Vector, dimension, nodes, bare: false, axes, span: s.name.span };
-        let name = dsl::Spanned::new(format!("{}.#{part}", s.name.value), s.name.span);
+        let name = dsl::Spanned::new(part_of_wrench(&s.name.value, part), s.name.span);
         self.params.put(&name, Some(value));
     }
 }

@@ -183,6 +183,7 @@ impl MachineLowering<'_, '_> {
                     let d = d.help("name a signal of the type `wrench`").nearest(shown, wrenches);
                     self.lowerer.push(d);
                 }
+                self.lowerer.params.used.insert(name);
                 Some(MachineAction::Tare(wrench?))
             }
         }

@@ -16,6 +16,9 @@ use crate::expr::unusual;
 use crate::sections::LimitBlock;
 use crate::units;
 
+/// Relative difference of a limit that is the rounding of a conversion.
+const ROUNDING: f64 = 1e-6;
+
 /// Groups among all joints of a robot; [`JointGroups::without`] removes locked joints.
 pub(super) fn joint_groups(block: Option<&Block>, model: &Model, diagnostics: &mut Vec<Diagnostic>) -> JointGroups {
     let mut groups = JointGroups::default();
@@ -74,6 +77,21 @@ impl Binder<'_, '_> {
         }
     }
 
+    /// Warns of a speed limit above that of the URDF; once for an entry that gives the limits of many joints.
+    fn above_the_urdf(&mut self, dof: usize, x: f64, at: Span) {
+        if self.diagnostics.iter().any(|d| d.primary.span == at) {
+            return;
+        }
+        let d = &self.model.dofs[dof];
+        let speed = joint_dimension(&self.model, dof).times(RATE).unwrap_or(RATE);
+        let own = units::shown(d.velocity, speed);
+        let warning = Diagnostic::warning("HQ0556", at, "this speed limit is above that of the robot")
+            .here(format!("{}; the URDF gives `{}` {own}", units::shown(x, speed), d.name))
+            .note("a limit in the spec does not make the joint faster: the robot lags behind its reference")
+            .help(format!("stay within {own}, or correct the URDF if its limit is wrong"));
+        self.diagnostics.push(warning);
+    }
+
     /// Limits of one joint, written at a place.
     fn limits_of(&mut self, dof: usize, LimitBlock { lower, upper, velocity, .. }: &LimitBlock, at: Span) {
         let unit = joint_dimension(&self.model, dof);
@@ -89,6 +107,10 @@ impl Binder<'_, '_> {
         };
         let (lower, upper) = (get(lower, unit), get(upper, unit));
         let speed = get(velocity, speed).zip(velocity.as_ref());
+        let own = self.model.dofs[dof].velocity;
+        if let Some((x, written)) = speed.filter(|(x, _)| own.is_finite() && *x > own * (1.0 + ROUNDING)) {
+            self.above_the_urdf(dof, x, self.origins.span(written.at));
+        }
         let d = &mut self.model.dofs[dof];
         let (low, high) = (lower.unwrap_or(d.lower), upper.unwrap_or(d.upper));
         match speed {
