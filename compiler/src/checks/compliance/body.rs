@@ -121,12 +121,18 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
     }
 }
 
+/// A constant, and its place in the table of values.
+struct Constant {
+    x: f64,
+    at: usize,
+}
+
 /// Constant number of a group for one axis; `None` if it moves.
-fn constant(program: &Program, group: &BoundParams, part: &Part, axis: usize) -> Option<(f64, usize)> {
+fn constant(program: &Program, group: &BoundParams, part: &Part, axis: usize) -> Option<Constant> {
     let Some(Bound::Value(Slot { at, len })) = group.get(part.name) else { return None };
     let at = at + if *len > 1 { axis } else { 0 };
     let moves = program.values.tape.outputs.iter().any(|o| o.at == at);
-    program.values.initial.get(at).copied().filter(|_| !moves).map(|x| (x, at))
+    program.values.initial.get(at).copied().filter(|_| !moves).map(|x| Constant { x, at })
 }
 
 /// Numbers of an axis; `None` if one of them moves.
@@ -134,7 +140,7 @@ fn axis_of(program: &Program, params: &BoundParams, part: &Part, axis: usize) ->
     let mut of = Axis { numbers: [0.0; 3], slots: [None; 3] };
     for (i, name) in GROUPS.iter().enumerate() {
         let Some(Bound::Group(group)) = params.get(*name) else { continue };
-        let (x, at) = constant(program, group, part, axis)?;
+        let Constant { x, at } = constant(program, group, part, axis)?;
         (of.numbers[i], of.slots[i]) = (x, Some(at));
     }
     Some(of)

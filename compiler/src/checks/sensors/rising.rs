@@ -29,7 +29,7 @@ fn read(c: &Checked, node: usize, depth: usize, found: &mut Vec<Rising>) {
     let graph = c.context.graph;
     let Some(depth) = depth.checked_sub(1) else { return };
     let mut above = |threshold: usize, value: usize| {
-        if let (Some(threshold), Some((signal, moment))) = (graph.constant(threshold), size(c, value, depth)) {
+        if let (Some(threshold), Some(Part { signal, moment })) = (graph.constant(threshold), size(c, value, depth)) {
             found.push(Rising { signal, moment, threshold });
         }
     };
@@ -48,8 +48,15 @@ fn read(c: &Checked, node: usize, depth: usize, found: &mut Vec<Rising>) {
     }
 }
 
-/// Wrench whose force or moment a node is the size of: a number, its magnitude, or a norm. The second is true for a moment.
-fn size(c: &Checked, node: usize, depth: usize) -> Option<(usize, bool)> {
+/// A force or a moment of a wrench.
+#[derive(Clone, Copy, PartialEq)]
+struct Part {
+    signal: usize,
+    moment: bool,
+}
+
+/// The force or moment that a node is the size of: a number, its magnitude, or a norm.
+fn size(c: &Checked, node: usize, depth: usize) -> Option<Part> {
     let graph = c.context.graph;
     let depth = depth.checked_sub(1)?;
     match graph.ops()[node] {
@@ -57,7 +64,7 @@ fn size(c: &Checked, node: usize, depth: usize) -> Option<(usize, bool)> {
             let signal = c.program.interface.signal_of(k)?;
             let s =
                 c.program.interface.signals.get(signal).filter(|s| s.kind == "wrench" && k > s.at && k <= s.at + 6)?;
-            Some((signal, k > s.at + 3))
+            Some(Part { signal, moment: k > s.at + 3 })
         }
         Op::Abs(a) | Op::Neg(a) | Op::Sqrt(a) => size(c, a, depth),
         Op::Add(a, b) => size(c, a, depth).filter(|a| size(c, b, depth) == Some(*a)),

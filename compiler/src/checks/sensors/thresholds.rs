@@ -27,7 +27,7 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
                 let name = &c.program.interface.signals[r.signal].name;
                 let (part, dimension) = if r.moment { ("moment", MOMENT) } else { ("force", FORCE) };
                 let kind = usize::from(r.moment);
-                let (largest, why) = largest(c, r.signal, kind);
+                let Largest { size: largest, why } = largest(c, r.signal, kind);
                 let (text, note) = if r.threshold > largest {
                     (
                         format!("no contact gives a {part} of `{name}` above {}", shown(r.threshold, dimension)),
@@ -58,19 +58,25 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
     }
 }
 
+/// The largest force or moment of a contact.
+struct Largest {
+    size: f64,
+    why: String,
+}
+
 /// Largest force or moment at the link of a sensor, from the efforts of the joints, and the reason.
-fn largest(c: &Checked, signal: usize, kind: usize) -> (f64, String) {
+fn largest(c: &Checked, signal: usize, kind: usize) -> Largest {
     let model = &c.program.robot.model;
     let frame: Option<LinkId> = c.program.interface.signals[signal].conditioning.frame;
     let efforts = model.joints.iter().enumerate().filter(|(_, j)| j.effort.is_finite() && j.effort > 0.0);
     let strongest = efforts.map(|(_, j)| j.effort).fold(0.0, f64::max);
     let complete = model.dofs.iter().filter_map(|d| d.joint).all(|j| model.joint_ref(j).effort.is_finite());
     if strongest == 0.0 || !complete {
-        return (LARGEST[kind], String::new());
+        return Largest { size: LARGEST[kind], why: String::new() };
     }
     let at = frame.map_or(String::new(), |link| format!(" at `{}`", model.link_ref(link).name));
-    let bound = if kind == 0 { strongest / LEVER } else { 10.0 * strongest };
-    (bound, format!("{at}: its strongest joint has {} at a lever of 10 cm", shown(strongest, MOMENT)))
+    let size = if kind == 0 { strongest / LEVER } else { 10.0 * strongest };
+    Largest { size, why: format!("{at}: its strongest joint has {} at a lever of 10 cm", shown(strongest, MOMENT)) }
 }
 
 /// Two digits of a number.

@@ -34,7 +34,7 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
         let at = places.spans.get("wrench").copied().unwrap_or(places.span);
         let (own, name) = (&model.link_ref(link).name, &t.name);
         let of = |part: &str| wrench.get(part).and_then(|bound| measured(c.program, bound));
-        let Some((signal, frame)) = of("force").or_else(|| of("moment")) else { continue };
+        let Some(Measured { signal, frame }) = of("force").or_else(|| of("moment")) else { continue };
         let sensor = &model.link_ref(frame).name;
         if model.moves_between(link, frame) && !carries(model, frame, link) && !carries(model, link, frame) {
             out.push(
@@ -50,7 +50,7 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
             );
             continue;
         }
-        let Some((signal, frame)) = of("moment") else { continue };
+        let Some(Measured { signal, frame }) = of("moment") else { continue };
         let mut data = Data::new(model);
         model.forward(&c.program.robot.home, &mut data);
         let lever = (data.position(frame) - data.position(link)).norm();
@@ -79,12 +79,18 @@ fn carries(model: &Model, link: LinkId, other: LinkId) -> bool {
     std::iter::successors(Some(other), |&l| model.parent(l)).any(|l| l == link)
 }
 
+/// A wrench with the link at which it is measured.
+struct Measured<'p> {
+    signal: &'p SignalProgram,
+    frame: LinkId,
+}
+
 /// The only wrench that a parameter reads, with the link at which it is measured, if its value is used.
-fn measured<'p>(program: &'p Program, bound: &Bound) -> Option<(&'p SignalProgram, LinkId)> {
+fn measured<'p>(program: &'p Program, bound: &Bound) -> Option<Measured<'p>> {
     let signals: BTreeSet<usize> = readings::signals(program, bound);
     let mut wrenches = signals.iter().filter_map(|&s| program.interface.signals.get(s)).filter(|s| s.kind == "wrench");
     let (Some(signal), None) = (wrenches.next(), wrenches.next()) else { return None };
-    Some((signal, signal.conditioning.frame?))
+    Some(Measured { signal, frame: signal.conditioning.frame? })
 }
 
 /// True if a moment contains a part of the signal's force, or the state of the robot.
