@@ -129,7 +129,7 @@ fn what_moves_stays_in() {
              robot arm {{ urdf \"robots/arm7.urdf\"  rate 100 Hz  home {{ all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }} }}
              stack s {{
                level limits hard {{ joint_position_limits  joint_velocity_limits }}
-               level wall hard {{ virtual_wall(link_4) {{ through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m  {wall} }} }}
+               level wall hard {{ virtual_wall(link_4) {{ through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m  {wall} }} }}
                level still {{ joint_velocity {{ velocity {{ all 0 rad/s }} }} }}
              }}
              run {{ duration 1 s }}"

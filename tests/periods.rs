@@ -36,7 +36,7 @@ fn rows_and_scenarios_of_the_old_period_do_not_count() {
     let mut program = program_of(
         "hierarq 1
 robot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz }
-task deep = virtual_wall(link_4) { through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m }
+task deep = virtual_wall(link_4) { through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m }
 stack s { level limits hard { joint_position_limits  joint_velocity_limits  deep } }
 run { duration 1 s }\n",
     );

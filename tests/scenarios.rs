@@ -122,7 +122,7 @@ fn the_same_seed_gives_the_same_bits_and_another_one_others() {
 #[test]
 fn a_task_that_runs_nowhere_is_measured_all_the_same() {
     let text = format!(
-        "{ARM}task wall = virtual_wall {{ points elbow  through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m  d_min 0.1 m  gain 5 /s }}
+        "{ARM}task wall = virtual_wall {{ points elbow  through [[0, 0, -1], [1, 0, -1], [0, 1, -1]] m  d_min 0.1 m  gain 5 /s }}
 scenario s {{ expect always margin(wall) >= 0 m }}\n"
     );
     let program = program(&text);

@@ -15,10 +15,10 @@ param gap = 0.3 m { min 0 m }
 robot arm {
   urdf "ROBOT"
   rate 100 Hz
-  arms { left { tip link_7  points [elbow] }  right { tip link_4 } }
+  arms { left { tip link_7  points [elbow] }  right { tip link_6 } }
   points { elbow link_4 }
   joints { lower ["joint_1", "joint_2"] }
-  home { joint_2 0.5 rad  joint_4 1 rad }
+  home { joint_2 0.5 rad  joint_4 1.6 rad }
 }
 
 // The table top. 🤖 ü
@@ -48,7 +48,7 @@ pub(super) const FIRST: &str = r#"hierarq 1
 import "lib.hq" { arm, deck, touch, gap, base }
 let twice = 2 * gap
 task wide = touch(right, offset: [0, 0, gap])
-stack mine from base { replace move { wide  touch(left, among: lower) } }
+stack mine from base { replace move { wide weight 2  touch(left, among: lower) } }
 stack other { level gentle hard { joint_acceleration_limits }  level safe hard { deck }  level move { touch(left, [0, 0, twice - gap - gap]) } }
 run { stack mine }
 "#;

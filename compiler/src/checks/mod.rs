@@ -68,6 +68,7 @@ static CHECKS: &[(On, Check)] = &[
     (On::GoodProgram, |c, out| sampled_loss::check(c.program, c.places, out)),
     (On::GoodProgram, |c, out| soft_limits::check(c.program, c.places, out)),
     (On::GoodProgram, |c, out| conflicting_targets::check(c.program, c.places, out)),
+    (On::GoodProgram, magnitudes::checks),
     (On::AnyProgram, targets),
     (On::GoodProgram, inert_limits::check),
     (On::GoodProgram, fixed_above::check),
@@ -78,7 +79,6 @@ static CHECKS: &[(On, Check)] = &[
     (On::GoodProgram, sensors::checks),
     (On::GoodProgram, people::checks),
     (On::GoodProgram, compliance::checks),
-    (On::GoodProgram, magnitudes::checks),
     (On::GoodProgram, partial_limits::check),
 ];
 

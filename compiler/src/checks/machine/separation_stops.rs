@@ -114,8 +114,7 @@ impl Checked<'_> {
                 let signal = interface.signal_of(*k)?;
                 let task = self.task_of_output(signal)?;
                 let is_room = interface.signals[signal].name.ends_with(".room");
-                (is_room && self.program.tasks[task].kind == "speed_separation")
-                    .then_some(Room { task: Some(task), above })
+                is_room.then_some(Room { task: Some(task), above })
             }
             Op::Sqrt(_) => {
                 let of_person =

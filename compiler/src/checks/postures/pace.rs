@@ -21,6 +21,9 @@ const SPEED_DEFICIT: f64 = 0.2;
 /// The same of an acceleration. It is larger, since the change of the rows with the posture is left out.
 const ACCELERATION_DEFICIT: f64 = 0.5;
 
+/// Share of a rate that the joints must be able to reach without limits.
+const SINGULAR: f64 = 0.5;
+
 /// Rate up to which a target stands still.
 const NOTHING: f64 = 1e-6;
 
@@ -140,25 +143,31 @@ fn worst(
         let row: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k == dof))).collect();
         problem.levels[0].set(dof, &row, -limit, *limit);
     }
+    // The same without limits: what the posture itself excludes, for example a singular one, is no matter of speed.
+    let mut free = Problem::new(n, &[shape(info.len())]);
     let mut solver = Backend::ActiveSet.solver(&problem);
-    let mut solution = Solution::new(&problem);
+    let mut free_solver = Backend::ActiveSet.solver(&free);
+    let (mut solution, mut free_solution) = (Solution::new(&problem), Solution::new(&free));
     let mut worst: Option<TooFast> = None;
     for moment in moments {
         let Some(values) = wanted(pace, moment) else { continue };
         for (i, x) in values.iter().enumerate() {
             let row = pace.problem.levels[0].row(i)[..n].to_vec();
             problem.levels[1].set(i, &row, *x, *x);
+            free.levels[0].set(i, &row, *x, *x);
         }
         solver.solve(&problem, &mut solution);
-        if solution.status != Status::Optimal {
+        free_solver.solve(&free, &mut free_solution);
+        if solution.status != Status::Optimal || free_solution.status != Status::Optimal {
             continue;
         }
         for dimension in [LENGTH, ANGLE].into_iter().chain(info.first().map(|r| r.dimension)) {
             let own = || info.iter().enumerate().filter(|(_, r)| r.dimension == dimension).map(|(i, _)| i);
             let norm = |of: &[f64]| own().map(|i| of[i].powi(2)).sum::<f64>().sqrt();
-            let (asked, missing) = (norm(&values), norm(&solution.levels[1].slack));
+            let (all, asked) = (norm(&values), norm(&values) - norm(&free_solution.levels[0].slack));
+            let missing = norm(&solution.levels[1].slack) - (all - asked);
             let slower = worst.as_ref().is_none_or(|w| missing / asked > 1.0 - w.reached / w.wanted);
-            if asked.is_finite() && asked > NOTHING && missing > share * asked && slower {
+            if all.is_finite() && asked > NOTHING.max(SINGULAR * all) && missing > share * asked && slower {
                 worst = Some(TooFast { wanted: asked, reached: asked - missing, dimension, t: moment.t });
             }
         }
