@@ -238,7 +238,7 @@ robot arm {
   arms { only { tip link_7  points [elbow] } }
   points { elbow link_4 }
   joints { all_of_it "joint_*" }
-  home { joint_2 0.1 rad  joint_4 2.2 rad }
+  home { joint_2 0.5 rad  joint_4 1.99 rad }
 }
 
 task limits = joint_position_limits { gain 5 /s }
