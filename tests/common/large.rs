@@ -13,12 +13,15 @@ const YAML_ROBOT: &str = "robots: { arm: { urdf: robots/arm7.urdf, rate: 100 Hz,
 /// Returns a valid spec of about `lines` lines: params, tasks and stacks that use all of them.
 pub fn honest(lines: usize) -> String {
     let mut text = format!("hierarq 1\n\n{ROBOT}");
-    let tasks = lines.saturating_sub(20) / 4;
-    for i in 0..tasks / 4 {
+    // Two walls, targets and joint velocities take 30 lines with their stack.
+    let tasks = (lines.saturating_sub(20) / 30).max(1) * 6;
+    // No multiple of three, so that walls and targets use all of them.
+    let widths = tasks / 4 + usize::from((tasks / 4).is_multiple_of(3));
+    for i in 0..widths {
         text.push_str(&format!("param width_{i} = 0.{:03} m  // a figure of the cell\n", 1 + i % 900));
     }
     for i in 0..tasks {
-        let width = i % (tasks / 4).max(1);
+        let width = i % widths;
         text.push_str(&match i % 3 {
             0 => format!(
                 "task reach_{i} = frame_position(tool) {{\n  position initial(position) + [width_{width}, 0 m, 0.1 m] * \
@@ -27,11 +30,9 @@ pub fn honest(lines: usize) -> String {
                 1 + i % 9
             ),
             1 => format!(
-                "task wall_{i} = virtual_wall(link_4, link_6) {{\n  through [[0, 0, -{}], [1, 0, -{}], [0, 1, -{}]] m\n  \
+                "task wall_{i} = virtual_wall(link_4, link_6) {{\n  through [[0, 0, -0.{0}], [1, 0, -0.{0}], [0, 1, -0.{0}]] m\n  \
                  d_min width_{width}\n}}\n",
-                2 + i,
-                2 + i,
-                2 + i
+                100 + i % 100
             ),
             _ => format!(
                 "task swing_{i} = joint_velocity {{\n  velocity {{ joint_1 0.{:03} rad/s * sin(2*pi*t/({} s)) }}\n}}\n",
@@ -40,21 +41,18 @@ pub fn honest(lines: usize) -> String {
             ),
         });
     }
-    let name = |i: usize| format!("{}_{i}", ["reach", "wall", "swing"][i % 3]);
-    for (k, first) in (0..tasks).step_by(60).enumerate() {
+    for i in (0..tasks).step_by(6) {
+        // Targets of one tool on one level are a compromise only if their weights differ.
         text.push_str(&format!(
-            "stack s_{k} {{\n  level limits hard {{ joint_velocity_limits  joint_acceleration_limits }}\n"
+            "stack s_{i} {{\n  level limits hard {{ joint_velocity_limits  joint_acceleration_limits }}\n  level walls {{ \
+             wall_{}  wall_{} }}\n  level motion {{ reach_{i} weight 2  reach_{} }}\n  level rest {{ swing_{} weight 2  \
+             swing_{} }}\n}}\n",
+            i + 1,
+            i + 4,
+            i + 3,
+            i + 2,
+            i + 5
         ));
-        let last = tasks.min(first + 60);
-        let mut level = |level: String, names: Vec<String>| {
-            text.push_str(&format!("  level {level} {{ {} }}\n", names.join("  ")));
-        };
-        // A wall beside a target would be reported.
-        level(format!("walls_{first}"), (first..last).filter(|i| i % 3 == 1).map(name).collect());
-        for from in (first..last).step_by(15) {
-            level(format!("l_{from}"), (from..tasks.min(from + 15)).filter(|i| i % 3 != 1).map(name).collect());
-        }
-        text.push_str("}\n");
     }
     text.push_str("run { stack s_0  duration 1 s }\n");
     text

@@ -204,8 +204,9 @@ fn freedom(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mu
     let levels = &places.stacks[stack].1;
     let free = program.robot.model.nv().saturating_sub(program.stacks[stack].locked.len());
     let damped = |k: usize| program.stacks[stack].levels[..k].iter().any(|l| l.damping > 0.0);
+    let above = fixed_above::fixed_at_home(program, stack).unwrap_or_default();
     for (k, level) in program.stacks[stack].levels.iter().enumerate() {
-        let fixed = if damped(k) { free } else { fixed_above::fixed_at_home(program, stack, k).unwrap_or(0) };
+        let fixed = if damped(k) { free } else { above.get(k).copied().unwrap_or(0) };
         // A hard limit must hold, whatever is above.
         let idle =
             level.hard && level.members.iter().all(|m| places.tasks[m.task].kind.row_kind == RowKind::Inequality);

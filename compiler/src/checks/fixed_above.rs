@@ -129,14 +129,19 @@ fn row_space(rows: DMatrix<f64>) -> Option<Vec<RowDVector<f64>>> {
     Some(spans.map(|(k, _)| v_t.row(k).into_owned()).collect())
 }
 
-/// Number of degrees of freedom that the targets above a level fix at home, if the rows are defined there.
-pub(super) fn fixed_at_home(program: &Program, stack: usize, level: usize) -> Option<usize> {
+/// For each level of a stack, the number of degrees of freedom that the targets above it fix at home. `None` if the rows are
+/// not defined there.
+pub(super) fn fixed_at_home(program: &Program, stack: usize) -> Option<Vec<usize>> {
     let (mut evaluator, mut problem) = Evaluator::new(program, stack).ok()?;
     let rest = RestInputs::new(program);
     evaluator.enter(&program.robot.home, rest.at(Times::default()));
     evaluator.update(&program.robot.home, rest.at(Times::default()), &mut problem).ok()?;
     let members = evaluator.members();
-    let above: Vec<usize> =
-        (0..members.len()).filter(|&i| members[i].row_kind == RowKind::Equality && members[i].level < level).collect();
-    row_space(matrix(&problem, members, &above)).map(|space| space.len())
+    let above = |level: usize| -> Vec<usize> {
+        let target = |i: &usize| members[*i].row_kind == RowKind::Equality && members[*i].level < level;
+        (0..members.len()).filter(target).collect()
+    };
+    (0..problem.levels.len())
+        .map(|level| row_space(matrix(&problem, members, &above(level))).map(|space| space.len()))
+        .collect()
 }

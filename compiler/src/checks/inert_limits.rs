@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::Diagnostic;
 use runtime::build_tasks;
-use runtime::program::{Program, StackProgram};
+use runtime::program::StackProgram;
 use stdlib_tasks::task::RowKind;
 
 use super::{Checked, ineffective, limit, questioned, reachability};
@@ -113,10 +113,16 @@ fn unmoved(c: &Checked, told: &BTreeSet<usize>, out: &mut Vec<Diagnostic>) -> BT
 
 /// Warns of limits of which no row can act in any stack.
 fn never_active(c: &Checked, told: &BTreeSet<usize>, out: &mut Vec<Diagnostic>) {
-    for (task, stacks) in stacks_of_limits(c) {
-        if told.contains(&task) || !stacks.iter().all(|(_, stack)| never_acts(c.program, stack, task)) {
-            continue;
+    let mut open: BTreeSet<usize> = stacks_of_limits(c).into_keys().filter(|t| !told.contains(t)).collect();
+    for stack in &c.program.stacks {
+        let tasks = stack.levels.iter().flat_map(|l| &l.members).map(|m| m.task);
+        for (built, task) in build_tasks(c.program, stack).into_iter().zip(tasks) {
+            if open.contains(&task) && !idle_rows::all(c.program, &c.program.tasks[task], built) {
+                open.remove(&task);
+            }
         }
+    }
+    for task in open {
         let text = format!("the robot never comes near the limit `{}`", c.program.tasks[task].name);
         out.push(
             Diagnostic::warning("HQ0612", limit(c.places, task), text)
@@ -124,11 +130,4 @@ fn never_active(c: &Checked, told: &BTreeSet<usize>, out: &mut Vec<Diagnostic>) 
                 .help("check the place and the unit of the limit, or remove the task"),
         );
     }
-}
-
-/// True if no row of a task can act in a stack: see [`idle_rows`].
-fn never_acts(program: &Program, stack: &StackProgram, task: usize) -> bool {
-    let tasks = stack.levels.iter().flat_map(|l| &l.members).map(|m| m.task);
-    let built = build_tasks(program, stack).into_iter().zip(tasks).find(|(_, t)| *t == task);
-    built.is_some_and(|(built, _)| idle_rows::all(program, &program.tasks[task], built))
 }

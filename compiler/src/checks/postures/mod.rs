@@ -44,7 +44,7 @@ pub(super) fn check(c: &Checked, mut told: BTreeSet<usize>, known: &[Diagnostic]
             let d = match found {
                 Found::Nothing => None,
                 Found::Missed(missed) => Some(report::target(c, &missed, target)),
-                Found::Met(moments) => pace::check(c, stack, &target.member, &moments),
+                Found::Met(moments) => pace::check(c, stack, &parts.joint_limits, &target.member, &moments),
             };
             if let Some(d) = d
                 && told.insert(task)
@@ -53,14 +53,15 @@ pub(super) fn check(c: &Checked, mut told: BTreeSet<usize>, known: &[Diagnostic]
             }
         }
         out.extend(moving_limits(c, stack, &parts, &mut told));
-        for member in &parts.velocities {
+        for velocity in &parts.velocities {
+            let member = &velocity.member;
             if told.contains(&member.task) {
                 continue;
             }
             let home = &c.program.robot.home;
             let moments: Vec<Moment> = moments(parts.duration).map(|t| Moment { q: home.clone(), t }).collect();
-            let too_fast = pace::check(c, stack, member, &moments);
-            if let Some(d) = too_fast.or_else(|| pace::stops(c, stack, member, parts.duration)) {
+            let too_fast = pace::check(c, stack, &parts.joint_limits, member, &moments);
+            if let Some(d) = too_fast.or_else(|| pace::stops(c, stack, velocity, parts.duration)) {
                 told.insert(member.task);
                 out.push(d);
             }

@@ -4,12 +4,13 @@
 use dsl::Diagnostic;
 use robot::DofUnit;
 use runtime::program::{LevelProgram, MemberProgram, Program, StackProgram, Times};
-use runtime::{Evaluator, RestInputs, build_tasks};
+use runtime::{Evaluator, RestInputs};
 use solver::{Backend, LevelShape, Problem, Solution, Status};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, TIME};
 
+use super::parts::{JointLimits, VelocityTarget};
 use super::report::{place, seconds, velocity};
-use crate::analysis::postures::gains;
+use crate::analysis::postures::{alone, gains};
 use crate::binding::Number;
 use crate::checks::Checked;
 use crate::units::{shown, shown_range};
@@ -59,7 +60,7 @@ impl Pace {
             members: vec![member.clone()],
         };
         let stack = StackProgram { name: own.name.clone(), locked: own.locked.clone(), levels: vec![level] };
-        let mut program = Program { stacks: vec![stack], machine: None, scenarios: Vec::new(), ..program.clone() };
+        let mut program = alone(program, stack);
         let places = gains(&program.tasks[member.task].params);
         program.values.tape.outputs.retain(|o| !places.contains(&o.at));
         for at in places {
@@ -86,32 +87,6 @@ impl Pace {
         let first = self.rates(q, before)?.to_vec();
         let second = self.rates(q, after)?;
         Some(first.iter().zip(second).map(|(a, b)| (b - a) / period).collect())
-    }
-}
-
-/// Limits of each degree of freedom that the hard levels of a stack set.
-struct JointLimits {
-    /// Speeds, in rad/s or m/s.
-    speed: Vec<f64>,
-    /// Accelerations, in rad/s^2 or m/s^2.
-    acceleration: Vec<f64>,
-}
-
-impl JointLimits {
-    fn new(program: &Program, stack: usize) -> JointLimits {
-        let open = vec![f64::INFINITY; program.robot.model.nv()];
-        let mut limits = JointLimits { speed: open.clone(), acceleration: open };
-        let hard = program.stacks[stack].levels.iter().flat_map(|l| l.members.iter().map(|_| l.hard));
-        for (built, _) in build_tasks(program, &program.stacks[stack]).iter().zip(hard).filter(|(_, hard)| *hard) {
-            let Ok(task) = &built.task else { continue };
-            for (dof, x) in task.speed_limits(&program.values.initial) {
-                limits.speed[dof] = limits.speed[dof].min(x);
-            }
-            for (dof, x) in task.acceleration_limits() {
-                limits.acceleration[dof] = limits.acceleration[dof].min(x);
-            }
-        }
-        limits
     }
 }
 
@@ -176,9 +151,14 @@ fn worst(
 }
 
 /// Warns of a target that is faster than the joints at postures where it is met.
-pub(super) fn check(c: &Checked, stack: usize, member: &MemberProgram, moments: &[Moment]) -> Option<Diagnostic> {
+pub(super) fn check(
+    c: &Checked,
+    stack: usize,
+    limits: &JointLimits,
+    member: &MemberProgram,
+    moments: &[Moment],
+) -> Option<Diagnostic> {
     let mut pace = Pace::new(c.program, stack, member)?;
-    let limits = JointLimits::new(c.program, stack);
     let period = c.program.robot.period;
     let name = &c.program.tasks[member.task].name;
     let velocities = worst(&mut pace, &limits.speed, SPEED_DEFICIT, moments, |p, m| Some(p.rates(&m.q, m.t)?.to_vec()));
@@ -204,11 +184,8 @@ pub(super) fn check(c: &Checked, stack: usize, member: &MemberProgram, moments: 
 }
 
 /// Warns of a velocity of joints that lasts until a joint is at its stop.
-pub(super) fn stops(c: &Checked, stack: usize, member: &MemberProgram, duration: f64) -> Option<Diagnostic> {
-    let task = build_tasks(c.program, &c.program.stacks[stack]);
-    let members = c.program.stacks[stack].levels.iter().flat_map(|l| &l.members);
-    let (built, _) = task.iter().zip(members).find(|(_, m)| m.task == member.task)?;
-    let dofs = built.task.as_ref().ok()?.degrees_of_freedom()?;
+pub(super) fn stops(c: &Checked, stack: usize, target: &VelocityTarget, duration: f64) -> Option<Diagnostic> {
+    let VelocityTarget { member, dofs } = target;
     let mut pace = Pace::new(c.program, stack, member)?;
     let (model, home) = (&c.program.robot.model, &c.program.robot.home);
     let step = duration / MOMENTS as f64;
@@ -216,7 +193,7 @@ pub(super) fn stops(c: &Checked, stack: usize, member: &MemberProgram, duration:
     for k in 0..MOMENTS {
         let t = (k as f64 + 0.5) * step;
         let rates = pace.rates(home, t)?.to_vec();
-        for (rate, &dof) in rates.iter().zip(&dofs) {
+        for (rate, &dof) in rates.iter().zip(dofs) {
             let d = &model.dofs[dof];
             let Some(i) = d.q_index else { continue };
             q[i] += rate * step;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use runtime::build_tasks;
 use runtime::program::{LevelProgram, MemberProgram, Op, Program, Subject, TaskProgram, Times, Trigger};
 use stdlib_tasks::bound::Bound;
-use stdlib_tasks::task::RowKind;
+use stdlib_tasks::task::{RowKind, Task};
 
 use super::super::Checked;
 use crate::analysis::postures::{FixedValue, Parts, PostureSearch};
@@ -33,12 +33,47 @@ pub(super) struct Limit {
     pub hard: bool,
 }
 
+/// Limits of each degree of freedom that the hard levels of a stack set.
+pub(super) struct JointLimits {
+    /// Speeds, in rad/s or m/s.
+    pub speed: Vec<f64>,
+    /// Accelerations, in rad/s^2 or m/s^2.
+    pub acceleration: Vec<f64>,
+}
+
+impl JointLimits {
+    /// No limits.
+    fn none(nv: usize) -> JointLimits {
+        JointLimits { speed: vec![f64::INFINITY; nv], acceleration: vec![f64::INFINITY; nv] }
+    }
+
+    /// Adds those of a task.
+    fn add(&mut self, task: &dyn Task, values: &[f64]) {
+        for (dof, x) in task.speed_limits(values) {
+            self.speed[dof] = self.speed[dof].min(x);
+        }
+        for (dof, x) in task.acceleration_limits() {
+            self.acceleration[dof] = self.acceleration[dof].min(x);
+        }
+    }
+}
+
+/// A target of joint velocities.
+pub(super) struct VelocityTarget {
+    /// The task in its level.
+    pub member: MemberProgram,
+    /// Degree of freedom of each row.
+    pub dofs: Vec<usize>,
+}
+
 /// What is known of a stack.
 pub(super) struct StackParts {
     /// Targets with an error, which a posture can meet.
     pub targets: Vec<Target>,
     /// Targets of joint velocities that depend on time alone.
-    pub velocities: Vec<MemberProgram>,
+    pub velocities: Vec<VelocityTarget>,
+    /// Limits of joints on its hard levels.
+    pub joint_limits: JointLimits,
     /// Limits of positions.
     pub limits: Vec<Limit>,
     /// Limits that depend on time alone.
@@ -55,11 +90,15 @@ impl StackParts {
         let (program, at_home) = (c.program, entries::at_home(c.program, stack));
         let built = build_tasks(program, &program.stacks[stack]);
         let (mut targets, mut velocities) = (Vec::new(), Vec::new());
+        let mut joint_limits = JointLimits::none(program.robot.model.nv());
         let (mut limits, mut moving_limits) = (Vec::new(), Vec::new());
         let levels = program.stacks[stack].levels.iter().enumerate();
         let members = levels.flat_map(|(k, l)| l.members.iter().map(move |m| (k, l, m)));
         for (built, (level, l, m)) in built.iter().zip(members) {
             let (Ok(task), Some(place)) = (&built.task, c.places.tasks.get(m.task)) else { continue };
+            if l.hard {
+                joint_limits.add(task.as_ref(), &program.values.initial);
+            }
             // The target is where the stack is entered.
             if task.remembers_entry() && !at_home {
                 continue;
@@ -72,8 +111,9 @@ impl StackParts {
                         targets.push(Target { member: m.clone(), level, goal: numbers.goal, timed });
                     }
                 }
-                RowKind::Equality if at_home && numbers.timed && task.degrees_of_freedom().is_some() => {
-                    velocities.push(m.clone());
+                RowKind::Equality if at_home && numbers.timed => {
+                    let dofs = task.degrees_of_freedom();
+                    velocities.extend(dofs.map(|dofs| VelocityTarget { member: m.clone(), dofs }));
                 }
                 RowKind::Inequality if numbers.constant && numbers.plain => {
                     limits.push(Limit { member: m.clone(), level, hard: l.hard });
@@ -83,7 +123,15 @@ impl StackParts {
             }
         }
         let limits = of_positions(program, stack, limits);
-        StackParts { targets, velocities, limits, moving_limits, at_home, duration: duration(program, stack) }
+        StackParts {
+            targets,
+            velocities,
+            joint_limits,
+            limits,
+            moving_limits,
+            at_home,
+            duration: duration(program, stack),
+        }
     }
 
     /// The limits that keep a target of this level back: hard ones, and those on levels above.
