@@ -189,7 +189,7 @@ impl PostureSearch {
             model.integrate(&mut q, &self.solution.x, self.step * (LARGEST / largest).min(1.0));
             for d in &model.dofs {
                 if let Some(x) = d.q_index.and_then(|i| q.get_mut(i)) {
-                    *x = x.clamp(d.lower, d.upper.max(d.lower));
+                    *x = x.max(d.lower).min(d.upper);
                 }
             }
         }

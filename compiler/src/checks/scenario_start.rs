@@ -37,6 +37,18 @@ pub(super) fn first_stack(program: &Program, scenario: &ScenarioProgram) -> Opti
     }
 }
 
+/// The signals at the start of a scenario, with people at their true positions; `None` if the stack needs one that is absent.
+pub(super) fn signals_at_start(
+    program: &Program,
+    scenario: &ScenarioProgram,
+    evaluator: &Evaluator,
+) -> Option<Vec<f64>> {
+    let mut signals = program.interface.absent();
+    World::new(program, scenario).truth(0.0, &mut signals);
+    let known = |s: &usize| program.interface.signals.get(*s).is_some_and(|s| signals[s.known_at()] > 0.0);
+    evaluator.needs().iter().all(known).then_some(signals)
+}
+
 /// The first stack of a scenario, evaluated at the start with people at their true positions.
 struct Start {
     stack: usize,
@@ -73,12 +85,7 @@ impl Start {
         if !moved && evaluator.needs().is_empty() && entries::at_home(program, stack) {
             return None;
         }
-        let mut signals = program.interface.absent();
-        World::new(program, scenario).truth(0.0, &mut signals);
-        let known = |s: &usize| program.interface.signals.get(*s).is_some_and(|s| signals[s.known_at()] > 0.0);
-        if !evaluator.needs().iter().all(known) {
-            return None;
-        }
+        let signals = signals_at_start(program, scenario, &evaluator)?;
         let velocity = vec![0.0; program.robot.model.nv()];
         let mut start = Start { stack, evaluator, problem, signals, velocity, moved };
         start.evaluator.enter(&scenario.start, inputs(&start.signals, &start.velocity));

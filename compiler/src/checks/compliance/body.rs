@@ -78,7 +78,7 @@ struct Axis {
     slots: [Option<usize>; 3],
 }
 
-/// What is wrong with an axis.
+/// A fault of an axis.
 struct Wrong {
     text: String,
     note: &'static str,

@@ -69,7 +69,7 @@ fn point<'p>(program: &'p Program, human: &HumanProgram, index: usize) -> &'p st
     signal.map_or("", |s| s.name.as_str())
 }
 
-/// What the tasks and conditions of a program read.
+/// Numbers that the tasks and conditions of a program read.
 struct Known {
     /// Limits, with the numbers that they read.
     limits: Vec<(usize, BTreeSet<usize>)>,

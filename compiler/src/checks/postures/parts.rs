@@ -66,7 +66,7 @@ pub(super) struct VelocityTarget {
     pub dofs: Vec<usize>,
 }
 
-/// What is known of a stack.
+/// The targets and limits of a stack.
 pub(super) struct StackParts {
     /// Targets with an error, which a posture can meet.
     pub targets: Vec<Target>,

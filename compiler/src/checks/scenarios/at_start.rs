@@ -5,13 +5,12 @@ use dsl::{Diagnostic, Help, Snippet};
 use runtime::expect::{Node, Window};
 use runtime::program::{Measure, Op, Subject, Times};
 use runtime::text::number;
-use runtime::world::World;
 use runtime::{Evaluator, Member, TickInputs, build_tasks};
 use solver::Problem;
 use stdlib_tasks::expression::Expression;
 
 use super::Scene;
-use crate::checks::scenario_start::first_stack;
+use crate::checks::scenario_start::{first_stack, signals_at_start};
 use crate::units::shown;
 
 /// Factor by which an error may decay faster than its gain says, by the motion of other tasks.
@@ -94,12 +93,7 @@ impl Scene<'_> {
         let (program, scenario) = (self.program, self.scenario);
         let stack = first_stack(program, scenario)?;
         let (mut evaluator, mut problem) = Evaluator::new(program, stack).ok()?;
-        let mut signals = program.interface.absent();
-        World::new(program, scenario).truth(0.0, &mut signals);
-        let known = |s: &usize| program.interface.signals.get(*s).is_some_and(|s| signals[s.known_at()] > 0.0);
-        if !evaluator.needs().iter().all(known) {
-            return None;
-        }
+        let signals = signals_at_start(program, scenario, &evaluator)?;
         let velocity = vec![0.0; program.robot.model.nv()];
         let inputs =
             TickInputs { times: Times::default(), signals: &signals, velocity: &velocity, stack_velocity: &velocity };
