@@ -4,6 +4,7 @@ mod active_set;
 mod brute_force;
 mod certified;
 mod common;
+mod contradiction;
 mod deadline;
 mod degenerate;
 mod equalities;
