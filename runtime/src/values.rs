@@ -12,8 +12,8 @@ pub(crate) struct ValueTable {
     ranges: Vec<ValueRange>,
     /// Captured numbers.
     pub inputs: Vec<f64>,
-    /// For each captured number, the first entry that depends on it.
-    reads: Vec<Option<usize>>,
+    /// Captured numbers that are read, in ascending order.
+    reads: Vec<Read>,
     /// Signals that must be present: those that are read, except those whose presence is tested.
     needs: Vec<usize>,
     /// For each of these, the index of the number that is 1 if it may be used.
@@ -24,6 +24,13 @@ pub(crate) struct ValueTable {
     /// Their time derivatives.
     pub rates: Vec<f64>,
     moves: Moves,
+}
+
+/// A captured number that the table reads.
+struct Read {
+    input: usize,
+    /// The first entry that depends on it.
+    at: usize,
 }
 
 /// Trajectories of a table of values.
@@ -86,7 +93,12 @@ impl ValueTable {
         ValueTable {
             ranges: values.ranges.iter().filter(|r| wanted.contains(&r.at)).copied().collect(),
             inputs: vec![0.0; tape.inputs],
-            reads: tape.readers(),
+            reads: tape
+                .readers()
+                .iter()
+                .enumerate()
+                .filter_map(|(input, at)| Some(Read { input, at: (*at)? }))
+                .collect(),
             presence: needs.iter().map(|&s| interface.signals[s].known_at()).collect(),
             needs: needs.into_iter().collect(),
             registers: vec![0.0; tape.ops.len()],
@@ -99,7 +111,7 @@ impl ValueTable {
 
     /// Returns true if an entry depends on a captured number.
     pub fn is_read(&self, input: usize) -> bool {
-        self.reads.get(input).is_some_and(Option::is_some)
+        self.reads.binary_search_by_key(&input, |r| r.input).is_ok()
     }
 
     /// Signals that must be present.
@@ -147,8 +159,7 @@ impl ValueTable {
         if let Some(signal) = self.absent(signals) {
             return Err(Fault::Stale { signal });
         }
-        let mut lost = self.inputs.iter().zip(&self.reads).filter(|(x, _)| !x.is_finite());
-        if let Some(at) = lost.find_map(|(_, at)| *at) {
+        if let Some(&Read { at, .. }) = self.reads.iter().find(|r| !self.inputs[r.input].is_finite()) {
             self.current[at] = f64::NAN;
             return Err(Fault::Value { at });
         }

@@ -23,8 +23,11 @@ const KIND: &str = "safety_planner";
 
 /// Task that a planner protects; `None` for a task of another type.
 pub(crate) fn protected_by(task: &TaskProgram) -> Option<usize> {
+    if task.kind != KIND {
+        return None;
+    }
     match task.params.get("task") {
-        Some(Bound::Task(protected)) if task.kind == KIND => Some(*protected),
+        Some(Bound::Task(protected)) => Some(*protected),
         _ => None,
     }
 }

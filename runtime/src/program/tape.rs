@@ -64,35 +64,37 @@ pub(crate) struct TapeWrites<'a> {
 impl Tape {
     /// Part of the tape that computes the given entries of the table of values.
     pub fn only(&self, wanted: &BTreeSet<usize>) -> Tape {
-        let outputs: Vec<Output> = self.outputs.iter().filter(|o| wanted.contains(&o.at)).copied().collect();
-        let mut needed = vec![false; self.ops.len()];
-        for o in &outputs {
-            (needed[o.value], needed[o.rate]) = (true, true);
-        }
-        // Operands come before users, so that one backward pass marks them all.
-        let mut moved = vec![false; self.trajectories.len()];
-        for i in (0..self.ops.len()).rev() {
-            if !needed[i] {
-                continue;
-            }
-            self.ops[i].operands().into_iter().flatten().for_each(|a| needed[a] = true);
+        let outputs = self.outputs_at(wanted);
+        // A part is often small in a large tape, so that only what it needs is looked at. Operands come before users:
+        // the last open operation is needed by none that follows.
+        let mut open: BTreeSet<usize> = outputs.iter().flat_map(|o| [o.value, o.rate]).collect();
+        let mut moved: BTreeSet<usize> = BTreeSet::new();
+        let mut needed = Vec::new();
+        while let Some(i) = open.pop_last() {
+            needed.push(i);
+            open.extend(self.ops[i].operands().into_iter().flatten());
             if let Op::Trajectory(k) = self.ops[i]
                 && let Some(t) = self.trajectory_of(k)
-                && !std::mem::replace(&mut moved[t], true)
+                && moved.insert(t)
             {
-                self.trajectories[t].inputs().for_each(|a| needed[a] = true);
+                open.extend(self.trajectories[t].inputs());
             }
         }
-        let mut number = vec![0; self.ops.len()];
-        let mut ops = Vec::new();
-        for (i, op) in self.ops.iter().enumerate().filter(|(i, _)| needed[*i]) {
-            number[i] = ops.len();
-            ops.push(op.renumber(|a| number[a]));
-        }
-        let outputs = outputs.iter().map(|o| Output { at: o.at, value: number[o.value], rate: number[o.rate] });
-        let moved = self.trajectories.iter().zip(moved).filter(|(_, is)| *is);
-        let trajectories = moved.map(|(t, _)| t.renumber(|a| number[a])).collect();
+        needed.reverse();
+        let number = |op: usize| needed.binary_search(&op).unwrap_or(0);
+        let ops = needed.iter().map(|&i| self.ops[i].renumber(number)).collect();
+        let outputs = outputs.iter().map(|o| Output { at: o.at, value: number(o.value), rate: number(o.rate) });
+        let trajectories = moved.iter().map(|&t| self.trajectories[t].renumber(number)).collect();
         Tape { outputs: outputs.collect(), ops, inputs: self.inputs, trajectories }
+    }
+
+    /// Outputs that write the given entries of the table of values.
+    fn outputs_at(&self, wanted: &BTreeSet<usize>) -> Vec<Output> {
+        if !self.outputs.is_sorted_by_key(|o| o.at) {
+            return self.outputs.iter().filter(|o| wanted.contains(&o.at)).copied().collect();
+        }
+        let from = |at: usize| self.outputs.partition_point(|o| o.at < at);
+        wanted.iter().flat_map(|&at| self.outputs[from(at)..].iter().take_while(move |o| o.at == at)).copied().collect()
     }
 
     /// For each captured value, the first entry of the table of values that depends on it. The tape has passed
