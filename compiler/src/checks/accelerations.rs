@@ -8,19 +8,17 @@
 
 use std::collections::BTreeSet;
 
-use dsl::{Diagnostic, Help, Snippet, Sources, Span};
+use dsl::{Diagnostic, Help, Snippet, Span};
 use names::list;
-use runtime::program::{MemberProgram, Op, Program, StackProgram, Tape, TaskProgram, Times};
-use runtime::{Evaluator, Member, RestInputs, build_tasks};
+use runtime::Member;
+use runtime::program::{MemberProgram, Op, Program, StackProgram, Tape, TaskProgram};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::kinds::joint_acceleration_limits::KIND as LIMITS;
 use stdlib_tasks::task::RowKind;
 
-use super::configurations;
+use super::Checked;
+use crate::analysis::stacks::{Signals, Stacks};
 use crate::source_map::SourceMap;
-
-/// Number of configurations, besides home, that determine the moved joints: a single one may be singular.
-const CONFIGURATIONS: usize = 3;
 
 /// Joints that a stack moves, and joints whose acceleration it bounds.
 pub(crate) struct AccelerationBounds {
@@ -38,7 +36,7 @@ pub(crate) struct AccelerationBounds {
 
 impl AccelerationBounds {
     /// Computes the bounds for the stack `index` of a program without errors.
-    pub(crate) fn of(program: &Program, index: usize) -> AccelerationBounds {
+    pub(crate) fn of(program: &Program, stacks: &Stacks, index: usize) -> AccelerationBounds {
         let (stack, model) = (&program.stacks[index], &program.robot.model);
         let members =
             || stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, l.hard, m)));
@@ -47,9 +45,9 @@ impl AccelerationBounds {
             members().map(|(_, _, m)| m.task).filter(|&task| moves(program, &origins, task)).collect();
         let target = |m: &MemberProgram| row_kind(program, m.task) == Some(RowKind::Equality);
         let first = members().find(|(_, _, m)| target(m)).map_or(usize::MAX, |m| m.0);
-        let all = build_tasks(program, stack);
+        let all = stacks.tasks(index);
         let (mut bounded, mut ineffective) = (BTreeSet::new(), None);
-        for ((level, hard, m), built) in members().zip(&all) {
+        for ((level, hard, m), built) in members().zip(all) {
             let limits = built.task.as_ref().map(|t| t.acceleration_limits()).unwrap_or_default();
             if hard || level < first {
                 bounded.extend(limits.iter().map(|l| l.0));
@@ -61,7 +59,8 @@ impl AccelerationBounds {
         let (mut unbounded, mut partial) = (BTreeSet::new(), false);
         // Without a target the robot stands still, and at most yields to limits.
         if !movers.is_empty() && first < usize::MAX && !free.is_subset(&bounded) {
-            let moved: BTreeSet<usize> = moved_dofs(program, index, &movers).intersection(&free).copied().collect();
+            let moved: BTreeSet<usize> =
+                moved_dofs(program, stacks, index, &movers).intersection(&free).copied().collect();
             unbounded = moved.difference(&bounded).copied().collect();
             partial = unbounded.len() < moved.len();
         }
@@ -135,29 +134,17 @@ fn stops(program: &Program, task: &TaskProgram) -> bool {
 
 /// Returns the degrees of freedom in the rows of a stack's targets and of its moving tasks; all of them if the rows
 /// cannot be computed.
-fn moved_dofs(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usize> {
-    let model = &program.robot.model;
-    let all = || (0..model.nv()).collect();
-    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return all() };
-    let rest = RestInputs::new(program);
+fn moved_dofs(program: &Program, stacks: &Stacks, stack: usize, movers: &[usize]) -> BTreeSet<usize> {
     let mut found = BTreeSet::new();
     let mut computed = false;
-    for q in &configurations(program, CONFIGURATIONS) {
-        evaluator.enter(q, rest.at(Times::default()));
-        // Skipped: the rows do not exist if parts overlap at a random configuration.
-        if evaluator.update(q, rest.at(Times::default()), &mut problem).is_err() {
-            continue;
-        }
+    let counts = |m: &&Member| m.row_kind == RowKind::Equality || movers.contains(&m.program_index);
+    for sample in stacks.samples(stack, Signals::Absent) {
         computed = true;
-        let counts = |m: &&Member| m.row_kind == RowKind::Equality || movers.contains(&m.program_index);
-        for m in evaluator.members().iter().filter(counts) {
-            let level = &problem.levels[m.level];
-            for r in m.rows.clone() {
-                found.extend((0..model.nv()).filter(|&dof| level.row(r)[dof] != 0.0));
-            }
+        for row in stacks.members(stack).iter().filter(counts).flat_map(|m| sample.rows(m)) {
+            found.extend((0..row.len()).filter(|&dof| row[dof] != 0.0));
         }
     }
-    if computed { found } else { all() }
+    if computed { found } else { (0..program.robot.model.nv()).collect() }
 }
 
 /// Returns the hard level of joint limits of a stack, or else its first hard level; `None` without a hard level.
@@ -180,10 +167,11 @@ fn keeps_distances(stack: &StackProgram, program: &Program) -> bool {
 }
 
 /// Warns of stacks that move joints without a bound of the acceleration; once for stacks that share a level of limits.
-pub(crate) fn check(program: &Program, places: &SourceMap, sources: &Sources, diagnostics: &mut Vec<Diagnostic>) {
+pub(super) fn check(c: &Checked, diagnostics: &mut Vec<Diagnostic>) {
+    let (program, places, sources) = (c.program, c.places, c.sources);
     let mut found: Vec<Unbounded> = Vec::new();
     for (i, stack) in program.stacks.iter().enumerate() {
-        let bounds = AccelerationBounds::of(program, i);
+        let bounds = AccelerationBounds::of(program, &c.stacks, i);
         if !bounds.may_jump() {
             continue;
         }

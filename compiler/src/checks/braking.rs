@@ -16,11 +16,12 @@
 use std::collections::BTreeSet;
 
 use dsl::Diagnostic;
+use runtime::Built;
 use runtime::program::{MemberProgram, Program, StackProgram};
-use runtime::{Built, build_tasks};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{ACCELERATION, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dimension, VELOCITY};
 
+use super::Checked;
 use crate::source_map::SourceMap;
 use crate::units::shown;
 
@@ -123,11 +124,11 @@ impl Weak {
 }
 
 /// Warns of joints that may move faster towards their limits or a wall, by the hard levels, than they can brake.
-pub(crate) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
+pub(super) fn check(c: &Checked, diagnostics: &mut Vec<Diagnostic>) {
+    let (program, places) = (c.program, c.places);
     let mut told = BTreeSet::new();
-    for stack in &program.stacks {
-        let built = build_tasks(program, stack);
-        let Some(hard) = Hard::new(program, stack, &built) else { continue };
+    for (index, stack) in program.stacks.iter().enumerate() {
+        let Some(hard) = Hard::new(program, stack, c.stacks.tasks(index)) else { continue };
         for (m, limits) in hard.brakes() {
             if let Some((barrier, weak, others)) = before_position_limits(&hard, &limits)
                 && told.insert((m.task, barrier))

@@ -2,17 +2,17 @@
 //! overshoot within a period. The first tick is only simulated for a stack whose tasks could all be built.
 
 use dsl::Diagnostic;
-use runtime::build_tasks;
 use runtime::program::{Program, overshoots};
 use stdlib_tasks::dimension::RATE;
 use stdlib_tasks::task::BuildError;
 
-use super::{first_tick, has_errors, number, place, size_limits};
+use super::{Checked, first_tick, has_errors, number, place, size_limits};
 use crate::binding::gain;
 use crate::source_map::SourceMap;
 
 /// Checks all stacks; a mistake of a task that is in several stacks is reported once.
-pub(super) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
+pub(super) fn check(c: &Checked, diagnostics: &mut Vec<Diagnostic>) {
+    let (program, places) = (c.program, c.places);
     let values = &program.values.initial;
     let mut reported: Vec<(usize, String)> = Vec::new();
     for (i, stack) in program.stacks.iter().enumerate() {
@@ -20,7 +20,7 @@ pub(super) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
             diagnostics.push(refusal);
             continue;
         }
-        let built = build_tasks(program, stack);
+        let built = c.stacks.tasks(i);
         let members = stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, m)));
         let rows = built.iter().flat_map(|b| &b.task).map(|t| t.rows().len()).sum();
         if let Some(refusal) = size_limits::rows(rows, i, places) {
@@ -55,7 +55,7 @@ pub(super) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
             }
         }
         if complete && !has_errors(diagnostics) {
-            first_tick::start(program, i, places, diagnostics);
+            first_tick::start(c, i, diagnostics);
         }
     }
 }

@@ -56,20 +56,18 @@ pub(crate) fn is_certain(program: &Program, at: usize) -> bool {
     !program.values.tape.only(&BTreeSet::from([at])).ops.iter().any(from_elsewhere)
 }
 
-/// Returns the program with one more stack: the part of the hard levels of `stack` that holds at every configuration.
-/// Only limits and targets of joint velocities do; all other rows depend on the configuration.
-pub(crate) fn anywhere(program: &Program, stack: usize) -> Program {
-    let mut program = program.clone();
+/// Returns the part of the hard levels of a stack that holds at every configuration. Only limits and targets of joint
+/// velocities do; all other rows depend on the configuration.
+pub(crate) fn anywhere(program: &Program, stack: usize) -> StackProgram {
     let certain = |task: usize| {
         let task = &program.tasks[task];
         let mut slots = task.params.values().flat_map(|b| b.slots());
         matches!(task.kind.as_str(), "joint_velocity" | "joint_velocity_limits")
-            && slots.all(|s| (s.at..s.at + s.len).all(|at| is_certain(&program, at)))
+            && slots.all(|s| (s.at..s.at + s.len).all(|at| is_certain(program, at)))
     };
-    let mut reduced = StackProgram { ..program.stacks[stack].clone() };
+    let mut reduced = program.stacks[stack].clone();
     for level in &mut reduced.levels {
         level.members.retain(|m| level.hard && certain(m.task));
     }
-    program.stacks.push(reduced);
-    program
+    reduced
 }

@@ -12,14 +12,23 @@ use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{Dimension, LENGTH};
 use stdlib_tasks::task::{RowInfo, RowKind};
 
-use super::{entries, fixed_above, limit, number, place};
+use super::{Checked, contradictions, entries, fixed_above, limit, number, place};
+use crate::analysis::postures::alone;
+use crate::analysis::stacks::Prepared;
 use crate::binding::Number;
 use crate::source_map::SourceMap;
 use crate::units::shown;
 
 /// Evaluates a stack at the home configuration and simulates its first tick.
-pub(super) fn start(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
-    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return };
+pub(super) fn start(c: &Checked, stack: usize, diagnostics: &mut Vec<Diagnostic>) {
+    let Some(mut prepared) = c.stacks.take(stack) else { return };
+    evaluated(c, stack, &mut prepared, diagnostics);
+    c.stacks.give(stack, prepared);
+}
+
+fn evaluated(c: &Checked, stack: usize, prepared: &mut Prepared, diagnostics: &mut Vec<Diagnostic>) {
+    let (program, places) = (c.program, c.places);
+    let Prepared { evaluator, problem } = prepared;
     // The values of signals are unknown at compile time.
     if !evaluator.needs().is_empty() {
         return;
@@ -28,8 +37,8 @@ pub(super) fn start(program: &Program, stack: usize, places: &SourceMap, diagnos
     let rest = RestInputs::new(program);
     let moment = rest.at(Times::default());
     evaluator.enter(&program.robot.home, moment);
-    if let Err(fault) = evaluator.update(&program.robot.home, moment, &mut problem) {
-        if !at_home && !anywhere(program, &evaluator, &fault) {
+    if let Err(fault) = evaluator.update(&program.robot.home, moment, problem) {
+        if !at_home && !anywhere(program, evaluator, &fault) {
             return;
         }
         let place_of_start = if at_home { "at home" } else { "when its state is entered" };
@@ -72,7 +81,7 @@ pub(super) fn start(program: &Program, stack: usize, places: &SourceMap, diagnos
         return;
     }
     if at_home {
-        undefined(&evaluator, places, diagnostics);
+        undefined(evaluator, places, diagnostics);
     }
     let (mut outside, mut outside_hard) = (false, false);
     for m in evaluator.members() {
@@ -118,18 +127,25 @@ pub(super) fn start(program: &Program, stack: usize, places: &SourceMap, diagnos
             d.help("move the home configuration or the limit")
         });
     }
-    if at_home {
-        if !outside_hard {
-            reserves(&evaluator, program, places, diagnostics);
-            if !hard_levels(program, stack, stack, places, diagnostics) {
-                freedom(program, stack, places, diagnostics);
-            }
+    let reduced;
+    let first = match at_home {
+        true if outside_hard => return,
+        true => {
+            reserves(evaluator, program, places, diagnostics);
+            FirstTick::new(program, stack)
         }
-    } else {
-        let reduced = entries::anywhere(program, stack);
-        let index = reduced.stacks.len() - 1;
-        if !hard_levels(&reduced, index, stack, places, diagnostics) && !outside {
-            freedom(program, stack, places, diagnostics);
+        false => {
+            reduced = alone(program, entries::anywhere(program, stack));
+            FirstTick::new(&reduced, 0)
+        }
+    };
+    if let Some(first) = first
+        && !first.hard_levels(c, stack, at_home, diagnostics)
+    {
+        if at_home {
+            first.freedom(c, stack, diagnostics);
+        } else if !outside && let Some(first) = FirstTick::new(program, stack) {
+            first.freedom(c, stack, diagnostics);
         }
     }
 }
@@ -165,67 +181,73 @@ fn anywhere(program: &Program, evaluator: &Evaluator, fault: &Fault) -> bool {
     }
 }
 
-/// Runs a stack of `program` for one tick and reports a hard level that cannot be met; returns true if there is one.
-/// `written` is the stack of the spec to which the result applies: `stack` itself, or the stack from which
-/// [`entries::anywhere`] derived it.
-fn hard_levels(
-    program: &Program,
-    stack: usize,
-    written: usize,
-    places: &SourceMap,
-    diagnostics: &mut Vec<Diagnostic>,
-) -> bool {
-    let Ok(mut controller) = Controller::for_stack(program, stack) else { return false };
-    let fault = controller.step(&Observation { time: 0.0, q: &program.robot.home }).fault;
-    let place = if written == stack { "at home" } else { "wherever its state is entered" };
-    let Status::Infeasible { level } = controller.solution().status else { return false };
-    let text = fault.map(|f| controller.describe(&f)).unwrap_or_default();
-    let d = Diagnostic::error("HQ0504", places.stacks[written].1[level], format!("{place}, {text}"));
-    let d = if written == stack { d.label(places.home, "the robot starts here") } else { d };
-    diagnostics.push(d.note("a hard level has no slack, so the first tick would be a fault").help(
-        if program.stacks[stack].levels[level].damping > 0.0 {
-            "remove the level's `damping`: a damped level does not meet its rows exactly, and a hard level must"
-        } else {
-            "relax the level, or remove `hard`"
-        },
-    ));
-    true
+/// A stack after one tick at home.
+struct FirstTick {
+    controller: Controller,
+    fault: Option<Fault>,
 }
 
-/// Warns of levels that the targets above, or locked joints, leave no freedom at home. Limits do not count: those that act at
-/// the first tick release the robot later.
-fn freedom(program: &Program, stack: usize, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
-    let Ok(mut controller) = Controller::for_stack(program, stack) else { return };
-    controller.step(&Observation { time: 0.0, q: &program.robot.home });
-    // A hard level that is infeasible at home may be feasible at the configuration where the stack is entered.
-    if controller.solution().status != Status::Optimal {
-        return;
+impl FirstTick {
+    fn new(program: &Program, stack: usize) -> Option<FirstTick> {
+        let mut controller = Controller::for_stack(program, stack).ok()?;
+        let fault = controller.step(&Observation { time: 0.0, q: &program.robot.home }).fault;
+        Some(FirstTick { controller, fault })
     }
-    let levels = &places.stacks[stack].1;
-    let free = program.robot.model.nv().saturating_sub(program.stacks[stack].locked.len());
-    let damped = |k: usize| program.stacks[stack].levels[..k].iter().any(|l| l.damping > 0.0);
-    let above = fixed_above::fixed_at_home(program, stack).unwrap_or_default();
-    for (k, level) in program.stacks[stack].levels.iter().enumerate() {
-        let fixed = if damped(k) { free } else { above.get(k).copied().unwrap_or(0) };
-        // A hard limit must hold, whatever is above.
-        let idle =
-            level.hard && level.members.iter().all(|m| places.tasks[m.task].kind.row_kind == RowKind::Inequality);
-        if fixed < free || idle || level.members.is_empty() {
-            continue;
+
+    /// Reports a hard level that cannot be met; returns true if there is one. If the stack is not entered at home, this is
+    /// the first tick of its part that holds everywhere.
+    fn hard_levels(&self, c: &Checked, stack: usize, at_home: bool, diagnostics: &mut Vec<Diagnostic>) -> bool {
+        let place = if at_home { "at home" } else { "wherever its state is entered" };
+        let Status::Infeasible { level } = self.controller.solution().status else { return false };
+        let text = self.fault.as_ref().map(|f| self.controller.describe(f)).unwrap_or_default();
+        let d = Diagnostic::error("HQ0504", c.places.stacks[stack].1[level], format!("{place}, {text}"));
+        let d = if at_home { d.label(c.places.home, "the robot starts here") } else { d };
+        let d = contradictions::blame(c, &self.controller, level, d);
+        diagnostics.push(d.note("a hard level has no slack, so the first tick would be a fault").help(
+            if c.program.stacks[stack].levels[level].damping > 0.0 {
+                "remove the level's `damping`: a damped level does not meet its rows exactly, and a hard level must"
+            } else {
+                "relax the level, or remove `hard`"
+            },
+        ));
+        true
+    }
+
+    /// Warns of levels that the targets above, or locked joints, leave no freedom at home. Limits do not count: those that
+    /// act at the first tick release the robot later.
+    fn freedom(&self, c: &Checked, stack: usize, diagnostics: &mut Vec<Diagnostic>) {
+        // A hard level that is infeasible at home may be feasible at the configuration where the stack is entered.
+        if self.controller.solution().status != Status::Optimal {
+            return;
         }
-        let d = Diagnostic::warning("HQ0604", levels[k], format!("level `{}` has no freedom left at home", level.name));
-        let d = if free == 0 || k == 0 {
-            d.label(places.stacks[stack].0, "this stack locks every degree of freedom")
-        } else {
-            d.label(levels[k - 1], "this level and those above it fix every degree of freedom")
-        };
-        diagnostics.push(d.help(if damped(k) {
-            "remove `damping` from the level above: a damped level uses all degrees of freedom"
-        } else {
-            "reduce the tasks of the levels above, or unlock joints"
-        }));
-        // The levels below have no freedom for the same reason.
-        break;
+        let (program, places) = (c.program, c.places);
+        let levels = &places.stacks[stack].1;
+        let free = program.robot.model.nv().saturating_sub(program.stacks[stack].locked.len());
+        let damped = |k: usize| program.stacks[stack].levels[..k].iter().any(|l| l.damping > 0.0);
+        let above = fixed_above::fixed_at_home(c, stack).unwrap_or_default();
+        for (k, level) in program.stacks[stack].levels.iter().enumerate() {
+            let fixed = if damped(k) { free } else { above.get(k).copied().unwrap_or(0) };
+            // A hard limit must hold, whatever is above.
+            let idle =
+                level.hard && level.members.iter().all(|m| places.tasks[m.task].kind.row_kind == RowKind::Inequality);
+            if fixed < free || idle || level.members.is_empty() {
+                continue;
+            }
+            let d =
+                Diagnostic::warning("HQ0604", levels[k], format!("level `{}` has no freedom left at home", level.name));
+            let d = if free == 0 || k == 0 {
+                d.label(places.stacks[stack].0, "this stack locks every degree of freedom")
+            } else {
+                d.label(levels[k - 1], "this level and those above it fix every degree of freedom")
+            };
+            diagnostics.push(d.help(if damped(k) {
+                "remove `damping` from the level above: a damped level uses all degrees of freedom"
+            } else {
+                "reduce the tasks of the levels above, or unlock joints"
+            }));
+            // The levels below have no freedom for the same reason.
+            break;
+        }
     }
 }
 

@@ -5,15 +5,12 @@ use std::collections::BTreeSet;
 
 use dsl::Diagnostic;
 use nalgebra::{DMatrix, RowDVector};
-use runtime::program::{Program, Times};
-use runtime::{Evaluator, Member, RestInputs};
+use runtime::Member;
 use solver::Problem;
 use stdlib_tasks::task::RowKind;
 
-use super::{Checked, configurations};
-
-/// Number of random configurations, beside home, at which the rows are compared.
-const CONFIGURATIONS: usize = 4;
+use super::Checked;
+use crate::analysis::stacks::{RANDOM, Signals};
 
 /// Singular values below this share of the largest count as zero.
 const RANK: f64 = 1e-6;
@@ -58,31 +55,28 @@ struct Fixed {
 
 /// Targets of a stack that the levels above fix. `None` if the rows are undefined at a configuration.
 fn fixed(c: &Checked, stack: usize) -> Option<Vec<Fixed>> {
-    let program = c.program;
-    let (mut evaluator, mut problem) = Evaluator::new(program, stack).ok()?;
-    let members = evaluator.members().to_vec();
+    let members = c.stacks.members(stack);
     let targets: Vec<usize> = (0..members.len()).filter(|&i| members[i].row_kind == RowKind::Equality).collect();
     let first = targets.iter().map(|&i| members[i].level).min()?;
     let mut open: Vec<usize> = targets.iter().copied().filter(|&i| members[i].level > first).collect();
-    let rest = RestInputs::present(program);
-    for q in &configurations(program, CONFIGURATIONS) {
+    let mut last = None;
+    for posture in 0..=RANDOM {
         if open.is_empty() {
             break;
         }
-        evaluator.enter(q, rest.at(Times::default()));
-        evaluator.update(q, rest.at(Times::default()), &mut problem).ok()?;
-        let undefined = evaluator.undefined().to_vec();
+        let sample = c.stacks.sample(stack, Signals::Present, posture)?;
         open.retain(|&i| {
             let above: Vec<usize> = targets.iter().copied().filter(|&o| members[o].level < members[i].level).collect();
-            let left = left(&problem, &members, &above, i);
-            !undefined[i] && left.is_some_and(|left| left < FIXED)
+            let left = left(sample.problem(), members, &above, i);
+            !sample.undefined[i] && left.is_some_and(|left| left < FIXED)
         });
+        last = Some(sample);
     }
+    let Some(sample) = last else { return Some(Vec::new()) };
     let result = open.into_iter().filter_map(|i| {
         let own = |m: &Member| -> BTreeSet<usize> {
-            let level = &problem.levels[m.level];
-            let moves = |dof: &usize| m.rows.clone().any(|r| level.row(r)[*dof] != 0.0);
-            (0..program.robot.model.nv()).filter(moves).collect()
+            let moves = |dof: &usize| sample.rows(m).any(|row| row[*dof] != 0.0);
+            (0..c.program.robot.model.nv()).filter(moves).collect()
         };
         let mine = own(&members[i]);
         let above = targets.iter().copied().filter(|&o| members[o].level < members[i].level);
@@ -131,17 +125,17 @@ fn row_space(rows: DMatrix<f64>) -> Option<Vec<RowDVector<f64>>> {
 
 /// For each level of a stack, the number of degrees of freedom that the targets above it fix at home. `None` if the rows are
 /// not defined there.
-pub(super) fn fixed_at_home(program: &Program, stack: usize) -> Option<Vec<usize>> {
-    let (mut evaluator, mut problem) = Evaluator::new(program, stack).ok()?;
-    let rest = RestInputs::new(program);
-    evaluator.enter(&program.robot.home, rest.at(Times::default()));
-    evaluator.update(&program.robot.home, rest.at(Times::default()), &mut problem).ok()?;
-    let members = evaluator.members();
+pub(super) fn fixed_at_home(c: &Checked, stack: usize) -> Option<Vec<usize>> {
+    fixed_by_targets_above(c.stacks.sample(stack, Signals::Absent, 0)?.problem(), c.stacks.members(stack))
+}
+
+/// For each level, the number of degrees of freedom that the targets above it fix. `None` if a row is not finite.
+pub(super) fn fixed_by_targets_above(problem: &Problem, members: &[Member]) -> Option<Vec<usize>> {
     let above = |level: usize| -> Vec<usize> {
         let target = |i: &usize| members[*i].row_kind == RowKind::Equality && members[*i].level < level;
         (0..members.len()).filter(target).collect()
     };
     (0..problem.levels.len())
-        .map(|level| row_space(matrix(&problem, members, &above(level))).map(|space| space.len()))
+        .map(|level| row_space(matrix(problem, members, &above(level))).map(|space| space.len()))
         .collect()
 }

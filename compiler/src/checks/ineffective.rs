@@ -5,15 +5,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{self, MemberTask, Stack, TaskDefinition};
 use dsl::{Diagnostic, Help, Snippet, Span};
-use runtime::program::{Program, Times};
-use runtime::{Evaluator, Member, RestInputs};
-use solver::Problem;
+use runtime::Member;
+use runtime::program::Program;
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{ANGLE, LENGTH};
 use stdlib_tasks::expression::{Leaf, Op};
 use stdlib_tasks::task::RowKind;
 
-use super::configurations;
+use super::Checked;
+use crate::analysis::stacks::{RANDOM, Sample, Signals};
 use crate::expand::Expanded;
 use crate::source_map::SourceMap;
 use crate::units::{shown, shown_range};
@@ -23,6 +23,9 @@ const WEIGHT_RANGE: f64 = 1e6;
 
 /// Maximum number of tasks of one type and stack that are compared with each other.
 const MOST_COMPARED: usize = 64;
+
+/// Least number of postures at which rows have to be zero before they count as zero everywhere.
+const ENOUGH: usize = 3;
 
 /// Warnings that follow from the spec, given its compiled program.
 pub(crate) fn spec(expanded: &Expanded, program: &Program, diagnostics: &mut Vec<Diagnostic>) {
@@ -94,10 +97,10 @@ fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &m
 }
 
 /// Warnings that follow from the finished program only. Returns the tasks that have one.
-pub(crate) fn program(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) -> BTreeSet<usize> {
-    let mut told = targets(program, places, diagnostics);
-    for stack in 0..program.stacks.len() {
-        for index in unmoved_targets(program, stack, places, diagnostics) {
+pub(super) fn program(c: &Checked, diagnostics: &mut Vec<Diagnostic>) -> BTreeSet<usize> {
+    let mut told = targets(c.program, c.places, diagnostics);
+    for stack in 0..c.stacks.len() {
+        for index in unmoved_targets(c, stack, diagnostics) {
             told.insert(index);
         }
     }
@@ -146,15 +149,11 @@ fn targets(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnost
 }
 
 /// Warns of targets whose rows are zero. Returns their tasks.
-fn unmoved_targets(
-    program: &Program,
-    stack: usize,
-    places: &SourceMap,
-    diagnostics: &mut Vec<Diagnostic>,
-) -> Vec<usize> {
+fn unmoved_targets(c: &Checked, stack: usize, diagnostics: &mut Vec<Diagnostic>) -> Vec<usize> {
+    let (program, places) = (c.program, c.places);
     let mut told = Vec::new();
     // A limit that nothing moves stays satisfied; a target is never reached.
-    for m in unmoved(program, stack).iter().filter(|m| m.row_kind == RowKind::Equality) {
+    for m in unmoved(c, stack).iter().filter(|m| m.row_kind == RowKind::Equality) {
         told.push(m.program_index);
         let task = &places.tasks[m.program_index];
         let named = ["frame", "frames", "joints", "arm", "points"].iter().find_map(|p| task.spans.get(*p));
@@ -174,34 +173,30 @@ fn unmoved_targets(
     told
 }
 
-/// Tasks of a stack whose rows are zero, at home and at a few other configurations, since a single one may be singular.
-pub(super) fn unmoved(program: &Program, stack: usize) -> Vec<Member> {
-    let model = &program.robot.model;
-    if program.stacks[stack].locked.len() >= model.nv() {
+/// Tasks of a stack whose rows are zero, at home and at a few other postures, since a single one may be singular.
+pub(super) fn unmoved<'c>(c: &'c Checked, stack: usize) -> Vec<&'c Member> {
+    if c.program.stacks[stack].locked.len() >= c.program.robot.model.nv() {
         return Vec::new();
     }
-    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return Vec::new() };
-    let (rest, present) = (RestInputs::new(program), RestInputs::present(program));
-    let mut still = vec![true; evaluator.members().len()];
-    for q in &configurations(program, 3) {
-        evaluator.enter(q, rest.at(Times::default()));
-        if evaluator.update(q, rest.at(Times::default()), &mut problem).is_err() {
-            // The rows do not exist if parts overlap; at home, this was reported.
-            return Vec::new();
+    let members = c.stacks.members(stack);
+    let mut still = vec![true; members.len()];
+    let mut note = |sample: &Sample| {
+        for (i, m) in members.iter().enumerate() {
+            let zero = sample.rows(m).all(|row| row.iter().all(|x| *x == 0.0));
+            still[i] &= zero && !m.rows.is_empty() && !sample.undefined[i];
         }
-        let mut note = |evaluator: &Evaluator, problem: &Problem| {
-            for (i, m) in evaluator.members().iter().enumerate() {
-                let level = &problem.levels[m.level];
-                let zero = m.rows.clone().all(|r| level.row(r).iter().all(|x| *x == 0.0));
-                still[i] &= zero && !m.rows.is_empty() && !evaluator.undefined()[i];
-            }
-        };
-        note(&evaluator, &problem);
+    };
+    let mut seen = 0;
+    for posture in 0..=RANDOM {
+        // The rows do not exist if parts overlap; at home, this was reported.
+        let Some(sample) = c.stacks.sample(stack, Signals::Absent, posture) else { continue };
+        note(sample);
+        seen += 1;
         // A value can depend on the robot only while a signal is present, `if(present(..), .., ..)`.
-        evaluator.enter(q, present.at(Times::default()));
-        if evaluator.update(q, present.at(Times::default()), &mut problem).is_ok() {
-            note(&evaluator, &problem);
-        }
+        c.stacks.sample(stack, Signals::Present, posture).into_iter().for_each(&mut note);
     }
-    evaluator.members().iter().zip(still).filter(|(_, still)| *still).map(|(m, _)| m.clone()).collect()
+    if seen < ENOUGH {
+        return Vec::new();
+    }
+    members.iter().zip(still).filter(|(_, still)| *still).map(|(m, _)| m).collect()
 }

@@ -85,7 +85,7 @@ fn stacks_of_limits<'p>(c: &'p Checked) -> BTreeMap<usize, Vec<(usize, &'p Stack
 /// Warns of limits that no joint changes.
 fn unmoved(c: &Checked, told: &BTreeSet<usize>, out: &mut Vec<Diagnostic>) -> BTreeSet<usize> {
     let still: Vec<BTreeSet<usize>> = (0..c.program.stacks.len())
-        .map(|stack| ineffective::unmoved(c.program, stack).iter().map(|m| m.program_index).collect())
+        .map(|stack| ineffective::unmoved(c, stack).iter().map(|m| m.program_index).collect())
         .collect();
     let mut found = BTreeSet::new();
     for (task, stacks) in stacks_of_limits(c) {

@@ -5,6 +5,7 @@ mod braking;
 mod built_stacks;
 mod compliance;
 mod conflicting_targets;
+mod contradictions;
 mod discontinuities;
 mod entries;
 mod first_tick;
@@ -33,6 +34,7 @@ use std::collections::BTreeSet;
 use dsl::{Diagnostic, Severity, Sources, Span};
 use runtime::program::Program;
 
+use crate::analysis::stacks::Stacks;
 use crate::analysis::value_ranges::RangeContext;
 use crate::binding::Number;
 use crate::expand::Expanded;
@@ -49,6 +51,8 @@ struct Checked<'c> {
     /// The declarations that the program was made from.
     expanded: &'c Expanded,
     sources: &'c Sources,
+    /// The stacks, built once for all rules.
+    stacks: Stacks<'c>,
 }
 
 /// A rule: adds its diagnostics.
@@ -62,19 +66,19 @@ static CHECKS: &[(On, Check)] = &[
     (On::AnyProgram, |c, out| discontinuities::check(c.context, c.program, c.places, out)),
     (On::AnyProgram, |c, out| unknown_velocity::check(c.program, c.places, out)),
     (On::AnyProgram, |c, out| wider_limits::check(c.program, c.places, out)),
-    (On::AnyProgram, |c, out| built_stacks::check(c.program, c.places, out)),
-    (On::GoodProgram, |c, out| accelerations::check(c.program, c.places, c.sources, out)),
-    (On::GoodProgram, |c, out| braking::check(c.program, c.places, out)),
-    (On::GoodProgram, |c, out| sampled_loss::check(c.program, c.places, out)),
-    (On::GoodProgram, |c, out| soft_limits::check(c.program, c.places, out)),
+    (On::AnyProgram, built_stacks::check),
+    (On::GoodProgram, accelerations::check),
+    (On::GoodProgram, braking::check),
+    (On::GoodProgram, sampled_loss::check),
+    (On::GoodProgram, soft_limits::check),
     (On::GoodProgram, |c, out| conflicting_targets::check(c.program, c.places, out)),
     (On::GoodProgram, magnitudes::checks),
     (On::AnyProgram, targets),
     (On::GoodProgram, inert_limits::check),
     (On::GoodProgram, fixed_above::check),
-    (On::GoodProgram, |c, out| scenario_start::check(c.program, &c.places.scenarios, out)),
+    (On::GoodProgram, scenario_start::check),
     (On::GoodProgram, scenarios::check),
-    (On::AnyProgram, |c, out| machine::checks(c.program, c.context, c.places.machine.as_ref(), out)),
+    (On::AnyProgram, machine::checks),
     (On::AnyProgram, |c, out| ineffective::spec(c.expanded, c.program, out)),
     (On::GoodProgram, sensors::checks),
     (On::GoodProgram, people::checks),
@@ -100,7 +104,7 @@ pub(crate) fn controller(
 ) {
     let LoweredController { program, source_map: places, graph, table } = lowered;
     let context = &RangeContext::new(graph, table, program);
-    let checked = Checked { program, places, context, expanded, sources };
+    let checked = Checked { program, places, context, expanded, sources, stacks: Stacks::new(program) };
     for (on, check) in CHECKS {
         if *on == On::AnyProgram || !has_errors(diagnostics) {
             check(&checked, diagnostics);
@@ -110,7 +114,7 @@ pub(crate) fn controller(
 
 /// Targets without effect, and out of reach. A task that nothing moves is not reported again as out of reach.
 fn targets(c: &Checked, out: &mut Vec<Diagnostic>) {
-    let mut told = if has_errors(out) { BTreeSet::new() } else { ineffective::program(c.program, c.places, out) };
+    let mut told = if has_errors(out) { BTreeSet::new() } else { ineffective::program(c, out) };
     reachability::targets(c.context, c.program, c.places, &mut told, out);
     reachability::frames(c.context, c.program, c.places, &mut told, out);
     if !has_errors(out) {
@@ -130,18 +134,6 @@ fn questioned(found: &[Diagnostic], span: Span) -> bool {
 
 fn has_errors(diagnostics: &[Diagnostic]) -> bool {
     diagnostics.iter().any(|d| d.severity == Severity::Error)
-}
-
-/// The configuration at home, and random ones, always the same.
-fn configurations(program: &Program, random: usize) -> Vec<Vec<f64>> {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut unit = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    let mut configurations = vec![program.robot.home.clone()];
-    configurations.extend((0..random).map(|_| program.robot.model.random_configuration(&mut unit)));
-    configurations
 }
 
 fn place(places: &SourceMap, task: usize, param: &str) -> Span {

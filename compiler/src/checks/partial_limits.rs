@@ -4,14 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::Diagnostic;
 use names::list;
-use runtime::program::{Program, Times};
-use runtime::{Evaluator, RestInputs, build_tasks};
 use stdlib_tasks::task::RowKind;
 
-use super::{Checked, configurations};
-
-/// Number of random configurations, beside home, at which the joints of a target are determined.
-const CONFIGURATIONS: usize = 3;
+use super::Checked;
+use crate::analysis::stacks::Signals;
 
 /// Limits of one task type in a stack.
 #[derive(Default)]
@@ -29,7 +25,7 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
         // A limit on a soft level is a preference, and need not concern all joints.
         let members = compiled.levels.iter().flat_map(|l| l.members.iter().map(move |m| (l.hard, m)));
         let mut limits: BTreeMap<&str, Limits> = BTreeMap::new();
-        for ((hard, member), built) in members.zip(build_tasks(c.program, compiled)) {
+        for ((hard, member), built) in members.zip(c.stacks.tasks(stack)) {
             let (task, Ok(made)) = (&c.program.tasks[member.task], &built.task) else { continue };
             let speeds = made.speed_limits(&c.program.values.initial);
             let named = stdlib_tasks::find(&task.kind).is_some_and(|k| k.params.iter().any(|p| p.name == "joints"));
@@ -42,7 +38,7 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
         for Limits { bounded, tasks } in limits.into_values() {
             let written = |task: &usize| c.places.tasks[*task].spans.get("joints").copied();
             let Some((task, at)) = tasks.iter().find_map(|t| Some((*t, written(t)?))) else { continue };
-            let open: Vec<&str> = moved(c.program, stack)
+            let open: Vec<&str> = moved(c, stack)
                 .difference(&bounded)
                 .filter_map(|&dof| c.program.robot.model.dofs.get(dof))
                 .filter(|d| d.q_index.is_some())
@@ -67,19 +63,13 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
 }
 
 /// Degrees of freedom that the targets of a stack move.
-fn moved(program: &Program, stack: usize) -> BTreeSet<usize> {
+fn moved(c: &Checked, stack: usize) -> BTreeSet<usize> {
+    let locked = &c.program.stacks[stack].locked;
     let mut moved = BTreeSet::new();
-    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return moved };
-    let rest = RestInputs::present(program);
-    for q in &configurations(program, CONFIGURATIONS) {
-        evaluator.enter(q, rest.at(Times::default()));
-        if evaluator.update(q, rest.at(Times::default()), &mut problem).is_err() {
-            continue;
-        }
-        for m in evaluator.members().iter().filter(|m| m.row_kind == RowKind::Equality) {
-            let level = &problem.levels[m.level];
-            let unlocked = (0..program.robot.model.nv()).filter(|dof| !evaluator.locked().contains(dof));
-            moved.extend(unlocked.filter(|&dof| m.rows.clone().any(|r| level.row(r)[dof].abs() > 1e-9)));
+    for sample in c.stacks.samples(stack, Signals::Present) {
+        for m in c.stacks.members(stack).iter().filter(|m| m.row_kind == RowKind::Equality) {
+            let unlocked = (0..c.program.robot.model.nv()).filter(|dof| !locked.contains(dof));
+            moved.extend(unlocked.filter(|&dof| sample.rows(m).any(|row| row[dof].abs() > 1e-9)));
         }
     }
     moved

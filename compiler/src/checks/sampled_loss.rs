@@ -3,20 +3,20 @@
 use std::collections::BTreeSet;
 
 use dsl::{Diagnostic, Help, Snippet};
-use runtime::build_tasks;
 use runtime::program::{Program, TaskProgram};
 use stdlib_tasks::bound::Bound;
 
 use super::first_tick::millimetres;
-use super::place;
-use crate::source_map::SourceMap;
+use super::{Checked, place};
 
 /// Warns of each limit on a hard level that has no written `sampled_margin` and whose loss exceeds its `d_min`.
-pub(super) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
+pub(super) fn check(c: &Checked, diagnostics: &mut Vec<Diagnostic>) {
+    let (program, places) = (c.program, c.places);
     let mut told: BTreeSet<usize> = BTreeSet::new();
-    for stack in program.run_stacks().into_iter().filter_map(|s| program.stacks.get(s)) {
+    for index in program.run_stacks() {
+        let Some(stack) = program.stacks.get(index) else { continue };
         let members = stack.levels.iter().flat_map(|l| l.members.iter().map(move |m| (l.hard, m.task)));
-        for ((hard, task), built) in members.zip(build_tasks(program, stack)) {
+        for ((hard, task), built) in members.zip(c.stacks.tasks(index)) {
             let Ok(built) = &built.task else { continue };
             let written = places.tasks[task].spans.contains_key("sampled_margin");
             let Some(d_min) = smallest_distance(program, &program.tasks[task]).filter(|_| hard && !written) else {

@@ -4,13 +4,13 @@ use dsl::{Diagnostic, Span};
 use runtime::program::{Op, Program, ScenarioProgram, Subject, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
 use runtime::world::World;
-use runtime::{Evaluator, Member, TickInputs};
-use solver::Problem;
+use runtime::{Member, TickInputs};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::expression::Leaf;
 
-use super::entries;
+use super::{Checked, entries};
+use crate::analysis::stacks::Prepared;
 use crate::source_map::ScenarioPlaces;
 use crate::units::shown;
 
@@ -21,11 +21,13 @@ const POSES: usize = 400;
 const FARTHEST: f64 = 5.0;
 
 /// Warns of scenarios that start outside of the limits.
-pub(crate) fn check(program: &Program, places: &[ScenarioPlaces], diagnostics: &mut Vec<Diagnostic>) {
-    for (scenario, ScenarioPlaces { start: at, .. }) in program.scenarios.iter().zip(places) {
-        let Some(start) = Start::new(program, scenario) else { continue };
-        let field = start.fields(program, scenario, *at);
-        diagnostics.extend(field.or_else(|| outside(program, scenario, start, *at)));
+pub(super) fn check(c: &Checked, diagnostics: &mut Vec<Diagnostic>) {
+    for (scenario, ScenarioPlaces { start: at, .. }) in c.program.scenarios.iter().zip(&c.places.scenarios) {
+        let Some(mut start) = Start::new(c, scenario) else { continue };
+        // The search for a better start moves the robot, and comes last.
+        let outside = outside(c.program, scenario, &start, *at);
+        diagnostics.extend(start.fields(c.program, scenario, *at).or(outside));
+        c.stacks.give(start.stack, start.prepared);
     }
 }
 
@@ -38,22 +40,17 @@ pub(super) fn first_stack(program: &Program, scenario: &ScenarioProgram) -> Opti
 }
 
 /// The signals at the start of a scenario, with people at their true positions; `None` if the stack needs one that is absent.
-pub(super) fn signals_at_start(
-    program: &Program,
-    scenario: &ScenarioProgram,
-    evaluator: &Evaluator,
-) -> Option<Vec<f64>> {
+pub(super) fn signals_at_start(program: &Program, scenario: &ScenarioProgram, needs: &[usize]) -> Option<Vec<f64>> {
     let mut signals = program.interface.absent();
     World::new(program, scenario).truth(0.0, &mut signals);
     let known = |s: &usize| program.interface.signals.get(*s).is_some_and(|s| signals[s.known_at()] > 0.0);
-    evaluator.needs().iter().all(known).then_some(signals)
+    needs.iter().all(known).then_some(signals)
 }
 
 /// The first stack of a scenario, evaluated at the start with people at their true positions.
 struct Start {
     stack: usize,
-    evaluator: Evaluator,
-    problem: Problem,
+    prepared: Prepared,
     signals: Vec<f64>,
     velocity: Vec<f64>,
     moved: bool,
@@ -77,25 +74,27 @@ enum Source {
 }
 
 impl Start {
-    fn new(program: &Program, scenario: &ScenarioProgram) -> Option<Start> {
+    fn new(c: &Checked, scenario: &ScenarioProgram) -> Option<Start> {
+        let program = c.program;
         let stack = first_stack(program, scenario)?;
-        let (evaluator, problem) = Evaluator::new(program, stack).ok()?;
+        let needs = c.stacks.needs(stack);
         let moved = scenario.start != program.robot.home;
         // Home was already checked for stacks that are entered there, unless they need signals of people.
-        if !moved && evaluator.needs().is_empty() && entries::at_home(program, stack) {
+        if !moved && needs.is_empty() && entries::at_home(program, stack) {
             return None;
         }
-        let signals = signals_at_start(program, scenario, &evaluator)?;
+        let signals = signals_at_start(program, scenario, &needs)?;
         let velocity = vec![0.0; program.robot.model.nv()];
-        let mut start = Start { stack, evaluator, problem, signals, velocity, moved };
-        start.evaluator.enter(&scenario.start, inputs(&start.signals, &start.velocity));
+        let mut start = Start { stack, prepared: c.stacks.take(stack)?, signals, velocity, moved };
+        start.prepared.evaluator.enter(&scenario.start, inputs(&start.signals, &start.velocity));
         start.at(&scenario.start)?;
         Some(start)
     }
 
     /// Evaluates the stack at a configuration; `None` if a task has no value there.
     fn at(&mut self, q: &[f64]) -> Option<()> {
-        self.evaluator.update(q, inputs(&self.signals, &self.velocity), &mut self.problem).ok().map(drop)
+        let Prepared { evaluator, problem } = &mut self.prepared;
+        evaluator.update(q, inputs(&self.signals, &self.velocity), problem).ok().map(drop)
     }
 
     /// The safety field that a member of the stack keeps above a constant minimum; `None` for other members.
@@ -121,8 +120,8 @@ impl Start {
     /// Value of the field at the last evaluated configuration.
     fn value(&self, kept: &Kept) -> Option<f64> {
         let value = match kept.source {
-            Source::Row(row) => kept.min + self.evaluator.margins().get(row)?,
-            Source::Planner(task) => self.evaluator.field_of(task)?.value(),
+            Source::Row(row) => kept.min + self.prepared.evaluator.margins().get(row)?,
+            Source::Planner(task) => self.prepared.evaluator.field_of(task)?.value(),
         };
         value.is_finite().then_some(value)
     }
@@ -151,13 +150,13 @@ impl Start {
     }
 
     /// Warns of a safety field below its minimum, with the best value among the sampled poses.
-    fn fields(&self, program: &Program, scenario: &ScenarioProgram, at: Span) -> Option<Diagnostic> {
+    fn fields(&mut self, program: &Program, scenario: &ScenarioProgram, at: Span) -> Option<Diagnostic> {
         let below = |m: &Member| {
             let kept = self.kept(program, m)?;
             let value = self.value(&kept)?;
             (value < kept.min - MARGIN_TOLERANCE).then_some((kept, value))
         };
-        let (kept, value) = self.evaluator.members().iter().find_map(below)?;
+        let (kept, value) = self.prepared.evaluator.members().iter().find_map(below)?;
         let Kept { task, field, dimension, min, .. } = &kept;
         let (dimension, min) = (*dimension, *min);
         let short = |x: f64| shown(format!("{x:.3}").parse().unwrap_or(x), dimension);
@@ -171,19 +170,18 @@ impl Start {
         let model = &program.robot.model;
         // A mobile base could go anywhere, so it stays at its start in this search.
         let base = model.base.nq();
-        let mut search = Start::new(program, scenario)?;
         let mut rng = robot::random::units(0);
         let mut best = value;
         for _ in 0..POSES {
             let mut q = model.random_configuration(&mut rng);
             q.iter_mut().zip(&scenario.start).take(base).for_each(|(q, start)| *q = *start);
-            if search.at(&q).is_some()
-                && let Some(value) = search.value(&kept)
+            if self.at(&q).is_some()
+                && let Some(value) = self.value(&kept)
             {
                 best = best.max(value);
             }
         }
-        let back = if base > 0 { search.farther(scenario, &kept) } else { None };
+        let back = if base > 0 { self.farther(scenario, &kept) } else { None };
         let there = if base > 0 { ", the base where it starts," } else { "" };
         let d = d.note(format!("of {POSES} poses within the joints' limits{there} the best one has {}", short(best)));
         Some(d.help(match (best < min, back) {
@@ -200,9 +198,9 @@ fn inputs<'a>(signals: &'a [f64], velocity: &'a [f64]) -> TickInputs<'a> {
     TickInputs { times: Times::default(), signals, velocity, stack_velocity: velocity }
 }
 
-fn outside(program: &Program, scenario: &ScenarioProgram, start: Start, at: Span) -> Option<Diagnostic> {
-    let Start { stack, evaluator, moved, .. } = start;
-    let hard = program.stacks[stack].levels.iter().flat_map(|l| l.members.iter().map(|_| l.hard));
+fn outside(program: &Program, scenario: &ScenarioProgram, start: &Start, at: Span) -> Option<Diagnostic> {
+    let (evaluator, moved) = (&start.prepared.evaluator, start.moved);
+    let hard = program.stacks[start.stack].levels.iter().flat_map(|l| l.members.iter().map(|_| l.hard));
     for (m, _) in evaluator.members().iter().zip(hard).filter(|(_, hard)| *hard) {
         let rows = m.row_info.iter().zip(&evaluator.margins()[m.margins.clone()]);
         let bad: Vec<(&str, String)> = rows

@@ -3,32 +3,28 @@
 use std::collections::BTreeSet;
 
 use dsl::{Diagnostic, Help, Snippet};
-use runtime::program::{Program, Subject, Times};
-use runtime::{Evaluator, Member, RestInputs};
-use solver::Problem;
+use runtime::Member;
+use runtime::program::Subject;
 use stdlib_tasks::dimension::LENGTH;
 use stdlib_tasks::task::RowKind;
 
-use super::configurations;
-use crate::source_map::SourceMap;
-
-/// Number of random configurations, beside home, at which the joints of a row are determined.
-const CONFIGURATIONS: usize = 3;
+use super::Checked;
+use crate::analysis::stacks::Signals;
 
 /// Warns of each distance that a target with the same or a higher priority may violate, once for all stacks that run.
-pub(super) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
+pub(super) fn check(c: &Checked, diagnostics: &mut Vec<Diagnostic>) {
+    let (program, places) = (c.program, c.places);
     let mut told: BTreeSet<usize> = BTreeSet::new();
     let runs = |stack: &usize| program.run.subject != Subject::Machine || program.run_stacks().contains(stack);
     for stack in (0..program.stacks.len()).filter(runs) {
-        let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { continue };
         let levels = &program.stacks[stack].levels;
-        let members = evaluator.members().to_vec();
+        let members = c.stacks.members(stack);
         let limits: Vec<usize> =
             (0..members.len()).filter(|&i| !levels[members[i].level].hard && is_distance(&members[i])).collect();
         if limits.is_empty() {
             continue;
         }
-        let moved = moved(program, &mut evaluator, &mut problem);
+        let moved = moved(c, stack);
         for limit in limits {
             let m = &members[limit];
             let rival = members.iter().enumerate().find(|(i, o)| {
@@ -72,19 +68,13 @@ fn is_distance(m: &Member) -> bool {
 }
 
 /// Degrees of freedom in the rows of each task. A task whose rows cannot be computed has none.
-fn moved(program: &Program, evaluator: &mut Evaluator, problem: &mut Problem) -> Vec<BTreeSet<usize>> {
-    let mut moved = vec![BTreeSet::new(); evaluator.members().len()];
-    let rest = RestInputs::present(program);
-    for q in &configurations(program, CONFIGURATIONS) {
-        evaluator.enter(q, rest.at(Times::default()));
-        // Skipped: the rows do not exist if parts overlap at a random configuration.
-        if evaluator.update(q, rest.at(Times::default()), problem).is_err() {
-            continue;
-        }
-        for (m, dofs) in evaluator.members().iter().zip(&mut moved) {
-            let level = &problem.levels[m.level];
-            for r in m.rows.clone() {
-                dofs.extend((0..program.robot.model.nv()).filter(|&dof| level.row(r)[dof] != 0.0));
+fn moved(c: &Checked, stack: usize) -> Vec<BTreeSet<usize>> {
+    let members = c.stacks.members(stack);
+    let mut moved = vec![BTreeSet::new(); members.len()];
+    for sample in c.stacks.samples(stack, Signals::Present) {
+        for (m, dofs) in members.iter().zip(&mut moved) {
+            for row in sample.rows(m) {
+                dofs.extend((0..row.len()).filter(|&dof| row[dof] != 0.0));
             }
         }
     }

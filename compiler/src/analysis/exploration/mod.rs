@@ -20,6 +20,7 @@ pub(crate) use properties::{OfMachine, Run, Taken, Verdict};
 pub(crate) use steps::Refusal;
 
 use super::conditions::{Conditions, Value};
+use super::stacks::Stacks;
 use crate::expr::Graph;
 
 /// Largest number of nodes.
@@ -71,6 +72,7 @@ pub(crate) struct Step {
 /// The exploration of a machine.
 pub(crate) struct Exploration<'e> {
     program: &'e Program,
+    stacks: &'e Stacks<'e>,
     machine: &'e MachineProgram,
     conditions: &'e Conditions,
     environments: Environments<'e>,
@@ -97,6 +99,7 @@ impl<'e> Exploration<'e> {
     /// Explores a machine.
     pub fn new(
         program: &'e Program,
+        stacks: &'e Stacks<'e>,
         machine: &'e MachineProgram,
         graph: &'e Graph,
         conditions: &'e Conditions,
@@ -104,6 +107,7 @@ impl<'e> Exploration<'e> {
     ) -> Exploration<'e> {
         let mut out = Exploration {
             program,
+            stacks,
             machine,
             conditions,
             environments: Environments::new(program, machine, graph, conditions),

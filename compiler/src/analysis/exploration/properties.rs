@@ -6,7 +6,6 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use runtime::Controller;
 use runtime::program::{MachineAction, Trigger};
 
 use super::steps::{Demands, Meanwhile};
@@ -84,7 +83,11 @@ impl Exploration<'_> {
             return Verdict::Open;
         }
         let leaves = self.leaves().into_iter();
-        let needs = leaves.map(|l| (l, self.present(|s| self.needs(l).contains(&s)))).collect();
+        let needed = |l: usize| {
+            let needs = self.needs(l);
+            self.present(|s| needs.contains(&s))
+        };
+        let needs = leaves.map(|l| (l, needed(l))).collect();
         let signals = &self.program.interface.signals;
         let expected = self.present(|s| !signals[s].optional && signals[s].timeout.is_some());
         let judged = Judged { formula, state, of_machine, needs, expected };
@@ -139,8 +142,7 @@ impl Exploration<'_> {
 
     /// Signals that the stack of an innermost state needs.
     fn needs(&self, leaf: usize) -> Vec<usize> {
-        let controller = self.machine.stack(leaf).and_then(|s| Controller::for_stack(self.program, s).ok());
-        controller.map_or_else(Vec::new, |c| c.evaluator().needs().to_vec())
+        self.machine.stack(leaf).map(|stack| self.stacks.needs(stack)).unwrap_or_default()
     }
 
     /// Nodes that the machine reaches at values that can occur, in the order of the length of the way, each with the node

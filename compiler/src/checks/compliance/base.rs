@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use dsl::{Diagnostic, Help, Snippet};
-use runtime::program::{Program, Times};
-use runtime::{Evaluator, RestInputs};
+use runtime::Member;
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::RowKind;
 
+use crate::analysis::stacks::Signals;
 use crate::checks::Checked;
 
 pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
@@ -17,7 +17,7 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
     }
     let mut told: BTreeSet<usize> = BTreeSet::new();
     for stack in c.program.run_stacks() {
-        let Some(task) = pushed(c.program, stack, base).filter(|_| told.insert(stack)) else { continue };
+        let Some(task) = pushed(c, stack, base).filter(|_| told.insert(stack)) else { continue };
         out.push(
             Diagnostic::warning(
                 "HQ0548",
@@ -35,32 +35,29 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
 }
 
 /// A task whose frame yields to a wrench and moves against the base, if nothing above or beside it decides on the base.
-fn pushed(program: &Program, stack: usize, base: usize) -> Option<usize> {
+fn pushed(c: &Checked, stack: usize, base: usize) -> Option<usize> {
+    let program = c.program;
     let model = &program.robot.model;
-    let (mut evaluator, mut problem) = Evaluator::new(program, stack).ok()?;
-    if (0..base).all(|dof| evaluator.locked().contains(&dof)) {
+    let locked = &program.stacks[stack].locked;
+    if (0..base).all(|dof| locked.contains(&dof)) {
         return None;
     }
-    let inputs = RestInputs::present(program);
-    evaluator.enter(&program.robot.home, inputs.at(Times::default()));
-    evaluator.update(&program.robot.home, inputs.at(Times::default()), &mut problem).ok()?;
-    let locked = evaluator.locked().to_vec();
+    let (sample, members) = (c.stacks.sample(stack, Signals::Present, 0)?, c.stacks.members(stack));
     let in_base = |dof: &usize| *dof < base && !locked.contains(dof);
-    let columns = |rows: std::ops::Range<usize>, level: usize| -> BTreeSet<usize> {
-        let level = &problem.levels[level];
-        (0..model.nv()).filter(|&dof| rows.clone().any(|r| level.row(r)[dof].abs() > 1e-9)).collect()
+    let columns = |m: &Member| -> BTreeSet<usize> {
+        (0..model.nv()).filter(|&dof| sample.rows(m).any(|row| row[dof].abs() > 1e-9)).collect()
     };
-    let yields = evaluator.members().iter().find(|m| {
+    let yields = members.iter().find(|m| {
         let params = &program.tasks[m.program_index].params;
-        let own = columns(m.rows.clone(), m.level);
+        let own = columns(m);
         matches!(params.get("wrench"), Some(Bound::Group(_)))
             && own.iter().any(in_base)
             && own.iter().any(|d| *d >= base)
     })?;
-    let decided = evaluator.members().iter().any(|m| {
+    let decided = members.iter().any(|m| {
         let other =
             m.program_index != yields.program_index && m.row_kind == RowKind::Equality && m.level <= yields.level;
-        other && columns(m.rows.clone(), m.level).iter().any(in_base)
+        other && columns(m).iter().any(in_base)
     });
     (!decided).then_some(yields.program_index)
 }

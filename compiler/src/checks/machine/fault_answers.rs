@@ -5,13 +5,17 @@ use std::collections::BTreeSet;
 use dsl::{Diagnostic, Help, Snippet, Span};
 use runtime::program::{FaultPattern, Program, Times, Trigger};
 use runtime::{Evaluator, RestInputs};
+use solver::Problem;
 use stdlib_tasks::task::RowKind;
 
 use super::{Checked, is_fault};
-use crate::checks::configurations;
+use crate::analysis::stacks::{Stacks, postures};
 
 /// Times (s) since the entry of a state at which its targets are evaluated: a target can begin at rest and move later.
 const MOMENTS: [f64; 3] = [0.0, 0.5, 2.0];
+
+/// Number of random postures, beside home, at which a state is entered.
+const POSTURES: usize = 3;
 
 /// Velocities below this (rad/s or m/s) are the rounding of a target that is at rest.
 const AT_REST: f64 = 1e-6;
@@ -30,7 +34,7 @@ impl Checked<'_> {
                 let there = |l: &usize| self.machine.path(*l).any(|o| o == t.target);
                 let moved: Vec<usize> = leaves.iter().copied().filter(|&l| self.machine.stack(l).is_some()).collect();
                 let (place, name) = (&self.places.transitions[s][i], self.name(t.target));
-                let moves = || self.machine.stack(target).is_some_and(|stack| moves(self.program, stack));
+                let moves = || self.machine.stack(target).is_some_and(|stack| moves(self.program, self.stacks, stack));
                 let always = !leaves.is_empty() && leaves.iter().all(there);
                 if always || (!moved.is_empty() && moved.iter().all(there) && moves()) {
                     let text = match always {
@@ -122,20 +126,22 @@ fn stand() -> Help {
 
 /// True if a target of the stack certainly moves the robot: its velocity differs from zero at an entry at home or at another
 /// configuration, with signals that are present and zero. A stack that holds the robot where it is entered does not.
-pub(super) fn moves(program: &Program, stack: usize) -> bool {
-    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return false };
+pub(super) fn moves(program: &Program, stacks: &Stacks, stack: usize) -> bool {
     let rest = RestInputs::present(program);
-    configurations(program, 3).iter().any(|q| {
-        evaluator.enter(q, rest.at(Times::default()));
-        MOMENTS.into_iter().any(|time| {
-            if evaluator.update(q, rest.at(Times { t: time, time }), &mut problem).is_err() {
-                return false;
-            }
-            let mut targets = evaluator.members().iter().filter(|m| m.row_kind == RowKind::Equality);
-            targets.any(|m| {
-                let level = &problem.levels[m.level];
-                m.rows.clone().any(|r| level.lower[r] > AT_REST || level.upper[r] < -AT_REST)
+    let moving = |evaluator: &mut Evaluator, problem: &mut Problem| {
+        postures(program, POSTURES).iter().any(|q| {
+            evaluator.enter(q, rest.at(Times::default()));
+            MOMENTS.into_iter().any(|time| {
+                if evaluator.update(q, rest.at(Times { t: time, time }), problem).is_err() {
+                    return false;
+                }
+                let mut targets = evaluator.members().iter().filter(|m| m.row_kind == RowKind::Equality);
+                targets.any(|m| {
+                    let level = &problem.levels[m.level];
+                    m.rows.clone().any(|r| level.lower[r] > AT_REST || level.upper[r] < -AT_REST)
+                })
             })
         })
-    })
+    };
+    stacks.with(stack, moving).unwrap_or(false)
 }

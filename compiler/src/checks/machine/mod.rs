@@ -26,12 +26,13 @@ use runtime::program::{MachineProgram, Program, Subject, TransitionProgram, Trig
 
 use crate::analysis::conditions::Conditions;
 use crate::analysis::exploration::{Exploration, Way};
-use crate::analysis::value_ranges::RangeContext;
+use crate::analysis::stacks::Stacks;
 use crate::source_map::MachinePlaces;
 
 /// The machine of a program, with its source places.
 pub(crate) struct Checked<'c> {
     program: &'c Program,
+    stacks: &'c Stacks<'c>,
     machine: &'c MachineProgram,
     places: &'c MachinePlaces,
     /// Conditions of the transitions.
@@ -45,20 +46,17 @@ pub(crate) struct Checked<'c> {
 }
 
 /// Runs all checks of the machine.
-pub(super) fn checks(
-    program: &Program,
-    context: &RangeContext,
-    places: Option<&MachinePlaces>,
-    diagnostics: &mut Vec<Diagnostic>,
-) {
-    let (Some(machine), Some(places)) = (&program.machine, places) else { return };
+pub(super) fn checks(c: &super::Checked, diagnostics: &mut Vec<Diagnostic>) {
+    let (program, context, stacks) = (c.program, c.context, &c.stacks);
+    let (Some(machine), Some(places)) = (&program.machine, &c.places.machine) else { return };
     let conditions = &Conditions::new(context.graph, &program.interface, machine, places);
     let constants = never::constants(conditions, machine, places);
-    let mut exploration = Exploration::new(program, machine, context.graph, conditions, places.declared_events);
+    let mut exploration = Exploration::new(program, stacks, machine, context.graph, conditions, places.declared_events);
     let cycles = exploration.cycles(&flips::ranges(conditions, context));
     let verdicts = properties::judge(&mut exploration, places, context.graph, program.interface.width());
     let exploration = Some(&exploration).filter(|e| e.is_complete());
-    let mut c = Checked { program, machine, places, conditions, exploration, constants, reached: BTreeSet::new() };
+    let mut c =
+        Checked { program, stacks, machine, places, conditions, exploration, constants, reached: BTreeSet::new() };
     c.reached = c.reachable();
     c.unreachable(diagnostics);
     c.traps(diagnostics);

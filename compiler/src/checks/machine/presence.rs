@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::{Diagnostic, Help, Snippet};
-use runtime::Controller;
 use runtime::program::MachineAction;
 
 use super::Checked;
@@ -72,8 +71,7 @@ impl Checked<'_> {
         let mut told = BTreeSet::new();
         for (&leaf, known) in &certain {
             let Some((owner, stack)) = self.machine.owner(leaf).zip(self.machine.stack(leaf)) else { continue };
-            let Ok(controller) = Controller::for_stack(self.program, stack) else { continue };
-            for &signal in controller.evaluator().needs() {
+            for signal in self.stacks.needs(stack) {
                 let s = &self.program.interface.signals[signal];
                 if !s.optional || known.contains(&signal) || !told.insert((owner, signal)) {
                     continue;

@@ -61,7 +61,7 @@ impl Checked<'_> {
                     }
                     let next = self.machine.leaf(t.target);
                     let watched = self.machine.path(next).any(|p| p == scope);
-                    let runs = self.machine.stack(next).is_some_and(|stack| moves(self.program, stack));
+                    let runs = self.machine.stack(next).is_some_and(|stack| moves(self.program, self.stacks, stack));
                     if work.contains(&next) && watched && runs && !self.counts_at(next) {
                         return Some((Way { state, index }, next));
                     }

@@ -4,16 +4,20 @@
 use dsl::Diagnostic;
 use runtime::program::{Op, Times, Trigger};
 use runtime::text::number;
-use runtime::{Evaluator, RestInputs, build_tasks};
+use runtime::{Evaluator, RestInputs};
+use solver::Problem;
 
 use super::Checked;
-use crate::checks::configurations;
+use crate::analysis::stacks::postures;
 
 /// Factor by which an error may decay faster than its gain says, by the motion of other tasks.
 const SLACK: f64 = 1.2;
 
 /// Relative difference up to which errors at different entries are the same.
 const SAME: f64 = 1e-6;
+
+/// Number of random postures, beside home, at which errors are compared.
+const POSTURES: usize = 3;
 
 /// Largest number of instants at which a target is evaluated.
 const SAMPLES: usize = 400;
@@ -74,28 +78,29 @@ impl Checked<'_> {
     /// False if a target depends on the time since the entry and moves at all times until `until` (s). Nothing is claimed of
     /// targets that signals or trajectories move.
     fn comes_to_rest(&self, stack: usize, task: usize, until: f64) -> bool {
-        let Ok((mut evaluator, mut problem)) = Evaluator::new(self.program, stack) else { return true };
-        let Some(slots) = evaluator.members().iter().find(|m| m.program_index == task).map(|m| m.slots.clone()) else {
-            return true;
-        };
+        let Some(member) = self.stacks.members(stack).iter().find(|m| m.program_index == task) else { return true };
+        let slots = &member.slots;
         let tape = self.program.values.tape.only(&slots.iter().copied().collect());
         let follows = !tape.signals().is_empty() || !tape.trajectories.is_empty();
         if follows || !tape.ops.iter().any(|op| matches!(op, Op::T | Op::Time)) {
             return true;
         }
         let (home, rest) = (&self.program.robot.home, RestInputs::present(self.program));
-        evaluator.enter(home, rest.at(Times::default()));
         let period = self.program.robot.period;
         // The first tick does not count, because a target may begin at rest. Times grow towards the end.
         let first = 2.0 * period;
         let steps = SAMPLES.min(((until - first) / period) as usize).max(1);
         let growth = (until / first).max(1.0).powf(1.0 / steps as f64);
         let even = (until - first) / steps as f64;
-        (0..=steps).any(|k| {
-            let t = if until < LONG { first + even * k as f64 } else { first * growth.powi(k as i32) };
-            let failed = evaluator.update(home, rest.at(Times { t, time: t }), &mut problem).is_err();
-            failed || slots.iter().all(|&at| evaluator.is_settled(at))
-        })
+        let rests = |evaluator: &mut Evaluator, problem: &mut Problem| {
+            evaluator.enter(home, rest.at(Times::default()));
+            (0..=steps).any(|k| {
+                let t = if until < LONG { first + even * k as f64 } else { first * growth.powi(k as i32) };
+                let failed = evaluator.update(home, rest.at(Times { t, time: t }), problem).is_err();
+                failed || slots.iter().all(|&at| evaluator.is_settled(at))
+            })
+        };
+        self.stacks.with(stack, rests).unwrap_or(true)
     }
 
     /// Warning of a target that is not reached before its state is left.
@@ -113,27 +118,31 @@ impl Checked<'_> {
     fn time_to_reach(&self, leaf: usize, task: usize, tolerances: &[f64]) -> Option<f64> {
         let index = self.machine.stack(leaf)?;
         let stack = self.program.stacks.get(index)?;
-        let (mut evaluator, mut problem) = Evaluator::new(self.program, index).ok()?;
-        let member = evaluator.members().iter().find(|m| m.program_index == task)?.clone();
+        let member = self.stacks.members(index).iter().find(|m| m.program_index == task)?;
         let tape = self.program.values.tape.only(&member.slots.iter().copied().collect());
         if tape.ops.iter().any(|op| matches!(op, Op::T | Op::Time | Op::Signal(_) | Op::Trajectory(_))) {
             return None;
         }
         let place = stack.levels.iter().flat_map(|l| &l.members).position(|m| m.task == task)?;
-        let built = build_tasks(self.program, stack).into_iter().nth(place)?.task.ok()?;
+        let built = self.stacks.tasks(index).get(place)?.task.as_ref().ok()?;
         let gain = built.gains(&self.program.values.initial).into_iter().reduce(f64::max).filter(|g| *g > 0.0)?;
         let rest = RestInputs::present(self.program);
-        let mut errors: Option<Vec<f64>> = None;
-        for q in configurations(self.program, 3) {
-            evaluator.enter(&q, rest.at(Times::default()));
-            evaluator.update(&q, rest.at(Times::default()), &mut problem).ok()?;
-            let now: Vec<f64> = evaluator.measures().get(member.measures.clone())?.iter().map(|e| e.abs()).collect();
-            let same = |known: &Vec<f64>| known.iter().zip(&now).all(|(a, b)| (a - b).abs() <= SAME * a.max(1.0));
-            if errors.as_ref().is_some_and(|known| !same(known)) {
-                return None;
+        let same_everywhere = |evaluator: &mut Evaluator, problem: &mut Problem| {
+            let mut errors: Option<Vec<f64>> = None;
+            for q in postures(self.program, POSTURES) {
+                evaluator.enter(&q, rest.at(Times::default()));
+                evaluator.update(&q, rest.at(Times::default()), problem).ok()?;
+                let all = evaluator.measures().get(member.measures.clone())?;
+                let now: Vec<f64> = all.iter().map(|e| e.abs()).collect();
+                let same = |known: &Vec<f64>| known.iter().zip(&now).all(|(a, b)| (a - b).abs() <= SAME * a.max(1.0));
+                if errors.as_ref().is_some_and(|known| !same(known)) {
+                    return None;
+                }
+                errors = Some(now);
             }
-            errors = Some(now);
-        }
+            errors
+        };
+        let errors = self.stacks.with(index, same_everywhere)?;
         let period = self.program.robot.period;
         let factor = 1.0 - gain * period;
         let times = errors?.into_iter().zip(tolerances).map(|(e, tolerance)| match e > *tolerance && factor > 0.0 {

@@ -92,7 +92,7 @@ impl Checked<'_> {
 
     /// True for a transition from a state in which the robot moves to one in which it stands.
     fn stops(&self, s: usize, i: usize) -> bool {
-        let moving = |l: usize| self.machine.stack(l).is_some_and(|stack| moves(self.program, stack));
+        let moving = |l: usize| self.machine.stack(l).is_some_and(|stack| moves(self.program, self.stacks, stack));
         let target = self.machine.leaf(self.machine.states[s].transitions[i].target);
         !self.is_dead(s, i) && !moving(target) && self.leaves(s).any(moving)
     }

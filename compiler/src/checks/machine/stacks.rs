@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::{Diagnostic, Help, Snippet, Span};
 use names::list;
-use runtime::build_tasks;
 use runtime::program::Program;
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::{RowKind, Task};
 
 use super::{Checked, is_fault};
+use crate::analysis::stacks::Stacks;
 use crate::checks::accelerations::AccelerationBounds;
 use crate::checks::first_tick::millimetres;
 
@@ -95,7 +95,7 @@ impl Checked<'_> {
                 let Some(to) = self.machine.stack(self.machine.leaf(t.target)) else { continue };
                 for from in self.before(s).into_iter().flatten().filter(|from| *from != to) {
                     for stack in [from, to] {
-                        kept.entry(stack).or_insert_with(|| reserves_of(self.program, stack));
+                        kept.entry(stack).or_insert_with(|| reserves_of(self.program, self.stacks, stack));
                     }
                     for (&task, &more) in &kept[&to] {
                         let Some(&less) = kept[&from].get(&task).filter(|less| more > **less + SLIGHT) else {
@@ -136,7 +136,8 @@ impl Checked<'_> {
                 let from = self.before(s);
                 let other = from.iter().any(|f| f.is_some() && *f != self.machine.stack(to));
                 let Some(stack) = self.machine.stack(to).filter(|_| other) else { continue };
-                let entered = entered.entry(stack).or_insert_with(|| AccelerationBounds::of(self.program, stack));
+                let entered =
+                    entered.entry(stack).or_insert_with(|| AccelerationBounds::of(self.program, self.stacks, stack));
                 if !is_bounded_or_reported(self.program, entered, &from, stack) {
                     found.push(self.places.transitions[s][i].target);
                 }
@@ -168,14 +169,13 @@ fn changed() -> Snippet {
 }
 
 /// Largest reserve (m) of each limit on a hard level of a stack that computes its own reserve.
-fn reserves_of(program: &Program, stack: usize) -> BTreeMap<usize, f64> {
-    let stack = &program.stacks[stack];
-    let hard = stack.levels.iter().flat_map(|l| l.members.iter().map(move |m| (l.hard, m.task)));
-    let built = hard.zip(build_tasks(program, stack)).filter(|((hard, task), _)| {
+fn reserves_of(program: &Program, stacks: &Stacks, index: usize) -> BTreeMap<usize, f64> {
+    let hard = program.stacks[index].levels.iter().flat_map(|l| l.members.iter().map(move |m| (l.hard, m.task)));
+    let built = hard.zip(stacks.tasks(index)).filter(|((hard, task), _)| {
         *hard && matches!(program.tasks[*task].params.get("sampled_margin"), Some(Bound::Choice(_)))
     });
     let largest = |task: &dyn Task| task.sampled_margin().into_iter().fold(0.0, f64::max);
-    built.filter_map(|((_, task), built)| Some((task, largest(built.task.ok()?.as_ref())))).collect()
+    built.filter_map(|((_, task), built)| Some((task, largest(built.task.as_ref().ok()?.as_ref())))).collect()
 }
 
 /// Returns true if the stack `to` bounds the accelerations of all joints that are free in it or in a preceding stack,

@@ -30,7 +30,7 @@ impl Checked<'_> {
                 innermost && !ended && !self.hears(l, event)
             };
             let found = self.reached.iter().copied().filter(deaf);
-            let mut moving = found.filter(|&l| m.stack(l).is_some_and(|stack| moves(self.program, stack)));
+            let mut moving = found.filter(|&l| m.stack(l).is_some_and(|stack| moves(self.program, self.stacks, stack)));
             // Several states without the event are no oversight.
             let (Some(missing), None) = (moving.next(), moving.next()) else { continue };
             let at = self.places.states[missing];

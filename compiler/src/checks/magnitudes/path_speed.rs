@@ -2,19 +2,16 @@
 //! before the robot has begun to move.
 
 use dsl::{Diagnostic, Span};
-use runtime::program::{Op, Program, Shape, Times};
-use runtime::{Evaluator, RestInputs};
+use runtime::program::{Op, Shape};
 use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::dimension::{LENGTH, VELOCITY};
 
-use crate::checks::{Checked, configurations, place};
+use crate::analysis::stacks::Signals;
+use crate::checks::{Checked, place};
 use crate::units::shown;
 
 /// Factor above the largest speed that is reported.
 const BEYOND: f64 = 10.0;
-
-/// Number of random configurations, beside home, at which the speed of a frame is determined.
-const CONFIGURATIONS: usize = 12;
 
 pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
     let graph = c.context.graph;
@@ -32,7 +29,7 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
                 };
                 let path = graph.trajectory_of(first).filter(|t| t.shape == Shape::Vector);
                 let Some(speed) = path.and_then(|t| graph.constant(*t.limits.first()?)) else { continue };
-                let fastest = fastest.get_or_insert_with(|| fastest_of(c.program, stack));
+                let fastest = fastest.get_or_insert_with(|| fastest_of(c, stack));
                 let Some(possible) = fastest.get(task).copied().filter(|v| *v > 0.0 && v.is_finite()) else { continue };
                 let at = place(c.places, task, param);
                 if speed <= BEYOND * possible || told.contains(&at) {
@@ -54,23 +51,16 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Largest speed of a row of each task, with all joints at their speed limits, at some configurations.
-fn fastest_of(program: &Program, stack: usize) -> Vec<f64> {
-    let mut fastest = vec![0.0_f64; program.tasks.len()];
-    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return fastest };
-    let rest = RestInputs::present(program);
-    let locked = evaluator.locked().to_vec();
-    for q in &configurations(program, CONFIGURATIONS) {
-        evaluator.enter(q, rest.at(Times::default()));
-        if evaluator.update(q, rest.at(Times::default()), &mut problem).is_err() {
-            continue;
-        }
-        for m in evaluator.members() {
-            let level = &problem.levels[m.level];
-            for r in m.rows.clone() {
-                let dofs = program.robot.model.dofs.iter().enumerate().filter(|(i, _)| !locked.contains(i));
-                let own = dofs.filter(|(i, _)| level.row(r)[*i] != 0.0);
-                let speed: f64 = own.map(|(i, d)| level.row(r)[i].abs() * d.velocity).sum();
+/// Largest speed of a row of each task, with all joints at their speed limits, at some postures.
+fn fastest_of(c: &Checked, stack: usize) -> Vec<f64> {
+    let mut fastest = vec![0.0_f64; c.program.tasks.len()];
+    let locked = &c.program.stacks[stack].locked;
+    for sample in c.stacks.samples(stack, Signals::Present) {
+        for m in c.stacks.members(stack) {
+            for row in sample.rows(m) {
+                let dofs = c.program.robot.model.dofs.iter().enumerate().filter(|(i, _)| !locked.contains(i));
+                let own = dofs.filter(|(i, _)| row[*i] != 0.0);
+                let speed: f64 = own.map(|(i, d)| row[i].abs() * d.velocity).sum();
                 fastest[m.program_index] = fastest[m.program_index].max(speed);
             }
         }

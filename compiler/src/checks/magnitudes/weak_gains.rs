@@ -6,8 +6,8 @@
 use std::collections::BTreeSet;
 
 use dsl::Diagnostic;
+use runtime::Built;
 use runtime::program::{Op, Program};
-use runtime::{Built, build_tasks};
 use stdlib_tasks::bound::{Bound, BoundParams};
 use stdlib_tasks::dimension::{ANGULAR_VELOCITY, RATE, TIME, VELOCITY};
 use stdlib_tasks::task::RowKind;
@@ -78,10 +78,10 @@ fn moves(program: &Program, params: &BoundParams) -> bool {
 /// Warns of position limits whose gain lets no joint move at a usual part of its speed, anywhere in its range.
 pub(super) fn limits(c: &Checked, out: &mut Vec<Diagnostic>) {
     let mut told: BTreeSet<usize> = BTreeSet::new();
-    for stack in &c.program.stacks {
+    for (index, stack) in c.program.stacks.iter().enumerate() {
         let members = stack.levels.iter().flat_map(|l| &l.members);
-        for (member, built) in members.zip(build_tasks(c.program, stack)) {
-            let Some(creep) = creeping(c.program, member.task, &built).filter(|_| told.insert(member.task)) else {
+        for (member, built) in members.zip(c.stacks.tasks(index)) {
+            let Some(creep) = creeping(c.program, member.task, built).filter(|_| told.insert(member.task)) else {
                 continue;
             };
             let dof = &c.program.robot.model.dofs[creep.dof];

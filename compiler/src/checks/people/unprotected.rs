@@ -7,6 +7,7 @@ use dsl::Diagnostic;
 use names::list;
 use runtime::program::{HumanProgram, Program, Subject, Times};
 use runtime::{Evaluator, RestInputs};
+use solver::Problem;
 use stdlib_tasks::task::RowKind;
 
 use crate::checks::{Checked, readings};
@@ -123,7 +124,7 @@ impl Known {
         };
         let stacks = c.program.run_stacks();
         let Some((guarded, task)) =
-            stacks.iter().filter(|&&s| !hard(s) && moves(c.program, s)).find_map(|&s| Some((s, guard(s)?)))
+            stacks.iter().filter(|&&s| !hard(s) && moves(c, s)).find_map(|&s| Some((s, guard(s)?)))
         else {
             return;
         };
@@ -143,7 +144,7 @@ impl Known {
         };
         for &stack in stacks.iter().filter(|&&s| guard(s).is_none()) {
             let mut states = (0..machine.states.len()).filter(|&s| machine.states[s].stack == Some(stack));
-            if states.any(watched) || !moves(c.program, stack) {
+            if states.any(watched) || !moves(c, stack) {
                 continue;
             }
             let name = &c.program.stacks[stack].name;
@@ -166,20 +167,22 @@ impl Known {
 
 /// True if a target of a stack moves the robot by itself: it is not met where the stack is entered, or later. Signals are
 /// absent, or present with zeros.
-pub(in crate::checks) fn moves(program: &Program, stack: usize) -> bool {
-    let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return false };
-    let home = &program.robot.home;
-    [RestInputs::new(program), RestInputs::present(program)].iter().any(|rest| {
-        evaluator.enter(home, rest.at(Times::default()));
-        TIMES.iter().any(|&t| {
-            let inputs = rest.at(Times { t, time: t });
-            if evaluator.update(home, inputs, &mut problem).is_err() {
-                return false;
-            }
-            evaluator.members().iter().filter(|m| m.row_kind == RowKind::Equality).any(|m| {
-                let level = &problem.levels[m.level];
-                m.rows.clone().any(|r| level.lower[r].abs() > STILL)
+pub(in crate::checks) fn moves(c: &Checked, stack: usize) -> bool {
+    let home = &c.program.robot.home;
+    let moving = |evaluator: &mut Evaluator, problem: &mut Problem| {
+        [RestInputs::new(c.program), RestInputs::present(c.program)].iter().any(|rest| {
+            evaluator.enter(home, rest.at(Times::default()));
+            TIMES.iter().any(|&t| {
+                let inputs = rest.at(Times { t, time: t });
+                if evaluator.update(home, inputs, problem).is_err() {
+                    return false;
+                }
+                evaluator.members().iter().filter(|m| m.row_kind == RowKind::Equality).any(|m| {
+                    let level = &problem.levels[m.level];
+                    m.rows.clone().any(|r| level.lower[r].abs() > STILL)
+                })
             })
         })
-    })
+    };
+    c.stacks.with(stack, moving).unwrap_or(false)
 }

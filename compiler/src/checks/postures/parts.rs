@@ -2,13 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use runtime::build_tasks;
 use runtime::program::{LevelProgram, MemberProgram, Op, Program, Subject, TaskProgram, Times, Trigger};
+use runtime::{Evaluator, Member, RestInputs};
+use solver::Problem;
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::{RowKind, Task};
 
 use super::super::Checked;
-use crate::analysis::postures::{FixedValue, Parts, PostureSearch};
+use crate::analysis::postures::FixedValue;
 use crate::checks::entries;
 
 /// A target of a stack.
@@ -88,7 +89,7 @@ impl StackParts {
     /// Collects the parts.
     pub fn new(c: &Checked, stack: usize) -> StackParts {
         let (program, at_home) = (c.program, entries::at_home(c.program, stack));
-        let built = build_tasks(program, &program.stacks[stack]);
+        let built = c.stacks.tasks(stack);
         let (mut targets, mut velocities) = (Vec::new(), Vec::new());
         let mut joint_limits = JointLimits::none(program.robot.model.nv());
         let (mut limits, mut moving_limits) = (Vec::new(), Vec::new());
@@ -122,7 +123,7 @@ impl StackParts {
                 _ => {}
             }
         }
-        let limits = of_positions(program, stack, limits);
+        let limits = of_positions(c, stack, limits);
         StackParts {
             targets,
             velocities,
@@ -141,13 +142,18 @@ impl StackParts {
 }
 
 /// Limits with a margin at rest. Limits of velocities and accelerations have none, and bound no posture.
-fn of_positions(program: &Program, stack: usize, limits: Vec<Limit>) -> Vec<Limit> {
-    let members: Vec<MemberProgram> = limits.iter().map(|l| l.member.clone()).collect();
-    let parts = Parts { stack, limits: &members, targets: &[], fixed: &[] };
-    let margins = PostureSearch::new(program, &parts)
-        .and_then(|mut search| search.margins(&program.robot.home, Times::default().t));
-    let Some(margins) = margins else { return Vec::new() };
-    limits.into_iter().zip(margins).filter(|(_, margin)| margin.is_finite()).map(|(l, _)| l).collect()
+fn of_positions(c: &Checked, stack: usize, limits: Vec<Limit>) -> Vec<Limit> {
+    let home = &c.program.robot.home;
+    let rest = RestInputs::present(c.program);
+    let bounding = |evaluator: &mut Evaluator, problem: &mut Problem| {
+        evaluator.enter(home, rest.at(Times::default()));
+        evaluator.update(home, rest.at(Times::default()), problem).ok()?;
+        let has_margin = |m: &&Member| evaluator.margins()[m.margins.clone()].iter().any(|h| h.is_finite());
+        Some(evaluator.members().iter().filter(has_margin).map(|m| m.program_index).collect())
+    };
+    let bounding: Option<Option<BTreeSet<usize>>> = c.stacks.with(stack, bounding);
+    let bounding = bounding.flatten().unwrap_or_default();
+    limits.into_iter().filter(|l| bounding.contains(&l.member.task)).collect()
 }
 
 /// Shortest time for which a stack runs (s): that of the run, or the time-out of a state. Zero if an event or a condition can

@@ -5,11 +5,11 @@ use dsl::{Diagnostic, Help, Snippet};
 use runtime::expect::{Node, Window};
 use runtime::program::{Measure, Op, Subject, Times};
 use runtime::text::number;
-use runtime::{Evaluator, Member, TickInputs, build_tasks};
-use solver::Problem;
+use runtime::{Member, TickInputs};
 use stdlib_tasks::expression::Expression;
 
 use super::Scene;
+use crate::analysis::stacks::Prepared;
 use crate::checks::scenario_start::{first_stack, signals_at_start};
 use crate::units::shown;
 
@@ -38,8 +38,7 @@ struct Asked<'a> {
 /// The first stack of a scenario at its first tick.
 struct FirstTick {
     stack: usize,
-    evaluator: Evaluator,
-    problem: Problem,
+    prepared: Prepared,
 }
 
 impl Scene<'_> {
@@ -52,7 +51,7 @@ impl Scene<'_> {
         }
         let Some(first) = self.first_tick() else { return };
         for (e, asked) in asked {
-            let members = first.evaluator.members();
+            let members = first.prepared.evaluator.members();
             let Some(member) = members.iter().find(|m| m.program_index == asked.task) else { continue };
             let at = self.written.expects[e].formula.span;
             if Self::is_reported(out, &["HQ0811", "HQ0812"], at) {
@@ -92,14 +91,15 @@ impl Scene<'_> {
     fn first_tick(&self) -> Option<FirstTick> {
         let (program, scenario) = (self.program, self.scenario);
         let stack = first_stack(program, scenario)?;
-        let (mut evaluator, mut problem) = Evaluator::new(program, stack).ok()?;
-        let signals = signals_at_start(program, scenario, &evaluator)?;
+        let signals = signals_at_start(program, scenario, &self.stacks.needs(stack))?;
+        let mut prepared = self.stacks.take(stack)?;
+        let Prepared { evaluator, problem } = &mut prepared;
         let velocity = vec![0.0; program.robot.model.nv()];
         let inputs =
             TickInputs { times: Times::default(), signals: &signals, velocity: &velocity, stack_velocity: &velocity };
         evaluator.enter(&scenario.start, inputs);
-        evaluator.update(&scenario.start, inputs, &mut problem).ok()?;
-        Some(FirstTick { stack, evaluator, problem })
+        evaluator.update(&scenario.start, inputs, problem).ok()?;
+        Some(FirstTick { stack, prepared })
     }
 
     /// Warning of an `eventually` that is true at the first tick.
@@ -134,7 +134,7 @@ impl Scene<'_> {
             return None;
         }
         let dimension = member.measure_info.get(asked.part.unwrap_or(0))?.dimension;
-        let level = first.problem.levels.get(member.level)?;
+        let level = first.prepared.problem.levels.get(member.level)?;
         let rows = member.rows.clone().zip(&member.row_info).filter(|(_, info)| info.dimension == dimension);
         let norm = |r: usize| level.row(r).iter().map(|a| a * a).sum::<f64>().sqrt();
         let lever = rows.map(|(r, _)| norm(r)).reduce(f64::max)?;
@@ -169,7 +169,7 @@ impl Scene<'_> {
         }
         let stack = &program.stacks[first.stack];
         let place = stack.levels.iter().flat_map(|l| &l.members).position(|m| m.task == asked.task)?;
-        let built = build_tasks(program, stack).into_iter().nth(place)?.task.ok()?;
+        let built = self.stacks.tasks(first.stack).get(place)?.task.as_ref().ok()?;
         let gain = built.gains(&program.values.initial).into_iter().reduce(f64::max).filter(|g| *g > 0.0)?;
         let ticks = (self.scenario.run.duration / period).round();
         let last = match (asked.always, asked.window.last) {
@@ -214,9 +214,9 @@ impl Scene<'_> {
 /// The measure at the first tick.
 fn measured(first: &FirstTick, member: &Member, asked: &Asked) -> Option<f64> {
     if asked.is_margin {
-        return first.evaluator.margins().get(member.margins.clone())?.iter().copied().reduce(f64::min);
+        return first.prepared.evaluator.margins().get(member.margins.clone())?.iter().copied().reduce(f64::min);
     }
-    let errors = first.evaluator.measures().get(member.measures.clone())?;
+    let errors = first.prepared.evaluator.measures().get(member.measures.clone())?;
     let size = match asked.part {
         Some(part) => errors.get(part)?.abs(),
         None => errors.iter().map(|e| e * e).sum::<f64>().sqrt(),

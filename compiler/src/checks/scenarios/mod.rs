@@ -14,12 +14,14 @@ use runtime::program::{Program, ScenarioProgram};
 
 use super::Checked;
 use crate::analysis::played::Played;
+use crate::analysis::stacks::Stacks;
 use crate::expr::Graph;
 use crate::source_map::SourceMap;
 
 /// A scenario, as the checks see it.
 struct Scene<'s> {
     program: &'s Program,
+    stacks: &'s Stacks<'s>,
     scenario: &'s ScenarioProgram,
     /// All that can happen in it.
     played: &'s Played<'s>,
@@ -40,6 +42,7 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
         }
         let scene = Scene {
             program: c.program,
+            stacks: &c.stacks,
             scenario: played.scenario,
             played: &played,
             written,

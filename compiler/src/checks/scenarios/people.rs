@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 
 use dsl::{Diagnostic, Span};
 use names::list;
-use runtime::Evaluator;
 use runtime::program::{HumanScript, Op, Subject, Trigger, Unit};
 use stdlib_tasks::bound::Bound;
 
@@ -89,14 +88,17 @@ impl Scene<'_> {
 
     /// True if a task of a stack depends on a tracked point.
     fn knows(&self, stack: usize, points: &BTreeSet<usize>) -> bool {
-        let Ok((evaluator, _)) = Evaluator::new(self.program, stack) else { return true };
+        let own = self.stacks.members(stack);
+        if own.is_empty() {
+            return true;
+        }
         let members = self.program.stacks[stack].levels.iter().flat_map(|l| &l.members);
         // Safety fields read people by themselves.
         let by_field = members
             .into_iter()
             .any(|m| self.program.tasks[m.task].params.iter().any(|(_, bound)| matches!(bound, Bound::Field(_))));
-        let slots = evaluator.members().iter().flat_map(|m| m.slots.iter().copied()).collect();
-        by_field || evaluator.needs().iter().any(|s| points.contains(s)) || self.reads(&slots, points)
+        let slots = own.iter().flat_map(|m| m.slots.iter().copied()).collect();
+        by_field || self.stacks.needs(stack).iter().any(|s| points.contains(s)) || self.reads(&slots, points)
     }
 
     /// True if entries of the table of values depend on a tracked point.

@@ -65,5 +65,5 @@ fn in_motion(c: &Checked, machine: &MachineProgram, state: usize, signal: usize)
     let numbers = readings::position(&c.program.interface.signals[signal]);
     let mut tasks = c.program.stacks[stack].levels.iter().flat_map(|l| &l.members).map(|m| m.task);
     let needs = tasks.any(|task| readings::of_task(c.program, task).iter().any(|n| numbers.contains(n)));
-    !needs && moves(c.program, stack)
+    !needs && moves(c, stack)
 }
