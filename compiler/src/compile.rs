@@ -10,11 +10,12 @@ use dsl::tree::Spec;
 use dsl::{Diagnostic, Fix, SourceId, Sources, Span, Syntax, Topic};
 use runtime::program::{AllowedWarning, MissionProgram, Program};
 
+use crate::checks::deep::Deep;
 use crate::checks::{self, size_limits};
 use crate::cli_overrides;
 use crate::diagnostics::allowances::Allowed;
-use crate::diagnostics::cascading_errors;
 use crate::diagnostics::report::Report;
+use crate::diagnostics::{cascading_errors, codes};
 use crate::expand::{Expanded, declared, expand};
 use crate::input::{Compiled, Input, Part, Texts};
 use crate::lowering::{self, Context, ParamValue, lower, runs_mission};
@@ -29,6 +30,11 @@ pub fn compile_among(input: &Input, texts: &Texts) -> Compiled {
     compile_part(input, texts, Part::Whole)
 }
 
+/// Compiles a spec, with the checks at sampled postures, which take seconds.
+pub fn compile_deep(input: &Input, deep: &Deep) -> Compiled {
+    compile_with(input, &Texts::new(), Part::Whole, Some(deep))
+}
+
 /// Evaluates the params of a spec, in source order. Params with errors are left out; [`compile`] reports these. A value
 /// from `Input::set` without a unit takes the unit of the param's default.
 pub fn params(input: &Input) -> Vec<ParamValue> {
@@ -41,6 +47,10 @@ pub fn params(input: &Input) -> Vec<ParamValue> {
 }
 
 fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
+    compile_with(input, texts, part, None)
+}
+
+fn compile_with(input: &Input, texts: &Texts, part: Part, deep: Option<&Deep>) -> Compiled {
     let mut report = Report::default();
     let source = report.sources.add(input.name, input.text);
     let (spec, mut diagnostics) = dsl::parse(source, input.text, input.syntax);
@@ -62,8 +72,9 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
 
     let context = Context { input, texts, source, compile: compile_part };
     let lowered = lower(&context, &expanded, empty, &mut report.sources, &mut diagnostics);
+    let mut sampled = None;
     if let Some(controller) = &lowered.controller {
-        checks::controller(controller, &expanded, &report.sources, &mut diagnostics);
+        sampled = checks::controller(controller, &expanded, &report.sources, deep, &mut diagnostics);
     }
 
     cascading_errors::remove(&mut diagnostics, form, &whole, &report.sources);
@@ -72,7 +83,7 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
     diagnostics.retain(|d| !left_out || d.topic != Topic::Unused);
     settle(&mut diagnostics, input.syntax, &expanded, &lowered.foreign, &report.sources);
     report.diagnostics = diagnostics;
-    allow(&mut report, &expanded, (input, part, source));
+    allow(&mut report, &expanded, (input, part, source), deep.is_some());
     report.finish();
     if cli_overrides::attribute_errors(compile, input, &mut report.diagnostics, &report.sources) {
         report.finish();
@@ -85,7 +96,7 @@ fn compile_part(input: &Input, texts: &Texts, part: Part) -> Compiled {
     // Each warning is listed once by `hierarq compile`.
     let listed = if program.is_some() { Vec::new() } else { allowed };
     let missions = lowered.missions.into_iter().map(|m| MissionProgram { allowed: listed.clone(), ..m });
-    Compiled { program, missions: missions.collect(), report }
+    Compiled { program, missions: missions.collect(), report, sampled }
 }
 
 /// The allowed warnings of a report, for the program.
@@ -107,10 +118,12 @@ fn removals(diagnostics: &mut [Diagnostic], spec: &Spec) {
 
 /// Removes the warnings that the spec allows. Reports allowances of its own text without effect, if all warnings that it can have
 /// are known: not after an error, without the missions, or with other values of its params.
-fn allow(report: &mut Report, expanded: &Expanded, (input, part, own): (&Input, Part, SourceId)) {
+fn allow(report: &mut Report, expanded: &Expanded, (input, part, own): (&Input, Part, SourceId), deep: bool) {
     let is_spec = |place: Span| expanded.syntaxes.contains_key(&place.source);
     let urdf = expanded.robots.iter().filter_map(|robot| Some(robot.body.get("urdf")?.value.span));
-    let without_effect = report.allow(&expanded.allowances, is_spec, &urdf.collect::<Vec<_>>());
+    // Findings at sampled postures are known only if these were asked for.
+    let is_known = |code: &str| deep || !codes::is_deep(code);
+    let without_effect = report.allow(&expanded.allowances, is_spec, is_known, &urdf.collect::<Vec<_>>());
     if report.errors() == 0 && part == Part::Whole && input.set.is_empty() {
         report.diagnostics.extend(without_effect.into_iter().filter(|d| d.primary.span.source == own));
     }

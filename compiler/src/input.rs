@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use dsl::Syntax;
 use runtime::program::{MissionProgram, Program};
 
+use crate::checks::deep::Sampled;
 use crate::diagnostics::report::Report;
 
 /// Texts that replace those of imported files, by canonical path: unsaved texts of an editor.
@@ -37,6 +38,8 @@ pub struct Compiled {
     pub missions: Vec<MissionProgram>,
     /// Errors and warnings.
     pub report: Report,
+    /// Figures of sampled postures; `None` if none were asked for, or after an error.
+    pub sampled: Option<Sampled>,
 }
 
 impl Compiled {

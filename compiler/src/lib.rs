@@ -33,7 +33,8 @@ pub mod units;
 
 pub use ::names;
 pub use analysis::idle_rows::mark_idle_rows;
-pub use compile::{compile, compile_among, params};
+pub use checks::deep::{Deep, Freedom, Sampled, SampledStack};
+pub use compile::{compile, compile_among, compile_deep, params};
 pub use diagnostics::report::{Report, Style};
 pub use diagnostics::{codes, report};
 pub use expand::{files, parameter_types};

@@ -49,6 +49,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("people_sensors", include_str!("cases/people_sensors.txt"), Syntax::Native),
     ("people_sensors_yaml", include_str!("cases/people_sensors_yaml.txt"), Syntax::Yaml),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Syntax::Yaml),
+    ("sampled", include_str!("cases/sampled.txt"), Syntax::Native),
+    ("sampled_yaml", include_str!("cases/sampled_yaml.txt"), Syntax::Yaml),
 ];
 
 /// Text of the snapshot, reported codes, and titles of cases with an unexpected number of diagnostics.
@@ -297,4 +299,14 @@ fn yardstick() {
 #[test]
 fn trajectories() {
     check("trajectories");
+}
+
+#[test]
+fn sampled() {
+    check("sampled");
+}
+
+#[test]
+fn sampled_yaml() {
+    check("sampled_yaml");
 }

@@ -21,6 +21,7 @@ mod ranges;
 mod rendering;
 mod resolve;
 mod reuse;
+mod sampled;
 mod sections;
 mod start_of_run;
 mod state;

@@ -3,7 +3,7 @@
 
 use crate::common;
 
-use common::{annotated, compile_text, examples, whole};
+use common::{DEEP, annotated, compile_text, compile_text_deep, examples, whole};
 use dsl::codes::{Page, Part};
 use dsl::{Severity, Syntax};
 use hierarq_compiler::{Compiled, codes};
@@ -27,6 +27,9 @@ fn compiled(page: &Page, part: &Part) -> Compiled {
         return compile_text(&spec, syntax, &folder, &[]);
     }
     let text = if alone { text.to_string() } else { whole(text, syntax, true, true) };
+    if codes::is_deep(page.code) {
+        return compile_text_deep(&text, syntax, &examples(), DEEP);
+    }
     compile_text(&text, syntax, &examples(), &[])
 }
 

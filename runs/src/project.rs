@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use compiler::{Compiled, Input, Report};
+use compiler::{Compiled, Deep, Input, Report};
 use dsl::{Diagnostic, Span, Syntax};
 use mission::kinds::KINDS;
 use runtime::program::{CompiledFile, MissionProgram};
@@ -96,6 +96,12 @@ fn given<T>(path: &Path, settings: &Settings, reader: impl FnOnce(&Input) -> T) 
 /// Compiles a spec file.
 pub fn compile(path: &Path, settings: &Settings) -> Compiled {
     given(path, settings, compiler::compile).unwrap_or_else(|report| Compiled::refused(*report))
+}
+
+/// Compiles a spec file, with the checks at random postures.
+pub fn compile_deep(path: &Path, settings: &Settings, deep: &Deep) -> Compiled {
+    given(path, settings, |input| compiler::compile_deep(input, deep))
+        .unwrap_or_else(|report| Compiled::refused(*report))
 }
 
 /// Returns the values of the params of a spec file; empty for an unreadable file, which [`compile`] reports.

@@ -282,7 +282,7 @@ pub(crate) fn in_parallel<T: Sync, R: Send>(all: &[T], work: impl Fn(&T) -> R + 
 pub fn compiled(specs: &[PathBuf], settings: &Settings) -> Vec<Tested> {
     in_parallel(specs, |path| {
         let compiled = project::load(path, settings);
-        let compiler::Compiled { program, missions, report } = compiled;
+        let compiler::Compiled { program, missions, report, .. } = compiled;
         Tested { spec: path.display().to_string(), report, program, missions }
     })
 }

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use compiler::Compiled;
+use compiler::{Compiled, Deep};
 use hierarq::{mend, project};
 use serde_json::json;
 
-use super::{Outcome, SpecOptions, output};
+use super::{Outcome, SpecOptions, output, sampled};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -22,6 +22,15 @@ pub struct Arguments {
     /// Apply the fixes whose diagnostics leave no other reading, and write the files; the rest is reported.
     #[arg(long)]
     fix: bool,
+    /// Also look at random postures, which takes seconds: hard levels that cannot be met, links that can touch, freedom.
+    #[arg(long, conflicts_with = "fix")]
+    deep: bool,
+    /// Number of random postures for each stack.
+    #[arg(long, requires = "deep", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    postures: u32,
+    /// Seed of the random postures.
+    #[arg(long, requires = "deep", default_value_t = 0)]
+    seed: u64,
     /// Treat warnings as errors.
     #[arg(long)]
     strict: bool,
@@ -33,6 +42,7 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
     for path in &a.specs {
         let (compiled, applied) = match a.fix {
             true => mended(path, &a.options.settings())?,
+            false if a.deep => (deep(path, a), Vec::new()),
             false => (project::compile(path, &a.options.settings()), Vec::new()),
         };
         let report = &compiled.report;
@@ -42,6 +52,9 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
             let mut data = report.to_json();
             data["file"] = json!(path.display().to_string());
             data["ok"] = json!(!bad);
+            if let Some(sampled) = &compiled.sampled {
+                data["sampled"] = sampled::data(sampled, a.postures as usize);
+            }
             if a.fix {
                 data["applied"] = applied.iter().map(|(line, title)| json!({ "line": line, "title": title })).collect();
             }
@@ -54,6 +67,9 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
         }
         output::show(report);
         output::print(&report.render_allowed());
+        if let Some(sampled) = &compiled.sampled {
+            output::print(&sampled::text(sampled, a.postures as usize));
+        }
         output::print(&match (output::count(report), bad) {
             (Some(count), _) => format!("{name}: {count}{}\n", output::allowed(report)),
             (None, _) => format!("{name}: good{}\n", output::allowed(report)),
@@ -73,6 +89,19 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
         output::data(&format!("{data:#}\n"));
     }
     Ok(Outcome::of(!failed))
+}
+
+/// Compiles a file, with the checks at random postures.
+fn deep(path: &Path, a: &Arguments) -> Compiled {
+    let bar = sampled::bar();
+    let progress = |done: usize, total: usize| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    };
+    let deep = Deep { postures: a.postures as usize, seed: a.seed, progress: &progress };
+    let compiled = project::compile_deep(path, &a.options.settings(), &deep);
+    bar.finish_and_clear();
+    compiled
 }
 
 /// Fixes that were applied, with their lines.

@@ -25,6 +25,7 @@ mod output;
 mod plan;
 mod run;
 mod run_mission;
+mod sampled;
 mod schema;
 #[cfg(feature = "serve")]
 mod serve;

@@ -6,6 +6,7 @@ mod built_stacks;
 mod compliance;
 mod conflicting_targets;
 mod contradictions;
+pub(crate) mod deep;
 mod discontinuities;
 mod entries;
 mod first_tick;
@@ -40,6 +41,7 @@ use crate::binding::Number;
 use crate::expand::Expanded;
 use crate::lowering::LoweredController;
 use crate::source_map::SourceMap;
+use deep::{Deep, Sampled};
 
 /// A controller that was lowered without errors, as the checks see it.
 struct Checked<'c> {
@@ -95,13 +97,14 @@ enum On {
     GoodProgram,
 }
 
-/// Checks a controller that was lowered without errors.
+/// Checks a controller that was lowered without errors; also at sampled postures, if these are asked for.
 pub(crate) fn controller(
     lowered: &LoweredController,
     expanded: &Expanded,
     sources: &Sources,
+    deep: Option<&Deep>,
     diagnostics: &mut Vec<Diagnostic>,
-) {
+) -> Option<Sampled> {
     let LoweredController { program, source_map: places, graph, table } = lowered;
     let context = &RangeContext::new(graph, table, program);
     let checked = Checked { program, places, context, expanded, sources, stacks: Stacks::new(program) };
@@ -110,6 +113,8 @@ pub(crate) fn controller(
             check(&checked, diagnostics);
         }
     }
+    let deep = deep.filter(|_| !has_errors(diagnostics))?;
+    Some(deep::check(&checked, deep, diagnostics))
 }
 
 /// Targets without effect, and out of reach. A task that nothing moves is not reported again as out of reach.

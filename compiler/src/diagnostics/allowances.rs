@@ -42,6 +42,7 @@ impl Report {
         &mut self,
         allowances: &[Allowance],
         is_spec: impl Fn(Span) -> bool,
+        is_known: impl Fn(&str) -> bool,
         urdf: &[Span],
     ) -> Vec<Diagnostic> {
         let sources = &self.sources;
@@ -72,7 +73,7 @@ impl Report {
             false
         });
         self.allowed.sort_by_key(|a| (a.place.source, a.place.start, a.code));
-        let unused = allowances.iter().zip(used).filter(|(_, used)| !used);
+        let unused = allowances.iter().zip(used).filter(|(a, used)| !used && is_known(a.code));
         unused.map(|(allowance, _)| without_effect(allowance)).collect()
     }
 }

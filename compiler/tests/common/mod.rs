@@ -4,7 +4,7 @@ pub mod invariants;
 pub mod state;
 
 pub use compiler::Compiled;
-use compiler::{Input, codes, compile};
+use compiler::{Deep, Input, codes, compile, compile_deep};
 use dsl::{Severity, Syntax};
 use hierarq_compiler as compiler;
 use std::path::{Path, PathBuf};
@@ -23,9 +23,14 @@ pub struct Case {
     pub files: Vec<(String, String)>,
     /// Syntax.
     pub syntax: Syntax,
+    /// True if it is checked at random postures too.
+    pub deep: bool,
 }
 
-/// Parses the cases of a file: `==== [N] title`, lines `!set NAME=VALUE`, `!alone` (nothing is added) or `!robot` (only
+/// Number of random postures, and their seed, of cases and pages.
+pub const DEEP: (usize, u64) = (300, 0);
+
+/// Parses the cases of a file: `==== [N] title`, lines `!set NAME=VALUE`, `!deep` (random postures too), `!alone` (nothing is added) or `!robot` (only
 /// the robot is added), the spec, then files, each after `---- NAME`.
 pub fn cases(text: &str, syntax: Syntax) -> Vec<Case> {
     text.split("==== ").skip(1).map(|part| case(part, syntax)).collect()
@@ -49,7 +54,7 @@ fn case(part: &str, syntax: Syntax) -> Case {
         (true, _) if body.trim().is_empty() => body,
         (alone, robot) => whole(&body, syntax, !alone, !alone && !robot),
     };
-    Case { title: title.trim().to_string(), count, text, set, files, syntax }
+    Case { title: title.trim().to_string(), count, text, set, files, syntax, deep: commands.contains(&"!deep") }
 }
 
 /// Adds the header, and the robot and a stack of all tasks if the case has none. The stack also has limits of
@@ -128,9 +133,18 @@ pub fn compile_text(text: &str, syntax: Syntax, folder: &Path, set: &[(String, S
     compile(&Input { name: "spec", text, syntax, folder, set, package_paths: &[] })
 }
 
+/// The same, with the checks at a number of random postures that a seed determines.
+pub fn compile_text_deep(text: &str, syntax: Syntax, folder: &Path, (postures, seed): (usize, u64)) -> Compiled {
+    let deep = Deep { postures, seed, progress: &|_, _| {} };
+    compile_deep(&Input { name: "spec", text, syntax, folder, set: &[], package_paths: &[] }, &deep)
+}
+
 impl Case {
     /// Compiles the case, in a folder of its own if it has files.
     pub fn compile(&self) -> Compiled {
+        if self.deep {
+            return compile_text_deep(&self.text, self.syntax, &examples(), DEEP);
+        }
         if self.files.is_empty() {
             return compile_text(&self.text, self.syntax, &examples(), &self.set);
         }

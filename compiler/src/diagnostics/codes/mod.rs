@@ -18,6 +18,7 @@ pub static PAGES: LazyLock<Vec<Page>> = LazyLock::new(|| {
         include_str!("safety.md"),
         include_str!("postures.md"),
         include_str!("people_and_sensors.md"),
+        include_str!("sampled.md"),
         include_str!("hierarchy.md"),
         include_str!("machine.md"),
         include_str!("scenarios.md"),
@@ -30,6 +31,11 @@ pub static PAGES: LazyLock<Vec<Page>> = LazyLock::new(|| {
     ];
     families.into_iter().flat_map(read).collect()
 });
+
+/// True for the codes of findings at sampled postures, which only [`crate::compile_deep`] looks for.
+pub fn is_deep(code: &str) -> bool {
+    ("HQ0590".."HQ0600").contains(&code)
+}
 
 /// Robot for examples that declare none, in `*.hq` syntax.
 pub const EXAMPLE_ROBOT: &str = include_str!("robot.hq");
