@@ -10,7 +10,6 @@ use dsl::tree::Spec;
 use dsl::{Diagnostic, Fix, SourceId, Sources, Span, Syntax, Topic};
 use runtime::program::{AllowedWarning, MissionProgram, Program};
 
-use crate::checks::deep::Deep;
 use crate::checks::{self, size_limits};
 use crate::cli_overrides;
 use crate::diagnostics::allowances::Allowed;
@@ -19,6 +18,7 @@ use crate::diagnostics::{cascading_errors, codes};
 use crate::expand::{Expanded, declared, expand};
 use crate::input::{Compiled, Input, Part, Texts};
 use crate::lowering::{self, Context, ParamValue, lower, runs_mission};
+use crate::sampled::Deep;
 
 /// Compiles a spec.
 pub fn compile(input: &Input) -> Compiled {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use dsl::Syntax;
 use runtime::program::{MissionProgram, Program};
 
-use crate::checks::deep::Sampled;
 use crate::diagnostics::report::Report;
+use crate::sampled::Sampled;
 
 /// Texts that replace those of imported files, by canonical path: unsaved texts of an editor.
 pub type Texts = BTreeMap<PathBuf, String>;

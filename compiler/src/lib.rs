@@ -27,16 +27,17 @@ mod paths;
 mod recording;
 pub mod resolve;
 mod robot_binding;
+mod sampled;
 pub mod sections;
 mod source_map;
 pub mod units;
 
 pub use ::names;
 pub use analysis::idle_rows::mark_idle_rows;
-pub use checks::deep::{Deep, Freedom, Sampled, SampledStack};
 pub use compile::{compile, compile_among, compile_deep, params};
 pub use diagnostics::report::{Report, Style};
 pub use diagnostics::{codes, report};
 pub use expand::{files, parameter_types};
 pub use input::{Compiled, Input, Texts};
 pub use lowering::{ParamValue, VERBS, Verb, signal_types};
+pub use sampled::{Deep, Freedom, Sampled, SampledStack};

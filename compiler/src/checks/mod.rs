@@ -6,7 +6,7 @@ mod built_stacks;
 mod compliance;
 mod conflicting_targets;
 mod contradictions;
-pub(crate) mod deep;
+mod deep;
 mod discontinuities;
 mod entries;
 mod first_tick;
@@ -40,8 +40,8 @@ use crate::analysis::value_ranges::RangeContext;
 use crate::binding::Number;
 use crate::expand::Expanded;
 use crate::lowering::LoweredController;
+use crate::sampled::{Deep, Sampled};
 use crate::source_map::SourceMap;
-use deep::{Deep, Sampled};
 
 /// A controller that was lowered without errors, as the checks see it.
 struct Checked<'c> {

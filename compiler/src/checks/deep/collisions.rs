@@ -7,8 +7,7 @@ use robot::geometry::{Degenerate, closest};
 use robot::{Data, LinkId, Model};
 use stdlib_tasks::bound::Bound;
 
-use super::report::share;
-use super::{Checked, Work};
+use super::{Checked, Work, share};
 
 /// Share of the postures from which on two links count as touching always: by how their shapes are drawn.
 const ALWAYS: f64 = 0.9;

@@ -5,7 +5,6 @@
 
 mod collisions;
 mod postures;
-mod report;
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,18 +14,7 @@ use robot::random::SplitMix64;
 use runtime::program::Program;
 
 use super::Checked;
-pub use report::{Freedom, Sampled, SampledStack};
-
-/// Settings of the checks at sampled postures.
-#[derive(Clone, Copy)]
-pub struct Deep<'d> {
-    /// Number of postures for each stack.
-    pub postures: usize,
-    /// Seed of the postures.
-    pub seed: u64,
-    /// Called now and then with the number of postures that have been examined, of all stacks, and with their total number.
-    pub progress: &'d (dyn Fn(usize, usize) + Sync),
-}
+use crate::sampled::{Deep, Sampled};
 
 /// Most threads that share the work.
 const THREADS: usize = 16;
@@ -95,4 +83,15 @@ fn posture(program: &Program, seed: u64, k: usize) -> Vec<f64> {
     let base = model.base.nq();
     q[..base].copy_from_slice(&program.robot.home[..base]);
     q
+}
+
+/// Formats a share in percent, never rounded to none or all.
+pub(super) fn share(part: usize, of: usize) -> String {
+    let percent = 100.0 * part as f64 / of.max(1) as f64;
+    match () {
+        () if part == of => "all".to_string(),
+        () if percent < 0.1 => format!("{part} of {of}"),
+        () if percent > 99.9 => format!("all but {} of {of}", of - part),
+        () => format!("{percent:.1} %"),
+    }
 }

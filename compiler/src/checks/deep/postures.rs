@@ -10,10 +10,10 @@ use runtime::{Evaluator, RestInputs};
 use solver::contradiction::contradiction;
 use solver::{Backend, HierarchicalSolver, Problem, Solution, Status};
 
-use super::report::{Freedom, SampledStack, share};
-use super::{Checked, Work};
+use super::{Checked, Work, share};
 use crate::checks::fixed_above::fixed_by_targets_above;
 use crate::checks::limit;
+use crate::sampled::{Freedom, SampledStack};
 
 /// Number of postures at which the freedom of levels is computed, at most.
 const FREEDOM: usize = 1000;

@@ -22,6 +22,11 @@ const ENOUGH: f64 = 0.2;
 /// Duration (s) of a run that nothing bounds.
 const A_MINUTE: f64 = 60.0;
 
+/// Speeds above which the limit of a joint says nothing about how fast it is to move (m/s, rad/s): URDFs with 1000 rad/s are
+/// common.
+const USUAL_LINEAR: f64 = 1.0;
+const USUAL_ANGULAR: f64 = 6.0;
+
 /// Part of its speed limit that a joint in the middle of its range must be allowed.
 const CREEPING: f64 = 0.2;
 
@@ -123,7 +128,8 @@ fn creeping(program: &Program, task: usize, built: &Built) -> Option<Creep> {
     let one = |dof: usize| {
         let d = program.robot.model.dofs.get(dof)?;
         let speed = 0.5 * gain * (d.upper - d.lower);
-        (speed.is_finite() && d.velocity.is_finite()).then_some((speed, d.velocity, Creep { dof, gain, speed }))
+        let usual = d.velocity.min(d.unit.select(USUAL_LINEAR, USUAL_ANGULAR));
+        (speed.is_finite() && d.velocity.is_finite()).then_some((speed, usual, Creep { dof, gain, speed }))
     };
     let all: Vec<_> = made.degrees_of_freedom()?.into_iter().filter_map(one).collect();
     all.iter().all(|(speed, limit, _)| *speed < CREEPING * limit).then(|| all.into_iter().next().map(|x| x.2))?

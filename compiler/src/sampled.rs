@@ -1,6 +1,17 @@
-//! Figures of the sampled postures, beside the diagnostics.
+//! Settings and figures of the checks at random postures.
 
 use std::collections::BTreeMap;
+
+/// Settings of the checks at sampled postures.
+#[derive(Clone, Copy)]
+pub struct Deep<'d> {
+    /// Number of postures for each stack.
+    pub postures: usize,
+    /// Seed of the postures.
+    pub seed: u64,
+    /// Called now and then with the number of postures that have been examined, of all stacks, and with their total number.
+    pub progress: &'d (dyn Fn(usize, usize) + Sync),
+}
 
 /// Figures of all stacks.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -52,16 +63,5 @@ impl Freedom {
                 seen >= wanted
             })
             .map(|(freedom, _)| *freedom)
-    }
-}
-
-/// Formats a share in percent, never rounded to none or all.
-pub(super) fn share(part: usize, of: usize) -> String {
-    let percent = 100.0 * part as f64 / of.max(1) as f64;
-    match () {
-        () if part == of => "all".to_string(),
-        () if percent < 0.1 => format!("{part} of {of}"),
-        () if percent > 99.9 => format!("all but {} of {of}", of - part),
-        () => format!("{percent:.1} %"),
     }
 }
