@@ -9,7 +9,7 @@ use solver::Problem;
 use stdlib_tasks::dimension::LENGTH;
 use stdlib_tasks::task::RowKind;
 
-use super::configurations;
+use super::{configurations, watches};
 use crate::source_map::SourceMap;
 
 /// Number of random configurations, beside home, at which the joints of a row are determined.
@@ -23,8 +23,9 @@ pub(super) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
         let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { continue };
         let levels = &program.stacks[stack].levels;
         let members = evaluator.members().to_vec();
-        let limits: Vec<usize> =
-            (0..members.len()).filter(|&i| !levels[members[i].level].hard && is_distance(&members[i])).collect();
+        let limits: Vec<usize> = (0..members.len())
+            .filter(|&i| !levels[members[i].level].hard && is_distance(program, &members[i]))
+            .collect();
         if limits.is_empty() {
             continue;
         }
@@ -66,9 +67,10 @@ pub(super) fn check(program: &Program, places: &SourceMap, diagnostics: &mut Vec
     }
 }
 
-/// True for a limit whose margins are lengths.
-fn is_distance(m: &Member) -> bool {
-    m.row_kind == RowKind::Inequality && m.row_info.iter().all(|r| r.dimension == LENGTH) && !m.row_info.is_empty()
+/// True for a limit whose margins are lengths, and that bounds something.
+fn is_distance(program: &Program, m: &Member) -> bool {
+    let lengths = m.row_info.iter().all(|r| r.dimension == LENGTH) && !m.row_info.is_empty();
+    m.row_kind == RowKind::Inequality && lengths && !watches::only_watches(program, m.program_index)
 }
 
 /// Degrees of freedom in the rows of each task. A task whose rows cannot be computed has none.
