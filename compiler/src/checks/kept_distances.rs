@@ -136,67 +136,59 @@ fn targets_inside(c: &Checked, out: &mut Vec<Diagnostic>) {
     for stack in &c.program.stacks {
         let members = || stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, l, m)));
         for (level, _, target) in members() {
-            let Some((place, value, goal)) = operands(c, target.task, "target") else { continue };
+            let Some(goal) = Side::of(c, target.task, "target") else { continue };
             // Values that time alone moves are examined with all limits of the stack.
-            if place.kind.row_kind != RowKind::Equality || readings::of_nodes(c, &value.nodes).is_empty() {
+            if readings::of_nodes(c, &goal.value.nodes).is_empty() {
                 continue;
             }
-            for (of_limit, l, limit) in members().filter(|(k, l, _)| l.hard || *k < level) {
-                debug_assert!(l.hard || of_limit < level);
-                for side in ["min", "max"] {
-                    let Some((_, of, bound)) = operands(c, limit.task, side) else { continue };
-                    if of.nodes != value.nodes || told.contains(&target.task) {
-                        continue;
-                    }
-                    let Some(beyond) = Beyond::of(c, side, goal, bound) else { continue };
-                    told.insert(target.task);
-                    out.push(beyond.diagnostic(c, (target.task, limit.task), side, value));
-                }
+            let above = members().filter(|(k, l, _)| l.hard || *k < level).map(|(_, _, m)| m.task);
+            let sides = above.flat_map(|task| ["min", "max"].map(|name| Side::of(c, task, name))).flatten();
+            let excluded =
+                sides.filter(|side| side.value.nodes == goal.value.nodes).find_map(|side| beyond(c, &goal, &side));
+            if let Some(d) = excluded
+                && told.insert(target.task)
+            {
+                out.push(d);
             }
         }
     }
 }
 
-/// A task with its value and another operand.
-fn operands<'c>(
-    c: &Checked<'c>,
+/// An operand with which a task compares its value.
+struct Side<'c> {
     task: usize,
-    name: &str,
-) -> Option<(&'c crate::binding::BoundTask, &'c Typed, &'c Typed)> {
-    let place = c.places.tasks.get(task)?;
-    Some((place, place.operands.get("value")?, place.operands.get(name)?))
+    name: &'static str,
+    at: Span,
+    value: &'c Typed,
+    operand: &'c Typed,
 }
 
-/// A target and a limit that exclude each other, with the nearest numbers of both.
-struct Beyond {
-    target: f64,
-    limit: f64,
-}
-
-impl Beyond {
-    fn of(c: &Checked, side: &str, goal: &Typed, bound: &Typed) -> Option<Beyond> {
-        let goal = c.context.graph.goal(&goal.nodes);
-        let (&[goal], &[bound]) = (goal.as_slice(), bound.nodes.as_slice()) else { return None };
-        let ranges = Ranges::new(c.context, &[goal, bound], &BTreeMap::new());
-        let (target, limit) = (ranges.at(goal), ranges.at(bound));
-        match side {
-            "min" => (target.high < limit.low - SLIP).then_some(Beyond { target: target.high, limit: limit.low }),
-            _ => (target.low > limit.high + SLIP).then_some(Beyond { target: target.low, limit: limit.high }),
-        }
+impl<'c> Side<'c> {
+    fn of(c: &Checked<'c>, task: usize, name: &'static str) -> Option<Side<'c>> {
+        let place = c.places.tasks.get(task)?;
+        let at = place.spans.get(name).copied().unwrap_or(place.span);
+        Some(Side { task, name, at, value: place.operands.get("value")?, operand: place.operands.get(name)? })
     }
+}
 
-    fn diagnostic(&self, c: &Checked, (target, limit): (usize, usize), side: &str, value: &Typed) -> Diagnostic {
-        let at = |task: usize, param: &str| {
-            let place = &c.places.tasks[task];
-            place.spans.get(param).copied().unwrap_or(place.span)
-        };
-        let (name, other) = (&c.program.tasks[target].name, &c.program.tasks[limit].name);
-        let bound = if side == "min" { "smallest" } else { "largest" };
-        let text = format!("`{name}` never gets to its target: `{other}` excludes it");
-        Diagnostic::warning("HQ0566", at(target, "target"), text)
-            .here(shown(self.target, value.dimension))
-            .label(at(limit, side), format!("{bound} value: {}", shown(self.limit, value.dimension)))
+/// Warning of a target that a side of a limit excludes, with the nearest numbers of both.
+fn beyond(c: &Checked, goal: &Side, side: &Side) -> Option<Diagnostic> {
+    let ends = c.context.graph.goal(&goal.operand.nodes);
+    let (&[end], &[bound]) = (ends.as_slice(), side.operand.nodes.as_slice()) else { return None };
+    let ranges = Ranges::new(c.context, &[end, bound], &BTreeMap::new());
+    let (target, limit) = (ranges.at(end), ranges.at(bound));
+    let (target, limit, word) = match side.name {
+        "min" if target.high < limit.low - SLIP => (target.high, limit.low, "smallest"),
+        "max" if target.low > limit.high + SLIP => (target.low, limit.high, "largest"),
+        _ => return None,
+    };
+    let (name, other) = (&c.program.tasks[goal.task].name, &c.program.tasks[side.task].name);
+    let text = format!("`{name}` never gets to its target: `{other}` excludes it");
+    Some(
+        Diagnostic::warning("HQ0566", goal.at, text)
+            .here(shown(target, goal.value.dimension))
+            .label(side.at, format!("{word} value: {}", shown(limit, goal.value.dimension)))
             .note("both measure the same value, and the limit has priority")
-            .help("choose a target inside the limit, or a wider limit")
-    }
+            .help("choose a target inside the limit, or a wider limit"),
+    )
 }
