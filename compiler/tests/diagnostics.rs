@@ -48,6 +48,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("allowances_yaml", include_str!("cases/allowances_yaml.txt"), Syntax::Yaml),
     ("people_sensors", include_str!("cases/people_sensors.txt"), Syntax::Native),
     ("people_sensors_yaml", include_str!("cases/people_sensors_yaml.txt"), Syntax::Yaml),
+    ("guards", include_str!("cases/guards.txt"), Syntax::Native),
+    ("guards_yaml", include_str!("cases/guards_yaml.txt"), Syntax::Yaml),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Syntax::Yaml),
     ("sampled", include_str!("cases/sampled.txt"), Syntax::Native),
     ("sampled_yaml", include_str!("cases/sampled_yaml.txt"), Syntax::Yaml),
@@ -123,6 +125,16 @@ fn people_sensors() {
 #[test]
 fn people_sensors_yaml() {
     check("people_sensors_yaml");
+}
+
+#[test]
+fn guards() {
+    check("guards");
+}
+
+#[test]
+fn guards_yaml() {
+    check("guards_yaml");
 }
 
 #[test]

@@ -129,7 +129,7 @@ fn parameters_of_every_type() {
          task near(at: frame, goal: point, by: length = 0.01 m, wait: duration = 2 s) = frame_position(at) { position goal + [by, 0, 0]*(t/wait) }\n\
          task aim(at: frame, to: orientation) = frame_orientation(at) { orientation to }\n\
          task slow(which: joints, v: angular_speed, share: number = 0.5) = joint_velocity_limits { joints which  max share*v }\n\
-         stack base(extra: task, name: name, w: number) { level gentle hard { joint_acceleration_limits }  level ${name}_limits { slow([joint_1, joint_2], v: 1 rad/s) }  level b { extra weight w } }\n\
+         stack base(extra: task, name: name, w: number) { level gentle hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits }  level ${name}_limits { slow([joint_1, joint_2], v: 1 rad/s) }  level b { extra weight w } }\n\
          stack s from base(near(tool, [0.5, 0, 0.5] m), first, 2) {\n\
            add walls { a(only, tool, [elbow, wrist], x) } before first_limits\n\
            add c { turn(only, 10 deg) } before b\n add d { aim(link_6, rpy(0, 0, 0.1 rad)) } before c }\n",
@@ -138,7 +138,7 @@ fn parameters_of_every_type() {
          task a = virtual_wall(elbow, wrist) { through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m }\n\
          task turn = swivel_angle { angle { only 10 deg } gain 2 /s }\n\
          task aim = frame_orientation(link_6) { orientation rpy(0, 0, 0.1 rad) }\n\
-         stack s { level gentle hard { joint_acceleration_limits }  level walls { a }  level first_limits { slow }  level d { aim }  level c { turn }  level b { near weight 2 } }\n",
+         stack s { level gentle hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits }  level walls { a }  level first_limits { slow }  level d { aim }  level c { turn }  level b { near weight 2 } }\n",
     );
 }
 
@@ -149,16 +149,16 @@ fn repetition_in_all_places() {
         &[],
         "for link in [link_6, tool] {\n  param speed_${link} = 0.01 m/s\n  let goal_${link} = [0.5 m, speed_${link}*t, 0.5 m]\n\
            \x20 task go_${link} = frame_position(${link}) { position goal_${link} }\n  for i in 1..2 {\n\
-             \x20   stack s_${link}_${i} { level gentle hard { joint_acceleration_limits }  level a { go_${link}  for j in [i, 3] { joint_velocity { velocity { joint_${j} 0.01*j rad/s } } } } }\n  }\n}\n\
+             \x20   stack s_${link}_${i} { level gentle hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits }  level a { go_${link}  for j in [i, 3] { joint_velocity { velocity { joint_${j} 0.01*j rad/s } } } } }\n  }\n}\n\
          run { stack s_tool_2 }\n"
             .replace("0.01*j rad/s", "j*(0.01 rad/s)")
             .as_str(),
         "param a = 0.01 m/s\nparam b = 0.01 m/s\n\
          task go_a = frame_position(link_6) { position [0.5 m, a*t, 0.5 m] }\ntask go_b = frame_position(tool) { position [0.5 m, b*t, 0.5 m] }\n\
-         stack s_link_6_1 { level gentle hard { joint_acceleration_limits }  level a { go_a  joint_velocity { velocity { joint_1 1*(0.01 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.01 rad/s) } } } }\n\
-         stack s_link_6_2 { level gentle hard { joint_acceleration_limits }  level a { go_a  joint_velocity { velocity { joint_2 2*(0.01 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.01 rad/s) } } } }\n\
-         stack s_tool_1 { level gentle hard { joint_acceleration_limits }  level a { go_b  joint_velocity { velocity { joint_1 1*(0.01 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.01 rad/s) } } } }\n\
-         stack s_tool_2 { level gentle hard { joint_acceleration_limits }  level a { go_b  joint_velocity { velocity { joint_2 2*(0.01 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.01 rad/s) } } } }\n\
+         stack s_link_6_1 { level gentle hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits }  level a { go_a  joint_velocity { velocity { joint_1 1*(0.01 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.01 rad/s) } } } }\n\
+         stack s_link_6_2 { level gentle hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits }  level a { go_a  joint_velocity { velocity { joint_2 2*(0.01 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.01 rad/s) } } } }\n\
+         stack s_tool_1 { level gentle hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits }  level a { go_b  joint_velocity { velocity { joint_1 1*(0.01 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.01 rad/s) } } } }\n\
+         stack s_tool_2 { level gentle hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits }  level a { go_b  joint_velocity { velocity { joint_2 2*(0.01 rad/s) } }  joint_velocity { velocity { joint_3 3*(0.01 rad/s) } } } }\n\
          run { stack s_tool_2 }\n",
     );
 }
@@ -169,7 +169,7 @@ fn equal_uses_share_a_task() {
     let p = program(
         &format!(
             "hierarq 1\n{ROBOT}\ntask near(at: frame, by: length = 0.1 m) = frame_position(at) {{ position [0.5, 0, 0.5] m + [by, 0, 0] }}\n\
-             stack a {{ level gentle hard {{ joint_acceleration_limits }}  level l {{ near(tool) }} }}\nstack b {{ level gentle hard {{ joint_acceleration_limits }}  level l {{ near(tool, by: 0.1 m)  near(tool, by: 0.2 m) weight 2 }} }}\nstack c {{ level gentle hard {{ joint_acceleration_limits }}  level l {{ near(link_6) }} }}\nrun {{ stack a }}\n"
+             stack a {{ level gentle hard {{ joint_position_limits  joint_velocity_limits  joint_acceleration_limits }}  level l {{ near(tool) }} }}\nstack b {{ level gentle hard {{ joint_position_limits  joint_velocity_limits  joint_acceleration_limits }}  level l {{ near(tool, by: 0.1 m)  near(tool, by: 0.2 m) weight 2 }} }}\nstack c {{ level gentle hard {{ joint_position_limits  joint_velocity_limits  joint_acceleration_limits }}  level l {{ near(link_6) }} }}\nrun {{ stack a }}\n"
         ),
         &folder,
     );
@@ -198,7 +198,7 @@ proptest! {
         };
         let last = uses.len() - 1;
         let all: String = (0..last).map(|i| format!(" + v{i}")).collect();
-        let task = format!("task a = joint_velocity {{ velocity (v{last}{all}) * (0.0001 rad/s) }}\nstack s {{ level gentle hard {{ joint_acceleration_limits }}  level l {{ a }} }}\n");
+        let task = format!("task a = joint_velocity {{ velocity (v{last}{all}) * (0.0001 rad/s) }}\nstack s {{ level gentle hard {{ joint_position_limits  joint_velocity_limits  joint_acceleration_limits }}  level l {{ a }} }}\n");
         let sorted: String = (0..=last).map(|i| line(i, false)).collect();
         let shuffled: String = order.iter().map(|i| line(*i, true)).collect();
         let expected = program(&format!("hierarq 1\n{ROBOT}{sorted}{task}"), &folder);
@@ -271,7 +271,7 @@ safety_field nearness { of walker }
 task reach = frame_position(tool) { position initial(position) + [0, 0.1, 0] m * sin(t/(1 s)) }
 task guard = safety_planner(reach) { field nearness  min 0.5 m }
 let slowness = 1 - guard.scaling
-stack work { level gentle hard { joint_acceleration_limits }  level motion { reach }  level internal { guard } }
+stack work { level gentle hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits }  level motion { reach }  level internal { guard } }
 machine m {
   initial a
   on fault(any) -> c

@@ -44,7 +44,7 @@ pub fn honest(lines: usize) -> String {
     for i in (0..tasks).step_by(6) {
         // Targets of one tool on one level are a compromise only if their weights differ.
         text.push_str(&format!(
-            "stack s_{i} {{\n  level limits hard {{ joint_velocity_limits  joint_acceleration_limits }}\n  level walls {{ \
+            "stack s_{i} {{\n  level limits hard {{ joint_position_limits  joint_velocity_limits  joint_acceleration_limits }}\n  level walls {{ \
              wall_{}  wall_{} }}\n  level motion {{ reach_{i} weight 2  reach_{} }}\n  level rest {{ swing_{} weight 2  \
              swing_{} }}\n}}\n",
             i + 1,

@@ -246,7 +246,7 @@ task deck = virtual_wall { points elbow  through [[0, 0, 0], [1, 0, 0], [0, 1, 0
 task go = frame_position(only) { position initial(frame(only).position) + [reach, 0, 0] * sin(t / (1 s)) }
 
 stack work {
-  level keep hard { limits deck }
+  level keep hard { limits deck  joint_velocity_limits }
   level gentle { joint_acceleration_limits }
   level move { go weight 2 }
 }

@@ -26,7 +26,7 @@ task guard = safety_planner(reach) {
   deviate { position { speed 0.4 m/s  most 0.2 m } }
 }
 
-stack work { level people { separation  joint_acceleration_limits }  level motion { reach }  level internal { guard } }
+stack work { level limits hard { joint_position_limits  joint_velocity_limits }  level people { separation  joint_acceleration_limits }  level motion { reach }  level internal { guard } }
 
 scenario calm {
   duration 1 s

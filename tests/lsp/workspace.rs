@@ -29,7 +29,7 @@ task touch(side: arm, offset: point = [0, 0, 0] m, among: joints = lower) = fram
 }
 
 stack base {
-  level gentle hard { joint_acceleration_limits }
+  level gentle hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits }
   level safe hard { deck }
   level move { touch(left) }
 }
@@ -49,7 +49,7 @@ import "lib.hq" { arm, deck, touch, gap, base }
 let twice = 2 * gap
 task wide = touch(right, offset: [0, 0, gap])
 stack mine from base { replace move { wide weight 2  touch(left, among: lower) } }
-stack other { level gentle hard { joint_acceleration_limits }  level safe hard { deck }  level move { touch(left, [0, 0, twice - gap - gap]) } }
+stack other { level gentle hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits }  level safe hard { deck }  level move { touch(left, [0, 0, twice - gap - gap]) } }
 run { stack mine }
 "#;
 
@@ -58,7 +58,7 @@ import: { lib.hq: [arm, deck, touch] }
 stacks:
   s:
     levels:
-      - { name: gentle, hard: true, tasks: [joint_acceleration_limits] }
+      - { name: gentle, hard: true, tasks: [joint_position_limits, joint_velocity_limits, joint_acceleration_limits] }
       - { name: safe, hard: true, tasks: [deck] }
       - { name: move, tasks: ["touch(left, offset: [0, 0, 0.1] m)"] }
 run: { stack: s }

@@ -53,6 +53,8 @@ pub(crate) struct Sample {
     problem: Problem,
     /// True for each task with an undefined row.
     pub undefined: Vec<bool>,
+    /// Margins of the rows of all limits, as in [`Evaluator::margins`].
+    pub margins: Vec<f64>,
 }
 
 impl Sample {
@@ -144,7 +146,11 @@ impl<'p> Stacks<'p> {
             self.with(stack, |evaluator, problem| {
                 evaluator.enter(q, rest.at(Times::default()));
                 evaluator.update(q, rest.at(Times::default()), problem).ok()?;
-                Some(Sample { problem: problem.clone(), undefined: evaluator.undefined().to_vec() })
+                Some(Sample {
+                    problem: problem.clone(),
+                    undefined: evaluator.undefined().to_vec(),
+                    margins: evaluator.margins().to_vec(),
+                })
             })?
         };
         of.samples[signals as usize].get(posture)?.get_or_init(take).as_ref()

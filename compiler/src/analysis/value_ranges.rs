@@ -323,6 +323,14 @@ impl<'a> RangeContext<'a> {
         (self.model.base == Base::Fixed).then(ball).filter(|ball| ball.radius.is_finite())
     }
 
+    /// Ball of the positions of a part in the world, from its middle to its farthest point; none: its base moves.
+    pub fn part(&self, part: &Geometry) -> Option<Ball> {
+        let middle = Leaf::Point { link: part.link, offset: part.center().coords };
+        let ball = (self.model.base == Base::Fixed).then(|| self.at_rest(&middle))?;
+        let radius = ball.radius + part.shape.bounding_radius();
+        radius.is_finite().then_some(Ball { radius, ..ball })
+    }
+
     /// Ball of a position in the world, for the leaf whose first number is `at`.
     fn place(&self, at: usize) -> Ball {
         match (self.model.base, self.leaves.get(&at)) {

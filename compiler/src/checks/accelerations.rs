@@ -78,6 +78,14 @@ impl AccelerationBounds {
     }
 }
 
+/// Targets of a stack that move the robot by themselves: they differ from the state at entry, or change. In stack order.
+pub(super) fn moving_targets(program: &Program, stack: usize) -> Vec<usize> {
+    let origins = Origins::of(&program.values.tape);
+    let members = program.stacks[stack].levels.iter().flat_map(|l| &l.members).map(|m| m.task);
+    let targets = members.filter(|&task| row_kind(program, task) == Some(RowKind::Equality));
+    targets.filter(|&task| moves(program, &origins, task)).collect()
+}
+
 fn row_kind(program: &Program, task: usize) -> Option<RowKind> {
     stdlib_tasks::find(&program.tasks[task].kind).map(|kind| kind.row_kind)
 }
@@ -148,7 +156,7 @@ fn moved_dofs(program: &Program, stacks: &Stacks, stack: usize, movers: &[usize]
 }
 
 /// Returns the hard level of joint limits of a stack, or else its first hard level; `None` without a hard level.
-fn level_of_limits(stack: &StackProgram, program: &Program) -> Option<usize> {
+pub(super) fn level_of_limits(stack: &StackProgram, program: &Program) -> Option<usize> {
     let hard = || stack.levels.iter().enumerate().filter(|(_, l)| l.hard);
     let of_joints = |m: &MemberProgram| {
         matches!(program.tasks[m.task].kind.as_str(), "joint_position_limits" | "joint_velocity_limits")

@@ -109,6 +109,8 @@ struct Weak {
     acceleration: f64,
     speed: f64,
     gain: f64,
+    /// True if no hard level bounds the speed, which then grows over the whole range of the joint.
+    no_speed_limit: bool,
 }
 
 impl Weak {
@@ -149,8 +151,10 @@ fn before_position_limits(hard: &Hard, limits: &[(usize, f64)]) -> Option<(usize
     let mut weak = hard.barriers.iter().filter(|b| !hard.locked.contains(&b.dof)).filter_map(|b| {
         let acceleration = limits.iter().find(|(dof, _)| *dof == b.dof)?.1;
         let speed = along(b, hard.speeds[b.dof], acceleration);
-        (acceleration < b.gain * speed * (1.0 - 1e-9))
-            .then_some((b.task, Weak { dof: b.dof, acceleration, speed, gain: b.gain }))
+        (acceleration < b.gain * speed * (1.0 - 1e-9)).then_some((
+            b.task,
+            Weak { dof: b.dof, acceleration, speed, gain: b.gain, no_speed_limit: hard.speeds[b.dof].is_infinite() },
+        ))
     });
     let (task, first) = weak.next()?;
     Some((task, first, weak.count()))
@@ -175,7 +179,8 @@ fn before_walls(hard: &Hard, limits: &[(usize, f64)]) -> Vec<(usize, f64, Weak)>
                 can += slope * acceleration;
                 speed_down += slope * speed;
                 let lacks = |w: &Weak| w.needed() / w.acceleration;
-                let weak = Weak { dof, acceleration, speed, gain };
+                let no_speed_limit = hard.speeds[dof].is_infinite();
+                let weak = Weak { dof, acceleration, speed, gain, no_speed_limit };
                 if worst.as_ref().is_none_or(|w| lacks(w) < lacks(&weak)) {
                     worst = Some(weak);
                 }
@@ -215,10 +220,17 @@ fn of_positions(
         .note(format!(
             "on `v = φ h` a joint brakes with `φ v`{others}; with a smaller limit a hard level can become infeasible, which is a fault"
         ))
-        .help(format!(
-            "write `max` from {needed}, a gain up to {} /s, or put this task on a soft level",
-            runtime::text::number(weak.acceleration / weak.speed)
-        ))
+        .help(if weak.no_speed_limit {
+            format!(
+                "add `joint_velocity_limits` to a hard level: without them `{name}` gets as fast as {}",
+                shown(weak.speed, speed)
+            )
+        } else {
+            format!(
+                "write `max` from {needed}, a gain up to {} /s, or put this task on a soft level",
+                runtime::text::number(weak.acceleration / weak.speed)
+            )
+        })
 }
 
 fn of_wall(

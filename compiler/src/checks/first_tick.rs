@@ -4,12 +4,13 @@
 //! reported for it.
 
 use dsl::Diagnostic;
-use runtime::program::{Program, Times};
+use runtime::program::{MemberProgram, Program, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
 use runtime::{Controller, Evaluator, Fault, Member, Observation, RestInputs};
-use solver::Status;
+use solver::{Problem, Status};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{Dimension, LENGTH};
+use stdlib_tasks::kinds::{joint_acceleration_limits, joint_position_limits, joint_velocity_limits};
 use stdlib_tasks::task::{RowInfo, RowKind};
 
 use super::{Checked, contradictions, entries, fixed_above, limit, number, place};
@@ -18,6 +19,9 @@ use crate::analysis::stacks::Prepared;
 use crate::binding::Number;
 use crate::source_map::SourceMap;
 use crate::units::shown;
+
+/// Coefficient of a row up to which a joint does not change it.
+const STILL: f64 = 1e-9;
 
 /// Evaluates a stack at the home configuration and simulates its first tick.
 pub(super) fn start(c: &Checked, stack: usize, diagnostics: &mut Vec<Diagnostic>) {
@@ -105,9 +109,12 @@ fn evaluated(c: &Checked, stack: usize, prepared: &mut Prepared, diagnostics: &m
             true => Diagnostic::error("HQ0502", at, text)
                 .label(places.home, "the robot starts here")
                 .note("a barrier function keeps a limit only from inside"),
-            false => Diagnostic::warning("HQ0502", at, text)
-                .label(places.home, "the robot starts here")
-                .note("the level is soft: the robot first moves back inside, as far as the levels above allow"),
+            false => Diagnostic::warning("HQ0502", at, text).label(places.home, "the robot starts here").note(
+                match moves(problem, program, stack, m, &evaluator.margins()[m.margins.clone()]) {
+                    true => "the level is soft: the robot first moves back inside, as far as the levels above allow",
+                    false => "no joint of the stack changes this value at home, so the robot does not move back inside",
+                },
+            ),
         };
         if bad.len() > 1 {
             let shown = bad.iter().take(8).cloned().collect::<Vec<_>>().join(", ");
@@ -150,6 +157,15 @@ fn evaluated(c: &Checked, stack: usize, prepared: &mut Prepared, diagnostics: &m
     }
 }
 
+/// True if a joint of the stack changes a violated row of a limit at home.
+fn moves(problem: &Problem, program: &Program, stack: usize, member: &Member, margins: &[f64]) -> bool {
+    let free = (0..program.robot.model.nv()).filter(|dof| !program.stacks[stack].locked.contains(dof));
+    let free: Vec<usize> = free.collect();
+    let violated = member.rows.clone().zip(margins).filter(|(_, h)| **h < -MARGIN_TOLERANCE);
+    let level = &problem.levels[member.level];
+    violated.map(|(r, _)| level.row(r)).any(|row| free.iter().any(|&dof| row[dof].abs() > STILL))
+}
+
 /// Warns of targets whose value is undefined at home.
 fn undefined(evaluator: &Evaluator, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
     for (m, _) in evaluator.members().iter().zip(evaluator.undefined()).filter(|(_, is)| **is) {
@@ -181,6 +197,26 @@ fn anywhere(program: &Program, evaluator: &Evaluator, fault: &Fault) -> bool {
     }
 }
 
+/// Help for a hard level that cannot be met. Limits of joints are what the robot can do, so other tasks give way.
+fn relaxed(program: &Program, stack: usize, level: usize) -> &'static str {
+    let levels = &program.stacks[stack].levels;
+    let of_joints = |m: &MemberProgram| {
+        let kind = program.tasks[m.task].kind.as_str();
+        [joint_position_limits::KIND.name, joint_velocity_limits::KIND.name, joint_acceleration_limits::KIND.name]
+            .contains(&kind)
+    };
+    let (own, above) = (&levels[level].members, levels[..level].iter().any(|l| l.hard));
+    match (own.iter().any(of_joints), own.iter().all(of_joints)) {
+        (true, true) if above => "relax the hard levels above: these limits are what the joints can do",
+        (true, true) if level > 0 => "put these limits on the first level: they are what the joints can do",
+        (true, true) => {
+            "start inside of the limits of positions; those of velocities and accelerations hold from rest on"
+        }
+        (true, false) => "relax the other tasks of the level: the limits of joints are what the robot can do",
+        _ => "relax the level, or remove `hard`",
+    }
+}
+
 /// A stack after one tick at home.
 struct FirstTick {
     controller: Controller,
@@ -207,7 +243,7 @@ impl FirstTick {
             if c.program.stacks[stack].levels[level].damping > 0.0 {
                 "remove the level's `damping`: a damped level does not meet its rows exactly, and a hard level must"
             } else {
-                "relax the level, or remove `hard`"
+                relaxed(c.program, stack, level)
             },
         ));
         true

@@ -5,9 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use dsl::Diagnostic;
 use runtime::build_tasks;
 use runtime::program::StackProgram;
+use stdlib_tasks::dimension::LENGTH;
 use stdlib_tasks::task::RowKind;
 
-use super::{Checked, ineffective, limit, questioned, reachability};
+use super::{Checked, ineffective, limit, questioned, reachability, wall_reach};
 use crate::analysis::idle_rows;
 use crate::analysis::value_ranges::Ranges;
 use crate::expr::Typed;
@@ -117,16 +118,25 @@ fn never_active(c: &Checked, told: &BTreeSet<usize>, out: &mut Vec<Diagnostic>) 
     for stack in &c.program.stacks {
         let tasks = stack.levels.iter().flat_map(|l| &l.members).map(|m| m.task);
         for (built, task) in build_tasks(c.program, stack).into_iter().zip(tasks) {
-            if open.contains(&task) && !idle_rows::all(c.program, &c.program.tasks[task], built) {
+            let idle = || idle_rows::all(c.program, &c.program.tasks[task], built);
+            if open.contains(&task) && wall_reach::distant(c, task).is_none() && !idle() {
                 open.remove(&task);
             }
         }
     }
     for task in open {
         let text = format!("the robot never comes near the limit `{}`", c.program.tasks[task].name);
+        let at = c.places.tasks[task].spans.get("through").copied().unwrap_or_else(|| limit(c.places, task));
         out.push(
-            Diagnostic::warning("HQ0612", limit(c.places, task), text)
-                .note("at all joint positions the margin is so large that no row of it slows the robot down")
+            Diagnostic::warning("HQ0612", at, text)
+                .note(match wall_reach::distant(c, task) {
+                    Some(margin) => {
+                        let margin = shown((margin * 1e3).floor() * 1e-3, LENGTH);
+                        format!("at all joint positions its parts are {margin} or more away from it")
+                    }
+                    None => "at all joint positions the margin is so large that no row of it slows the robot down"
+                        .to_string(),
+                })
                 .help("check the place and the unit of the limit, or remove the task"),
         );
     }

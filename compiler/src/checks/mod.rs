@@ -13,8 +13,10 @@ mod first_tick;
 mod fixed_above;
 mod ineffective;
 mod inert_limits;
+mod kept_distances;
 mod machine;
 mod magnitudes;
+mod missing_limits;
 mod partial_limits;
 mod people;
 mod postures;
@@ -25,9 +27,13 @@ mod sampled_loss;
 mod scenario_start;
 mod scenarios;
 mod sensors;
+mod short_runs;
+mod singular_targets;
 pub(crate) mod size_limits;
 mod soft_limits;
 mod unknown_velocity;
+mod wall_reach;
+mod watches;
 mod wider_limits;
 
 use std::collections::BTreeSet;
@@ -86,6 +92,11 @@ static CHECKS: &[(On, Check)] = &[
     (On::GoodProgram, people::checks),
     (On::GoodProgram, compliance::checks),
     (On::GoodProgram, partial_limits::check),
+    (On::GoodProgram, missing_limits::check),
+    (On::GoodProgram, kept_distances::check),
+    (On::GoodProgram, watches::check),
+    (On::GoodProgram, singular_targets::check),
+    (On::GoodProgram, short_runs::check),
 ];
 
 /// Programs that a rule examines.

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use dsl::{Diagnostic, Help, Snippet};
 use runtime::Member;
-use runtime::program::Subject;
+use runtime::program::{Program, Subject};
 use stdlib_tasks::dimension::LENGTH;
 use stdlib_tasks::task::RowKind;
 
-use super::Checked;
+use super::{Checked, watches};
 use crate::analysis::stacks::Signals;
 
 /// Warns of each distance that a target with the same or a higher priority may violate, once for all stacks that run.
@@ -19,8 +19,9 @@ pub(super) fn check(c: &Checked, diagnostics: &mut Vec<Diagnostic>) {
     for stack in (0..program.stacks.len()).filter(runs) {
         let levels = &program.stacks[stack].levels;
         let members = c.stacks.members(stack);
-        let limits: Vec<usize> =
-            (0..members.len()).filter(|&i| !levels[members[i].level].hard && is_distance(&members[i])).collect();
+        let limits: Vec<usize> = (0..members.len())
+            .filter(|&i| !levels[members[i].level].hard && is_distance(program, &members[i]))
+            .collect();
         if limits.is_empty() {
             continue;
         }
@@ -62,9 +63,10 @@ pub(super) fn check(c: &Checked, diagnostics: &mut Vec<Diagnostic>) {
     }
 }
 
-/// True for a limit whose margins are lengths.
-fn is_distance(m: &Member) -> bool {
-    m.row_kind == RowKind::Inequality && m.row_info.iter().all(|r| r.dimension == LENGTH) && !m.row_info.is_empty()
+/// True for a limit whose margins are lengths, and that bounds something.
+fn is_distance(program: &Program, m: &Member) -> bool {
+    let lengths = m.row_info.iter().all(|r| r.dimension == LENGTH) && !m.row_info.is_empty();
+    m.row_kind == RowKind::Inequality && lengths && !watches::only_watches(program, m.program_index)
 }
 
 /// Degrees of freedom in the rows of each task. A task whose rows cannot be computed has none.

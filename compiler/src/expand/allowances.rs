@@ -1,6 +1,8 @@
 //! Takes allowed warnings out of a tree, `allow HQ0606 "the tray is soft on purpose"`: the key that every block has. Later
 //! stages do not meet it.
 
+use std::collections::BTreeSet;
+
 use dsl::tree::{
     Block, Change, Entry, Item, ItemKind, Level, Member, MemberTask, MissionMember, MissionRepeat, Spec, StateBody,
     Value, ValueKind,
@@ -13,13 +15,26 @@ use crate::diagnostics::codes;
 
 /// Removes the allowances of a spec, and returns them; reports those that are wrong.
 pub(super) fn take(spec: &mut Spec, syntax: Syntax, diagnostics: &mut Vec<Diagnostic>) -> Vec<Allowance> {
-    let mut taker = Taker { syntax, found: Vec::new(), diagnostics };
+    let mut taker = Taker { syntax, tasks: task_names(&spec.items), found: Vec::new(), diagnostics };
     taker.items(&mut spec.items, None);
     taker.found
 }
 
+/// Names that the levels of a file may contain: its tasks, and what it imports.
+fn task_names(items: &[Item]) -> BTreeSet<String> {
+    let names = items.iter().flat_map(|item| match &item.kind {
+        ItemKind::Task(task) => vec![task.name.value.clone()],
+        ItemKind::Import(import) => import.names.iter().map(|n| n.visible().value.clone()).collect(),
+        ItemKind::For(repeat) => task_names(&repeat.body).into_iter().collect(),
+        _ => Vec::new(),
+    });
+    names.collect()
+}
+
 struct Taker<'d> {
     syntax: Syntax,
+    /// Names that levels may contain.
+    tasks: BTreeSet<String>,
     found: Vec<Allowance>,
     diagnostics: &'d mut Vec<Diagnostic>,
 }
@@ -66,8 +81,45 @@ impl Taker<'_> {
     }
 
     fn level(&mut self, level: &mut Level) {
+        self.unquoted_reasons(level);
         self.block(&mut level.settings, level.span);
         self.members(&mut level.members);
+    }
+
+    /// Takes the words of a reason without quotes out of the tasks of a level, where they stand behind the code.
+    fn unquoted_reasons(&mut self, level: &mut Level) {
+        let allowed = level.settings.entries.iter_mut().filter(|e| e.key.value == ALLOW);
+        let codes = allowed.filter_map(|e| match &mut e.value.kind {
+            ValueKind::Block(codes) => Some(&mut codes.entries),
+            _ => None,
+        });
+        for code in codes.flatten().filter(|code| matches!(code.value.kind, ValueKind::Missing)) {
+            let behind = |m: &Member| m.span.source == code.key.span.source && m.span.start >= code.key.span.end;
+            let Some(first) = level.members.iter().position(behind) else { continue };
+            let unknown = |m: &Member| match &m.task {
+                MemberTask::Name(name) => {
+                    m.weight.is_none() && !self.tasks.contains(&name.value) && stdlib_tasks::find(&name.value).is_none()
+                }
+                _ => false,
+            };
+            let number = level.members[first..].iter().take_while(|m| unknown(m)).count();
+            let words: Vec<Member> = level.members.drain(first..first + number).collect();
+            let (Some(from), Some(to)) = (words.first(), words.last()) else { continue };
+            let span = from.span.to(to.span);
+            let text: Vec<&str> = words
+                .iter()
+                .filter_map(|m| if let MemberTask::Name(name) = &m.task { Some(name.value.as_str()) } else { None })
+                .collect();
+            let (written, text) = (code.key.value.as_str(), text.join(" "));
+            let d = Diagnostic::error("HQ0222", span, format!("the reason of `{written}` is not in quotes"));
+            let quoted = format!("\"{text}\"");
+            self.diagnostics.push(
+                d.note("without quotes the words are read as tasks of the level")
+                    .help(format!("write `allow {written} {quoted}`"))
+                    .fix(Fix::edit("Put the reason into quotes", span, quoted)),
+            );
+            code.value = Value { kind: ValueKind::Text(text), span };
+        }
     }
 
     fn members(&mut self, members: &mut [Member]) {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use blocks::{Block, NumberOrWord};
-use dsl::tree::{Entry, Let, MemberTask, Stack, TaskDefinition, ValueKind};
+use dsl::tree::{Entry, Let, MemberTask, Stack, TaskDefinition, Unit, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned, Topic};
 use names::{list, suggest};
 use runtime::program::{LevelProgram, MemberProgram, StackProgram};
@@ -160,6 +160,10 @@ impl Stacks<'_, '_> {
                     continue;
                 }
                 let weight = match &m.weight {
+                    Some(Value { kind: ValueKind::Unit(_, unit), span }) => {
+                        self.weight_with_unit(*span, unit);
+                        1.0
+                    }
                     Some(weight) => self.lowerer.read_word(&MEMBER, "weight", weight).unwrap_or(1.0),
                     None => 1.0,
                 };
@@ -174,6 +178,20 @@ impl Stacks<'_, '_> {
             });
         }
         StackProgram { name: s.name.value.clone(), locked: locked.unwrap_or_default(), levels }
+    }
+
+    /// Reports a weight with a unit. In `reach weight 4  g weight 5` the next task is read as one.
+    fn weight_with_unit(&mut self, at: Span, unit: &Unit) {
+        let unit = unit.to_string();
+        let d = Diagnostic::error("HQ0301", at, "a weight has no unit").here(format!("`{unit}` is read as a unit"));
+        let task = self.names.iter().any(|name| **name == unit);
+        // It is meant to be in the stack.
+        self.lowerer.used_tasks.extend(task.then(|| unit.clone()));
+        self.lowerer.push(if task {
+            d.help(format!("begin a new line before the task `{unit}`, or put a comma before it"))
+        } else {
+            d.help("leave the unit out")
+        });
     }
 
     fn unknown_task(&mut self, name: &Spanned<String>) {

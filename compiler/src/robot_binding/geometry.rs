@@ -31,13 +31,34 @@ impl Binder<'_, '_> {
         let mut arms: Vec<Arm> = Vec::new();
         for ByName { name, value, .. } in self.declarations("arms", &self.block.arms) {
             let ArmBlock { shoulder, elbow, wrist, tip, .. } = &value.value;
-            let [shoulder, elbow, wrist, tip] = [shoulder, elbow, wrist, tip].map(|link| self.link(link.as_ref()));
+            let written = [shoulder, elbow, wrist, tip];
+            let links = written.map(|link| self.link(link.as_ref()));
+            self.one_chain(&name.value, written, links);
+            let [shoulder, elbow, wrist, tip] = links;
             match tip {
                 Some(tip) => arms.push(Arm { name: name.value.clone(), shoulder, elbow, wrist, tip }),
                 None => self.fail(name),
             }
         }
         arms
+    }
+
+    /// Warns of the first link of an arm that is not at or behind the one before it. `None` are links that are left out, or
+    /// unknown.
+    fn one_chain(&mut self, arm: &str, written: [&Option<Located<String>>; 4], links: [Option<LinkId>; 4]) {
+        let words = ["shoulder", "elbow", "wrist", "tip"];
+        let known: Vec<(&str, &Located<String>, LinkId)> =
+            (0..4).filter_map(|i| Some((words[i], written[i].as_ref()?, links[i]?))).collect();
+        let behind = |inner: LinkId, outer: LinkId| {
+            std::iter::successors(Some(outer), |link| self.model.parent(*link)).any(|link| link == inner)
+        };
+        let broken = known.windows(2).find(|pair| !behind(pair[0].2, pair[1].2));
+        let Some([(inner, first, _), (outer, second, _)]) = broken else { return };
+        let text = format!("the {outer} of arm `{arm}` is not behind its {inner}");
+        let d = Diagnostic::warning("HQ0407", self.origins.span(second.at), text)
+            .label(self.origins.span(first.at), format!("the {inner}"))
+            .note("the joints of the arm do not move this link, so the parts are not those of one arm");
+        self.diagnostics.push(d.help("name links of one chain, from the shoulder to the tip"));
     }
 
     fn fail(&mut self, name: &Located<String>) {

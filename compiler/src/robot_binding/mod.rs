@@ -96,7 +96,9 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     let unbound = |of: &Option<Located<Unbound>>| files.origins.unbound(of.as_ref()?);
     let locks = urdf::locks(unbound(&block.lock), files.diagnostics);
     let file = urdf::open(&path, base, block.package_path.as_deref(), files)?;
-    let (whole, warnings) = file.whole(!locks.is_empty(), files.diagnostics)?;
+    let (mut whole, warnings) = file.whole(!locks.is_empty(), files.diagnostics)?;
+    // Messages name the robot as the spec does.
+    whole.name.clone_from(&robot.name.value);
     let moves = |model: &Model, diagnostics: &mut Vec<Diagnostic>| {
         if model.nv() == 0 {
             let d = Diagnostic::error("HQ0402", path.span, "nothing of this robot moves");
@@ -126,7 +128,8 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     } else {
         let at = urdf::positions(&locks, (&whole, &groups), &home, constants, files.diagnostics);
         let names = at.keys().cloned().collect();
-        let (model, warnings) = file.locked(at, files.diagnostics)?;
+        let (mut model, warnings) = file.locked(at, files.diagnostics)?;
+        model.name.clone_from(&robot.name.value);
         if model.nv() == 0 {
             file.warn(&warnings, &model, files.diagnostics);
         }

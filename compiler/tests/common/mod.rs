@@ -58,7 +58,7 @@ fn case(part: &str, syntax: Syntax) -> Case {
 }
 
 /// Adds the header, and the robot and a stack of all tasks if the case has none. The stack also has limits of
-/// accelerations, if the robot has speed limits from which they follow.
+/// positions, velocities and accelerations, if the robot has them and the case has none of this kind.
 pub fn whole(body: &str, syntax: Syntax, robot: bool, stack: bool) -> String {
     let hq = syntax == Syntax::Native;
     let begins = |word: &str| body.lines().any(|l| l.starts_with(word));
@@ -88,36 +88,35 @@ pub fn whole(body: &str, syntax: Syntax, robot: bool, stack: bool) -> String {
         };
         let tasks: Vec<&str> =
             tasks.iter().enumerate().filter(|(i, t)| !tasks[..*i].contains(t)).map(|(_, t)| *t).collect();
-        let tasks = if tasks.is_empty() { vec!["joint_velocity_limits"] } else { tasks };
-        let bounded = text.contains("robots/arm7.urdf") && !text.contains("joint_acceleration_limits");
+        // The limits that the robot has from its description, unless the case is about limits of this kind. Limits of positions
+        // count on those of velocities.
+        let described = ["joint_position_limits", "joint_velocity_limits", "joint_acceleration_limits"];
+        let described = if text.contains(described[1]) { &described[2..] } else { &described[..] };
+        let bounded = text.contains("robots/arm7.urdf");
+        let limits = described.iter().copied().filter(|kind| bounded && !text.contains(kind)).collect();
+        let tasks = if tasks.is_empty() && !bounded { vec!["joint_velocity_limits"] } else { tasks };
         // Distances stand above the targets, which would otherwise have the right to violate them.
         let distance = |t: &&str| {
             let kinds = ["keep(", "virtual_wall", "self_collision"];
             kinds.iter().any(|k| body.lines().any(|l| l.starts_with(&format!("task {t} = {k}"))))
         };
-        let (distances, targets): (Vec<&str>, Vec<&str>) = tasks.iter().copied().partition(distance);
-        let levels = match (distances.is_empty(), targets.is_empty()) {
-            (false, false) => {
-                format!("level safe {{ {} }}  level all {{ {} }}", distances.join("  "), targets.join("  "))
-            }
-            _ => format!("level all {{ {} }}", tasks.join("  ")),
+        let (distances, targets): (Vec<&str>, Vec<&str>) = tasks.iter().copied().partition(|t| hq && distance(t));
+        let mut levels = vec![("limits", true, limits)];
+        match (distances.is_empty(), targets.is_empty()) {
+            (false, false) => levels.extend([("safe", false, distances), ("all", false, targets)]),
+            _ => levels.push(("all", false, tasks)),
+        }
+        levels.retain(|(_, _, tasks)| !tasks.is_empty());
+        let level = |(name, hard, tasks): &(&str, bool, Vec<&str>)| match (hq, hard) {
+            (true, true) => format!("level {name} hard {{ {} }}", tasks.join("  ")),
+            (true, false) => format!("level {name} {{ {} }}", tasks.join("  ")),
+            (false, true) => format!("{{ name: {name}, hard: true, tasks: [{}] }}", tasks.join(", ")),
+            (false, false) => format!("{{ name: {name}, tasks: [{}] }}", tasks.join(", ")),
         };
-        text.push_str(&match (hq, bounded) {
-            (true, true) => {
-                let limits = "level limits hard { joint_acceleration_limits }";
-                format!("stack all {{ {limits}  {levels} }}\n")
-            }
-            (true, false) => format!("stack all {{ {levels} }}\n"),
-            (false, true) => {
-                let limits = "{ name: limits, hard: true, tasks: [joint_acceleration_limits] }";
-                format!(
-                    "stacks: {{ all: {{ levels: [ {limits}, {{ name: all, tasks: [{}] }} ] }} }}\n",
-                    tasks.join(", ")
-                )
-            }
-            (false, false) => {
-                format!("stacks: {{ all: {{ levels: [ {{ name: all, tasks: [{}] }} ] }} }}\n", tasks.join(", "))
-            }
+        let levels: Vec<String> = levels.iter().map(level).collect();
+        text.push_str(&match hq {
+            true => format!("stack all {{ {} }}\n", levels.join("  ")),
+            false => format!("stacks: {{ all: {{ levels: [ {} ] }} }}\n", levels.join(", ")),
         });
     }
     text

@@ -6,8 +6,10 @@ use dsl::{Diagnostic, Help, Snippet, Span};
 use names::list;
 use runtime::program::Program;
 use stdlib_tasks::bound::Bound;
+use stdlib_tasks::kinds::joint_acceleration_limits::KIND as LIMITS;
 use stdlib_tasks::task::{RowKind, Task};
 
+use super::fault_answers::moves;
 use super::{Checked, is_fault};
 use crate::analysis::stacks::Stacks;
 use crate::checks::accelerations::AccelerationBounds;
@@ -43,7 +45,10 @@ impl Checked<'_> {
         let mut told: Vec<usize> = Vec::new();
         for &s in &owners {
             let Some(stack) = self.machine.states[s].stack.filter(|k| !told.contains(k)) else { continue };
-            let lost = all.iter().copied().filter(|&t| !self.alike(stack, t));
+            let stands = !moves(self.program, self.stacks, stack);
+            // A robot that only stands has no acceleration to bound: it may stop at once.
+            let needless = |t: usize| stands && self.program.tasks[t].kind == LIMITS.name;
+            let lost = all.iter().copied().filter(|&t| !self.alike(stack, t) && !needless(t));
             let (soft, missing): (Vec<usize>, Vec<usize>) = lost.partition(|&t| self.holds(stack, t));
             let names = |tasks: Vec<usize>| list(tasks.iter().map(|&t| self.program.tasks[t].name.as_str()), 6);
             let at = self.places.stacks[s].unwrap_or(self.places.states[s]);

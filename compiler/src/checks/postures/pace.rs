@@ -19,6 +19,9 @@ use crate::units::{shown, shown_range};
 /// posture of many, so that a small deficit has no meaning.
 const SPEED_DEFICIT: f64 = 0.2;
 
+/// The same at home at the entry of the stack, which is the posture of the robot at that moment.
+const DEFICIT_AT_HOME: f64 = 0.05;
+
 /// The same of an acceleration. It is larger, since the change of the rows with the posture is left out.
 const ACCELERATION_DEFICIT: f64 = 0.5;
 
@@ -103,7 +106,7 @@ struct TooFast {
 fn worst(
     pace: &mut Pace,
     limits: &[f64],
-    share: f64,
+    share: impl Fn(&Moment) -> f64,
     moments: &[Moment],
     wanted: impl Fn(&mut Pace, &Moment) -> Option<Vec<f64>>,
 ) -> Option<TooFast> {
@@ -142,7 +145,7 @@ fn worst(
             let (all, asked) = (norm(&values), norm(&values) - norm(&free_solution.levels[0].slack));
             let missing = norm(&solution.levels[1].slack) - (all - asked);
             let slower = worst.as_ref().is_none_or(|w| missing / asked > 1.0 - w.reached / w.wanted);
-            if all.is_finite() && asked > NOTHING.max(SINGULAR * all) && missing > share * asked && slower {
+            if all.is_finite() && asked > NOTHING.max(SINGULAR * all) && missing > share(moment) * asked && slower {
                 worst = Some(TooFast { wanted: asked, reached: asked - missing, dimension, t: moment.t });
             }
         }
@@ -161,12 +164,16 @@ pub(super) fn check(
     let mut pace = Pace::new(c.program, stack, member)?;
     let period = c.program.robot.period;
     let name = &c.program.tasks[member.task].name;
-    let velocities = worst(&mut pace, &limits.speed, SPEED_DEFICIT, moments, |p, m| Some(p.rates(&m.q, m.t)?.to_vec()));
+    let share = |m: &Moment| match m.t == 0.0 && m.q == c.program.robot.home {
+        true => DEFICIT_AT_HOME,
+        false => SPEED_DEFICIT,
+    };
+    let velocities = worst(&mut pace, &limits.speed, share, moments, |p, m| Some(p.rates(&m.q, m.t)?.to_vec()));
     let accelerations = |p: &mut Pace, m: &Moment| p.accelerations(&m.q, m.t, period);
     let (found, text, unit, what) = match velocities {
         Some(found) => (found, format!("the target of `{name}` moves faster than the joints can"), "", "speed"),
         None => {
-            let found = worst(&mut pace, &limits.acceleration, ACCELERATION_DEFICIT, moments, accelerations)?;
+            let found = worst(&mut pace, &limits.acceleration, |_| ACCELERATION_DEFICIT, moments, accelerations)?;
             let text = format!("the target of `{name}` accelerates faster than the joints can");
             (found, text, "^2", "acceleration")
         }
