@@ -16,6 +16,7 @@ mod block_binding;
 mod checks;
 mod cli_overrides;
 mod compile;
+mod demands;
 mod diagnostics;
 mod expand;
 pub mod expr;
@@ -32,7 +33,9 @@ mod source_map;
 pub mod units;
 
 pub use ::names;
+pub use checks::coverage;
 pub use analysis::idle_rows::mark_idle_rows;
+pub use demands::JointQuantity;
 pub use compile::{compile, compile_among, params};
 pub use diagnostics::report::{Report, Style};
 pub use diagnostics::{codes, report};

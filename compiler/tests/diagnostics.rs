@@ -48,6 +48,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("allowances_yaml", include_str!("cases/allowances_yaml.txt"), Syntax::Yaml),
     ("people_sensors", include_str!("cases/people_sensors.txt"), Syntax::Native),
     ("people_sensors_yaml", include_str!("cases/people_sensors_yaml.txt"), Syntax::Yaml),
+    ("coverage", include_str!("cases/coverage.txt"), Syntax::Native),
+    ("coverage_yaml", include_str!("cases/coverage_yaml.txt"), Syntax::Yaml),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Syntax::Yaml),
 ];
 

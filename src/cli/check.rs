@@ -7,7 +7,7 @@ use compiler::Compiled;
 use hierarq::{mend, project};
 use serde_json::json;
 
-use super::{Outcome, SpecOptions, output};
+use super::{Outcome, SpecOptions, coverage, output};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -19,6 +19,9 @@ pub struct Arguments {
     /// Print the diagnostics as JSON.
     #[arg(long)]
     json: bool,
+    /// Show the limits that each stack keeps, and what nothing limits.
+    #[arg(long)]
+    coverage: bool,
     /// Apply the fixes whose diagnostics leave no other reading, and write the files; the rest is reported.
     #[arg(long)]
     fix: bool,
@@ -42,6 +45,9 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
             let mut data = report.to_json();
             data["file"] = json!(path.display().to_string());
             data["ok"] = json!(!bad);
+            if let Some(program) = compiled.program.as_ref().filter(|_| a.coverage) {
+                data["coverage"] = coverage::data(program);
+            }
             if a.fix {
                 data["applied"] = applied.iter().map(|(line, title)| json!({ "line": line, "title": title })).collect();
             }
@@ -54,6 +60,9 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
         }
         output::show(report);
         output::print(&report.render_allowed());
+        if let Some(program) = compiled.program.as_ref().filter(|_| a.coverage) {
+            output::print(&coverage::text(program));
+        }
         output::print(&match (output::count(report), bad) {
             (Some(count), _) => format!("{name}: {count}{}\n", output::allowed(report)),
             (None, _) => format!("{name}: good{}\n", output::allowed(report)),

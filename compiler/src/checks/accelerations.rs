@@ -42,9 +42,7 @@ impl AccelerationBounds {
         let (stack, model) = (&program.stacks[index], &program.robot.model);
         let members =
             || stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, l.hard, m)));
-        let origins = Origins::of(&program.values.tape);
-        let movers: Vec<usize> =
-            members().map(|(_, _, m)| m.task).filter(|&task| moves(program, &origins, task)).collect();
+        let movers = movers(program, stack);
         let target = |m: &MemberProgram| row_kind(program, m.task) == Some(RowKind::Equality);
         let first = members().find(|(_, _, m)| target(m)).map_or(usize::MAX, |m| m.0);
         let all = build_tasks(program, stack);
@@ -77,6 +75,13 @@ impl AccelerationBounds {
     pub(crate) fn bounds(&self, mut dofs: impl Iterator<Item = usize>) -> bool {
         dofs.all(|dof| self.bounded.contains(&dof))
     }
+}
+
+/// Returns the tasks of a stack that move the robot by themselves, in the order of the levels.
+pub(super) fn movers(program: &Program, stack: &StackProgram) -> Vec<usize> {
+    let origins = Origins::of(&program.values.tape);
+    let members = stack.levels.iter().flat_map(|l| &l.members);
+    members.map(|m| m.task).filter(|&task| moves(program, &origins, task)).collect()
 }
 
 fn row_kind(program: &Program, task: usize) -> Option<RowKind> {
@@ -135,7 +140,7 @@ fn stops(program: &Program, task: &TaskProgram) -> bool {
 
 /// Returns the degrees of freedom in the rows of a stack's targets and of its moving tasks; all of them if the rows
 /// cannot be computed.
-fn moved_dofs(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usize> {
+pub(super) fn moved_dofs(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usize> {
     let model = &program.robot.model;
     let all = || (0..model.nv()).collect();
     let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return all() };

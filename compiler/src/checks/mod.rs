@@ -5,6 +5,7 @@ mod braking;
 mod built_stacks;
 mod compliance;
 mod conflicting_targets;
+pub mod coverage;
 mod discontinuities;
 mod entries;
 mod first_tick;
@@ -80,6 +81,7 @@ static CHECKS: &[(On, Check)] = &[
     (On::GoodProgram, people::checks),
     (On::GoodProgram, compliance::checks),
     (On::GoodProgram, partial_limits::check),
+    (On::GoodProgram, coverage::check),
 ];
 
 /// Programs that a rule examines.
