@@ -40,7 +40,7 @@ fn programs() -> Vec<(String, Program)> {
 #[test]
 fn no_joint_moves_that_the_table_leaves_out() {
     for (name, program) in programs() {
-        for table in StackCoverage::of_run(&program) {
+        for table in StackCoverage::of_runs(&program) {
             let listed: BTreeSet<usize> = table.joints.iter().map(|j| j.dof).collect();
             let mut controller = Controller::for_stack(&program, table.stack).expect("a controller");
             let mut q = program.robot.home.clone();
@@ -89,7 +89,7 @@ fn by_rows(program: &Program, stack: usize, kind: &str, joint: &str) -> Option<F
 fn limits_of_joints_are_those_whose_rows_name_the_joint() {
     let mut compared = 0;
     for (name, program) in programs() {
-        for table in StackCoverage::of_run(&program) {
+        for table in StackCoverage::of_runs(&program) {
             for j in &table.joints {
                 let joint = program.robot.model.dofs[j.dof].name.as_str();
                 for (quantity, kind) in [
@@ -121,7 +121,7 @@ fn links(program: &Program, task: usize, param: &str) -> BTreeSet<LinkId> {
 fn walls_and_pairs_are_those_of_the_members() {
     let (mut walls, mut pairs) = (0, 0);
     for (name, program) in programs() {
-        for table in StackCoverage::of_run(&program) {
+        for table in StackCoverage::of_runs(&program) {
             let members = program.stacks[table.stack].levels.iter().flat_map(|l| l.members.iter().map(move |m| (l, m.task)));
             for (level, task) in members {
                 let own: Vec<_> = table.guards.iter().filter(|g| g.hold.task == task).collect();

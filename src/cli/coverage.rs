@@ -16,7 +16,7 @@ const NAMES: usize = 8;
 
 /// Returns the tables of a program, for people.
 pub fn text(program: &Program) -> String {
-    let all = StackCoverage::of_run(program);
+    let all = StackCoverage::of_runs(program);
     let mut joints = wide_table(&["stack", "states", "moves", "velocity", "position", "acceleration"]);
     let mut guards = wide_table(&["stack", "limit", "level", "keeps", "from"]);
     for of in &all {
@@ -84,10 +84,14 @@ pub fn data(program: &Program) -> Value {
             "unguarded_points": open_points(program, of),
         })
     };
-    StackCoverage::of_run(program).iter().map(stack).collect()
+    StackCoverage::of_runs(program).iter().map(stack).collect()
 }
 
+/// Names in a cell; empty for none.
 fn list_of(names: Vec<&str>) -> String {
+    if names.is_empty() {
+        return String::new();
+    }
     list(names, NAMES).replace('`', "")
 }
 
@@ -139,11 +143,15 @@ fn kept(program: &Program, of: &StackCoverage) -> Vec<[String; 4]> {
         }
     }
     merged.sort_by_key(|m| m.0.level);
+    let mut shown = None;
     let row = |(hold, links, from): (Hold, BTreeSet<&str>, Vec<String>)| {
         let links = if links.is_empty() { "the whole robot".into() } else { list_of(links.into_iter().collect()) };
         let level = format!("{}: {}", hold.firmness.word(), program.stacks[of.stack].levels[hold.level].name);
         let from = list_of(from.iter().map(String::as_str).collect());
-        [program.tasks[hold.task].name.clone(), level, links, from]
+        // Further rows of a limit leave out its name.
+        let again = shown.replace(hold) == Some(hold);
+        let [name, level] = [program.tasks[hold.task].name.clone(), level].map(|x| if again { String::new() } else { x });
+        [name, level, links, from]
     };
     merged.into_iter().map(row).collect()
 }

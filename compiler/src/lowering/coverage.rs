@@ -131,9 +131,17 @@ impl Lowerer<'_> {
             for name in &stacks.value {
                 let span = self.origins.span(name.at);
                 let known = || names.declared.stacks.iter().map(|s| s.name.value.as_str());
-                match known().position(|s| s == name.value) {
-                    Some(stack) => all.push(DemandedStack { span, stacks: vec![stack] }),
-                    None => {
+                let pattern = names.declared.patterns.get(&name.value);
+                match (known().position(|s| s == name.value), pattern) {
+                    (Some(stack), _) => all.push(DemandedStack { span, stacks: vec![stack] }),
+                    (None, Some(pattern)) => {
+                        let text = format!("stack `{}` has parameters, and no arguments are given", name.value);
+                        let d = Diagnostic::error("HQ0214", span, text).label(*pattern, "declared here");
+                        self.push(d.help("name a stack that is made from it, or the states in which it runs"));
+                    }
+                    // The stack may be one that failed to expand.
+                    (None, None) if names.declared.stacks.is_empty() && !names.declared.whole => {}
+                    (None, None) => {
                         let d = Diagnostic::undeclared("stack", &name.value, span);
                         // Stacks of other files have names that users cannot write.
                         let names = known().filter(|n| !n.contains('.'));

@@ -2,7 +2,7 @@
 
 use blocks::{ByName, Located, Unbound, Word, block};
 
-use super::{BlockSchema, Named, ValueType};
+use super::{Named, ValueType};
 
 const LEVEL: ValueType = ValueType::Choice(&["hard", "soft"]);
 
@@ -10,7 +10,7 @@ block! {
     /// Demands on the limits of stacks.
     pub struct CoverageBlock = COVERAGE, "a coverage" {
         /// States whose stacks have to meet the demands, by their paths; a state stands for all states inside it.
-        /// Default, without `stacks` too: all stacks that run and move the robot.
+        /// Default, without `stacks` too: all stacks that run, in a scenario too, and move the robot.
         states: Option<Located<Vec<Located<String>>>> =
             optional(ValueType::List(&ValueType::Name(Named::StatePath)), "[carry]");
         /// Stacks that have to meet the demands.

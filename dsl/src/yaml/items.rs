@@ -137,7 +137,14 @@ impl Reader<'_> {
             items.push(Item { kind: ItemKind::Coverage(Coverage { body }), span, comments });
             return;
         };
-        for id in all.clone() {
+        let all = all.clone();
+        if all.is_empty() {
+            self.diags.push(
+                Diagnostic::incomplete("HQ0117", key.span, "`coverage` says nothing")
+                    .help("write its parts below it, indented, as `key: value`, or remove it"),
+            );
+        }
+        for id in all {
             if self.depth >= crate::limits::MAX_DEPTH || !self.enter(id) {
                 return;
             }

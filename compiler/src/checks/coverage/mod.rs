@@ -77,7 +77,7 @@ fn covered(c: &Checked, coverage: &CoverageDemands, tables: &mut Tables, out: &m
     let mut stacks: Vec<usize> = Vec::new();
     match &coverage.stacks {
         None => {
-            stacks.extend(c.program.run_stacks().into_iter().filter(|&s| tables.of(c.program, s).moves));
+            stacks.extend(c.program.entered_stacks().into_iter().filter(|&s| tables.of(c.program, s).moves));
             if stacks.is_empty() {
                 out.push(report::nothing_moves(coverage));
             }

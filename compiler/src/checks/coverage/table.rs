@@ -162,9 +162,9 @@ impl StackCoverage {
         StackCoverage { stack: index, states: states(program, index), moves, joints, guards, limits }
     }
 
-    /// Computes the coverage of all stacks that a run can enter, in the order of the states.
-    pub fn of_run(program: &Program) -> Vec<StackCoverage> {
-        program.run_stacks().into_iter().map(|stack| StackCoverage::of(program, stack)).collect()
+    /// Computes the coverage of all stacks that a run or a scenario can enter.
+    pub fn of_runs(program: &Program) -> Vec<StackCoverage> {
+        program.entered_stacks().into_iter().map(|stack| StackCoverage::of(program, stack)).collect()
     }
 
     /// Returns true if the stack moves a link in the world.
