@@ -33,10 +33,10 @@ mod source_map;
 pub mod units;
 
 pub use ::names;
-pub use checks::coverage;
 pub use analysis::idle_rows::mark_idle_rows;
-pub use demands::JointQuantity;
+pub use checks::coverage;
 pub use compile::{compile, compile_among, params};
+pub use demands::JointQuantity;
 pub use diagnostics::report::{Report, Style};
 pub use diagnostics::{codes, report};
 pub use expand::{files, parameter_types};

@@ -122,7 +122,8 @@ fn walls_and_pairs_are_those_of_the_members() {
     let (mut walls, mut pairs) = (0, 0);
     for (name, program) in programs() {
         for table in StackCoverage::of_runs(&program) {
-            let members = program.stacks[table.stack].levels.iter().flat_map(|l| l.members.iter().map(move |m| (l, m.task)));
+            let members =
+                program.stacks[table.stack].levels.iter().flat_map(|l| l.members.iter().map(move |m| (l, m.task)));
             for (level, task) in members {
                 let own: Vec<_> = table.guards.iter().filter(|g| g.hold.task == task).collect();
                 let all_hard = own.iter().all(|g| (g.hold.firmness == Firmness::Hard) == level.hard);
@@ -163,11 +164,9 @@ fn walls_and_pairs_are_those_of_the_members() {
 }
 
 fn program(body: &str) -> Program {
-    let text = whole(body, Syntax::Native, true, true);
-    let compiled = compile_text(&text, Syntax::Native, &examples(), &[]);
-    compiled.program.unwrap_or_else(|| panic!("{}", common::annotated(&hierarq_compiler::compile(
-        &hierarq_compiler::Input { name: "spec", text: &text, syntax: Syntax::Native, folder: &examples(), set: &[], package_paths: &[] },
-    ))))
+    let compiled = compile_text(&whole(body, Syntax::Native, true, true), Syntax::Native, &examples(), &[]);
+    let said = common::annotated(&compiled);
+    compiled.program.unwrap_or_else(|| panic!("{said}"))
 }
 
 /// Points of people from which a link is kept, with the firmness, by a value that is kept at least 0.3 m large.
@@ -177,7 +176,8 @@ fn kept_from(value: &str, bound: &str) -> Vec<String> {
          task away = keep({value}) {{ {bound}  gain 5 /s }}\n\
          task all_points = keep(distance(elbow, worker)) {{ min 0.3 m }}\n\
          task reach = frame_position(tool) {{ position [0.4, 0.2, 0.3] m }}\n\
-         stack work {{\n  level limits hard {{ joint_acceleration_limits  away  all_points }}\n  level motion {{ reach }}\n}}\n"
+         stack work {{\n  level limits hard {{ joint_acceleration_limits  away  all_points }}\n\
+         level motion {{ reach }}\n}}\n"
     ));
     let table = StackCoverage::of(&program, 0);
     let mut all: Vec<String> = Vec::new();
@@ -202,7 +202,12 @@ fn people_are_those_whom_the_bound_keeps_away() {
         (
             "distance([elbow, wrist], worker)",
             "min 0.3 m",
-            &["link_4 from worker.chest", "link_4 from worker.hand", "link_6 from worker.chest", "link_6 from worker.hand"],
+            &[
+                "link_4 from worker.chest",
+                "link_4 from worker.hand",
+                "link_6 from worker.chest",
+                "link_6 from worker.hand",
+            ],
         ),
         ("max(distance(wrist, worker.hand), distance(elbow, worker.chest))", "min 0.3 m", &[]),
     ];

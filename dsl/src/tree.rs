@@ -235,7 +235,7 @@ pub enum MemberTask {
 /// Demands on the limits of stacks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coverage {
-    /// What must be limited, and where.
+    /// The demands, and the stacks that they are about.
     pub body: Block,
 }
 

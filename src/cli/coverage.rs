@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use compiler::JointQuantity;
 use compiler::coverage::{Guard, Hold, JointCoverage, KeptFrom, StackCoverage};
-use robot::LinkId;
 use compiler::names::list;
+use robot::LinkId;
 use runtime::program::Program;
 use serde_json::{Value, json};
 
@@ -25,7 +25,14 @@ pub fn text(program: &Program) -> String {
             let first = |text: String| if i == 0 { text } else { String::new() };
             let [velocity, position, acceleration] = cells;
             let dofs = list_of(dofs);
-            joints.add_row([first(name.clone()), first(list_of(states(program, of))), dofs, velocity, position, acceleration]);
+            joints.add_row([
+                first(name.clone()),
+                first(list_of(states(program, of))),
+                dofs,
+                velocity,
+                position,
+                acceleration,
+            ]);
         }
         if of.joints.is_empty() {
             let states = list_of(states(program, of));
@@ -150,13 +157,14 @@ fn kept(program: &Program, of: &StackCoverage) -> Vec<[String; 4]> {
         let from = list_of(from.iter().map(String::as_str).collect());
         // Further rows of a limit leave out its name.
         let again = shown.replace(hold) == Some(hold);
-        let [name, level] = [program.tasks[hold.task].name.clone(), level].map(|x| if again { String::new() } else { x });
+        let [name, level] =
+            [program.tasks[hold.task].name.clone(), level].map(|x| if again { String::new() } else { x });
         [name, level, links, from]
     };
     merged.into_iter().map(row).collect()
 }
 
-/// Rows of what nothing is kept from: points of people, and the robot itself.
+/// Rows of hazards that nothing is kept from: points of people, and the robot itself.
 fn open(program: &Program, of: &StackCoverage) -> Vec<[String; 4]> {
     let row = |from: &str| ["NONE".to_string(), String::new(), "nothing".to_string(), from.to_string()];
     let mut rows = Vec::new();

@@ -27,8 +27,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use dsl::tree::{
-    Coverage, Human, ItemKind, Let, Level, Machine, Mission, Param, Robot, Run, SafetyField, Scenario, Signal, Spec, Stack, Task,
-    Value, Variable,
+    Coverage, Human, ItemKind, Let, Level, Machine, Mission, Param, Robot, Run, SafetyField, Scenario, Signal, Spec,
+    Stack, Task, Value, Variable,
 };
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Syntax};
 

@@ -46,18 +46,13 @@ impl Lowerer<'_> {
         let block = CoverageBlock::read(&bound);
         let demanded = || it.body.entries.iter().filter(|e| !WHERE.contains(&e.key.value.as_str()));
         if demanded().next().is_none() {
-            self.push(
-                Diagnostic::error("HQ0574", span, "this coverage demands nothing").help(Help::with(
-                    "write for instance {} and {}",
-                    [
-                        Snippet::entry("velocity", "hard"),
-                        Snippet::block(
-                            "people",
-                            [Snippet::block("NAME", [Snippet::entry("links", "[LINK]")])],
-                        ),
-                    ],
-                )),
-            );
+            self.push(Diagnostic::error("HQ0574", span, "this coverage demands nothing").help(Help::with(
+                "write for instance {} and {}",
+                [
+                    Snippet::entry("velocity", "hard"),
+                    Snippet::block("people", [Snippet::block("NAME", [Snippet::entry("links", "[LINK]")])]),
+                ],
+            )));
         }
         let stacks = self.demanded_stacks(&block, names);
         let named = block.joints.as_ref().and_then(|at| self.joints_of(at, names));

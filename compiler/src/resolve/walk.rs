@@ -13,7 +13,9 @@ use super::symbols::{FileId, SymbolId, SymbolKind};
 use super::{Around, CompletionContext, Meaning, Reference, Resolver};
 use crate::expand::{Class, parameter_types};
 use crate::lowering::signal_types;
-use crate::sections::{COVERAGE, FIELD_DISTANCE, HUMAN, InSyntax, Key, PARAM, ROBOT, RUN, SAFETY_FIELD, SCENARIO, SIGNAL, SPEC};
+use crate::sections::{
+    COVERAGE, FIELD_DISTANCE, HUMAN, InSyntax, Key, PARAM, ROBOT, RUN, SAFETY_FIELD, SCENARIO, SIGNAL, SPEC,
+};
 
 /// Range of a word inside its span, which may include quotes or be a whole scalar; with true if the range is exactly
 /// the word.

@@ -204,7 +204,8 @@ impl Reader<'_> {
                     _ => None,
                 };
                 if let Some(example) = example
-                    && self.text[junk.range()].starts_with(|c: char| c.is_ascii_alphabetic()) {
+                    && self.text[junk.range()].starts_with(|c: char| c.is_ascii_alphabetic())
+                {
                     self.diags.push(
                         Diagnostic::unreadable("HQ0113", junk, format!("`{what}` takes no name"))
                             .help(format!("write `{example}`")),
@@ -214,8 +215,10 @@ impl Reader<'_> {
                 }
             }
             (None, None) => self.diags.push(
-                Diagnostic::incomplete("HQ0117", keyword, format!("this `{what}` has no block"))
-                    .help(format!("write `{{ .. }}` after {}", if matches!(what, "run" | "coverage") { format!("`{what}`") } else { "its name".to_string() })),
+                Diagnostic::incomplete("HQ0117", keyword, format!("this `{what}` has no block")).help(format!(
+                    "write `{{ .. }}` after {}",
+                    if matches!(what, "run" | "coverage") { format!("`{what}`") } else { "its name".to_string() }
+                )),
             ),
         }
         Block { span: keyword, ..Block::default() }

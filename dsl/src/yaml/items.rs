@@ -7,8 +7,8 @@ use crate::diagnostic::Topic;
 use crate::diagnostic::clip;
 use crate::hq::{bad_version, no_header};
 use crate::tree::{
-    Allow, Block, Comments, Coverage, Human, Item, ItemKind, Let, Parameter, Robot, Run, SafetyField, Spec, Task, TaskDefinition,
-    ValueKind,
+    Allow, Block, Comments, Coverage, Human, Item, ItemKind, Let, Parameter, Robot, Run, SafetyField, Spec, Task,
+    TaskDefinition, ValueKind,
 };
 use crate::vocabulary::{LISTS, SECTIONS};
 use crate::words::nearest;

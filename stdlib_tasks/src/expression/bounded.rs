@@ -1,5 +1,5 @@
-//! Parts of a value that a bound of the value bounds one by one: if the smallest of several distances is at least a metre,
-//! each of them is.
+//! Parts of a value that a bound of the value bounds one by one: if the smallest of several distances is at least a
+//! metre, each of them is.
 
 use std::collections::BTreeSet;
 
@@ -78,7 +78,8 @@ impl Walk<'_> {
                 },
                 Op::Min(a, b) | Op::Max(a, b) => {
                     // The smallest of several values bounds each of them from below, but none from above.
-                    let each = matches!((*op, side), (Op::Min(..), BoundedSide::Below) | (Op::Max(..), BoundedSide::Above));
+                    let each =
+                        matches!((*op, side), (Op::Min(..), BoundedSide::Below) | (Op::Max(..), BoundedSide::Above));
                     if each || !is_stateful(a) || !is_stateful(b) {
                         open.extend([(b, side), (a, side)]);
                     }

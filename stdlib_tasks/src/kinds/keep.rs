@@ -111,7 +111,16 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let gain = Gain::new(&params.gain, ctx)?;
     let [sampled_margin] = params.sampled_margin.of(ctx.values);
     let dimension = dimension(&params.value).unwrap_or(NONE);
-    Ok(Box::new(Keep { value: RefCell::new(ready(&params.value)), min, max, gain, dimension, sampled_margin, bounded, joint }))
+    Ok(Box::new(Keep {
+        value: RefCell::new(ready(&params.value)),
+        min,
+        max,
+        gain,
+        dimension,
+        sampled_margin,
+        bounded,
+        joint,
+    }))
 }
 
 impl Keep {

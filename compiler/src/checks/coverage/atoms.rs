@@ -46,24 +46,19 @@ pub(super) fn atoms(demand: &Demand, table: &StackCoverage, program: &Program) -
 /// Returns the firmest limit that meets a part of a demand, if there is one.
 pub(super) fn held(atom: Atom, table: &StackCoverage, program: &Program) -> Option<Hold> {
     let firmest = |holds: &mut dyn Iterator<Item = Hold>| holds.max_by_key(|h| h.firmness);
-    let guards = |keeps: &dyn Fn(&Guard) -> bool| {
-        firmest(&mut table.guards.iter().filter(|g| keeps(g)).map(|g| g.hold))
-    };
+    let guards =
+        |keeps: &dyn Fn(&Guard) -> bool| firmest(&mut table.guards.iter().filter(|g| keeps(g)).map(|g| g.hold));
     match atom {
         Atom::Joint(quantity, dof) => table.joints.iter().find(|j| j.dof == dof)?.limit(quantity),
         Atom::Pair([a, b]) => guards(&|g| match g.from {
-            KeptFrom::Link(other) => {
-                (other == b && g.links.contains(&a)) || (other == a && g.links.contains(&b))
-            }
+            KeptFrom::Link(other) => (other == b && g.links.contains(&a)) || (other == a && g.links.contains(&b)),
             _ => false,
         }),
         Atom::Person(link, point) => guards(&|g| match &g.from {
             KeptFrom::People(points) => points.contains(&point) && g.links.contains(&link),
             _ => false,
         }),
-        Atom::Limit(task) => {
-            firmest(&mut table.limits.iter().copied().filter(|h| program.same_task(h.task, task)))
-        }
+        Atom::Limit(task) => firmest(&mut table.limits.iter().copied().filter(|h| program.same_task(h.task, task))),
         Atom::Guard(task, link) => guards(&|g| {
             program.same_task(g.hold.task, task) && (g.links.contains(&link) || g.from == KeptFrom::Link(link))
         }),

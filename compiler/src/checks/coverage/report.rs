@@ -1,6 +1,6 @@
 //! Diagnostics of demands that are not met.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use dsl::{Diagnostic, Help, Snippet};
 use names::list;
@@ -66,7 +66,8 @@ pub(super) fn unmet(c: &Checked, demand: &Demand, gap: &Gap, tables: &Tables) ->
         }
         Demanded::Apart(_) => {
             let pairs = atoms.iter().filter_map(|a| if let Atom::Pair(pair) = a { Some(pair) } else { None });
-            let pairs: Vec<String> = pairs.map(|[a, b]| format!("{} and {}", link(program, *a), link(program, *b))).collect();
+            let pairs: Vec<String> =
+                pairs.map(|[a, b]| format!("{} and {}", link(program, *a), link(program, *b))).collect();
             let (first, more) = (pairs.first().map_or("", String::as_str), pairs.len().saturating_sub(1));
             let others = match more {
                 0 => String::new(),
@@ -90,9 +91,10 @@ pub(super) fn unmet(c: &Checked, demand: &Demand, gap: &Gap, tables: &Tables) ->
         }
         Demanded::Limit { task, links: demanded } => {
             let name = &program.tasks[*task].name;
-            let absent = gap.stacks.iter().all(|s| {
-                tables.0.get(s).is_none_or(|t| !t.limits.iter().any(|h| program.same_task(h.task, *task)))
-            });
+            let absent = gap
+                .stacks
+                .iter()
+                .all(|s| tables.0.get(s).is_none_or(|t| !t.limits.iter().any(|h| program.same_task(h.task, *task))));
             let text = match (is_missing, absent || demanded.is_empty()) {
                 (true, true) => format!("the limit `{name}` is missing {within}"),
                 (true, false) => format!("the limit `{name}` does not guard {} {within}", links(program, &atoms)),
@@ -107,7 +109,7 @@ pub(super) fn unmet(c: &Checked, demand: &Demand, gap: &Gap, tables: &Tables) ->
     }
     if let (Some((_, weak)), Some(&stack)) = (gap.weak.first(), gap.stacks.first()) {
         let why = match weak.firmness {
-            Firmness::Remaining => "this level is soft and not above the targets: it bounds only the freedom that they leave",
+            Firmness::Remaining => "soft and not above the targets: it bounds only the freedom that they leave",
             _ if program.stacks[stack].levels[weak.level].hard => "this task gives way where it has to",
             _ => "this level is soft and may be violated",
         };
@@ -149,7 +151,8 @@ fn from_whom(program: &Program, human: usize, demand: &Demand, atoms: &[Atom]) -
         Demanded::Person { points, .. } => points.len(),
         _ => 0,
     };
-    let open: BTreeSet<usize> = atoms.iter().filter_map(|a| if let Atom::Person(_, p) = a { Some(p.signal) } else { None }).collect();
+    let open: BTreeSet<usize> =
+        atoms.iter().filter_map(|a| if let Atom::Person(_, p) = a { Some(p.signal) } else { None }).collect();
     if open.len() == points {
         return format!("`{name}`");
     }
@@ -172,7 +175,7 @@ fn stacks(program: &Program, gap: &Gap, tables: &Tables) -> String {
     }
 }
 
-/// A limit of the position on one side alone, or one that other parts of the demand have.
+/// The limits of the person that the stack has, where they are too few.
 fn partial(program: &Program, demand: &Demand, gap: &Gap, tables: &Tables) -> Option<String> {
     let table = tables.0.get(gap.stacks.first()?)?;
     let Demanded::Person { human, .. } = demand.of else { return None };
@@ -203,25 +206,23 @@ fn help(program: &Program, demand: &Demand, gap: &Gap, tables: &Tables) -> Help 
         (true, None) => "a hard level at the top of the stack".to_string(),
         (false, None) => "a level above the targets".to_string(),
     };
-    let task = |written: Snippet| {
-        Help::with(&format!("declare {{}} and add it to {level}"), [written])
-    };
+    let task = |written: Snippet| Help::with(&format!("declare {{}} and add it to {level}"), [written]);
     match &demand.of {
         Demanded::Joints(quantity, _) => joints_help(program, *quantity, gap, tables, &level),
         Demanded::Apart(_) => {
             let pair = gap.missing.iter().find_map(|a| if let Atom::Pair(pair) = a { Some(pair) } else { None });
             let side = |i: usize| pair.map_or(String::new(), |p| program.robot.model.link_ref(p[i]).name.clone());
-            let sides = [Snippet::entry("between", side(0)), Snippet::entry("and", side(1)), Snippet::entry("d_min", "0.05 m")];
+            let sides =
+                [Snippet::entry("between", side(0)), Snippet::entry("and", side(1)), Snippet::entry("d_min", "0.05 m")];
             task(Snippet::typed("task", "apart", self_collision::KIND.name, sides))
         }
         Demanded::Person { human, .. } => {
-            let mut by_name: BTreeMap<&str, ()> = BTreeMap::new();
-            for atom in &gap.missing {
-                if let Atom::Person(link, _) = atom {
-                    by_name.insert(program.robot.model.link_ref(*link).name.as_str(), ());
-                }
-            }
-            let names: Vec<&str> = by_name.into_keys().collect();
+            let link = |atom: &Atom| match atom {
+                Atom::Person(link, _) => Some(program.robot.model.link_ref(*link).name.as_str()),
+                _ => None,
+            };
+            let names: BTreeSet<&str> = gap.missing.iter().filter_map(link).collect();
+            let names: Vec<&str> = names.into_iter().collect();
             let who = &program.interface.humans[*human].name;
             let value = format!("keep(distance([{}], {who}))", names.join(", "));
             task(Snippet::each(
@@ -231,9 +232,10 @@ fn help(program: &Program, demand: &Demand, gap: &Gap, tables: &Tables) -> Help 
         }
         Demanded::Limit { task, .. } => {
             let name = &program.tasks[*task].name;
-            let is_there = gap.stacks.iter().any(|s| {
-                tables.0.get(s).is_some_and(|t| t.limits.iter().any(|h| program.same_task(h.task, *task)))
-            });
+            let is_there = gap
+                .stacks
+                .iter()
+                .any(|s| tables.0.get(s).is_some_and(|t| t.limits.iter().any(|h| program.same_task(h.task, *task))));
             match is_there {
                 true => format!("name the links in `{name}`").into(),
                 false => format!("add `{name}` to {level}").into(),
@@ -260,7 +262,7 @@ fn joints_help(program: &Program, quantity: JointQuantity, gap: &Gap, tables: &T
                 true => format!("`{name}` names its joints: add `{}` there, or leave `joints` out", dof.name).into(),
                 false => Help::with(
                     &format!(
-                        "the robot has no such limit of `{}`, so `{name}` leaves it out: give it one under {{}} of the robot",
+                        "the robot has no such limit of `{}`: give it one under {{}} of the robot, or in `{name}`",
                         dof.name
                     ),
                     [Snippet::same("limits")],
@@ -282,7 +284,9 @@ pub(super) fn no_limit(c: &Checked, demand: &Demand, task: usize) -> Diagnostic 
 /// Warning of a demand that concerns none of the covered stacks.
 pub(super) fn vacuous(demand: &Demand, coverage: &CoverageDemands) -> Diagnostic {
     let (what, help) = match demand.of {
-        Demanded::Joints(JointQuantity::Position, _) => ("joints with an end", "name other joints or stacks, or remove it"),
+        Demanded::Joints(JointQuantity::Position, _) => {
+            ("joints with an end", "name other joints or stacks, or remove it")
+        }
         Demanded::Joints(..) => ("these joints", "name other joints or stacks, or remove it"),
         _ => ("these links", "name other links or stacks, or remove it"),
     };

@@ -87,7 +87,7 @@ pub struct PersonPoint {
     pub signal: usize,
 }
 
-/// What links are kept from.
+/// Hazard that links are kept from.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum KeptFrom {
     /// A plane.
@@ -109,7 +109,7 @@ pub struct Guard {
     pub hold: Hold,
     /// The links; empty for a bound of the whole robot.
     pub links: BTreeSet<LinkId>,
-    /// What they are kept from.
+    /// Hazard that they are kept from.
     pub from: KeptFrom,
 }
 
@@ -134,7 +134,8 @@ impl StackCoverage {
     /// Computes the coverage of a stack of a program without errors.
     pub fn of(program: &Program, index: usize) -> StackCoverage {
         let stack = &program.stacks[index];
-        let members = || stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, l, m.task)));
+        let members =
+            || stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, l, m.task)));
         let targets = members().filter(|(_, _, task)| row_kind(program, *task) == Some(RowKind::Equality));
         let first_target = targets.map(|(level, ..)| level).min().unwrap_or(usize::MAX);
         let (mut pushing, mut limits, mut guards) = (Vec::new(), Vec::new(), Vec::new());

@@ -103,7 +103,9 @@ fn unique(items: Vec<(ItemKind, Comments)>) -> Vec<Item> {
         ItemKind::Run(_) => (4, String::new()),
         ItemKind::Allow(a) => (15, a.code.value.clone()),
     };
-    let new = items.into_iter().filter(|(kind, _)| matches!(kind, ItemKind::For(_) | ItemKind::Coverage(_)) || seen.insert(distinct(kind)));
+    let new = items
+        .into_iter()
+        .filter(|(kind, _)| matches!(kind, ItemKind::For(_) | ItemKind::Coverage(_)) || seen.insert(distinct(kind)));
     new.map(|(kind, comments)| Item { kind, comments, span: Span::default() }).collect()
 }
 
