@@ -116,6 +116,16 @@ fn allowances_yaml() {
 }
 
 #[test]
+fn coverage() {
+    check("coverage");
+}
+
+#[test]
+fn coverage_yaml() {
+    check("coverage_yaml");
+}
+
+#[test]
 fn people_sensors() {
     check("people_sensors");
 }

@@ -130,6 +130,23 @@ fn link(program: &Program, link: LinkId) -> String {
     format!("`{}`", program.robot.model.link_ref(link).name)
 }
 
+/// Name of a link as a part with a distance: that of a point, a segment or a shape declared on it, if there is one.
+fn part(program: &Program, link: LinkId) -> &str {
+    let declared = program.robot.geometries.iter().find(|g| g.link == link);
+    declared.map_or(program.robot.model.link_ref(link).name.as_str(), |g| g.name.as_str())
+}
+
+/// Help to declare points on links that have no shape of their own: a distance needs one.
+fn shapeless(program: &Program, links: impl Iterator<Item = LinkId>) -> Option<String> {
+    let has_part = |link: LinkId| {
+        let declared = program.robot.geometries.iter().any(|g| g.link == link);
+        declared || !program.robot.model.link_ref(link).collision.is_empty()
+    };
+    let names: BTreeSet<&str> =
+        links.filter(|l| !has_part(*l)).map(|l| program.robot.model.link_ref(l).name.as_str()).collect();
+    (!names.is_empty()).then(|| format!("declare a point on {} in the robot, then ", list(names, NAMES)))
+}
+
 /// Links of parts of a demand, each once.
 fn links(program: &Program, atoms: &[Atom]) -> String {
     let mut all: Vec<LinkId> = Vec::new();
@@ -206,19 +223,25 @@ fn help(program: &Program, demand: &Demand, gap: &Gap, tables: &Tables) -> Help 
         (true, None) => "a hard level at the top of the stack".to_string(),
         (false, None) => "a level above the targets".to_string(),
     };
-    let task = |written: Snippet| Help::with(&format!("declare {{}} and add it to {level}"), [written]);
+    let named = gap.missing.iter().flat_map(|atom| match atom {
+        Atom::Pair(pair) => pair.to_vec(),
+        Atom::Person(link, _) => vec![*link],
+        _ => Vec::new(),
+    });
+    let first = shapeless(program, named).unwrap_or_default();
+    let task = |written: Snippet| Help::with(&format!("{first}declare {{}} and add it to {level}"), [written]);
     match &demand.of {
         Demanded::Joints(quantity, _) => joints_help(program, *quantity, gap, tables, &level),
         Demanded::Apart(_) => {
             let pair = gap.missing.iter().find_map(|a| if let Atom::Pair(pair) = a { Some(pair) } else { None });
-            let side = |i: usize| pair.map_or(String::new(), |p| program.robot.model.link_ref(p[i]).name.clone());
+            let side = |i: usize| pair.map_or("", |p| part(program, p[i]));
             let sides =
                 [Snippet::entry("between", side(0)), Snippet::entry("and", side(1)), Snippet::entry("d_min", "0.05 m")];
             task(Snippet::typed("task", "apart", self_collision::KIND.name, sides))
         }
         Demanded::Person { human, .. } => {
             let link = |atom: &Atom| match atom {
-                Atom::Person(link, _) => Some(program.robot.model.link_ref(*link).name.as_str()),
+                Atom::Person(link, _) => Some(part(program, *link)),
                 _ => None,
             };
             let names: BTreeSet<&str> = gap.missing.iter().filter_map(link).collect();
