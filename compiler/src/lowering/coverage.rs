@@ -45,7 +45,9 @@ impl Lowerer<'_> {
         let bound = self.block_binder(&Scope::default()).block(&it.body, &COVERAGE, span);
         let block = CoverageBlock::read(&bound);
         let demanded = || it.body.entries.iter().filter(|e| !WHERE.contains(&e.key.value.as_str()));
-        if demanded().next().is_none() {
+        // A block that could not be read was reported.
+        let is_read = self.sources.snippet(it.body.span).starts_with('{');
+        if demanded().next().is_none() && is_read {
             self.push(Diagnostic::error("HQ0574", span, "this coverage demands nothing").help(Help::with(
                 "write for instance {} and {}",
                 [

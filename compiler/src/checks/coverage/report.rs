@@ -57,9 +57,10 @@ pub(super) fn unmet(c: &Checked, demand: &Demand, gap: &Gap, tables: &Tables) ->
             let dofs = atoms.iter().filter_map(|a| if let Atom::Joint(_, dof) = a { Some(*dof) } else { None });
             let dofs: Vec<usize> = dofs.collect();
             let names = list(dofs.iter().map(|&d| program.robot.model.dofs[d].name.as_str()), NAMES);
+            let sides = if *quantity == JointQuantity::Position { " on both sides" } else { "" };
             let quantity = quantity.word();
             let text = match is_missing {
-                true => format!("no limit bounds the {quantity} of {names} {within}"),
+                true => format!("no limit bounds the {quantity} of {names}{sides} {within}"),
                 false => format!("the {quantity} of {names} is bounded, but not {} {within}", firm(demand)),
             };
             ("HQ0570", text, format!("{} moved here", if dofs.len() == 1 { "it is" } else { "they are" }))
@@ -71,12 +72,12 @@ pub(super) fn unmet(c: &Checked, demand: &Demand, gap: &Gap, tables: &Tables) ->
             let (first, more) = (pairs.first().map_or("", String::as_str), pairs.len().saturating_sub(1));
             let others = match more {
                 0 => String::new(),
-                1 => ", and of one other pair".to_string(),
-                n => format!(", and of {n} other pairs"),
+                1 => ", and one other pair,".to_string(),
+                n => format!(", and {n} other pairs,"),
             };
             let text = match is_missing {
-                true => format!("no limit keeps {first} apart{others} {within}"),
-                false => format!("a limit keeps {first} apart{others}, but not {} {within}", firm(demand)),
+                true => format!("no limit keeps {first}{others} apart {within}"),
+                false => format!("a limit keeps {first}{others} apart, but not {} {within}", firm(demand)),
             };
             ("HQ0571", text, "they move against each other here".to_string())
         }
@@ -246,7 +247,18 @@ fn help(program: &Program, demand: &Demand, gap: &Gap, tables: &Tables) -> Help 
             };
             let names: BTreeSet<&str> = gap.missing.iter().filter_map(link).collect();
             let names: Vec<&str> = names.into_iter().collect();
-            let who = &program.interface.humans[*human].name;
+            let points: BTreeSet<usize> = gap
+                .missing
+                .iter()
+                .filter_map(|a| if let Atom::Person(_, p) = a { Some(p.signal) } else { None })
+                .collect();
+            let person = &program.interface.humans[*human];
+            let points: Vec<&str> = points.iter().map(|&s| program.interface.signals[s].name.as_str()).collect();
+            let who = match points.as_slice() {
+                all if all.len() == person.points.len() => person.name.clone(),
+                [one] => (*one).to_string(),
+                several => format!("[{}]", several.join(", ")),
+            };
             let value = format!("keep(distance([{}], {who}))", names.join(", "));
             task(Snippet::each(
                 format!("task away = {value} {{ min 0.5 m }}"),
@@ -334,6 +346,7 @@ pub(super) fn no_stack(of: &DemandedStack) -> Diagnostic {
 /// Warning of a demand that another one contains.
 pub(super) fn repeated(demand: &Demand, other: &Demand) -> Diagnostic {
     Diagnostic::warning("HQ0575", demand.span, "this is demanded already")
-        .label(other.span, "here, of all stacks and parts that this is about")
+        .label(other.span, "here")
+        .note("the other demand asks for all of this, at least as firmly, in the same stacks")
         .help("remove one of the two demands")
 }
