@@ -46,7 +46,7 @@ impl Lowerer<'_> {
         let block = CoverageBlock::read(&bound);
         let demanded = || it.body.entries.iter().filter(|e| !WHERE.contains(&e.key.value.as_str()));
         // A block that could not be read was reported.
-        let is_read = self.sources.snippet(it.body.span).starts_with('{');
+        let is_read = !it.body.entries.is_empty() || self.sources.snippet(it.body.span).starts_with('{');
         if demanded().next().is_none() && is_read {
             self.push(Diagnostic::error("HQ0574", span, "this coverage demands nothing").help(Help::with(
                 "write for instance {} and {}",
