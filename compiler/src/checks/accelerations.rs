@@ -59,7 +59,8 @@ impl AccelerationBounds {
         let (mut unbounded, mut partial) = (BTreeSet::new(), false);
         // Without a target the robot stands still, and at most yields to limits.
         if !movers.is_empty() && first < usize::MAX && !free.is_subset(&bounded) {
-            let moved: BTreeSet<usize> = moved_dofs(program, index, &movers).intersection(&free).copied().collect();
+            let moved: BTreeSet<usize> =
+                moved_dofs(program, index, &movers, 0.0).intersection(&free).copied().collect();
             unbounded = moved.difference(&bounded).copied().collect();
             partial = unbounded.len() < moved.len();
         }
@@ -139,8 +140,8 @@ fn stops(program: &Program, task: &TaskProgram) -> bool {
 }
 
 /// Returns the degrees of freedom in the rows of a stack's targets and of its moving tasks; all of them if the rows
-/// cannot be computed.
-pub(super) fn moved_dofs(program: &Program, stack: usize, movers: &[usize]) -> BTreeSet<usize> {
+/// cannot be computed. `least` is the magnitude (m/rad, or of another row) above which a coefficient counts.
+pub(super) fn moved_dofs(program: &Program, stack: usize, movers: &[usize], least: f64) -> BTreeSet<usize> {
     let model = &program.robot.model;
     let all = || (0..model.nv()).collect();
     let Ok((mut evaluator, mut problem)) = Evaluator::new(program, stack) else { return all() };
@@ -158,7 +159,7 @@ pub(super) fn moved_dofs(program: &Program, stack: usize, movers: &[usize]) -> B
         for m in evaluator.members().iter().filter(counts) {
             let level = &problem.levels[m.level];
             for r in m.rows.clone() {
-                found.extend((0..model.nv()).filter(|&dof| level.row(r)[dof] != 0.0));
+                found.extend((0..model.nv()).filter(|&dof| level.row(r)[dof].abs() > least));
             }
         }
     }

@@ -14,6 +14,9 @@ use crate::checks::accelerations::{moved_dofs, movers};
 use crate::checks::readings;
 use crate::demands::JointQuantity;
 
+/// Magnitude of a coefficient of a row up to which it is rounding: the joint is on an axis through the point.
+const ROUNDING: f64 = 1e-9;
+
 /// Firmness of a limit in a stack, from the weakest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Firmness {
@@ -156,7 +159,7 @@ impl StackCoverage {
         }
         guards.sort_unstable();
         guards.dedup();
-        let moved = moved_dofs(program, index, &pushing);
+        let moved = moved_dofs(program, index, &pushing, ROUNDING);
         let free = moved.into_iter().filter(|dof| !stack.locked.contains(dof));
         let joints: Vec<JointCoverage> = free.filter_map(|dof| holds.of(&program.robot.model, dof)).collect();
         let moves = !joints.is_empty() && !movers(program, stack).is_empty();
