@@ -87,7 +87,7 @@ impl Lowerer<'_> {
             }
         }
         demands.extend(block.self_collision.iter().filter_map(|b| self.apart(b, names)));
-        demands.extend(block.people.iter().filter_map(|b| self.from_person(b, names)));
+        demands.extend(block.people.iter().filter_map(|b| self.person(b, names)));
         demands.extend(block.limits.iter().filter_map(|b| self.named_limit(b, names)));
         CoverageDemands { span, stacks, demands }
     }
@@ -177,7 +177,7 @@ impl Lowerer<'_> {
         Some(Demand { span, hard: *level == "hard", of: Demanded::Apart(pairs) })
     }
 
-    fn from_person(&mut self, block: &ByName<PersonBlock>, names: &Nameable) -> Option<Demand> {
+    fn person(&mut self, block: &ByName<PersonBlock>, names: &Nameable) -> Option<Demand> {
         let span = self.origins.span(block.name.at);
         let PersonBlock { links, points, level } = &block.value.value;
         let links = links.as_ref().and_then(|at| self.links_at(at, names.robot));
