@@ -220,7 +220,7 @@ fn circles_are_seen() {
 
 /// Stages of the compiler from bottom to top, as in `ARCHITECTURE.md`; stages in one line do not import each other.
 const STAGES: [&[&str]; 13] = [
-    &["sampled", "sections", "units"],
+    &["demands", "sampled", "sections", "units"],
     &["diagnostics"],
     &["forms", "input", "paths"],
     &["cli_overrides", "expr", "recording"],

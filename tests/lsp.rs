@@ -2,6 +2,7 @@
 
 use crate::common;
 mod allowances;
+mod coverage;
 mod document;
 mod editor;
 mod fields;

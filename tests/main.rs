@@ -6,6 +6,7 @@ mod command_line;
 mod common;
 mod context;
 mod corpus;
+mod coverage;
 mod declared;
 mod diff;
 mod documentation;

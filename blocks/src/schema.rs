@@ -199,14 +199,18 @@ pub struct BinaryFormat {
 pub enum Named {
     /// A robot.
     Robot,
+    /// A task.
+    Task,
     /// A stack.
     Stack,
     /// A level of the stack that this one is made from.
     Level,
     /// A machine.
     Machine,
-    /// A state of the machine.
+    /// A state of the machine or state around.
     State,
+    /// A state of a machine, by its path.
+    StatePath,
     /// A mission.
     Mission,
     /// A member of the mission that a scenario executes.

@@ -16,6 +16,7 @@ mod block_binding;
 mod checks;
 mod cli_overrides;
 mod compile;
+mod demands;
 mod diagnostics;
 mod expand;
 pub mod expr;
@@ -34,7 +35,9 @@ pub mod units;
 
 pub use ::names;
 pub use analysis::idle_rows::mark_idle_rows;
+pub use checks::coverage;
 pub use compile::{compile, compile_among, compile_deep, params};
+pub use demands::JointQuantity;
 pub use diagnostics::report::{Report, Style};
 pub use diagnostics::{codes, report};
 pub use expand::{files, parameter_types};

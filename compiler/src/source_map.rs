@@ -4,6 +4,7 @@ use dsl::Span;
 use runtime::program::Measure;
 
 use crate::binding::BoundTask;
+use crate::demands::CoverageDemands;
 
 /// Source spans of the parts of a program, for checks of the finished program.
 pub(crate) struct SourceMap {
@@ -17,6 +18,8 @@ pub(crate) struct SourceMap {
     pub rate: Span,
     /// Span of the robot's home.
     pub home: Span,
+    /// Demands on limits.
+    pub coverage: Vec<CoverageDemands>,
     /// Places of the scenarios.
     pub scenarios: Vec<ScenarioPlaces>,
     /// Measures of runs that predicates of scenarios read; their numbers in the graph follow those of the signals.

@@ -50,6 +50,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("people_sensors_yaml", include_str!("cases/people_sensors_yaml.txt"), Syntax::Yaml),
     ("guards", include_str!("cases/guards.txt"), Syntax::Native),
     ("guards_yaml", include_str!("cases/guards_yaml.txt"), Syntax::Yaml),
+    ("coverage", include_str!("cases/coverage.txt"), Syntax::Native),
+    ("coverage_yaml", include_str!("cases/coverage_yaml.txt"), Syntax::Yaml),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Syntax::Yaml),
     ("sampled", include_str!("cases/sampled.txt"), Syntax::Native),
     ("sampled_yaml", include_str!("cases/sampled_yaml.txt"), Syntax::Yaml),
@@ -115,6 +117,16 @@ fn allowances() {
 #[test]
 fn allowances_yaml() {
     check("allowances_yaml");
+}
+
+#[test]
+fn coverage() {
+    check("coverage");
+}
+
+#[test]
+fn coverage_yaml() {
+    check("coverage_yaml");
 }
 
 #[test]

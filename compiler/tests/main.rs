@@ -4,6 +4,7 @@ mod accelerations;
 mod axes;
 mod center_of_mass;
 mod common;
+mod coverage;
 mod diagnostics;
 mod entries;
 mod exploration;

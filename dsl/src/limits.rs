@@ -127,6 +127,7 @@ fn item_head(text: &str) -> bool {
         || nameless("import", '"')
         || named("for").is_some_and(repeats)
         || nameless("run", '{')
+        || nameless("coverage", '{')
         || head("signal", ':')
         || head("human", '{')
         || head("safety_field", '{')

@@ -5,7 +5,7 @@ use crate::vocabulary::ROLES;
 
 impl Spec {
     /// Returns the spec with its declarations sorted by kind, as YAML groups them: imports, allowed warnings, params, lets, robots,
-    /// tasks, stacks, signals, variables, humans, safety fields, machines, missions, scenarios, repetitions, run. The
+    /// tasks, stacks, signals, variables, humans, safety fields, machines, missions, scenarios, repetitions, coverage, run. The
     /// order within a kind is preserved.
     pub fn normalised(mut self) -> Spec {
         sort(&mut self.items);
@@ -30,7 +30,8 @@ fn sort(items: &mut [Item]) {
         ItemKind::Mission(_) => 12,
         ItemKind::Scenario(_) => 13,
         ItemKind::For(_) => 14,
-        ItemKind::Run(_) => 15,
+        ItemKind::Coverage(_) => 15,
+        ItemKind::Run(_) => 16,
     });
     for item in items {
         match &mut item.kind {

@@ -96,6 +96,8 @@ pub enum ItemKind {
     Scenario(Scenario),
     /// `for side in [left, right] { task touch_${side} = .. }`
     For(RepeatItems),
+    /// `coverage { velocity hard }`
+    Coverage(Coverage),
     /// `run { .. }`
     Run(Run),
 }
@@ -228,6 +230,13 @@ pub enum MemberTask {
     Inline(TaskDefinition),
     /// `for side in [left, right] { hold(side) }`
     For(Box<RepeatMembers>),
+}
+
+/// Demands on the limits of stacks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coverage {
+    /// The demands, and the stacks that they are about.
+    pub body: Block,
 }
 
 /// The run of `hierarq run`.

@@ -22,7 +22,7 @@ macro_rules! sections {
 
         /// The keys at the top of a YAML file.
         pub(crate) static SECTIONS: &[&str] =
-            &["hierarq", "import", "robots", $($section,)* "scenarios", "for", "run"];
+            &["hierarq", "import", "robots", $($section,)* "scenarios", "for", "coverage", "run"];
     };
 }
 

@@ -7,7 +7,7 @@ use compiler::{Compiled, Deep};
 use hierarq::{mend, project};
 use serde_json::json;
 
-use super::{Outcome, SpecOptions, output, sampled};
+use super::{Outcome, SpecOptions, coverage, output, sampled};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -19,6 +19,9 @@ pub struct Arguments {
     /// Print the diagnostics as JSON.
     #[arg(long)]
     json: bool,
+    /// Show the limits that each stack keeps, and what nothing limits.
+    #[arg(long)]
+    coverage: bool,
     /// Apply the fixes whose diagnostics leave no other reading, and write the files; the rest is reported.
     #[arg(long)]
     fix: bool,
@@ -55,6 +58,9 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
             if let Some(sampled) = &compiled.sampled {
                 data["sampled"] = sampled::data(sampled, a.postures as usize);
             }
+            if let Some(program) = compiled.program.as_ref().filter(|_| a.coverage) {
+                data["coverage"] = coverage::data(program);
+            }
             if a.fix {
                 data["applied"] = applied.iter().map(|(line, title)| json!({ "line": line, "title": title })).collect();
             }
@@ -69,6 +75,9 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
         output::print(&report.render_allowed());
         if let Some(sampled) = &compiled.sampled {
             output::print(&sampled::text(sampled, a.postures as usize));
+        }
+        if let Some(program) = compiled.program.as_ref().filter(|_| a.coverage) {
+            output::print(&coverage::text(program));
         }
         output::print(&match (output::count(report), bad) {
             (Some(count), _) => format!("{name}: {count}{}\n", output::allowed(report)),

@@ -11,6 +11,7 @@ mod compile;
 mod completions;
 #[cfg(feature = "context")]
 mod context;
+mod coverage;
 mod diff;
 mod explain;
 mod fmt;

@@ -18,6 +18,7 @@ pub mod gradient_bound;
 pub mod kinds;
 pub mod numbers;
 pub mod params;
+pub mod protection;
 mod sampled_margin;
 pub mod slot;
 pub mod so3;

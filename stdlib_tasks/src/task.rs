@@ -6,6 +6,7 @@ use crate::bound::BoundParams;
 pub use crate::build::{BuildError, Context};
 use crate::dimension::Dimension;
 use crate::params::ParamInfo;
+use crate::protection::{BoundedPosition, Protection};
 pub use crate::state::{Rows, State};
 
 /// Kind of the rows of a task.
@@ -310,6 +311,21 @@ pub trait Task: Send {
     /// Largest speeds that the task allows, as `(degree of freedom, rad/s or m/s)`.
     fn speed_limits(&self, _values: &[f64]) -> Vec<(usize, f64)> {
         Vec::new()
+    }
+
+    /// Joints whose positions the task bounds.
+    fn bounded_positions(&self) -> Vec<BoundedPosition> {
+        Vec::new()
+    }
+
+    /// Links that the task keeps from something.
+    fn protections(&self) -> Vec<Protection> {
+        Vec::new()
+    }
+
+    /// True for a task that may give way on every level, so that it protects as a soft level does.
+    fn gives_way(&self) -> bool {
+        false
     }
 
     /// Largest accelerations that the task allows, as `(degree of freedom, rad/s² or m/s²)`.

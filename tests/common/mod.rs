@@ -28,6 +28,7 @@ pub const EXAMPLES: &[&str] = &[
     "compliance",
     "tested",
     "bystander",
+    "covered",
     "nearness",
     "protective_stop",
     "admittance",

@@ -20,7 +20,7 @@ fn highlighting_knows_the_words_of_the_language() {
     let (grammar, syntax) = (file("vscode/syntaxes/hq.tmLanguage.json"), file("nvim/hierarq.vim"));
     let declarations = [
         "hierarq", "import", "param", "let", "robot", "task", "stack", "signal", "variable", "machine", "mission",
-        "scenario", "for", "run",
+        "scenario", "for", "coverage", "run",
     ];
     let states = ["state", "final", "initial", "blend", "timeout", "enter", "do", "exit", "on", "when", "expect"];
     let formulas = ["always", "eventually", "never", "within", "to", "until", "implies"];

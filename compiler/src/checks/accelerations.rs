@@ -40,9 +40,7 @@ impl AccelerationBounds {
         let (stack, model) = (&program.stacks[index], &program.robot.model);
         let members =
             || stack.levels.iter().enumerate().flat_map(|(k, l)| l.members.iter().map(move |m| (k, l.hard, m)));
-        let origins = Origins::of(&program.values.tape);
-        let movers: Vec<usize> =
-            members().map(|(_, _, m)| m.task).filter(|&task| moves(program, &origins, task)).collect();
+        let movers = movers(program, stack);
         let target = |m: &MemberProgram| row_kind(program, m.task) == Some(RowKind::Equality);
         let first = members().find(|(_, _, m)| target(m)).map_or(usize::MAX, |m| m.0);
         let all = stacks.tasks(index);
@@ -60,7 +58,7 @@ impl AccelerationBounds {
         // Without a target the robot stands still, and at most yields to limits.
         if !movers.is_empty() && first < usize::MAX && !free.is_subset(&bounded) {
             let moved: BTreeSet<usize> =
-                moved_dofs(program, stacks, index, &movers).intersection(&free).copied().collect();
+                moved_dofs(program, stacks, index, &movers, 0.0).intersection(&free).copied().collect();
             unbounded = moved.difference(&bounded).copied().collect();
             partial = unbounded.len() < moved.len();
         }
@@ -84,6 +82,13 @@ pub(super) fn moving_targets(program: &Program, stack: usize) -> Vec<usize> {
     let members = program.stacks[stack].levels.iter().flat_map(|l| &l.members).map(|m| m.task);
     let targets = members.filter(|&task| row_kind(program, task) == Some(RowKind::Equality));
     targets.filter(|&task| moves(program, &origins, task)).collect()
+}
+
+/// Returns the tasks of a stack that move the robot by themselves, in the order of the levels.
+pub(super) fn movers(program: &Program, stack: &StackProgram) -> Vec<usize> {
+    let origins = Origins::of(&program.values.tape);
+    let members = stack.levels.iter().flat_map(|l| &l.members);
+    members.map(|m| m.task).filter(|&task| moves(program, &origins, task)).collect()
 }
 
 fn row_kind(program: &Program, task: usize) -> Option<RowKind> {
@@ -141,15 +146,21 @@ fn stops(program: &Program, task: &TaskProgram) -> bool {
 }
 
 /// Returns the degrees of freedom in the rows of a stack's targets and of its moving tasks; all of them if the rows
-/// cannot be computed.
-fn moved_dofs(program: &Program, stacks: &Stacks, stack: usize, movers: &[usize]) -> BTreeSet<usize> {
+/// cannot be computed. `least` is the magnitude (m/rad, or of another row) above which a coefficient counts.
+pub(super) fn moved_dofs(
+    program: &Program,
+    stacks: &Stacks,
+    stack: usize,
+    movers: &[usize],
+    least: f64,
+) -> BTreeSet<usize> {
     let mut found = BTreeSet::new();
     let mut computed = false;
     let counts = |m: &&Member| m.row_kind == RowKind::Equality || movers.contains(&m.program_index);
     for sample in stacks.samples(stack, Signals::Absent) {
         computed = true;
         for row in stacks.members(stack).iter().filter(counts).flat_map(|m| sample.rows(m)) {
-            found.extend((0..row.len()).filter(|&dof| row[dof] != 0.0));
+            found.extend((0..row.len()).filter(|&dof| row[dof].abs() > least));
         }
     }
     if computed { found } else { (0..program.robot.model.nv()).collect() }

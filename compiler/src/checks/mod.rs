@@ -6,6 +6,7 @@ mod built_stacks;
 mod compliance;
 mod conflicting_targets;
 mod contradictions;
+pub mod coverage;
 mod deep;
 mod discontinuities;
 mod entries;
@@ -97,6 +98,7 @@ static CHECKS: &[(On, Check)] = &[
     (On::GoodProgram, watches::check),
     (On::GoodProgram, singular_targets::check),
     (On::GoodProgram, short_runs::check),
+    (On::GoodProgram, coverage::check),
 ];
 
 /// Programs that a rule examines.

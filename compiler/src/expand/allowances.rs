@@ -59,6 +59,7 @@ impl Taker<'_> {
                 ItemKind::Human(it) => self.block(&mut it.body, span),
                 ItemKind::SafetyField(it) => self.block(&mut it.body, span),
                 ItemKind::Scenario(it) => self.block(&mut it.body, span),
+                ItemKind::Coverage(it) => self.block(&mut it.body, span),
                 ItemKind::Run(it) => self.block(&mut it.body, span),
                 ItemKind::Machine(it) => self.state(&mut it.body, span),
                 ItemKind::Mission(it) => {

@@ -73,6 +73,14 @@ impl Expander<'_> {
             let body = self.block(&run.body, &mut Frame::of(0));
             self.out.runs.push((dsl::tree::Run { body }, span));
         }
+        let coverage = self.modules[0].items.iter().filter_map(|item| match &item.kind {
+            ItemKind::Coverage(it) => Some((it.clone(), item.span)),
+            _ => None,
+        });
+        for (it, span) in coverage.collect::<Vec<_>>() {
+            let body = self.block(&it.body, &mut Frame::of(0));
+            self.out.coverage.push((dsl::tree::Coverage { body }, span));
+        }
         self.scenarios();
         self.unused(&all);
     }
@@ -106,7 +114,12 @@ impl Expander<'_> {
                 self.emit_task((m, i));
             }
             ItemKind::Stack(stack) => self.emit_stack((m, i), &stack),
-            ItemKind::Import(_) | ItemKind::Allow(_) | ItemKind::For(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => {}
+            ItemKind::Import(_)
+            | ItemKind::Allow(_)
+            | ItemKind::For(_)
+            | ItemKind::Coverage(_)
+            | ItemKind::Run(_)
+            | ItemKind::Scenario(_) => {}
             ItemKind::Machine(_) => self.emit_machine((m, i)),
             ItemKind::Mission(_) => self.emit_mission((m, i)),
         }

@@ -27,8 +27,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use dsl::tree::{
-    Human, ItemKind, Let, Level, Machine, Mission, Param, Robot, Run, SafetyField, Scenario, Signal, Spec, Stack, Task,
-    Value, Variable,
+    Coverage, Human, ItemKind, Let, Level, Machine, Mission, Param, Robot, Run, SafetyField, Scenario, Signal, Spec,
+    Stack, Task, Value, Variable,
 };
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Syntax};
 
@@ -92,6 +92,8 @@ pub(crate) struct Expanded {
     pub missions: Vec<Mission>,
     /// Runs.
     pub runs: Vec<(Run, Span)>,
+    /// Demands on limits, each with the span of its declaration.
+    pub coverage: Vec<(Coverage, Span)>,
     /// Scenarios, each with the source texts of its expectations.
     pub scenarios: Vec<(Scenario, Vec<String>)>,
     /// Declarations that the spec imports by name, with the span of the import.

@@ -112,7 +112,12 @@ pub(crate) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
         ItemKind::Robot(r) => Some((Class::Robot, &r.name)),
         ItemKind::Task(t) => Some((Class::Task, &t.name)),
         ItemKind::Stack(s) => Some((Class::Stack, &s.name)),
-        ItemKind::Import(_) | ItemKind::Allow(_) | ItemKind::For(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => None,
+        ItemKind::Import(_)
+        | ItemKind::Allow(_)
+        | ItemKind::For(_)
+        | ItemKind::Coverage(_)
+        | ItemKind::Run(_)
+        | ItemKind::Scenario(_) => None,
         ItemKind::Signal(s) => Some((Class::Value, &s.name)),
         ItemKind::Human(h) => Some((Class::Value, &h.name)),
         ItemKind::SafetyField(f) => Some((Class::Value, &f.name)),

@@ -53,7 +53,11 @@ impl Expander<'_> {
                     ItemKind::Mission(m) => ItemKind::Mission(self.copied_mission(m, &mut inner)),
                     ItemKind::Scenario(s) => ItemKind::Scenario(self.copied_scenario(s, &mut inner)),
                     // The parser rejects the others.
-                    ItemKind::Import(_) | ItemKind::Allow(_) | ItemKind::Robot(_) | ItemKind::Run(_) => continue,
+                    ItemKind::Import(_)
+                    | ItemKind::Allow(_)
+                    | ItemKind::Robot(_)
+                    | ItemKind::Coverage(_)
+                    | ItemKind::Run(_) => continue,
                 };
                 out.push(Item { kind, span: self.at(item.span, &mut inner), comments: Default::default() });
             }

@@ -171,6 +171,27 @@ impl Lowerer<'_> {
 
     /// Links of the given names.
     fn links_of(&mut self, value: &Value, robot: &BoundRobot) -> Option<Vec<LinkId>> {
+        let links = self.links_named(value, robot)?;
+        if links.is_empty() {
+            let d = Diagnostic::missing_keys(["links"], value.span, "no link of the robot counts in this field");
+            self.push(d.help("name some, or leave `links` out for the whole robot"));
+            return None;
+        }
+        if !links.iter().any(|l| !robot.model.support(*l).is_empty()) {
+            let d = Diagnostic::error(
+                "HQ0313",
+                value.span,
+                "none of these links moves, and neither does the field by them",
+            );
+            self.push(d.help("name links that move"));
+            return None;
+        }
+        Some(links)
+    }
+
+    /// Links of names of links, arms, points, segments and groups, each once. `None` if one of the names is wrong, with
+    /// diagnostics.
+    pub(super) fn links_named(&mut self, value: &Value, robot: &BoundRobot) -> Option<Vec<LinkId>> {
         let mut links: Vec<LinkId> = Vec::new();
         let mut good = true;
         for item in value.items() {
@@ -199,20 +220,6 @@ impl Lowerer<'_> {
         }
         let mut seen = BTreeSet::new();
         links.retain(|l| seen.insert(*l));
-        if good && links.is_empty() {
-            let d = Diagnostic::missing_keys(["links"], value.span, "no link of the robot counts in this field");
-            self.push(d.help("name some, or leave `links` out for the whole robot"));
-            return None;
-        }
-        if good && !links.iter().any(|l| !robot.model.support(*l).is_empty()) {
-            let d = Diagnostic::error(
-                "HQ0313",
-                value.span,
-                "none of these links moves, and neither does the field by them",
-            );
-            self.push(d.help("name links that move"));
-            return None;
-        }
         good.then_some(links)
     }
 

@@ -3,6 +3,7 @@
 mod actions;
 mod argument_types;
 mod blocks;
+mod coverage;
 mod declared;
 mod distances;
 mod expectation_checks;
@@ -56,6 +57,7 @@ use crate::robot_binding::{self, BoundRobot, Files};
 use crate::sections::{RobotBlock, RunBlock};
 use crate::source_map::{MachinePlaces, SourceMap};
 pub use actions::{VERBS, Verb};
+use coverage::Nameable;
 use declared::Declared;
 use inline_tasks::definitions;
 use machine::Surroundings;
@@ -245,6 +247,11 @@ impl<'a> Lowerer<'a> {
             }
             _ => None,
         };
+        let coverage = robot.as_ref().map(|robot| {
+            let tasks = definitions.iter().map(|d| d.0.as_str()).collect();
+            let machine = machine.as_ref().map(|m| &m.0);
+            self.coverage(expanded, &Nameable { declared: &declared, tasks, robot, machine })
+        });
         let complete = robot.is_some() && bound.iter().all(Option::is_some) && expanded.whole;
         if self.errors() > 0 {
             // Scenarios are not lowered, and may use declarations that nothing else uses.
@@ -255,6 +262,7 @@ impl<'a> Lowerer<'a> {
         let robot = robot?;
         let (mut program, mut source_map) =
             self.program(&robot, &definitions, bound, (&declared, stacks), (run?, machine))?;
+        source_map.coverage = coverage.unwrap_or_default();
         program.scenarios = self.scenarios(expanded, &program, &robot, &mut source_map);
         if let (Some(machine), Some(places)) = (declared.machine, &mut source_map.machine) {
             self.properties(machine, &program, &robot, places);
@@ -356,6 +364,7 @@ impl<'a> Lowerer<'a> {
                 machine: machine_places,
                 rate: robot.rate_span,
                 home: robot.home_span,
+                coverage: Vec::new(),
                 scenarios: Vec::new(),
                 scenario_measures: Vec::new(),
             },

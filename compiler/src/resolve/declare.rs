@@ -111,7 +111,11 @@ impl Resolver<'_> {
         let doc = &item.comments.before;
         let new = |kind, name| New::of(kind, name, item.span).doc(doc);
         match &item.kind {
-            ItemKind::Import(_) | ItemKind::Allow(_) | ItemKind::Run(_) | ItemKind::Scenario(_) => {}
+            ItemKind::Import(_)
+            | ItemKind::Allow(_)
+            | ItemKind::Coverage(_)
+            | ItemKind::Run(_)
+            | ItemKind::Scenario(_) => {}
             ItemKind::For(repeat) => repeat.body.iter().for_each(|item| self.declare_item(file, item)),
             ItemKind::Param(p) => {
                 self.declare(file, &new(K::Param, &p.name));

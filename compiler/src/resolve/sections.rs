@@ -157,6 +157,7 @@ impl Resolver<'_> {
     fn named(&mut self, named: Named, value: &Value) {
         match named {
             Named::StateThere => self.state_there(value),
+            Named::StatePath => self.state_of_machine(value),
             _ => {
                 if let Some(name) = value.word() {
                     self.name(named, name, value.span);
@@ -170,6 +171,7 @@ impl Resolver<'_> {
         let declared = |r: &mut Self, class, kind, offered| r.spanned_name(name, span, class, kind, offered);
         match named {
             Named::Robot => declared(self, Class::Robot, K::Robot, &[K::Robot]),
+            Named::Task => declared(self, Class::Task, K::Task, &[K::Task]),
             Named::Stack => declared(self, Class::Stack, K::Stack, &[K::Stack]),
             Named::Machine => declared(self, Class::Machine, K::Machine, &[K::Machine]),
             Named::Mission => declared(self, Class::Mission, K::Mission, &[K::Mission]),
@@ -184,7 +186,7 @@ impl Resolver<'_> {
             Named::SignalThere(ty) => self.signal_there(name, span, ty),
             Named::HumanThere => self.human_there(name, span),
             // The parser stores levels in other parts of the tree; a state of another spec is a path.
-            Named::Level | Named::StateThere => {}
+            Named::Level | Named::StateThere | Named::StatePath => {}
         }
     }
 }

@@ -13,7 +13,9 @@ use super::symbols::{FileId, SymbolId, SymbolKind};
 use super::{Around, CompletionContext, Meaning, Reference, Resolver};
 use crate::expand::{Class, parameter_types};
 use crate::lowering::signal_types;
-use crate::sections::{FIELD_DISTANCE, HUMAN, InSyntax, Key, PARAM, ROBOT, RUN, SAFETY_FIELD, SCENARIO, SIGNAL, SPEC};
+use crate::sections::{
+    COVERAGE, FIELD_DISTANCE, HUMAN, InSyntax, Key, PARAM, ROBOT, RUN, SAFETY_FIELD, SCENARIO, SIGNAL, SPEC,
+};
 
 /// Range of a word inside its span, which may include quotes or be a whole scalar; with true if the range is exactly
 /// the word.
@@ -162,6 +164,7 @@ impl Resolver<'_> {
             ItemKind::Mission(_) => "mission",
             ItemKind::Scenario(_) => "scenario",
             ItemKind::For(_) => "for",
+            ItemKind::Coverage(_) => "coverage",
             ItemKind::Run(_) => "run",
         };
         self.keyword(word, item.span.range().start, SPEC.key(word, self.syntax));
@@ -223,6 +226,7 @@ impl Resolver<'_> {
                 self.section(&s.body, &SCENARIO);
                 s.expects.iter().for_each(|e| self.formula(&e.formula));
             }
+            ItemKind::Coverage(c) => self.section(&c.body, &COVERAGE),
             ItemKind::Run(r) => self.section(&r.body, &RUN),
         }
         self.bound.truncate(bound);

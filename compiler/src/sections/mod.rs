@@ -5,6 +5,7 @@
 //! A new block is one more [`BlockSchema`], named by the key that holds it. The blocks of missions are declared by their
 //! kinds.
 
+mod coverage;
 mod field;
 mod human;
 mod machine;
@@ -19,6 +20,7 @@ use std::sync::LazyLock;
 use dsl::Syntax;
 
 pub use blocks::{Argument, BlockSchema, Key, Members, Named, Place, ValueType};
+pub use coverage::{APART, ApartBlock, COVERAGE, CoverageBlock, NAMED_LIMIT, NamedLimitBlock, PERSON, PersonBlock};
 pub use field::{FIELD_DISTANCE, SAFETY_FIELD, SafetyFieldBlock};
 pub use human::{HUMAN, HUMAN_POINT, HUMAN_SCRIPT, HumanBlock, HumanScriptBlock};
 pub use machine::{

@@ -5,6 +5,7 @@ use stdlib_tasks::dimension::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, NON
 use stdlib_tasks::params::Quantity;
 
 use super::MISSION;
+use super::coverage::COVERAGE;
 use super::field::SAFETY_FIELD;
 use super::human::HUMAN;
 use super::machine::{MACHINE, SIGNAL, VARIABLE};
@@ -186,6 +187,20 @@ pub static SPEC: BlockSchema = BlockSchema {
             ValueType::Each(&ValueType::Block(&MISSION)),
             "Planning problems of teams, for `hierarq plan`, by name, each with its kind: `NAME: { schedule: { .. } \
              }`.",
+        )
+        .at(Place::Yaml),
+        Key::optional(
+            "coverage",
+            ValueType::Block(&COVERAGE),
+            "Demands on the limits of stacks: `coverage { velocity hard  people { NAME { links [LINK] } } }`. A demand that \
+             is not met is an error. There may be several.",
+        )
+        .at(Place::Hq),
+        Key::optional(
+            "coverage",
+            ValueType::Blocks(&COVERAGE),
+            "Demands on the limits of stacks, a mapping or a list of several: `{ velocity: hard, people: { NAME: { links: \
+             [LINK] } } }`. A demand that is not met is an error.",
         )
         .at(Place::Yaml),
         Key::optional("run", ValueType::Block(&RUN), "Settings of `hierarq run`: `run { stack NAME  duration 10 s }`.")

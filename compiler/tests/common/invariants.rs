@@ -78,7 +78,7 @@ fn declares_twice(items: &[Item]) -> bool {
     let mut seen = BTreeSet::new();
     items.iter().any(|item| {
         let declared = match &item.kind {
-            ItemKind::Import(_) => return false,
+            ItemKind::Import(_) | ItemKind::Coverage(_) => return false,
             ItemKind::For(f) => return declares_twice(&f.body),
             ItemKind::Run(_) => ("run", String::new()),
             ItemKind::Allow(_) => ("allow", String::new()),

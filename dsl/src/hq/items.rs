@@ -1,5 +1,5 @@
 //! Reader of declarations in `*.hq` texts: `hierarq`, `param`, `robot`, `human`, `safety_field`, `task`, `stack`,
-//! `run`. The modules beside this one read the others.
+//! `coverage`, `run`. The modules beside this one read the others.
 
 use super::Reader;
 use super::parts::Parts;
@@ -8,7 +8,7 @@ use crate::diagnostic::clip;
 use crate::explain::After;
 use crate::fix::Fix;
 use crate::grammar::{Pair, Rule};
-use crate::tree::{Comments, Human, Item, ItemKind, Robot, Run, SafetyField, Spec};
+use crate::tree::{Comments, Coverage, Human, Item, ItemKind, Robot, Run, SafetyField, Spec};
 use crate::vocabulary::ALLOW;
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
@@ -29,6 +29,7 @@ pub(crate) const KEYWORDS: &[&str] = &[
     "mission",
     "scenario",
     "for",
+    "coverage",
     "run",
 ];
 
@@ -112,7 +113,7 @@ impl Reader<'_> {
             Rule::safety => word(12),
             Rule::signal => word(6),
             Rule::machine | Rule::mission => word(7),
-            Rule::scenario | Rule::variable => word(8),
+            Rule::scenario | Rule::variable | Rule::coverage => word(8),
             Rule::run | Rule::let_ | Rule::repeat => word(3),
             _ => return self.stray(pair, items),
         };
@@ -167,7 +168,12 @@ impl Reader<'_> {
                     parts.from.is_none()
                         && matches!(
                             rule,
-                            Rule::robot_rest | Rule::human_rest | Rule::safety_rest | Rule::stack_rest | Rule::run_rest
+                            Rule::robot_rest
+                                | Rule::human_rest
+                                | Rule::safety_rest
+                                | Rule::stack_rest
+                                | Rule::coverage_rest
+                                | Rule::run_rest
                         )
                 }
                 Some(body) => rule == Rule::task_rest && body.clone().into_inner().all(|p| p.as_rule() != Rule::block),
@@ -214,6 +220,9 @@ impl Reader<'_> {
                 name.map(|name| ItemKind::SafetyField(SafetyField { name, body }))
             }
             Rule::stack_rest => self.stack(parts, keyword, comments).map(ItemKind::Stack),
+            Rule::coverage_rest => {
+                Some(ItemKind::Coverage(Coverage { body: self.body(parts, keyword, "coverage", comments) }))
+            }
             _ => Some(ItemKind::Run(Run { body: self.body(parts, keyword, "run", comments) })),
         };
         if let (Some(ItemKind::Task(task)), Some(block)) = (&mut kind, &headless) {
@@ -253,7 +262,7 @@ impl Reader<'_> {
                 diagnostic.note("levels are declared inside a stack").help("write `stack NAME { level .. }`")
             } else {
                 let words =
-                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `mission`, `scenario`, `for` or `run`";
+                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `mission`, `scenario`, `for`, `coverage` or `run`";
                 diagnostic.note(words)
             });
             return;
@@ -274,6 +283,7 @@ impl Reader<'_> {
             "machine" => Rule::machine_rest,
             "mission" => Rule::mission_rest,
             "scenario" => Rule::scenario_rest,
+            "coverage" => Rule::coverage_rest,
             _ => Rule::run_rest,
         };
         self.again(rule, start + length, end, |reader, pair| reader.rest(pair, keyword, items));

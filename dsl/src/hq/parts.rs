@@ -193,23 +193,32 @@ impl Reader<'_> {
         TaskDefinition { kind, args, named, body, span }
     }
 
-    /// Reads the block of a robot, a human, a safety field or a run.
+    /// Reads the block of a robot, a human, a safety field, a coverage or a run.
     pub(super) fn body(&mut self, parts: Parts<'_>, keyword: Span, what: &str, comments: &mut Comments) -> Block {
         match (parts.body, parts.junk) {
             (Some(body), _) => return self.block(body, &mut comments.behind),
             (None, Some(junk)) => {
-                if what == "run" && self.text[junk.range()].starts_with(|c: char| c.is_ascii_alphabetic()) {
+                let example = match what {
+                    "run" => Some("run { stack NAME  duration 10 s }"),
+                    "coverage" => Some("coverage { velocity hard }"),
+                    _ => None,
+                };
+                if let Some(example) = example
+                    && self.text[junk.range()].starts_with(|c: char| c.is_ascii_alphabetic())
+                {
                     self.diags.push(
-                        Diagnostic::unreadable("HQ0113", junk, "`run` takes no name")
-                            .help("write `run { stack NAME  duration 10 s }`"),
+                        Diagnostic::unreadable("HQ0113", junk, format!("`{what}` takes no name"))
+                            .help(format!("write `{example}`")),
                     );
                 } else {
                     self.explain(junk, After::Start("a block in braces"), false);
                 }
             }
             (None, None) => self.diags.push(
-                Diagnostic::incomplete("HQ0117", keyword, format!("this `{what}` has no block"))
-                    .help(format!("write `{{ .. }}` after {}", if what == "run" { "`run`" } else { "its name" })),
+                Diagnostic::incomplete("HQ0117", keyword, format!("this `{what}` has no block")).help(format!(
+                    "write `{{ .. }}` after {}",
+                    if matches!(what, "run" | "coverage") { format!("`{what}`") } else { "its name".to_string() }
+                )),
             ),
         }
         Block { span: keyword, ..Block::default() }

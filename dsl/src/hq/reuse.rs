@@ -187,7 +187,7 @@ impl<'t> Reader<'t> {
 
     /// Reads a declaration inside a repetition.
     fn repeated(&mut self, pair: Pair<'_>, body: &mut Vec<Item>) {
-        if matches!(pair.as_rule(), Rule::import | Rule::robot | Rule::run) {
+        if matches!(pair.as_rule(), Rule::import | Rule::robot | Rule::coverage | Rule::run) {
             let start = self.of(&pair).range().start;
             let word = pair.as_str().split(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or("").to_owned();
             let span = self.span(start, start + word.len());

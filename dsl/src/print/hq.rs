@@ -117,6 +117,10 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
                 lines.indent(indent);
                 lines.out.push_str("}\n");
             }
+            ItemKind::Coverage(it) => {
+                lines.out.push_str("coverage ");
+                block(&it.body, behind, indent, it.body.entries.len() > 2, lines);
+            }
             ItemKind::Run(run) => {
                 lines.out.push_str("run ");
                 block(&run.body, behind, indent, false, lines);

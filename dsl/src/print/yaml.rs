@@ -68,6 +68,7 @@ pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
             declaration(item, indent + 2, lines);
         }
     }
+    coverage(items, indent, lines);
     for item in items {
         if let ItemKind::Run(run) = &item.kind {
             blank(lines);
@@ -75,6 +76,33 @@ pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
             lines.out.push_str("run:");
             block(&run.body, &item.comments.behind, indent, lines);
         }
+    }
+}
+
+/// Prints the demands on limits: a mapping, or a sequence of several.
+fn coverage(items: &[Item], indent: usize, lines: &mut Lines) {
+    let all = items.iter().filter_map(|item| match &item.kind {
+        ItemKind::Coverage(it) => Some((it, &item.comments)),
+        _ => None,
+    });
+    let all: Vec<_> = all.collect();
+    if let [(one, comments)] = all.as_slice() {
+        blank(lines);
+        lines.before(&comments.before, indent);
+        lines.out.push_str("coverage:");
+        return block(&one.body, &comments.behind, indent, lines);
+    }
+    if !all.is_empty() {
+        blank(lines);
+        lines.out.push_str("coverage:\n");
+    }
+    for (it, comments) in all {
+        lines.before(&comments.before, indent + 2);
+        // Behind the dash of a mapping on several lines there is no place for a comment.
+        lines.before(comments.behind.as_slice(), indent + 2);
+        lines.indent(indent + 2);
+        lines.out.push('-');
+        listed(&it.body, indent + 2, lines);
     }
 }
 
@@ -126,7 +154,7 @@ fn declaration(item: &Item, indent: usize, lines: &mut Lines) {
         ItemKind::Mission(it) => missions::mission(it, behind, indent, lines),
         ItemKind::Scenario(it) => machines::scenario(it, behind, indent, lines),
         ItemKind::For(it) => reuse::repeat(it, behind, indent, lines),
-        ItemKind::Run(_) => {}
+        ItemKind::Coverage(_) | ItemKind::Run(_) => {}
     }
 }
 

@@ -7,8 +7,8 @@ use crate::diagnostic::Topic;
 use crate::diagnostic::clip;
 use crate::hq::{bad_version, no_header};
 use crate::tree::{
-    Allow, Block, Comments, Human, Item, ItemKind, Let, Parameter, Robot, Run, SafetyField, Spec, Task, TaskDefinition,
-    ValueKind,
+    Allow, Block, Comments, Coverage, Human, Item, ItemKind, Let, Parameter, Robot, Run, SafetyField, Spec, Task,
+    TaskDefinition, ValueKind,
 };
 use crate::vocabulary::{LISTS, SECTIONS};
 use crate::words::nearest;
@@ -70,7 +70,7 @@ impl Reader<'_> {
                     let Some(meant) = meant else {
                         self.diags
                             .push(diagnostic.note(
-                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `signals`, `humans`, `safety_fields`, `variables`, `machines`, `missions`, `scenarios`, `for` and `run`",
+                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `signals`, `humans`, `safety_fields`, `variables`, `machines`, `missions`, `scenarios`, `for`, `coverage` and `run`",
                             ));
                         continue;
                     };
@@ -90,6 +90,7 @@ impl Reader<'_> {
                     self.pool.behind(span.range().end, &[], &mut comments.behind);
                     spec.items.push(Item { kind: ItemKind::Run(Run { body }), span, comments });
                 }
+                "coverage" => self.coverage(&key, value, &mut spec.items),
                 "import" => self.imports(&key, value, &mut spec.items),
                 "for" => self.repeats(value, &mut spec.items),
                 "scenarios" => self.scenarios(&key, value, &mut spec.items),
@@ -124,6 +125,36 @@ impl Reader<'_> {
         }
         spec.version = written.and_then(|t| t.parse().ok()).map(|n| Spanned::new(n, span));
         self.pool.behind(span.range().end, &[], &mut spec.opening_comments.behind);
+    }
+
+    /// Reads `coverage`: a mapping, or a sequence of several.
+    fn coverage(&mut self, key: &Spanned<String>, value: NodeId, items: &mut Vec<Item>) {
+        let Kind::Sequence(all) = &self.node(value).kind else {
+            let mut comments = self.key_comments(key.span);
+            let body = self.mapping(value, key, "coverage");
+            let span = key.span.to(self.later(value, key.span));
+            self.pool.behind(span.range().end, &[], &mut comments.behind);
+            items.push(Item { kind: ItemKind::Coverage(Coverage { body }), span, comments });
+            return;
+        };
+        let all = all.clone();
+        if all.is_empty() {
+            self.diags.push(
+                Diagnostic::incomplete("HQ0117", key.span, "`coverage` says nothing")
+                    .help("write its parts below it, indented, as `key: value`, or remove it"),
+            );
+        }
+        for id in all {
+            if self.depth >= crate::limits::MAX_DEPTH || !self.enter(id) {
+                return;
+            }
+            let span = self.span(id);
+            let mut comments = Comments::default();
+            self.pool.before(span.range().start, &mut comments.before);
+            let body = self.mapping(id, key, "coverage");
+            self.pool.behind(span.range().end, &[','], &mut comments.behind);
+            items.push(Item { kind: ItemKind::Coverage(Coverage { body }), span, comments });
+        }
     }
 
     /// Reads a value that must be a mapping as a block.

@@ -63,9 +63,10 @@ impl Outline<'_> {
                 let code = Spanned::new(format!("allow {}", a.code.value), a.code.span);
                 o.symbol(&code, item.span, SymbolKind::EVENT, "", Vec::new())
             }
-            ItemKind::Run(_) => {
+            ItemKind::Coverage(_) | ItemKind::Run(_) => {
+                let word = if matches!(item.kind, ItemKind::Run(_)) { "run" } else { "coverage" };
                 let start = item.span.range().start;
-                let name = Spanned::new("run".to_string(), Span::new(item.span.source, start, start + "run".len()));
+                let name = Spanned::new(word.to_string(), Span::new(item.span.source, start, start + word.len()));
                 o.symbol(&name, item.span, SymbolKind::EVENT, "", Vec::new())
             }
         }

@@ -112,14 +112,25 @@ impl Program {
 
     /// The stacks that a run can enter, each once.
     pub fn run_stacks(&self) -> Vec<usize> {
-        let states = match (self.run.subject, &self.machine) {
-            (Subject::Stack(stack), _) => return vec![stack],
-            (Subject::Machine, machine) => machine.iter().flat_map(|m| &m.states),
-        };
+        self.entered_by([self.run.subject])
+    }
+
+    /// The stacks that a run or a scenario can enter, each once.
+    pub fn entered_stacks(&self) -> Vec<usize> {
+        self.entered_by([self.run.subject].into_iter().chain(self.scenarios.iter().map(|s| s.run.subject)))
+    }
+
+    fn entered_by(&self, subjects: impl IntoIterator<Item = Subject>) -> Vec<usize> {
         let mut stacks: Vec<usize> = Vec::new();
-        for stack in states.filter_map(|s| s.stack) {
-            if !stacks.contains(&stack) {
-                stacks.push(stack);
+        for subject in subjects {
+            let entered: Vec<usize> = match subject {
+                Subject::Stack(stack) => vec![stack],
+                Subject::Machine => self.machine.iter().flat_map(|m| &m.states).filter_map(|s| s.stack).collect(),
+            };
+            for stack in entered {
+                if !stacks.contains(&stack) {
+                    stacks.push(stack);
+                }
             }
         }
         stacks

@@ -5,6 +5,7 @@
 //! an expression contains the rest. [`Evaluation`] is an expression prepared for evaluation: one forward sweep computes
 //! the value, one reverse sweep each row.
 
+mod bounded;
 mod center_of_mass;
 mod evaluation;
 mod human_field;
@@ -22,6 +23,7 @@ use crate::field::FieldProgram;
 use crate::geometry::Geometry;
 use crate::slot::Slot;
 
+pub use bounded::{BoundedPart, BoundedSide, bounded_parts};
 pub use center_of_mass::center_of_mass;
 pub use evaluation::Evaluation;
 pub use expressions::{Op, ROUNDING};

@@ -6,6 +6,7 @@ use crate::bound::{BoundParams, Slot};
 use crate::build::check;
 use crate::dimension::{ANGLE, LENGTH};
 use crate::params::{Input, ParamType, Presence};
+use crate::protection::BoundedPosition;
 use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 use quantities::usual;
 
@@ -138,6 +139,11 @@ impl Task for JointPositionLimits {
 
     fn degrees_of_freedom(&self) -> Option<Vec<usize>> {
         Some(self.rows.iter().map(|r| r.dof).collect())
+    }
+
+    fn bounded_positions(&self) -> Vec<BoundedPosition> {
+        let one = |r: &Row| BoundedPosition { dof: r.dof, lower: r.lower.is_finite(), upper: r.upper.is_finite() };
+        self.rows.iter().map(one).collect()
     }
 
     fn gains(&self, values: &[f64]) -> Vec<f64> {

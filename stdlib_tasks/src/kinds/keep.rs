@@ -15,6 +15,7 @@ use crate::dimension::{Dimension, NONE};
 use crate::expression::{Term, settle};
 use crate::expression_tasks::{Gain, current_value, dimension, fault, row_names};
 use crate::params::{Form, Input, Operand, ParamType, Presence};
+use crate::protection::{BoundedPosition, BoundedValue, Protection};
 use crate::task::{
     BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, PersonVelocityUse, RowInfo, RowKind, Rows, State,
     Task, TaskFault, TaskKind,
@@ -80,6 +81,8 @@ struct Keep {
     gain: Gain,
     dimension: Dimension,
     sampled_margin: f64,
+    /// Links and joint positions that are bounded.
+    bounded: BoundedValue,
     /// True if one row contains both sides.
     joint: bool,
 }
@@ -100,6 +103,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
             return Err(BuildError::new(name, format!("`{name}` has another form than `value`")));
         }
     }
+    let bounded = BoundedValue::new(&params.value, params.min.as_ref(), params.max.as_ref());
     let ready = |o: &Operand| Term::new(o, ctx.model);
     let (min, max) = (params.min.as_ref().map(ready), params.max.as_ref().map(ready));
     let moves = |t: &Option<Term>| t.as_ref().is_some_and(Term::is_state);
@@ -107,7 +111,16 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let gain = Gain::new(&params.gain, ctx)?;
     let [sampled_margin] = params.sampled_margin.of(ctx.values);
     let dimension = dimension(&params.value).unwrap_or(NONE);
-    Ok(Box::new(Keep { value: RefCell::new(ready(&params.value)), min, max, gain, dimension, sampled_margin, joint }))
+    Ok(Box::new(Keep {
+        value: RefCell::new(ready(&params.value)),
+        min,
+        max,
+        gain,
+        dimension,
+        sampled_margin,
+        bounded,
+        joint,
+    }))
 }
 
 impl Keep {
@@ -168,6 +181,14 @@ impl Task for Keep {
         let sides: &[&str] = if self.joint { &[""] } else { &[" min", " max"] };
         let row = |name: &&str, side: &str| RowInfo { name: format!("{name}{side}"), dimension: self.dimension };
         sides.iter().flat_map(|side| names.iter().map(|n| row(n, side))).collect()
+    }
+
+    fn bounded_positions(&self) -> Vec<BoundedPosition> {
+        self.bounded.positions.clone()
+    }
+
+    fn protections(&self) -> Vec<Protection> {
+        self.bounded.protections.clone()
     }
 
     fn gains(&self, values: &[f64]) -> Vec<f64> {

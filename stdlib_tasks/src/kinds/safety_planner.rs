@@ -12,6 +12,7 @@ use crate::build::check;
 use crate::dimension::{ANGLE, ANGULAR_VELOCITY, LENGTH, NONE, VELOCITY};
 use crate::kinds::joint_position::common_dimension;
 use crate::params::{Form, Input, ParamInfo, ParamType, Presence, Quantity};
+use crate::protection::{Hazard, Protection};
 use crate::task::{
     BuildError, Context, Measure, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind,
     TaskOutput,
@@ -234,6 +235,7 @@ fn is_sound(deviate: &BoundParams, deep: usize) -> bool {
 }
 
 struct SafetyPlanner {
+    field: usize,
     wanted: Vec<f64>,
     info: Vec<RowInfo>,
 }
@@ -253,7 +255,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let info: Vec<RowInfo> = (ctx.model.dofs.iter())
         .map(|d| RowInfo { name: d.name.clone(), dimension: d.unit.select(VELOCITY, ANGULAR_VELOCITY) })
         .collect();
-    Ok(Box::new(SafetyPlanner { wanted: vec![0.0; info.len()], info }))
+    Ok(Box::new(SafetyPlanner { field: params.field.0, wanted: vec![0.0; info.len()], info }))
 }
 
 impl Task for SafetyPlanner {
@@ -263,6 +265,14 @@ impl Task for SafetyPlanner {
 
     fn measures(&self) -> Vec<Measure> {
         vec![Measure { name: String::new(), dimension: common_dimension(&self.info) }]
+    }
+
+    fn protections(&self) -> Vec<Protection> {
+        vec![Protection { links: Vec::new(), hazard: Hazard::Field(self.field) }]
+    }
+
+    fn gives_way(&self) -> bool {
+        true
     }
 
     fn degrees_of_freedom(&self) -> Option<Vec<usize>> {

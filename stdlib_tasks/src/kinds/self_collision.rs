@@ -14,6 +14,7 @@ use crate::closest_points::{Pair, SeparationError};
 use crate::dimension::LENGTH;
 use crate::gradient_bound;
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};
+use crate::protection::{Hazard, Protection};
 use crate::sampled_margin::{SampledMargin, extent, is_ball};
 use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 use quantities::usual;
@@ -120,6 +121,11 @@ impl Task for SelfCollision {
     fn rows(&self) -> Vec<RowInfo> {
         let name = |p: &Pair| format!("{} to {}", p.a.name, p.b.name);
         self.pairs.iter().map(|p| RowInfo { name: name(p), dimension: LENGTH }).collect()
+    }
+
+    fn protections(&self) -> Vec<Protection> {
+        let one = |p: &Pair| Protection { links: vec![p.a.link], hazard: Hazard::Link(p.b.link) };
+        self.pairs.iter().map(one).collect()
     }
 
     fn gains(&self, values: &[f64]) -> Vec<f64> {

@@ -18,6 +18,8 @@ use crate::build::check;
 use crate::dimension::{ACCELERATION, LENGTH, TIME, VELOCITY};
 use crate::field::{SpeedAndSeparation, Stopping};
 use crate::params::{Input, ParamType, Presence, Quantity};
+use crate::protection::{Hazard, Protection};
+use crate::slot::Slot;
 use crate::task::{
     BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind, TaskOutput,
 };
@@ -230,6 +232,12 @@ impl SpeedSeparation {
 impl Task for SpeedSeparation {
     fn rows(&self) -> Vec<RowInfo> {
         self.parts.iter().map(|p| RowInfo { name: p.geometry.name.clone(), dimension: LENGTH }).collect()
+    }
+
+    fn protections(&self) -> Vec<Protection> {
+        let from = vec![Slot { at: self.from.at, len: 3 }];
+        let one = |p: &Part| Protection { links: vec![p.geometry.link], hazard: Hazard::Points(from.clone()) };
+        self.parts.iter().filter(|_| self.slows).map(one).collect()
     }
 
     fn enter(&mut self, _state: &State) {

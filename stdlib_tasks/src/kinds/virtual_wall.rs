@@ -17,6 +17,7 @@ use crate::clearance;
 use crate::dimension::LENGTH;
 use crate::gradient_bound;
 use crate::params::{Auto, FromBound, Input, ParamType, Presence, Quantity};
+use crate::protection::{Hazard, Protection};
 use crate::sampled_margin::{SampledMargin, extent};
 use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 use quantities::usual;
@@ -135,6 +136,10 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
 impl Task for VirtualWall {
     fn rows(&self) -> Vec<RowInfo> {
         self.points.iter().map(|g| RowInfo { name: g.name.clone(), dimension: LENGTH }).collect()
+    }
+
+    fn protections(&self) -> Vec<Protection> {
+        self.points.iter().map(|g| Protection { links: vec![g.link], hazard: Hazard::Plane }).collect()
     }
 
     fn gains(&self, values: &[f64]) -> Vec<f64> {

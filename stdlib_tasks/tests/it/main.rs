@@ -6,6 +6,7 @@
 mod accelerations;
 mod barriers;
 mod bound;
+mod bounded_parts;
 mod catalogue;
 mod clearance;
 mod common;

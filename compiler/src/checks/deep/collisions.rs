@@ -1,11 +1,11 @@
-//! Links that touch at sampled postures, and that no `self_collision` of a stack that runs keeps apart.
+//! Links that touch at sampled postures, and that no limit of a stack that runs keeps apart.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::{Diagnostic, Help, Snippet};
 use robot::geometry::{Degenerate, closest};
 use robot::{Data, LinkId, Model};
-use stdlib_tasks::bound::Bound;
+use stdlib_tasks::protection::{Hazard, Protection};
 
 use super::{Checked, Work, share};
 
@@ -75,15 +75,12 @@ fn open_pairs(c: &Checked) -> Vec<Pair> {
 /// Pairs that limits of the stacks that run keep apart.
 fn guarded(c: &Checked) -> BTreeSet<Pair> {
     let mut guarded = BTreeSet::new();
-    let stacks = c.program.run_stacks().into_iter().filter_map(|s| c.program.stacks.get(s));
-    for member in stacks.flat_map(|s| &s.levels).flat_map(|l| &l.members) {
-        let params = &c.program.tasks[member.task].params;
-        let (Some(Bound::Geometries(a)), Some(Bound::Geometries(b))) = (params.get("between"), params.get("and"))
-        else {
-            continue;
-        };
-        for a in a {
-            guarded.extend(b.iter().map(|b| [a.link.min(b.link), a.link.max(b.link)]));
+    for stack in c.program.run_stacks() {
+        let built = c.stacks.tasks(stack).iter().filter_map(|b| b.task.as_ref().ok());
+        for Protection { links, hazard } in built.flat_map(|task| task.protections()) {
+            if let Hazard::Link(other) = hazard {
+                guarded.extend(links.iter().map(|&l| [l.min(other), l.max(other)]));
+            }
         }
     }
     guarded

@@ -86,6 +86,11 @@ impl Lowerer<'_> {
 
     /// Reports scenarios of a spec of missions alone that do not say which of these they run.
     pub(in crate::lowering) fn nothing_runs(&mut self, expanded: &Expanded) {
+        for (_, span) in &expanded.coverage {
+            let d =
+                Diagnostic::error("HQ0574", *span, "a coverage is about the stacks of a robot, and this spec has none");
+            self.push(d.note("this spec declares missions and no robot").help("write it into the spec of a robot"));
+        }
         for (s, _) in expanded.scenarios.iter().filter(|(s, _)| !runs_mission(s)) {
             let text = format!("the scenario `{}` has nothing to run", s.name.value);
             let d = Diagnostic::missing_keys(["mission"], s.name.span, text)

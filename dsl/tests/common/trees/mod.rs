@@ -75,6 +75,7 @@ fn item() -> BoxedStrategy<ItemKind> {
         1 => import().prop_map(ItemKind::Import),
         1 => robot,
         1 => repeat(nested),
+        1 => block().prop_map(|body| ItemKind::Coverage(Coverage { body })),
         1 => block().prop_map(|body| ItemKind::Run(Run { body })),
     ]
     .boxed()
@@ -98,10 +99,13 @@ fn unique(items: Vec<(ItemKind, Comments)>) -> Vec<Item> {
         ItemKind::Human(h) => (13, h.name.value.clone()),
         ItemKind::Mission(m) => (14, m.name.value.clone()),
         ItemKind::For(_) => (7, String::new()),
+        ItemKind::Coverage(_) => (16, String::new()),
         ItemKind::Run(_) => (4, String::new()),
         ItemKind::Allow(a) => (15, a.code.value.clone()),
     };
-    let new = items.into_iter().filter(|(kind, _)| matches!(kind, ItemKind::For(_)) || seen.insert(distinct(kind)));
+    let new = items
+        .into_iter()
+        .filter(|(kind, _)| matches!(kind, ItemKind::For(_) | ItemKind::Coverage(_)) || seen.insert(distinct(kind)));
     new.map(|(kind, comments)| Item { kind, comments, span: Span::default() }).collect()
 }
 
