@@ -19,7 +19,7 @@ const PUSHED: &str =
     "task table = virtual_wall(gripper) { through [[0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]] m  sampled_margin auto }
 task led = frame_position(tool) { position initial(position) + [0, 0, 0.1] m * sin(2*pi*t/(20 s)) }
 stack s {
-  level limits hard { joint_velocity_limits  table  joint_acceleration_limits }
+  level limits hard { joint_position_limits  joint_velocity_limits  table  joint_acceleration_limits }
   level motion { led }
   level rest { joint_position { target { all 0.3 rad } } }
 }
@@ -110,7 +110,7 @@ fn pairs_touch_as_often_as_their_margins_say() {
     let apart = "task apart = self_collision { between link_2  and link_5  d_min 0 m }\n";
     let stack = |limits: &str| {
         format!(
-            "task led = hold(tool)\n{apart}stack s {{ level limits hard {{ joint_velocity_limits  {limits} }}  level motion {{ led }} }}\nrun {{ stack s  duration 1 s }}\n"
+            "task led = hold(tool)\n{apart}stack s {{ level limits hard {{ joint_position_limits  joint_velocity_limits  {limits} }}  level motion {{ led }} }}\nrun {{ stack s  duration 1 s }}\n"
         )
     };
     let (mut touching, mut all) = (0, 0);

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use dsl::Diagnostic;
 use runtime::{Controller, Member};
 use solver::contradiction::{RowIndex, contradiction};
-use stdlib_tasks::dimension::{ANGLE, ANGULAR_VELOCITY, Dimension, LENGTH, VELOCITY};
+use stdlib_tasks::dimension::{
+    ACCELERATION, ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dimension, LENGTH, VELOCITY,
+};
 
 use super::{Checked, limit};
 use crate::units::shown;
@@ -43,12 +45,12 @@ pub(super) fn blame(c: &Checked, controller: &Controller, level: usize, mut d: D
     d.note("the labelled rows contradict each other; without any one of them, the others can be met")
 }
 
-/// Formats a velocity along a row, to three digits, in the units in which joints are written.
+/// Formats the bound of a row, which is a velocity whatever the row limits, to three digits.
 fn rate(x: f64, dimension: Dimension) -> String {
     let x = format!("{x:.2e}").parse().unwrap_or(x);
     match dimension {
-        LENGTH | VELOCITY => shown(x, VELOCITY),
-        ANGLE | ANGULAR_VELOCITY => shown(x, ANGULAR_VELOCITY),
+        LENGTH | VELOCITY | ACCELERATION => shown(x, VELOCITY),
+        ANGLE | ANGULAR_VELOCITY | ANGULAR_ACCELERATION => shown(x, ANGULAR_VELOCITY),
         other => format!("{}/s", shown(x, other)),
     }
 }

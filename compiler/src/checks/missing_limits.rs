@@ -13,8 +13,9 @@ use runtime::program::{MemberProgram, Program, StackProgram};
 use stdlib_tasks::kinds::{joint_position_limits, joint_velocity, joint_velocity_limits};
 use stdlib_tasks::task::RowKind;
 
-use super::{Checked, accelerations};
+use super::{Checked, accelerations, coverage};
 use crate::analysis::stacks::Signals;
+use crate::demands::JointQuantity;
 
 /// Coefficient of a row up to which a joint has no part in it.
 const NOTHING: f64 = 1e-9;
@@ -28,6 +29,9 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
         let bounds = [Quantity::Velocity, Quantity::Position].map(|q| (q, Bounds::of(c, stack, q)));
         let Some(moved) = Moved::of(c, stack, &bounds[1].1) else { continue };
         let open = bounds.map(|(quantity, bounds)| Open::new(c.program, quantity, bounds, &moved));
+        // A `coverage` that demands these limits reports what is missing, and says whether they may be soft.
+        let open: Vec<Open> =
+            open.into_iter().filter(|o| !coverage::demands_of_joints(c, stack, o.quantity.demanded())).collect();
         let (name, levels) = &c.places.stacks[stack];
         let at = |level: Option<usize>| level.and_then(|k| levels.get(k)).copied().unwrap_or(*name);
         // A derived stack has a copy of the original's text, so spans are compared in the original source.
@@ -67,6 +71,14 @@ impl Quantity {
         match self {
             Quantity::Velocity => joint_velocity_limits::KIND.name,
             Quantity::Position => joint_position_limits::KIND.name,
+        }
+    }
+
+    /// The quantity in a `coverage`.
+    fn demanded(self) -> JointQuantity {
+        match self {
+            Quantity::Velocity => JointQuantity::Velocity,
+            Quantity::Position => JointQuantity::Position,
         }
     }
 

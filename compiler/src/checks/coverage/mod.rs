@@ -13,7 +13,7 @@ use stdlib_tasks::task::RowKind;
 pub use table::{Firmness, Guard, Hold, JointCoverage, KeptFrom, PersonPoint, StackCoverage};
 
 use super::Checked;
-use crate::demands::{CoverageDemands, Demand, Demanded};
+use crate::demands::{CoverageDemands, Demand, Demanded, JointQuantity};
 use atoms::{Atom, atoms, held};
 use report::Gap;
 
@@ -60,6 +60,15 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
         }
     }
     repetitions(&earlier, out);
+}
+
+/// True if a coverage demands limits of all joints of a stack, so that this check says what is missing.
+pub(super) fn demands_of_joints(c: &Checked, stack: usize, quantity: JointQuantity) -> bool {
+    let covers = |coverage: &&CoverageDemands| {
+        coverage.stacks.as_ref().is_none_or(|named| named.iter().any(|of| of.stacks.contains(&stack)))
+    };
+    let demands = |d: &Demand| matches!(d.of, Demanded::Joints(of, None) if of == quantity);
+    c.places.coverage.iter().filter(covers).any(|coverage| coverage.demands.iter().any(demands))
 }
 
 /// Coverage of stacks, computed once for each.

@@ -29,7 +29,7 @@ pub(super) fn check(c: &Checked, deep: &Deep, out: &mut Vec<Diagnostic>) -> Samp
     let moves = |s: &usize| c.program.stacks[*s].locked.len() < model.nv();
     let stacks: Vec<usize> = stacks.into_iter().filter(moves).collect();
     let work = Work { deep, done: AtomicUsize::new(0), total: deep.postures * (stacks.len() + 1) };
-    let mut told: BTreeSet<usize> = BTreeSet::new();
+    let mut told: BTreeSet<Vec<usize>> = BTreeSet::new();
     let mut sampled = Sampled { seed: deep.seed, ..Sampled::default() };
     for stack in stacks {
         sampled.stacks.push(postures::check(c, &work, stack, &mut told, out));

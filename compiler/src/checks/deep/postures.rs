@@ -1,6 +1,7 @@
 //! The hard levels of a stack at sampled postures, for a robot at rest: whether they can be met. And the freedom that the
 //! targets of each level leave to the levels below.
 
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::Diagnostic;
@@ -44,6 +45,20 @@ struct Tally {
     infeasible: BTreeMap<(usize, Vec<usize>), Infeasible>,
     /// For each level, the number of postures by the freedom there.
     freedom: Vec<BTreeMap<usize, usize>>,
+}
+
+impl Tally {
+    /// Number of postures at which a hard level cannot be met.
+    fn infeasible(&self) -> usize {
+        self.infeasible.values().map(|i| i.count).sum()
+    }
+}
+
+/// Tasks that contradict each other on a level.
+struct Contradiction<'t> {
+    level: usize,
+    tasks: &'t [usize],
+    found: &'t Infeasible,
 }
 
 /// Postures at which the same tasks contradict each other.
@@ -135,7 +150,7 @@ pub(super) fn check(
     c: &Checked,
     work: &Work,
     stack: usize,
-    told: &mut BTreeSet<usize>,
+    told: &mut BTreeSet<Vec<usize>>,
     out: &mut Vec<Diagnostic>,
 ) -> SampledStack {
     let workers = work.share(c.program, || Worker::new(c.program, stack), |worker, k, q| worker.examine(k, q));
@@ -151,13 +166,16 @@ pub(super) fn check(
             of_level.into_iter().for_each(|(freedom, count)| *sum.entry(freedom).or_default() += count);
         }
     }
-    let infeasible: usize = all.infeasible.values().map(|i| i.count).sum();
-    for ((level, tasks), found) in &all.infeasible {
-        if !tasks.iter().any(|t| told.insert(*t)) {
-            continue;
-        }
-        out.push(cannot_be_met(c, stack, *level, tasks, found, all.inside, work.deep.seed));
+    // The most frequent contradiction of the first level stands for the others; once for stacks that share it.
+    let first = all.infeasible.keys().map(|(level, _)| *level).min();
+    let of_first = all.infeasible.iter().filter(|((level, _), _)| Some(*level) == first);
+    if let Some(((level, tasks), found)) = of_first.max_by_key(|(_, i)| (i.count, Reverse(i.first)))
+        && told.insert(tasks.clone())
+    {
+        let worst = Contradiction { level: *level, tasks, found };
+        out.push(cannot_be_met(c, stack, &worst, &all, work.deep.seed));
     }
+    let infeasible = all.infeasible();
     let levels = c.program.stacks[stack].levels.iter().zip(all.freedom);
     SampledStack {
         name: c.program.stacks[stack].name.clone(),
@@ -168,24 +186,24 @@ pub(super) fn check(
     }
 }
 
-fn cannot_be_met(
-    c: &Checked,
-    stack: usize,
-    level: usize,
-    tasks: &[usize],
-    found: &Infeasible,
-    inside: usize,
-    seed: u64,
-) -> Diagnostic {
+fn cannot_be_met(c: &Checked, stack: usize, worst: &Contradiction, all: &Tally, seed: u64) -> Diagnostic {
+    let Contradiction { level, tasks, found } = *worst;
+    let infeasible = all.infeasible();
     let name = &c.program.stacks[stack].levels[level].name;
     let at = c.places.stacks[stack].1[level];
     let text = format!(
         "hard level `{name}` cannot be met at {} of the sampled postures inside the limits",
-        share(found.count, inside)
+        share(infeasible, all.inside)
     );
     let mut d = Diagnostic::warning("HQ0590", at, text);
     for &task in tasks {
         d = d.label(limit(c.places, task), "takes part in the contradiction");
+    }
+    if found.count < infeasible {
+        d = d.note(format!(
+            "the labelled tasks contradict each other at {} of these postures",
+            share(found.count, infeasible)
+        ));
     }
     let q = super::posture(c.program, seed, found.first);
     let dofs = c.program.robot.model.dofs.iter().filter_map(|dof| Some((&dof.name, *q.get(dof.q_index?)?)));
