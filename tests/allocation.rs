@@ -25,7 +25,8 @@ fn a_tick_allocates_nothing() {
         let mut controller = Controller::new(&program).expect("it can be executed");
         let mut robot = SimulatedRobot::new(&program);
         let ticks = (program.run.duration / program.robot.period).round() as usize;
-        let needs = controller.evaluator().needs().to_vec();
+        let of_people = |s: &usize| program.interface.signals[*s].motion.is_some();
+        let needs: Vec<usize> = controller.evaluator().needs().iter().copied().filter(of_people).collect();
         for k in 0..ticks {
             let observation = Observation { time: k as f64 * program.robot.period, q: robot.measure() };
             let before = allocations::so_far();

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::{Diagnostic, Help, Snippet};
 use robot::geometry::{Degenerate, closest};
-use robot::{Data, LinkId, Model};
+use robot::{Data, LinkId, Model, PlacedShape};
+use runtime::text::number;
 use stdlib_tasks::protection::{Hazard, Protection};
 
 use super::{Checked, Work, share};
@@ -44,7 +45,7 @@ pub(super) fn check(c: &Checked, work: &Work, out: &mut Vec<Diagnostic>) -> Opti
             })
             .collect();
         found.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
-        out.extend(warning(c, &found, postures));
+        out.extend(warning(c, &found, &data, postures));
         return Some(found.len());
     }
     None
@@ -86,19 +87,24 @@ fn guarded(c: &Checked) -> BTreeSet<Pair> {
     guarded
 }
 
-/// True if two links overlap.
-fn touch(model: &Model, data: &Data, [a, b]: Pair) -> bool {
+/// Distance of two links (m), not above zero if they overlap.
+fn distance(model: &Model, data: &Data, [a, b]: Pair) -> f64 {
     let (on_a, on_b) = (&model.link_ref(a).collision, &model.link_ref(b).collision);
     let (at_a, at_b) = (data.pose(a), data.pose(b));
-    on_a.iter().any(|s| {
-        on_b.iter().any(|t| match closest(&s.shape, &(at_a * s.origin), &t.shape, &(at_b * t.origin)) {
-            Ok(found) => found.distance <= 0.0,
-            Err(Degenerate::Touching) => true,
-        })
-    })
+    let apart =
+        |s: &PlacedShape, t: &PlacedShape| match closest(&s.shape, &(at_a * s.origin), &t.shape, &(at_b * t.origin)) {
+            Ok(found) => found.distance,
+            Err(Degenerate::Touching) => 0.0,
+        };
+    on_a.iter().flat_map(|s| on_b.iter().map(move |t| apart(s, t))).fold(f64::INFINITY, f64::min)
 }
 
-fn warning(c: &Checked, found: &[(usize, Pair)], postures: usize) -> Option<Diagnostic> {
+/// True if two links overlap.
+fn touch(model: &Model, data: &Data, pair: Pair) -> bool {
+    distance(model, data, pair) <= 0.0
+}
+
+fn warning(c: &Checked, found: &[(usize, Pair)], home: &Data, postures: usize) -> Option<Diagnostic> {
     let model = &c.program.robot.model;
     let name = |l: LinkId| &model.link_ref(l).name;
     let stack = *c.program.run_stacks().first()?;
@@ -127,12 +133,15 @@ fn warning(c: &Checked, found: &[(usize, Pair)], postures: usize) -> Option<Diag
         of.entry(*b).or_default().insert(*a);
     }
     let (one, others) = of.into_iter().max_by_key(|(l, others)| (others.len(), std::cmp::Reverse(*l)))?;
+    // A distance that holds at home, or the proposal would be an error.
+    let nearest = others.iter().map(|&l| distance(model, home, [one, l])).fold(f64::INFINITY, f64::min);
+    let d_min = number((500.0 * nearest).floor().clamp(1.0, 20.0));
     let others: Vec<&str> = others.into_iter().map(|l| name(l).as_str()).collect();
     Some(d.help(Help::with(
         "keep them apart on a hard level, beginning with {}; with `sampled_margin auto` also between two ticks",
         [Snippet::each(
-            format!("self_collision {{ between {}  and [{}]  d_min 0.02 m }}", name(one), others.join(", ")),
-            format!("self_collision: {{ between: {}, and: [{}], d_min: 0.02 m }}", name(one), others.join(", ")),
+            format!("self_collision {{ between {}  and [{}]  d_min {d_min} mm }}", name(one), others.join(", ")),
+            format!("self_collision: {{ between: {}, and: [{}], d_min: {d_min} mm }}", name(one), others.join(", ")),
         )],
     )))
 }
