@@ -3,7 +3,7 @@
 
 use crate::common;
 
-use common::{DEEP, annotated, compile_text, compile_text_deep, examples, whole};
+use common::{POSTURES, annotated, compile_text, compile_text_deep, examples, whole};
 use dsl::codes::{Page, Part};
 use dsl::{Severity, Syntax};
 use hierarq_compiler::{Compiled, codes};
@@ -28,7 +28,7 @@ fn compiled(page: &Page, part: &Part) -> Compiled {
     }
     let text = if alone { text.to_string() } else { whole(text, syntax, true, true) };
     if codes::is_deep(page.code) {
-        return compile_text_deep(&text, syntax, &examples(), DEEP);
+        return compile_text_deep(&text, syntax, &examples(), POSTURES, 0);
     }
     compile_text(&text, syntax, &examples(), &[])
 }

@@ -27,8 +27,8 @@ pub struct Case {
     pub deep: bool,
 }
 
-/// Number of random postures, and their seed, of cases and pages.
-pub const DEEP: (usize, u64) = (300, 0);
+/// Number of random postures of cases and pages; their seed is 0.
+pub const POSTURES: usize = 300;
 
 /// Parses the cases of a file: `==== [N] title`, lines `!set NAME=VALUE`, `!deep` (random postures too), `!alone` (nothing is added) or `!robot` (only
 /// the robot is added), the spec, then files, each after `---- NAME`.
@@ -133,7 +133,7 @@ pub fn compile_text(text: &str, syntax: Syntax, folder: &Path, set: &[(String, S
 }
 
 /// The same, with the checks at a number of random postures that a seed determines.
-pub fn compile_text_deep(text: &str, syntax: Syntax, folder: &Path, (postures, seed): (usize, u64)) -> Compiled {
+pub fn compile_text_deep(text: &str, syntax: Syntax, folder: &Path, postures: usize, seed: u64) -> Compiled {
     let deep = Deep { postures, seed, progress: &|_, _| {} };
     compile_deep(&Input { name: "spec", text, syntax, folder, set: &[], package_paths: &[] }, &deep)
 }
@@ -142,7 +142,7 @@ impl Case {
     /// Compiles the case, in a folder of its own if it has files.
     pub fn compile(&self) -> Compiled {
         if self.deep {
-            return compile_text_deep(&self.text, self.syntax, &examples(), DEEP);
+            return compile_text_deep(&self.text, self.syntax, &examples(), POSTURES, 0);
         }
         if self.files.is_empty() {
             return compile_text(&self.text, self.syntax, &examples(), &self.set);
