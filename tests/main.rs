@@ -26,6 +26,7 @@ mod labels;
 mod layers_scenarios;
 mod learn;
 mod lsp;
+mod look_ahead;
 mod machine;
 mod mission_driven;
 mod mission_scenarios;

@@ -2,6 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Tolerance of a limit, in the unit of its row: a margin below minus this counts as violated. The reference ends a
+/// tick on the limit up to rounding.
+pub(crate) const PASSED: f64 = 1e-6;
+
 /// A fault. The robot stands still at the tick at which one is found, which keeps every static limit whose margin is
 /// not negative (mathematics, velocity scaling of limits). A machine that has a transition for the fault continues from
 /// there. Otherwise the robot stands still until the controller is restarted. [`crate::Controller::describe`] names the

@@ -10,6 +10,7 @@ pub mod csv;
 pub mod evaluator;
 pub mod expect;
 pub mod fault;
+pub mod feasibility;
 mod human_tracking;
 mod locked_joint_motion;
 pub mod missions;

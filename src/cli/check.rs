@@ -55,6 +55,9 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
             let mut data = report.to_json();
             data["file"] = json!(path.display().to_string());
             data["ok"] = json!(!bad);
+            if let Some(program) = &compiled.program {
+                data["feasibility"] = json!(runtime::feasibility::of_stacks(program));
+            }
             if let Some(sampled) = &compiled.sampled {
                 data["sampled"] = sampled::data(sampled, a.postures as usize);
             }

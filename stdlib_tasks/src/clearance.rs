@@ -99,7 +99,7 @@ fn step(joint: &Joint, speed: &[f64]) -> Step {
 }
 
 /// Largest distance of a sliding joint from its origin, in m.
-pub(crate) fn stroke(model: &Model, joint: &Joint) -> f64 {
+pub fn stroke(model: &Model, joint: &Joint) -> f64 {
     if joint.kind != JointKind::Prismatic {
         return 0.0;
     }

@@ -1,4 +1,4 @@
-//! SampledMargin of rows of curved distances against sampling in time.
+//! Reserve of rows of curved distances against sampling in time.
 //!
 //! `δ = A T / (2 φ)`, with the acceleration bound A of [`crate::clearance`], enters a row as `φ δ = A T / 2`: a rate
 //! that does not depend on φ, so that a margin computed by `auto` follows a gain that moves.
@@ -25,6 +25,8 @@ pub fn is_ball(shape: &Shape) -> bool {
 /// Loss of curved rows by sampling in time, and the margin that is kept against it.
 pub struct SampledMargin {
     auto: bool,
+    /// True if no reserve is written: on a hard level, the margins after each tick are then looked at.
+    pub looks_ahead: bool,
     /// A T / 2 of each row, in m/s.
     half_bounds: Vec<f64>,
     /// The same while locked joints come to rest.
@@ -43,7 +45,7 @@ impl SampledMargin {
     /// # Errors
     /// The margin is `auto`, and nothing bounds the curvature of a row.
     pub fn new(
-        auto: Auto,
+        written: Option<Auto>,
         gain: Input<1>,
         names: &[&str],
         acceleration_bound_of: &dyn Fn(usize, &[f64]) -> f64,
@@ -54,17 +56,19 @@ impl SampledMargin {
         let entry_bounds: Vec<f64> = (0..names.len()).map(|i| acceleration_bound_of(i, ctx.entry_speed)).collect();
         let loss: Vec<f64> = bounds.iter().map(|&a| clearance::loss(a, ctx.period, gain)).collect();
         let half = |bounds: &[f64]| bounds.iter().map(|&a| 0.5 * a * ctx.period).collect();
-        let kept = match auto {
-            Auto::Given(x) => vec![x.of(ctx.values)[0]; loss.len()],
+        let kept = match written {
+            None => vec![0.0; loss.len()],
+            Some(Auto::Given(x)) => vec![x.of(ctx.values)[0]; loss.len()],
             // Locked joints that still move only increase the bound.
-            Auto::Auto => match entry_bounds.iter().position(|a| !a.is_finite()) {
+            Some(Auto::Auto) => match entry_bounds.iter().position(|a| !a.is_finite()) {
                 None => loss.clone(),
                 Some(i) => return Err(unbounded(names[i], &|speed| acceleration_bound_of(i, speed), ctx)),
             },
         };
         let (half_bounds, entry_half_bounds) = (half(&bounds), half(&entry_bounds));
         Ok(SampledMargin {
-            auto: auto == Auto::Auto,
+            auto: written == Some(Auto::Auto),
+            looks_ahead: written.is_none(),
             half_bounds,
             entry_half_bounds,
             locked_joints_moving: false,
@@ -100,7 +104,7 @@ fn unbounded(name: &str, acceleration_bound: &dyn Fn(&[f64]) -> f64, ctx: &Conte
     if !acceleration_bound(&known).is_finite() {
         let text = format!("`auto` has no bound for `{name}`: a joint on the way to it slides without position limits");
         return BuildError::new("sampled_margin", text).help(
-            "give that joint `lower` and `upper` under `limits` of the robot, or write a length instead of `auto`",
+            "give that joint `lower` and `upper` under `limits` of the robot, or leave `sampled_margin` out: the limit then looks ahead",
         );
     }
     let open: Vec<usize> = (0..ctx.entry_speed.len()).filter(at_fault).collect();
@@ -113,7 +117,7 @@ fn unbounded(name: &str, acceleration_bound: &dyn Fn(&[f64]) -> f64, ctx: &Conte
             shown.join(", ")
         );
         return BuildError::new("sampled_margin", text)
-            .help("put `joint_velocity_limits` on a hard level of every stack that moves it, or write a length instead of `auto`");
+            .help("put `joint_velocity_limits` on a hard level of every stack that moves it, or leave `sampled_margin` out: the limit then looks ahead");
     }
     let more = open.len().saturating_sub(shown.len());
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
@@ -123,6 +127,6 @@ fn unbounded(name: &str, acceleration_bound: &dyn Fn(&[f64]) -> f64, ctx: &Conte
     );
     BuildError::new("sampled_margin", text).help(
         "put `joint_velocity_limits` on a hard level, this one or one above it, with `max` for joints that have no \
-         speed limit of their own; or write a length instead of `auto`",
+         speed limit of their own; or leave `sampled_margin` out: the limit then looks ahead",
     )
 }

@@ -296,6 +296,23 @@ pub trait Task: Send {
         Vec::new()
     }
 
+    /// True for a limit whose margins after each tick are looked at if it is on a hard level: see [`Task::margin_after`].
+    fn looks_ahead(&self) -> bool {
+        false
+    }
+
+    /// For a limit that looks ahead: largest distance in m from the origin of its link to a point of a part that it
+    /// keeps from something.
+    fn extent(&self) -> f64 {
+        0.0
+    }
+
+    /// For a limit that looks ahead: margin `h` of a row after a period (s), in the row's unit. `next` is the state there,
+    /// with the parameters of this tick and their rates. Never allocates.
+    fn margin_after(&self, _next: &State, _row: usize, _period: f64) -> f64 {
+        f64::INFINITY
+    }
+
     /// For a task whose row `i` is always the velocity of a single degree of freedom: the degrees of freedom. The owner
     /// of the rows writes their coefficients once, all of them 1, and `update` does not write them.
     fn degrees_of_freedom(&self) -> Option<Vec<usize>> {

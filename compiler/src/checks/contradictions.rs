@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use dsl::Diagnostic;
-use runtime::{Controller, Member};
+use runtime::Member;
+use solver::Problem;
 use solver::contradiction::{RowIndex, contradiction};
 use stdlib_tasks::dimension::{
     ACCELERATION, ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, Dimension, LENGTH, VELOCITY,
@@ -12,11 +13,23 @@ use stdlib_tasks::dimension::{
 use super::{Checked, limit};
 use crate::units::shown;
 
-/// Labels the tasks that take part, after a tick of `controller` at which the hard level `level` could not be met.
-pub(super) fn blame(c: &Checked, controller: &Controller, level: usize, mut d: Diagnostic) -> Diagnostic {
-    let (problem, members) = (controller.problem(), controller.evaluator().members());
+/// A hard level that could not be met.
+pub(super) struct Unmet<'p> {
+    /// The problem.
+    pub problem: &'p Problem,
+    /// Tasks that wrote its rows.
+    pub members: &'p [Member],
+    /// Index of the level.
+    pub level: usize,
+    /// Its compromise: the velocities that violate its rows least.
+    pub x: &'p [f64],
+}
+
+/// Labels the tasks that take part.
+pub(super) fn blame(c: &Checked, unmet: &Unmet, mut d: Diagnostic) -> Diagnostic {
+    let Unmet { problem, members, level, x } = *unmet;
     let mut of_tasks: BTreeMap<usize, Vec<String>> = BTreeMap::new();
-    for RowIndex { level, row } in contradiction(problem, level, &controller.solution().x) {
+    for RowIndex { level, row } in contradiction(problem, level, x) {
         let owner = members.iter().find(|m| m.level == level && m.rows.contains(&row));
         let Some((m, info)) = owner.and_then(|m: &Member| Some((m, m.row_info.get(row - m.rows.start)?))) else {
             continue;

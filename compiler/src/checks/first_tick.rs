@@ -14,6 +14,7 @@ use stdlib_tasks::kinds::{joint_acceleration_limits, joint_position_limits, join
 use stdlib_tasks::task::{RowInfo, RowKind};
 
 use super::{Checked, contradictions, entries, fixed_above, limit, number, place};
+use super::contradictions::Unmet;
 use crate::analysis::postures::alone;
 use crate::analysis::stacks::Prepared;
 use crate::binding::Number;
@@ -198,7 +199,7 @@ fn anywhere(program: &Program, evaluator: &Evaluator, fault: &Fault) -> bool {
 }
 
 /// Help for a hard level that cannot be met. Limits of joints are what the robot can do, so other tasks give way.
-fn relaxed(program: &Program, stack: usize, level: usize) -> &'static str {
+pub(super) fn relaxed(program: &Program, stack: usize, level: usize) -> &'static str {
     let levels = &program.stacks[stack].levels;
     let of_joints = |m: &MemberProgram| {
         let kind = program.tasks[m.task].kind.as_str();
@@ -238,7 +239,9 @@ impl FirstTick {
         let text = self.fault.as_ref().map(|f| self.controller.describe(f)).unwrap_or_default();
         let d = Diagnostic::error("HQ0504", c.places.stacks[stack].1[level], format!("{place}, {text}"));
         let d = if at_home { d.label(c.places.home, "the robot starts here") } else { d };
-        let d = contradictions::blame(c, &self.controller, level, d);
+        let (problem, members) = (self.controller.problem(), self.controller.evaluator().members());
+        let x = &self.controller.solution().x;
+        let d = contradictions::blame(c, &Unmet { problem, members, level, x }, d);
         diagnostics.push(d.note("a hard level has no slack, so the first tick would be a fault").help(
             if c.program.stacks[stack].levels[level].damping > 0.0 {
                 "remove the level's `damping`: a damped level does not meet its rows exactly, and a hard level must"
@@ -329,14 +332,14 @@ fn reserves(evaluator: &Evaluator, program: &Program, places: &SourceMap, diagno
 fn smaller_reserve(margin: f64, reserve: f64, period: f64) -> String {
     let share = margin / reserve;
     if share < 1e-3 {
-        return "start further away, lower the speed limits, or raise the rate".to_string();
+        return "start further away, lower the speed limits, raise the rate, or leave `sampled_margin` out, so that the limit looks ahead".to_string();
     }
     // Rounded so that the advice suffices.
     let slower = (share.sqrt() * 100.0).floor();
     let rate = (1.0 / (period * share)).ceil();
     format!(
         "start further away; or lower the speed limits of all joints to {slower} % of what they are, or raise the rate to \
-         {rate} Hz, and the reserve is as small as the margin"
+         {rate} Hz, and the reserve is as small as the margin; or leave `sampled_margin` out, so that the limit looks ahead"
     )
 }
 

@@ -15,6 +15,7 @@ mod fixed_above;
 mod ineffective;
 mod inert_limits;
 mod kept_distances;
+mod large_reserves;
 mod machine;
 mod magnitudes;
 mod missing_limits;
@@ -24,7 +25,6 @@ mod postures;
 mod reachability;
 mod readings;
 mod safety_planners;
-mod sampled_loss;
 mod scenario_start;
 mod scenarios;
 mod sensors;
@@ -78,7 +78,7 @@ static CHECKS: &[(On, Check)] = &[
     (On::AnyProgram, built_stacks::check),
     (On::GoodProgram, accelerations::check),
     (On::GoodProgram, braking::check),
-    (On::GoodProgram, sampled_loss::check),
+    (On::GoodProgram, large_reserves::check),
     (On::GoodProgram, soft_limits::check),
     (On::GoodProgram, |c, out| conflicting_targets::check(c.program, c.places, out)),
     (On::GoodProgram, magnitudes::checks),

@@ -1,15 +1,18 @@
-//! Warns of scenarios whose start violates the hard limits of the first stack, with people at their true positions.
+//! Warns of scenarios whose start violates the hard limits of the first stack, with people at their true positions, or at
+//! whose start these limits contradict each other.
 
 use dsl::{Diagnostic, Span};
 use runtime::program::{Op, Program, ScenarioProgram, Subject, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
 use runtime::world::World;
 use runtime::{Member, TickInputs};
+use solver::{HierarchicalSolver, Problem, Solution, Status};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::expression::Leaf;
 
-use super::{Checked, entries};
+use super::contradictions::{self, Unmet};
+use super::{Checked, entries, first_tick};
 use crate::analysis::stacks::Prepared;
 use crate::source_map::ScenarioPlaces;
 use crate::units::shown;
@@ -25,7 +28,7 @@ pub(super) fn check(c: &Checked, diagnostics: &mut Vec<Diagnostic>) {
     for (scenario, ScenarioPlaces { start: at, .. }) in c.program.scenarios.iter().zip(&c.places.scenarios) {
         let Some(mut start) = Start::new(c, scenario) else { continue };
         // The search for a better start moves the robot, and comes last.
-        let outside = outside(c.program, scenario, &start, *at);
+        let outside = outside(c.program, scenario, &start, *at).or_else(|| start.contradiction(c, scenario, *at));
         diagnostics.extend(start.fields(c.program, scenario, *at).or(outside));
         c.stacks.give(start.stack, start.prepared);
     }
@@ -95,6 +98,28 @@ impl Start {
     fn at(&mut self, q: &[f64]) -> Option<()> {
         let Prepared { evaluator, problem } = &mut self.prepared;
         evaluator.update(q, inputs(&self.signals, &self.velocity), problem).ok().map(drop)
+    }
+
+    /// Warns of a hard level that cannot be met at the start, where the robot is inside of its limits.
+    fn contradiction(&self, c: &Checked, scenario: &ScenarioProgram, at: Span) -> Option<Diagnostic> {
+        let Prepared { evaluator, problem } = &self.prepared;
+        let last = problem.levels.iter().rposition(|l| l.hard)?;
+        let hard = Problem { levels: problem.levels[..=last].to_vec(), ..problem.clone() };
+        let mut solution = Solution::new(&hard);
+        c.program.run.solver.solver(&hard).solve(&hard, &mut solution);
+        let Status::Infeasible { level } = solution.status else { return None };
+        let stack = &c.program.stacks[self.stack];
+        let text = format!(
+            "scenario `{}` starts where the hard level `{}` of stack `{}` cannot be met",
+            scenario.name, stack.levels[level].name, stack.name
+        );
+        let d = Diagnostic::warning("HQ0504", at, text);
+        let unmet = Unmet { problem: &hard, members: evaluator.members(), level, x: &solution.x };
+        Some(
+            contradictions::blame(c, &unmet, d)
+                .note("a hard level has no slack, so the first tick would be a fault")
+                .help(format!("give the scenario another `start`, or {}", first_tick::relaxed(c.program, self.stack, level))),
+        )
     }
 
     /// The safety field that a member of the stack keeps above a constant minimum; `None` for other members.

@@ -30,6 +30,7 @@
 
 use solver::{HierarchicalSolver, LevelShape, Problem, Solution, Status};
 
+use super::look_ahead::{At, LookAhead};
 use crate::evaluator::{Evaluator, LevelRows, TickInputs};
 use crate::fault::Fault;
 use crate::program::Program;
@@ -40,6 +41,8 @@ pub(super) const STANDS: f64 = 1e-9;
 /// The tick whose velocity is blended.
 #[derive(Clone, Copy)]
 pub(super) struct Tick<'t> {
+    /// Configuration of the evaluator's last update.
+    pub q: &'t [f64],
     /// Inputs of the tick.
     pub inputs: TickInputs<'t>,
     /// True if the blend goes on after it.
@@ -136,11 +139,20 @@ impl Blend {
 
     /// Computes the velocity nearest to the reference among those that meet the levels of `stack` that hold during a blend,
     /// or at a late tick the hard levels. Locked joints come to rest, at once if these levels allow nothing else.
-    pub(super) fn nearest(&mut self, evaluator: &Evaluator, stack: &Problem, of: Tick) -> Result<(), Fault> {
+    pub(super) fn nearest(
+        &mut self,
+        evaluator: &Evaluator,
+        stack: &Problem,
+        of: Tick,
+        look_ahead: &mut LookAhead,
+    ) -> Result<(), Fault> {
         self.between(evaluator, stack, of, false);
         if self.locked_joints_moving && matches!(self.solution.status, Status::Infeasible { .. }) {
             self.between(evaluator, stack, of, true);
         }
+        let Blend { problem, solution, solver, .. } = self;
+        let at = At { evaluator, q: of.q, above: 1 };
+        look_ahead.hold(at, problem, solution, |problem, solution| solver.solve(problem, solution))?;
         for &dof in evaluator.locked() {
             if self.solution.x[dof].abs() <= STANDS {
                 self.solution.x[dof] = 0.0;

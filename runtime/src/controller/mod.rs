@@ -13,6 +13,7 @@ mod blend;
 mod describe;
 mod guards;
 mod hard_limits;
+mod look_ahead;
 mod machine;
 mod machine_actions;
 mod measured;

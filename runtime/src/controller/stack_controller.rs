@@ -21,6 +21,7 @@ use stdlib_tasks::task::RowKind;
 
 use super::blend::{Blend, STANDS, Tick, usable};
 use super::hard_limits::HardLimits;
+use super::look_ahead::{At, LookAhead};
 use crate::evaluator::{Evaluator, TickInputs};
 use crate::fault::Fault;
 use crate::program::{LevelProgram, Program, ProgramError, StackProgram};
@@ -37,6 +38,7 @@ pub struct StackController {
     /// Index of the stack in the program.
     index: usize,
     hard_limits: HardLimits,
+    look_ahead: LookAhead,
     /// Number of ticks since the stack was entered.
     ticks: u64,
     /// True if the hierarchy was not solved in time at the last tick.
@@ -118,6 +120,7 @@ impl StackController {
             value_names: value_names(program, stack_program),
             blend,
             hard_limits: HardLimits::new(&evaluator, program, stack_program),
+            look_ahead: LookAhead::new(&evaluator, stack_program, program.robot.period),
             index: stack,
             ticks: 0,
             late: false,
@@ -198,6 +201,12 @@ impl StackController {
         self.late
     }
 
+    /// Returns true if the robot moved more slowly at the last tick than the hierarchy asks for, because a limit would have
+    /// been passed otherwise.
+    pub fn is_slowed(&self) -> bool {
+        self.look_ahead.slowed
+    }
+
     /// Returns true if the velocity of the last tick is a blended one.
     fn is_between(&self) -> bool {
         self.blend.duration > 0.0 || self.blend.locked_joints_moving
@@ -246,9 +255,14 @@ impl StackController {
         self.late = !self.solve_hierarchy(q, inputs)?;
         self.blend.goes_on = false;
         if self.late {
-            self.make_do(inputs, before)?;
+            self.make_do(q, inputs, before)?;
         } else if self.is_between() {
-            self.go_over(inputs)?;
+            self.go_over(q, inputs)?;
+        } else {
+            self.late = !self.hold(q)?;
+            if self.late {
+                self.make_do(q, inputs, before)?;
+            }
         }
         self.ticks += 1;
         Ok(())
@@ -269,8 +283,19 @@ impl StackController {
         Ok(true)
     }
 
+    /// Changes the answer until no limit that looks ahead is passed before the next tick. Returns false if time ran out.
+    fn hold(&mut self, q: &[f64]) -> Result<bool, Fault> {
+        let StackController { evaluator, problem, solution, solver, look_ahead, .. } = self;
+        let at = At { evaluator, q, above: 0 };
+        look_ahead.hold(at, problem, solution, |problem, solution| solver.solve_again(problem, solution))?;
+        if matches!(solution.status, Status::OutOfTime { .. }) {
+            return Ok(false);
+        }
+        usable(solution, evaluator).map(|()| true)
+    }
+
     /// Computes the velocity of a late tick, the first one or a further one in a row: see the head of the file.
-    fn make_do(&mut self, inputs: TickInputs, again: bool) -> Result<(), Fault> {
+    fn make_do(&mut self, q: &[f64], inputs: TickInputs, again: bool) -> Result<(), Fault> {
         let left = self.blend.left(inputs);
         let b = &mut self.blend;
         // At the first tick of a stack, the last answer of its solver belongs to an earlier visit.
@@ -283,7 +308,7 @@ impl StackController {
             let keeps = if again { self.slowing } else { 1.0 };
             b.problem.reference.iter_mut().zip(inputs.velocity).for_each(|(r, v)| *r = keeps * v);
         }
-        self.nearest(inputs, self.blend.lasts(inputs))?;
+        self.nearest(q, inputs, self.blend.lasts(inputs))?;
         self.solution.x.copy_from_slice(&self.blend.solution.x);
         self.solution.measure(&self.problem);
         if begun {
@@ -293,7 +318,7 @@ impl StackController {
         Ok(())
     }
 
-    fn go_over(&mut self, inputs: TickInputs) -> Result<(), Fault> {
+    fn go_over(&mut self, q: &[f64], inputs: TickInputs) -> Result<(), Fault> {
         let b = &mut self.blend;
         if !b.begun {
             b.begun = true;
@@ -311,14 +336,14 @@ impl StackController {
         for ((r, v), offset) in b.problem.reference.iter_mut().zip(&self.solution.x).zip(&b.offset) {
             *r = v + left * offset;
         }
-        self.nearest(inputs, lasts)
+        self.nearest(q, inputs, lasts)
     }
 
     /// Computes the velocity nearest to the reference of the blend.
-    fn nearest(&mut self, inputs: TickInputs, lasts: bool) -> Result<(), Fault> {
+    fn nearest(&mut self, q: &[f64], inputs: TickInputs, lasts: bool) -> Result<(), Fault> {
         let late = self.late;
         let settled = self.solver.settled().filter(|_| !late).unwrap_or(&self.problem);
-        self.blend.nearest(&self.evaluator, settled, Tick { inputs, lasts, late })
+        self.blend.nearest(&self.evaluator, settled, Tick { q, inputs, lasts, late }, &mut self.look_ahead)
     }
 
     /// The velocity of the last tick.

@@ -6,13 +6,9 @@ use super::machine::{FaultResponse, Machine, StateChange};
 use super::machine_actions::ObservedState;
 use super::{Controller, Observation, StackController, TRACKING_LIMIT};
 use crate::evaluator::TickInputs;
-use crate::fault::Fault;
+use crate::fault::{Fault, PASSED};
 use crate::program::Times;
 use crate::signals::SignalValue;
-
-/// Tolerance of a limit, in the unit of its row: a margin below minus this counts as violated. The reference ends a
-/// tick on the limit up to rounding.
-const PASSED: f64 = 1e-6;
 
 impl Controller {
     /// Runs the machine and the active stack for an observation. Returns the fault, if there is one.

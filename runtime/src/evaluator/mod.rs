@@ -4,6 +4,7 @@
 //! The controller has one for its reference configuration. If the simulated robot is not perfect, the monitors have
 //! another one for the true configuration.
 
+mod ahead;
 mod build;
 mod capture;
 mod curvature;
@@ -17,6 +18,7 @@ use robot::{Data, Model};
 use solver::Problem;
 use stdlib_tasks::task::Task;
 
+pub(crate) use ahead::{Ahead, ShortRow};
 pub use build::{Built, build_tasks};
 use capture::Captured;
 pub use member::Member;
@@ -141,6 +143,11 @@ impl Evaluator {
     /// Reserve that each row of a task keeps against sampling in time; empty if its limit has no curvature.
     pub fn sampled_margin(&self, member: usize) -> Vec<f64> {
         self.tasks.get(member).map(|t| t.sampled_margin()).unwrap_or_default()
+    }
+
+    /// Returns true if a limit looks ahead where it is on a hard level; see [`Task::looks_ahead`].
+    pub fn looks_ahead(&self, member: usize) -> bool {
+        self.tasks.get(member).is_some_and(|t| t.looks_ahead())
     }
 
     /// Margin that each row of a task can lose to sampling in time; empty if its limit has no curvature.

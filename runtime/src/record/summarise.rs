@@ -62,23 +62,31 @@ fn entries(controller: &Controller) -> BTreeMap<String, u64> {
 
 /// Hint for a limit that was violated without a reserve, by no more than a tick can lose.
 fn sampling_hint(controller: &Controller, m: &Member, s: &TaskStatistics) -> Option<String> {
-    let (evaluator, member) = controller.stacks().iter().find_map(|stack| {
+    let (stack, member) = controller.stacks().iter().find_map(|stack| {
         let members = stack.evaluator().members();
-        Some((stack.evaluator(), members.iter().position(|x| x.program_index == m.program_index)?))
+        Some((stack, members.iter().position(|x| x.program_index == m.program_index)?))
     })?;
+    let evaluator = stack.evaluator();
+    let hard = stack.problem().levels.get(evaluator.members().get(member)?.level)?.hard;
+    if hard && evaluator.looks_ahead(member) {
+        return None;
+    }
     let (loss, reserve) = (evaluator.sampled_loss(member), evaluator.sampled_margin(member));
     let (loss, reserve) = (*loss.get(s.worst_row)?, *reserve.get(s.worst_row)?);
     let explained =
         m.row_kind == RowKind::Inequality && s.worst < -MARGIN_TOLERANCE && -s.worst <= loss && reserve < loss;
+    // A limit on a hard level that writes no reserve looks ahead, and nothing is lost.
+    let remedy = if hard { "remove its `sampled_margin`" } else { "use `sampled_margin auto`" };
     let text = |bound: String| {
         format!(
-            "`{}` was passed by {}, and sampling in time can lose {bound}: use `sampled_margin auto`",
+            "`{}` was passed by {}, and sampling in time can lose {bound}: {remedy}",
             m.name,
             quantity(-s.worst, "m")
         )
     };
     explained.then(|| match loss.is_finite() {
         true => text(format!("up to {}", quantity(loss, "m"))),
+        false if hard => text("as much".to_string()),
         false => text("as much".to_string()) + ", with `joint_velocity_limits` on a hard level down to its own",
     })
 }

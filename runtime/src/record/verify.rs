@@ -97,6 +97,10 @@ impl Recorder for Verifier {
         }
         let (second, levels) = &mut self.stacks[tick.stack];
         let stack = &tick.controller.stacks()[tick.stack];
+        // A slower velocity than that of the hierarchy is no optimum.
+        if stack.is_slowed() {
+            return Ok(());
+        }
         let v = &mut self.so_far;
         v.max_certificate = v.max_certificate.max(certificate(stack.settled(), &tick.solution.x));
         let mut difference = second.compare(stack.settled(), &tick.solution.x);

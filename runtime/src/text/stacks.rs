@@ -9,6 +9,7 @@ use stdlib_tasks::task::RowKind;
 use super::{number, parameters};
 use crate::controller::{Controller, Observation};
 use crate::evaluator::{Evaluator, Member, build_tasks};
+use crate::feasibility::{self, Obstacle};
 use crate::program::{IdleRow, Program, StackProgram};
 
 /// Writes a stack: its levels and tasks, with the properties of their rows that are known before any tick.
@@ -21,6 +22,9 @@ pub(super) fn stack(p: &Program, index: usize, stack: &StackProgram, out: &mut S
     let Ok((evaluator, problem)) = Evaluator::new(p, index) else {
         return writeln!(out, "  cannot be built");
     };
+    if let Some(found) = feasibility::obstacles(p, index) {
+        proof(p, &found, out)?;
+    }
     let built = build_tasks(p, stack);
     let freedom = freedom(p, index);
     let mut members = evaluator.members().iter().zip(built);
@@ -65,11 +69,12 @@ pub(super) fn stack(p: &Program, index: usize, stack: &StackProgram, out: &mut S
                 } else {
                     "unbounded: no hard level limits the speeds".to_string()
                 };
-                writeln!(
-                    out,
-                    "      sampled-time loss at most {bound}, held in reserve {} mm",
-                    number(reserve.unwrap_or(0.0) * 1e3)
-                )?;
+                let reserve = if level.hard && task.looks_ahead() {
+                    "none held in reserve: each tick looks ahead and loses nothing".to_string()
+                } else {
+                    format!("held in reserve {} mm", number(reserve.unwrap_or(0.0) * 1e3))
+                };
+                writeln!(out, "      sampled-time loss at most {bound}, {reserve}")?;
             }
             let names: Vec<&str> = m.row_info.iter().map(|r| r.name.as_str()).collect();
             if m.row_kind == RowKind::Inequality {
@@ -79,6 +84,23 @@ pub(super) fn stack(p: &Program, index: usize, stack: &StackProgram, out: &mut S
         }
     }
     Ok(())
+}
+
+/// Writes whether the hard levels can always be met, or the tasks that break the proof.
+fn proof(p: &Program, found: &[Obstacle], out: &mut String) -> std::fmt::Result {
+    const SHOWN: usize = 3;
+    if found.is_empty() {
+        return writeln!(out, "  never infeasible from a safe state: v = 0 meets every hard row");
+    }
+    writeln!(out, "  not proven that v = 0 meets every hard row:")?;
+    for o in found.iter().take(SHOWN) {
+        writeln!(out, "    `{}` {}", p.tasks[o.task].name, o.why.text())?;
+    }
+    match found.len().saturating_sub(SHOWN) {
+        0 => Ok(()),
+        1 => writeln!(out, "    and one more task"),
+        n => writeln!(out, "    and {n} more tasks"),
+    }
 }
 
 /// Degrees of freedom left after each level at the home configuration.

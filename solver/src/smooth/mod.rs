@@ -91,6 +91,13 @@ impl Smooth {
         self
     }
 
+    /// Solves a problem that differs little from that of the last solve, in the same tick: no damping fades in between.
+    pub fn solve_again(&mut self, problem: &Problem, solution: &mut Solution) {
+        let fading = std::mem::replace(&mut self.fading, 1.0);
+        self.solve(problem, solution);
+        self.fading = fading;
+    }
+
     /// Excludes a level from damping: it is exact even if it cannot be met.
     pub fn with_exact(mut self, level: usize) -> Self {
         if let Some(damped) = self.damped.get_mut(level) {

@@ -30,8 +30,10 @@ crate::params! {
         d_min: Input<1> = ParamType::Scalar(usual::CLEARANCE), Presence::Required;
         /// φ: how fast the margin may decrease, relative to its size.
         gain: Input<1> = ParamType::Scalar(usual::LIMIT_GAIN), Presence::Default("10 /s");
-        /// δ: held in reserve for what sampling in time can lose; `auto` computes it from the hard speed limits.
-        sampled_margin: Auto = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).usually(1e-8, 1.0).constant()), Presence::Default("0 m");
+        /// δ: a constant reserve for what sampling in time can lose; `auto` computes it from the hard speed limits, for all
+        /// joints at full speed. Without it, a limit on a hard level looks ahead: its row asks at each tick for what the
+        /// velocity of that tick would lose.
+        sampled_margin: Option<Auto> = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).usually(1e-8, 1.0).constant()), Presence::Optional;
     }
 }
 
@@ -50,18 +52,23 @@ J_j, J_l  3×n  m/rad or m/m   Jacobians of p_j and p_l in the world's axes\n\
 v         n×1  rad/s or m/s   velocity of the n degrees of freedom\n\
 d_min'         m/s            time derivative of d_min\n\
 φ              1/s            gain\n\
-δ              m              reserve, `sampled_margin`\n\
+δ              m              reserve, `sampled_margin`; otherwise 0\n\
 ```\n\n\
 The closest points have exact closed forms for all pairs of points, segments, spheres, capsules and boxes. A \
 cylinder of the URDF is replaced by the capsule that contains it, a mesh by its bounding capsule. The distance \
 is negative if the surfaces overlap. If the cores of two parts (the points, segments or boxes inside their \
 radii) meet, no direction leads apart: the task keeps the last valid direction and closest points. If there were \
 none, this is a fault.\n\n\
-`sampled_margin auto` sets `δ = A T / (2 φ)` with the control period T. A bounds the relative acceleration at \
-the speeds that `joint_velocity_limits` allow, on the hard levels down to that of the task. For a point or a \
-sphere against any part, `h` then stays at or above zero at every tick, if `φ T <= 1` and `d_min` is constant or \
-moves at a constant rate. If two long parts become parallel, the closest points can jump, and the margin can \
-lose more.\n\n\
+A distance is curved, and a velocity that meets its row can lose some of it until the next tick. Without \
+`sampled_margin`, a task on a hard level looks ahead: the distances after one period with the chosen velocity are \
+computed, and if `h` were below zero there, the row asks for the difference and the hierarchy is solved again. If no \
+other velocity is possible, the robot moves more slowly. `h` then stays at or above zero at every tick, and nothing is \
+lost at rest. A task on a soft level does not look ahead.\n\n\
+`sampled_margin auto` sets `δ = A T / (2 φ)` with the control period T instead. A bounds the relative acceleration at \
+the speeds that `joint_velocity_limits` allow, on the hard levels down to that of the task. The robot stays δ away, \
+and no hierarchy is solved twice. For a point or a sphere against any part, `h` stays at or above zero at every tick, \
+if `φ T <= 1` and `d_min` is constant or moves at a constant rate. If two long parts become parallel, the closest \
+points can jump, and the margin can lose more. `sampled_margin 0 m` accepts the loss.\n\n\
 Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which would bound the distance from above.",
     example: "task arms_apart = self_collision { between left_elbow  and right_elbow  d_min 0.2 m  gain 10 /s }",
     person_velocity: Some(&PersonVelocityUse::LIMIT),
@@ -163,6 +170,20 @@ impl Task for SelfCollision {
 
     fn gradient_bounds(&self, model: &Model) -> Vec<Vec<f64>> {
         self.pairs.iter().map(|p| gradient_bound::between(model, &p.a, &p.b)).collect()
+    }
+
+    fn looks_ahead(&self) -> bool {
+        self.sampled_margin.looks_ahead
+    }
+
+    fn extent(&self) -> f64 {
+        self.pairs.iter().flat_map(|p| [&p.a, &p.b]).map(extent).fold(0.0, f64::max)
+    }
+
+    fn margin_after(&self, next: &State, row: usize, period: f64) -> f64 {
+        let ([d_min], [d_min_rate]) = (self.d_min.of(next.values), self.d_min.of(next.rates));
+        let distance = self.pairs.get(row).map_or(f64::INFINITY, |p| p.distance(next));
+        distance - d_min - period * d_min_rate
     }
 
     fn sampled_loss(&self) -> Vec<f64> {

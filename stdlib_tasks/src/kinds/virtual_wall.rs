@@ -9,7 +9,7 @@
 //! Jacobian of the point relative to that link.
 
 use nalgebra::{Point3, Vector3};
-use robot::{LinkId, Model, geometry};
+use robot::{Closest, LinkId, Model, geometry};
 
 use crate::bound::{BoundParams, Geometry, Slot};
 use crate::build::check;
@@ -49,8 +49,10 @@ crate::params! {
         d_min: Input<1> = ParamType::Scalar(usual::CLEARANCE), Presence::Default("0 m");
         /// φ: how fast the margin may decrease, relative to its size.
         gain: Input<1> = ParamType::Scalar(usual::LIMIT_GAIN), Presence::Default("5 /s");
-        /// δ: held in reserve for what sampling in time can lose; `auto` computes it from the hard speed limits.
-        sampled_margin: Auto = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).usually(1e-8, 1.0).constant()), Presence::Default("0 m");
+        /// δ: a constant reserve for what sampling in time can lose; `auto` computes it from the hard speed limits, for all
+        /// joints at full speed. Without it, a limit on a hard level looks ahead: its row asks at each tick for what the
+        /// velocity of that tick would lose.
+        sampled_margin: Option<Auto> = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).usually(1e-8, 1.0).constant()), Presence::Optional;
     }
 }
 
@@ -70,16 +72,21 @@ J_p         3×n  m/rad or m/m   Jacobian of p in the world's axes\n\
 v           n×1  rad/s or m/s   velocity of the n degrees of freedom\n\
 d_min'           m/s            time derivative of d_min\n\
 φ                1/s            gain\n\
-δ                m              reserve, `sampled_margin`\n\
+δ                m              reserve, `sampled_margin`; otherwise 0\n\
 ```\n\n\
 For a shape, `p` is its point nearest to the plane; for an edge or a face that is parallel to the plane, its \
 middle. With `on LINK`, the plane moves with the link: `p1`, `p2`, `p3` are given in the link's frame, and `J_p` \
 is the Jacobian of `p` relative to the link.\n\n\
-`sampled_margin auto` sets `δ = A T / (2 φ)` with the control period T. A bounds the acceleration of the point \
-at the speeds that `joint_velocity_limits` allow, on the hard levels down to that of the task. For points and \
-spheres, `h` then stays at or above zero at every tick, if `φ T <= 1` and `d_min` is constant or moves at a \
-constant rate. A flat shape that rotates into a position parallel to the plane can lose more, because its \
-nearest point jumps.\n\n\
+A point that turns about a joint moves on a curve, and a velocity that meets its row can lose some of `h` until the \
+next tick. Without `sampled_margin`, a wall on a hard level looks ahead: the heights after one period with the chosen \
+velocity are computed, and if `h` were below zero there, the row asks for the difference and the hierarchy is solved \
+again. If no other velocity is possible, the robot moves more slowly. `h` then stays at or above zero at every tick, \
+and nothing is lost at rest. A wall on a soft level does not look ahead.\n\n\
+`sampled_margin auto` sets `δ = A T / (2 φ)` with the control period T instead. A bounds the acceleration of the point \
+at the speeds that `joint_velocity_limits` allow, on the hard levels down to that of the task. The robot stays δ \
+away, and no hierarchy is solved twice. For points and spheres, `h` stays at or above zero at every tick, if \
+`φ T <= 1` and `d_min` is constant or moves at a constant rate. A flat shape that rotates into a position parallel to \
+the plane can lose more, because its nearest point jumps. `sampled_margin 0 m` accepts the loss.\n\n\
 Source: thesis (3.17)-(3.20); the Jacobian has the sign that follows from `h`, not the printed one.",
     example: "task deck = virtual_wall { points left_elbow  through [[0, 0, 0.4], [1, 0, 0.4], [0, 1, 0.4]] m  d_min 0.3 m }",
     positional: &["points"],
@@ -133,6 +140,34 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     }))
 }
 
+impl VirtualWall {
+    /// Point and unit normal of the plane in the world.
+    fn plane(&self, state: &State) -> Plane {
+        match self.on {
+            Some(link) => {
+                let pose = state.data.pose(link);
+                Plane { point: pose * self.a, normal: pose.rotation * self.n }
+            }
+            None => Plane { point: self.a, normal: self.n },
+        }
+    }
+}
+
+/// A plane in the world.
+struct Plane {
+    point: Point3<f64>,
+    /// Unit vector towards the free side.
+    normal: Vector3<f64>,
+}
+
+impl Plane {
+    /// Point of a part that is nearest to the plane, with its height over the plane in m.
+    fn nearest(&self, g: &Geometry, state: &State) -> Closest {
+        let pose = state.data.pose(g.link) * g.origin;
+        geometry::closest_plane(&g.shape, &pose, &self.normal, self.normal.dot(&self.point.coords))
+    }
+}
+
 impl Task for VirtualWall {
     fn rows(&self) -> Vec<RowInfo> {
         self.points.iter().map(|g| RowInfo { name: g.name.clone(), dimension: LENGTH }).collect()
@@ -149,16 +184,10 @@ impl Task for VirtualWall {
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let ([gain], [d_min]) = (self.gain.of(state.values), self.d_min.of(state.values));
         let [d_min_rate] = self.d_min.of(state.rates);
-        let (a, n) = match self.on {
-            Some(link) => {
-                let pose = state.data.pose(link);
-                (pose * self.a, pose.rotation * self.n)
-            }
-            None => (self.a, self.n),
-        };
+        let plane = self.plane(state);
+        let n = plane.normal;
         for (i, g) in self.points.iter().enumerate() {
-            let pose = state.data.pose(g.link) * g.origin;
-            let nearest = geometry::closest_plane(&g.shape, &pose, &n, n.dot(&a.coords));
+            let nearest = plane.nearest(g, state);
             let h = nearest.distance - d_min;
             rows.margins[i] = h;
             if rows.is_idle(i) {
@@ -180,6 +209,21 @@ impl Task for VirtualWall {
 
     fn gradient_bounds(&self, model: &Model) -> Vec<Vec<f64>> {
         self.points.iter().map(|g| gradient_bound::over_plane(model, self.on, &self.n, g)).collect()
+    }
+
+    fn looks_ahead(&self) -> bool {
+        self.sampled_margin.looks_ahead
+    }
+
+    fn extent(&self) -> f64 {
+        self.points.iter().map(extent).fold(0.0, f64::max)
+    }
+
+    fn margin_after(&self, next: &State, row: usize, period: f64) -> f64 {
+        let ([d_min], [d_min_rate]) = (self.d_min.of(next.values), self.d_min.of(next.rates));
+        let plane = self.plane(next);
+        let height = self.points.get(row).map_or(f64::INFINITY, |g| plane.nearest(g, next).distance);
+        height - d_min - period * d_min_rate
     }
 
     fn sampled_loss(&self) -> Vec<f64> {

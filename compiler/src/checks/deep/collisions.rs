@@ -138,7 +138,7 @@ fn warning(c: &Checked, found: &[(usize, Pair)], home: &Data, postures: usize) -
     let d_min = number((500.0 * nearest).floor().clamp(1.0, 20.0));
     let others: Vec<&str> = others.into_iter().map(|l| name(l).as_str()).collect();
     Some(d.help(Help::with(
-        "keep them apart on a hard level, beginning with {}; with `sampled_margin auto` also between two ticks",
+        "keep them apart on a hard level, beginning with {}",
         [Snippet::each(
             format!("self_collision {{ between {}  and [{}]  d_min {d_min} mm }}", name(one), others.join(", ")),
             format!("self_collision: {{ between: {}, and: [{}], d_min: {d_min} mm }}", name(one), others.join(", ")),

@@ -126,7 +126,7 @@ impl Checked<'_> {
                 "a robot that comes with less than the reserve is pushed away at once; where limits push against each other, a \
                  hard level ends in a fault",
             )
-            .help("let both stacks have the same speed limits, or write a length instead of `auto`")
+            .help("let both stacks have the same speed limits, or leave `sampled_margin` out, so that the limit looks ahead instead")
     }
 
     /// Warns of transitions to another stack without a blend, at which velocities may jump.
