@@ -13,8 +13,8 @@ use stdlib_tasks::dimension::{Dimension, LENGTH};
 use stdlib_tasks::kinds::{joint_acceleration_limits, joint_position_limits, joint_velocity_limits};
 use stdlib_tasks::task::{RowInfo, RowKind};
 
-use super::{Checked, contradictions, entries, fixed_above, limit, number, place};
 use super::contradictions::Unmet;
+use super::{Checked, contradictions, entries, fixed_above, limit, number, place};
 use crate::analysis::postures::alone;
 use crate::analysis::stacks::Prepared;
 use crate::binding::Number;

@@ -118,7 +118,10 @@ impl Start {
         Some(
             contradictions::blame(c, &unmet, d)
                 .note("a hard level has no slack, so the first tick would be a fault")
-                .help(format!("give the scenario another `start`, or {}", first_tick::relaxed(c.program, self.stack, level))),
+                .help(format!(
+                    "give the scenario another `start`, or {}",
+                    first_tick::relaxed(c.program, self.stack, level)
+                )),
         )
     }
 

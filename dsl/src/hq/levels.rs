@@ -6,11 +6,33 @@ use crate::expr::missing;
 use crate::fix::Fix;
 use crate::grammar::{Pair, Rule};
 use crate::tree::{
-    Beside, Block, Change, Comments, Entry, Level, Member, MemberTask, Removal, RepeatMembers, Stack, TaskDefinition,
-    Value,
+    Beside, Block, Change, Comments, Entry, Level, Member, MemberTask, Number, Removal, RepeatMembers, Stack,
+    TaskDefinition, Unit, Value, ValueKind,
 };
 use crate::words::{has_block, nearest};
 use crate::{Diagnostic, Span, Spanned, checks};
+
+/// Weight with a unit, which is the next task.
+struct UnitOfWeight<'m> {
+    weight: &'m mut Value,
+    number: Value,
+    unit: Unit,
+}
+
+/// Returns the weight of a member if it ends in what may be a task: a unit of one symbol.
+fn read_as_unit(member: &mut Member) -> Option<UnitOfWeight<'_>> {
+    let weight = member.weight.as_mut()?;
+    let ValueKind::Unit(number, unit) = &weight.kind else { return None };
+    let [(_, 1)] = unit.factors.as_slice() else { return None };
+    let (number, unit) = ((**number).clone(), unit.clone());
+    Some(UnitOfWeight { weight, number, unit })
+}
+
+/// True for a member that begins with the word `weight`, in place of a task.
+fn begins_with_weight(pair: &Pair<'_>) -> bool {
+    let first = pair.clone().into_inner().next();
+    first.is_some_and(|part| part.as_rule() == Rule::name && part.as_str() == "weight")
+}
 
 impl Reader<'_> {
     /// Reads the braces of a stack.
@@ -226,7 +248,13 @@ impl Reader<'_> {
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::allow => self.allow(part, settings),
-                Rule::member => members.extend(self.member(part)),
+                Rule::member => {
+                    let read = match members.last_mut().and_then(read_as_unit).filter(|_| begins_with_weight(&part)) {
+                        Some(before) => Some(self.after_unit(before, part)),
+                        None => self.member(part),
+                    };
+                    members.extend(read);
+                }
                 Rule::member_repeat => members.extend(self.member_repeat(part)),
                 _ => open = true,
             }
@@ -272,6 +300,30 @@ impl Reader<'_> {
             MemberTask::Name(name)
         };
         Some(Member { task, weight, span, comments })
+    }
+
+    /// Reads what follows a task that was read as the unit of the weight before it: `weight 5` in `f weight 4  g weight 5`.
+    /// Returns that task, and takes the unit from the weight.
+    fn after_unit(&mut self, before: UnitOfWeight<'_>, pair: Pair<'_>) -> Member {
+        let whole = self.of(&pair);
+        let UnitOfWeight { weight, number, unit } = before;
+        let name = Spanned { value: unit.to_string(), span: unit.span };
+        let d = format!("`{}` is read as the unit of the weight before it", name.value);
+        self.diags.push(
+            Diagnostic::unreadable("HQ0113", unit.span, d)
+                .help(format!("begin a new line before the task `{}`, or put a comma before it", name.value))
+                .fix(Fix::insert("Insert a comma", number.span, ",").certain()),
+        );
+        let follows = pair.into_inner().nth(1).filter(|part| part.as_rule() == Rule::junk);
+        let read = follows.and_then(|part| {
+            let (text, span) = (part.as_str().trim(), self.of(&part));
+            let span = self.span(span.range().start, span.range().start + text.len());
+            let value = text.parse().ok()?;
+            Some(Value { kind: ValueKind::Number(Number { value, text: text.to_string() }), span })
+        });
+        let span = self.span(unit.span.range().start, read.as_ref().map_or(whole.range().end, |v| v.span.range().end));
+        *weight = number;
+        Member { task: MemberTask::Name(name), weight: read, span, comments: Comments::default() }
     }
 
     /// Reads `for side in [left, right] { hold(side) }`.

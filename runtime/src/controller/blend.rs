@@ -166,7 +166,7 @@ impl Blend {
     /// Solves for that velocity; `stack` is the problem of the stack, and `stop` brings locked joints to rest at once. A row that depends on these joints alone
     /// is then met, since its distance stays constant.
     fn between(&mut self, evaluator: &Evaluator, stack: &Problem, of: Tick, stop: bool) {
-        let Tick { inputs, lasts, late } = of;
+        let Tick { inputs, lasts, late, .. } = of;
         let Some((locks, levels)) = self.problem.levels.split_first_mut() else { return };
         for (i, &dof) in evaluator.locked().iter().enumerate() {
             let last = inputs.velocity[dof];

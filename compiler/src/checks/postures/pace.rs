@@ -153,6 +153,18 @@ fn worst(
     worst
 }
 
+/// Rounds to two digits, away from the other one of two numbers that are compared: the postures are found by searches, whose
+/// last digits mean nothing.
+fn outward(x: f64, round: impl Fn(f64) -> f64) -> f64 {
+    if x == 0.0 || !x.is_finite() {
+        return x;
+    }
+    let digit = 10_f64.powf(x.abs().log10().floor() - 1.0);
+    // A number that is round already stays as it is, whatever its rounding error.
+    let near = (x / digit).round();
+    if (x / digit - near).abs() < 1e-6 { near * digit } else { round(x / digit) * digit }
+}
+
 /// Warns of a target that is faster than the joints at postures where it is met.
 pub(super) fn check(
     c: &Checked,
@@ -179,12 +191,13 @@ pub(super) fn check(
         }
     };
     let shown = |x: f64| format!("{}{unit}", velocity(x, found.dimension));
+    let (wanted, reached) = (outward(found.wanted, f64::ceil), outward(found.reached, f64::floor));
     Some(
         Diagnostic::warning("HQ0534", place(c, member.task, ""), text)
-            .here(format!("{} at t = {}", shown(found.wanted), seconds(found.t)))
+            .here(format!("up to {} at t = {}", shown(wanted), seconds(found.t)))
             .note(format!(
-                "at a posture where the target is met, the joints reach {} of it within their {what} limits",
-                shown(found.reached)
+                "at a posture where the target is met, the joints reach about {} of it within their {what} limits",
+                shown(reached)
             ))
             .help("slow the target down; the robot falls behind it otherwise"),
     )
