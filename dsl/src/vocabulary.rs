@@ -15,7 +15,7 @@ pub const ALLOW: &str = "allow";
 macro_rules! sections {
     ($($section:literal),*) => {
         /// Sections of YAML that a repetition may contain.
-        pub static REPEATED: &[&str] = &[$($section,)* "scenarios", "for"];
+        pub static REPEATED: &[&str] = &[$($section,)* "scenarios", "for", "coverage"];
 
         /// Sections of YAML that contain named declarations of one form.
         pub(crate) static LISTS: &[&str] = &["robots", $($section),*];

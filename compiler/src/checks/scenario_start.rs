@@ -6,7 +6,7 @@ use runtime::program::{Op, Program, ScenarioProgram, Subject, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
 use runtime::world::World;
 use runtime::{Member, TickInputs};
-use solver::{HierarchicalSolver, Problem, Solution, Status};
+use solver::{Problem, Solution, Status};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::Dimension;
 use stdlib_tasks::expression::Leaf;

@@ -1,7 +1,9 @@
 //! Unrolls `for`: repeated declarations, and the values of a repetition.
 
 use dsl::Diagnostic;
-use dsl::tree::{Item, ItemKind, Let, Number, Param, Parameter, RepeatItems, Stack, Task, Value, ValueKind, Values};
+use dsl::tree::{
+    Coverage, Item, ItemKind, Let, Number, Param, Parameter, RepeatItems, Stack, Task, Value, ValueKind, Values,
+};
 
 use super::module::missing;
 use super::substitute::Frame;
@@ -52,12 +54,9 @@ impl Expander<'_> {
                     ItemKind::Machine(m) => ItemKind::Machine(self.copied_machine(m, &mut inner)),
                     ItemKind::Mission(m) => ItemKind::Mission(self.copied_mission(m, &mut inner)),
                     ItemKind::Scenario(s) => ItemKind::Scenario(self.copied_scenario(s, &mut inner)),
+                    ItemKind::Coverage(c) => ItemKind::Coverage(Coverage { body: self.block(&c.body, &mut inner) }),
                     // The parser rejects the others.
-                    ItemKind::Import(_)
-                    | ItemKind::Allow(_)
-                    | ItemKind::Robot(_)
-                    | ItemKind::Coverage(_)
-                    | ItemKind::Run(_) => continue,
+                    ItemKind::Import(_) | ItemKind::Allow(_) | ItemKind::Robot(_) | ItemKind::Run(_) => continue,
                 };
                 out.push(Item { kind, span: self.at(item.span, &mut inner), comments: Default::default() });
             }

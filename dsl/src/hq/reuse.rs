@@ -187,14 +187,14 @@ impl<'t> Reader<'t> {
 
     /// Reads a declaration inside a repetition.
     fn repeated(&mut self, pair: Pair<'_>, body: &mut Vec<Item>) {
-        if matches!(pair.as_rule(), Rule::import | Rule::robot | Rule::coverage | Rule::run) {
+        if matches!(pair.as_rule(), Rule::import | Rule::robot | Rule::run) {
             let start = self.of(&pair).range().start;
             let word = pair.as_str().split(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or("").to_owned();
             let span = self.span(start, start + word.len());
             self.diags.push(
                 Diagnostic::error("HQ0125", span, format!("`{word}` cannot be repeated"))
                     .note(
-                        "`for` can repeat `param`, `let`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `mission`, `scenario` and `for`",
+                        "`for` can repeat `param`, `let`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `mission`, `scenario`, `coverage` and `for`",
                     )
                     .help("write it outside the `for`"),
             );

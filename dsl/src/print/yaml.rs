@@ -86,14 +86,17 @@ fn coverage(items: &[Item], indent: usize, lines: &mut Lines) {
         _ => None,
     });
     let all: Vec<_> = all.collect();
-    if let [(one, comments)] = all.as_slice() {
+    if indent == 0 && !all.is_empty() {
         blank(lines);
+    }
+    if let [(one, comments)] = all.as_slice() {
         lines.before(&comments.before, indent);
+        lines.indent(indent);
         lines.out.push_str("coverage:");
         return block(&one.body, &comments.behind, indent, lines);
     }
     if !all.is_empty() {
-        blank(lines);
+        lines.indent(indent);
         lines.out.push_str("coverage:\n");
     }
     for (it, comments) in all {

@@ -128,7 +128,7 @@ impl Reader<'_> {
     }
 
     /// Reads `coverage`: a mapping, or a sequence of several.
-    fn coverage(&mut self, key: &Spanned<String>, value: NodeId, items: &mut Vec<Item>) {
+    pub(super) fn coverage(&mut self, key: &Spanned<String>, value: NodeId, items: &mut Vec<Item>) {
         let Kind::Sequence(all) = &self.node(value).kind else {
             let mut comments = self.key_comments(key.span);
             let body = self.mapping(value, key, "coverage");

@@ -45,6 +45,8 @@ impl Reader<'_> {
                     reader.repeats(value, &mut body);
                 } else if word == "scenarios" {
                     reader.scenarios(key, value, &mut body);
+                } else if word == "coverage" {
+                    reader.coverage(key, value, &mut body);
                 } else {
                     reader.section(word, key, value, &mut body);
                 }

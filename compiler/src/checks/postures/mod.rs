@@ -10,7 +10,7 @@ mod report;
 use std::collections::BTreeSet;
 
 use dsl::Diagnostic;
-use runtime::program::MemberProgram;
+use runtime::program::{MemberProgram, Program};
 
 use super::Checked;
 use crate::analysis::postures::{FixedValue, Parts, Posture, PostureSearch};
@@ -26,59 +26,156 @@ pub(super) fn check(c: &Checked, mut told: BTreeSet<usize>, known: &[Diagnostic]
     let mut searched = BTreeSet::new();
     // A stack without a joint that moves was reported.
     let moves = |stack: &usize| c.program.stacks[*stack].locked.len() < c.program.robot.model.nv();
-    for stack in (0..c.program.stacks.len()).filter(moves) {
+    let stacks = (0..c.program.stacks.len()).filter(moves);
+    let all: Vec<Examined> = stacks.map(|stack| Examined::new(c, stack, &told, &mut searched)).collect();
+    let found = in_threads(&all, |of| of.search(c.program));
+    for (of, found) in all.iter().zip(found) {
+        report_stack(c, of, found, &mut told, known, out);
+    }
+}
+
+/// A stack, and what is searched in it.
+struct Examined {
+    stack: usize,
+    parts: StackParts,
+    /// Targets that are searched, as indices into those of the stack: stacks often share targets and limits.
+    targets: Vec<usize>,
+    /// Velocities of joints that are examined, likewise.
+    velocities: Vec<usize>,
+}
+
+/// Results of the searches in a stack, one for each target and velocity that is examined.
+struct FoundInStack {
+    targets: Vec<FoundTarget>,
+    velocities: Vec<Option<pace::Finding>>,
+}
+
+/// Result for a target.
+enum FoundTarget {
+    /// Nothing is wrong.
+    Good,
+    /// No posture meets it.
+    Missed(Missed),
+    /// It is too fast.
+    TooFast(pace::Finding),
+}
+
+/// What a search depends on.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct SearchKey {
+    task: usize,
+    limits: Vec<usize>,
+    locked: Vec<usize>,
+    at_home: bool,
+}
+
+impl Examined {
+    fn new(c: &Checked, stack: usize, told: &BTreeSet<usize>, searched: &mut BTreeSet<SearchKey>) -> Examined {
         let parts = StackParts::new(c, stack);
-        let mut all_met = true;
-        for target in &parts.targets {
+        let is_new = |target: &Target| {
             let task = target.member.task;
-            let limits = parts.limits_of(target.level);
-            let of_limits: Vec<usize> = limits.iter().map(|l| l.task).collect();
-            // Stacks often share targets and limits.
-            if told.contains(&task)
-                || !searched.insert((task, of_limits, c.program.stacks[stack].locked.clone(), parts.at_home))
-            {
-                continue;
+            let limits: Vec<usize> = parts.limits_of(target.level).iter().map(|l| l.task).collect();
+            let locked = c.program.stacks[stack].locked.clone();
+            !told.contains(&task) && searched.insert(SearchKey { task, limits, locked, at_home: parts.at_home })
+        };
+        let is_new: Vec<bool> = parts.targets.iter().map(is_new).collect();
+        let targets = (0..parts.targets.len()).filter(|&i| is_new[i]).collect();
+        let velocities = (0..parts.velocities.len()).filter(|&i| !told.contains(&parts.velocities[i].member.task));
+        Examined { stack, velocities: velocities.collect(), targets, parts }
+    }
+
+    fn search(&self, program: &Program) -> FoundInStack {
+        let Examined { stack, parts, .. } = self;
+        let target = |&i: &usize| {
+            let target = &parts.targets[i];
+            match examine(program, *stack, parts, &[target], &parts.limits_of(target.level)) {
+                Found::Nothing => FoundTarget::Good,
+                Found::Missed(missed) => FoundTarget::Missed(missed),
+                Found::Met(moments) => pace::of_target(program, *stack, &parts.joint_limits, &target.member, &moments)
+                    .map_or(FoundTarget::Good, FoundTarget::TooFast),
             }
-            let found = examine(c, stack, &parts, &[target], &limits);
-            all_met &= !matches!(found, Found::Missed(_));
-            let d = match found {
-                Found::Nothing => None,
-                Found::Missed(missed) => Some(report::target(c, &missed, target)),
-                Found::Met(moments) => pace::check(c, stack, &parts.joint_limits, &target.member, &moments),
-            };
-            if let Some(d) = d
-                && told.insert(task)
-            {
-                out.push(d);
-            }
+        };
+        let home = &program.robot.home;
+        let moments: Vec<Moment> = moments(parts.duration).map(|t| Moment { q: home.clone(), t }).collect();
+        let velocity = |&i: &usize| {
+            pace::of_velocity(program, *stack, &parts.joint_limits, &parts.velocities[i], parts.duration, &moments)
+        };
+        FoundInStack {
+            targets: self.targets.iter().map(target).collect(),
+            velocities: self.velocities.iter().map(velocity).collect(),
         }
-        out.extend(moving_limits(c, stack, &parts, &mut told));
-        for velocity in &parts.velocities {
-            let member = &velocity.member;
-            if told.contains(&member.task) {
-                continue;
-            }
-            let home = &c.program.robot.home;
-            let moments: Vec<Moment> = moments(parts.duration).map(|t| Moment { q: home.clone(), t }).collect();
-            let too_fast = pace::check(c, stack, &parts.joint_limits, member, &moments);
-            if let Some(d) = too_fast.or_else(|| pace::stops(c, stack, velocity, parts.duration)) {
-                told.insert(member.task);
-                out.push(d);
-            }
-        }
-        let shared = shared_level(&c.program.stacks[stack].levels, &parts).filter(|_| all_met);
-        let Some((level, _)) = shared else { continue };
-        let targets: Vec<&Target> = parts.targets.iter().filter(|t| t.level == level).collect();
-        // Two frames with the same target were reported.
-        let at = |t: &&Target| report::place(c, t.member.task, "position");
-        let same = targets.iter().any(|t| known.iter().any(|d| d.code == "HQ0624" && d.primary.span == at(t)));
-        if same || targets.iter().any(|t| told.contains(&t.member.task)) {
+    }
+}
+
+/// Most threads that share the searches.
+const THREADS: usize = 8;
+
+/// Applies a function to all items, in several threads if there are many. The order of the results is that of the items.
+fn in_threads<T: Sync, R: Send>(all: &[T], run: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let available = std::thread::available_parallelism().map_or(1, |n| n.get());
+    let threads = available.min(THREADS).min(all.len());
+    if threads < 2 {
+        return all.iter().map(run).collect();
+    }
+    // Neighbours in the text take equally long.
+    let part = |first: usize| -> Vec<R> { all.iter().skip(first).step_by(threads).map(&run).collect() };
+    let parts: Vec<Vec<R>> = std::thread::scope(|scope| {
+        let part = &part;
+        let all: Vec<_> = (0..threads).map(|first| scope.spawn(move || part(first))).collect();
+        // A thread that panicked has told why.
+        all.into_iter().map(|t| t.join().unwrap_or_else(|why| std::panic::resume_unwind(why))).collect()
+    });
+    let mut parts: Vec<_> = parts.into_iter().map(Vec::into_iter).collect();
+    (0..all.len()).filter_map(|i| parts[i % threads].next()).collect()
+}
+
+fn report_stack(
+    c: &Checked,
+    of: &Examined,
+    found: FoundInStack,
+    told: &mut BTreeSet<usize>,
+    known: &[Diagnostic],
+    out: &mut Vec<Diagnostic>,
+) {
+    let Examined { stack, parts, .. } = of;
+    let mut all_met = true;
+    for (&i, found) in of.targets.iter().zip(found.targets) {
+        let target = &parts.targets[i];
+        // Another stack may have the same target.
+        if told.contains(&target.member.task) {
             continue;
         }
-        if let Found::Missed(missed) = examine(c, stack, &parts, &targets, &parts.limits_of(level)) {
-            told.extend(targets.iter().map(|t| t.member.task));
-            out.push(report::level(c, &missed, level, &targets));
+        let d = match found {
+            FoundTarget::Good => continue,
+            FoundTarget::Missed(missed) => {
+                all_met = false;
+                report::target(c, &missed, target)
+            }
+            FoundTarget::TooFast(finding) => pace::warning(c, &target.member, &finding, parts.duration),
+        };
+        told.insert(target.member.task);
+        out.push(d);
+    }
+    out.extend(moving_limits(c, *stack, parts, told));
+    for (&i, found) in of.velocities.iter().zip(found.velocities) {
+        let member = &parts.velocities[i].member;
+        if let Some(finding) = found
+            && told.insert(member.task)
+        {
+            out.push(pace::warning(c, member, &finding, parts.duration));
         }
+    }
+    let Some((level, _)) = shared_level(&c.program.stacks[*stack].levels, parts).filter(|_| all_met) else { return };
+    let targets: Vec<&Target> = parts.targets.iter().filter(|t| t.level == level).collect();
+    // Two frames with the same target were reported.
+    let at = |t: &&Target| report::place(c, t.member.task, "position");
+    let same = targets.iter().any(|t| known.iter().any(|d| d.code == "HQ0624" && d.primary.span == at(t)));
+    if same || targets.iter().any(|t| told.contains(&t.member.task)) {
+        return;
+    }
+    if let Found::Missed(missed) = examine(c.program, *stack, parts, &targets, &parts.limits_of(level)) {
+        told.extend(targets.iter().map(|t| t.member.task));
+        out.push(report::level(c, &missed, level, &targets));
     }
 }
 
@@ -99,13 +196,19 @@ enum Found {
 }
 
 /// Searches postures at which the targets are met: at their goals, and at moments of the run.
-fn examine(c: &Checked, stack: usize, parts: &StackParts, targets: &[&Target], limits: &[MemberProgram]) -> Found {
+fn examine(
+    program: &Program,
+    stack: usize,
+    parts: &StackParts,
+    targets: &[&Target],
+    limits: &[MemberProgram],
+) -> Found {
     let members: Vec<MemberProgram> = targets.iter().map(|t| t.member.clone()).collect();
     let goals: Option<Vec<Vec<FixedValue>>> = targets.iter().map(|t| t.goal.clone()).collect();
     let still = goals.as_ref().is_some_and(|goals| goals.iter().all(Vec::is_empty));
     if let Some(goals) = goals {
         let fixed = goals.concat();
-        let found = search(c, &Parts { stack, limits, targets: &members, fixed: &fixed }, parts, &[0.0]);
+        let found = search(program, &Parts { stack, limits, targets: &members, fixed: &fixed }, parts, &[0.0]);
         if let Found::Missed(_) = found {
             return found;
         }
@@ -114,13 +217,13 @@ fn examine(c: &Checked, stack: usize, parts: &StackParts, targets: &[&Target], l
         return Found::Nothing;
     }
     let all: Vec<f64> = moments(parts.duration).collect();
-    search(c, &Parts { stack, limits, targets: &members, fixed: &[] }, parts, &all)
+    search(program, &Parts { stack, limits, targets: &members, fixed: &[] }, parts, &all)
 }
 
 /// Searches a posture at each moment.
-fn search(c: &Checked, parts: &Parts, of_stack: &StackParts, moments: &[f64]) -> Found {
-    let Some(mut search) = PostureSearch::new(c.program, parts) else { return Found::Nothing };
-    let mut q = c.program.robot.home.clone();
+fn search(program: &Program, parts: &Parts, of_stack: &StackParts, moments: &[f64]) -> Found {
+    let Some(mut search) = PostureSearch::new(program, parts) else { return Found::Nothing };
+    let mut q = program.robot.home.clone();
     let mut met = Vec::new();
     for &t in moments {
         let Some(from_here) = search.descend(q.clone(), t) else { return Found::Nothing };
@@ -133,12 +236,12 @@ fn search(c: &Checked, parts: &Parts, of_stack: &StackParts, moments: &[f64]) ->
             },
         };
         if !best.is_good() {
-            return Found::Missed(missed(c, parts, &mut search, best, t));
+            return Found::Missed(missed(program, parts, &mut search, best, t));
         }
         if !from_here.is_good() && stuck {
             return Found::Missed(Missed::stuck(&search, parts, from_here));
         }
-        if of_stack.at_home && t == 0.0 && search.half_turn(&c.program.robot.home, t) {
+        if of_stack.at_home && t == 0.0 && search.half_turn(&program.robot.home, t) {
             return Found::Missed(Missed::half_turn(&search, parts, from_here));
         }
         q = best.q;
@@ -172,10 +275,10 @@ fn moving_limits(c: &Checked, stack: usize, parts: &StackParts, told: &mut BTree
 }
 
 /// Finds the limits to blame for a target that is not met.
-fn missed(c: &Checked, parts: &Parts, search: &mut PostureSearch, best: Posture, t: f64) -> Missed {
+fn missed(program: &Program, parts: &Parts, search: &mut PostureSearch, best: Posture, t: f64) -> Missed {
     let met_without = |without: &[MemberProgram]| {
         let reduced = Parts { limits: without, ..*parts };
-        let mut search = PostureSearch::new(c.program, &reduced)?;
+        let mut search = PostureSearch::new(program, &reduced)?;
         search.from(&best.q, t).map(|p| p.is_good())
     };
     let mut blamed = Vec::new();

@@ -94,7 +94,7 @@ impl Pace {
 }
 
 /// Something of a target that the joints do not reach.
-struct TooFast {
+pub(super) struct TooFast {
     /// Velocity or acceleration of the target, and that of the joints along it, in the unit of the row per s or s^2.
     wanted: f64,
     reached: f64,
@@ -123,7 +123,7 @@ fn worst(
     }
     // The same without limits: what the posture itself excludes, for example a singular one, is no matter of speed.
     let mut free = Problem::new(n, &[shape(info.len())]);
-    let mut solver = Backend::ActiveSet.solver(&problem);
+    let mut solver = None;
     let mut free_solver = Backend::ActiveSet.solver(&free);
     let (mut solution, mut free_solution) = (Solution::new(&problem), Solution::new(&free));
     let mut worst: Option<TooFast> = None;
@@ -134,8 +134,13 @@ fn worst(
             problem.levels[1].set(i, &row, *x, *x);
             free.levels[0].set(i, &row, *x, *x);
         }
-        solver.solve(&problem, &mut solution);
         free_solver.solve(&free, &mut free_solution);
+        // The limits change nothing of a solution within them.
+        let within = || free_solution.x.iter().zip(limits).all(|(x, limit)| x.abs() <= *limit);
+        if free_solution.status == Status::Optimal && within() {
+            continue;
+        }
+        solver.get_or_insert_with(|| Backend::ActiveSet.solver(&problem)).solve(&problem, &mut solution);
         if solution.status != Status::Optimal || free_solution.status != Status::Optimal {
             continue;
         }
@@ -165,84 +170,138 @@ fn outward(x: f64, round: impl Fn(f64) -> f64) -> f64 {
     if (x / digit - near).abs() < 1e-6 { near * digit } else { round(x / digit) * digit }
 }
 
-/// Warns of a target that is faster than the joints at postures where it is met.
-pub(super) fn check(
-    c: &Checked,
+/// Finding about the pace of a target.
+pub(super) enum Finding {
+    /// It moves faster than the joints.
+    Speed(TooFast),
+    /// It accelerates faster than the joints.
+    Acceleration(TooFast),
+    /// It is a velocity of joints that lasts until a joint is at its stop.
+    Stop(Stop),
+}
+
+/// Finds out whether a target is faster than the joints at postures where it is met.
+pub(super) fn of_target(
+    program: &Program,
     stack: usize,
     limits: &JointLimits,
     member: &MemberProgram,
     moments: &[Moment],
-) -> Option<Diagnostic> {
-    let mut pace = Pace::new(c.program, stack, member)?;
-    let period = c.program.robot.period;
-    let name = &c.program.tasks[member.task].name;
-    let share = |m: &Moment| match m.t == 0.0 && m.q == c.program.robot.home {
+) -> Option<Finding> {
+    too_fast(program, &mut Pace::new(program, stack, member)?, limits, moments)
+}
+
+/// Finds out whether a velocity of joints is faster than these at home, or lasts until one is at its stop.
+pub(super) fn of_velocity(
+    program: &Program,
+    stack: usize,
+    limits: &JointLimits,
+    target: &VelocityTarget,
+    duration: f64,
+    moments: &[Moment],
+) -> Option<Finding> {
+    let mut pace = Pace::new(program, stack, &target.member)?;
+    let fast = too_fast(program, &mut pace, limits, moments);
+    fast.or_else(|| stop(program, &mut pace, limits, target, duration).map(Finding::Stop))
+}
+
+fn too_fast(program: &Program, pace: &mut Pace, limits: &JointLimits, moments: &[Moment]) -> Option<Finding> {
+    let period = program.robot.period;
+    let share = |m: &Moment| match m.t == 0.0 && m.q == program.robot.home {
         true => DEFICIT_AT_HOME,
         false => SPEED_DEFICIT,
     };
-    let velocities = worst(&mut pace, &limits.speed, share, moments, |p, m| Some(p.rates(&m.q, m.t)?.to_vec()));
+    let velocities = worst(pace, &limits.speed, share, moments, |p, m| Some(p.rates(&m.q, m.t)?.to_vec()));
     let accelerations = |p: &mut Pace, m: &Moment| p.accelerations(&m.q, m.t, period);
-    let (found, text, unit, what) = match velocities {
-        Some(found) => (found, format!("the target of `{name}` moves faster than the joints can"), "", "speed"),
-        None => {
-            let found = worst(&mut pace, &limits.acceleration, |_| ACCELERATION_DEFICIT, moments, accelerations)?;
+    velocities.map(Finding::Speed).or_else(|| {
+        worst(pace, &limits.acceleration, |_| ACCELERATION_DEFICIT, moments, accelerations).map(Finding::Acceleration)
+    })
+}
+
+/// Warns of a finding.
+pub(super) fn warning(c: &Checked, member: &MemberProgram, finding: &Finding, duration: f64) -> Diagnostic {
+    let name = &c.program.tasks[member.task].name;
+    let (found, text, unit, what) = match finding {
+        Finding::Stop(stop) => return at_stop(c, member, stop, duration),
+        Finding::Speed(found) => {
+            (found, format!("the target of `{name}` moves faster than the joints can"), "", "speed")
+        }
+        Finding::Acceleration(found) => {
             let text = format!("the target of `{name}` accelerates faster than the joints can");
             (found, text, "^2", "acceleration")
         }
     };
     let shown = |x: f64| format!("{}{unit}", velocity(x, found.dimension));
     let (wanted, reached) = (outward(found.wanted, f64::ceil), outward(found.reached, f64::floor));
-    Some(
-        Diagnostic::warning("HQ0534", place(c, member.task, ""), text)
-            .here(format!("up to {} at t = {}", shown(wanted), seconds(found.t)))
-            .note(format!(
-                "at a posture where the target is met, the joints reach about {} of it within their {what} limits",
-                shown(reached)
-            ))
-            .help("slow the target down; the robot falls behind it otherwise"),
-    )
+    Diagnostic::warning("HQ0534", place(c, member.task, ""), text)
+        .here(format!("up to {} at t = {}", shown(wanted), seconds(found.t)))
+        .note(format!(
+            "at a posture where the target is met, the joints reach about {} of it within their {what} limits",
+            shown(reached)
+        ))
+        .help("slow the target down; the robot falls behind it otherwise")
 }
 
-/// Warns of a velocity of joints that lasts until a joint is at its stop.
-pub(super) fn stops(c: &Checked, stack: usize, target: &VelocityTarget, duration: f64) -> Option<Diagnostic> {
-    let VelocityTarget { member, dofs } = target;
-    let mut pace = Pace::new(c.program, stack, member)?;
-    let (model, home) = (&c.program.robot.model, &c.program.robot.home);
+/// A joint that a velocity leads to its stop.
+pub(super) struct Stop {
+    dof: usize,
+    /// Time at which it is there (s).
+    t: f64,
+}
+
+fn stop(
+    program: &Program,
+    pace: &mut Pace,
+    limits: &JointLimits,
+    target: &VelocityTarget,
+    duration: f64,
+) -> Option<Stop> {
+    let (model, home) = (&program.robot.model, &program.robot.home);
     let step = duration / MOMENTS as f64;
+    // How far beyond a stop a joint counts as there: a fiftieth of the range, so that the sum over the moments decides nothing.
+    let beyond = |dof: usize| 0.02 * (model.dofs[dof].upper - model.dofs[dof].lower);
+    // A joint that is too far from its stops even at full speed need not be looked at. Velocities are within the limits up to
+    // their tolerance.
+    let fastest = |dof: usize| (1.0 + SPEED_DEFICIT) * limits.speed[dof] * duration;
+    let may_arrive = |&&dof: &&usize| {
+        let d = &model.dofs[dof];
+        let q = d.q_index.and_then(|i| home.get(i));
+        q.is_some_and(|q| fastest(dof) > (d.upper - q).min(q - d.lower) + beyond(dof) || fastest(dof).is_nan())
+    };
+    target.dofs.iter().find(may_arrive)?;
     let mut q = home.clone();
     for k in 0..MOMENTS {
         let t = (k as f64 + 0.5) * step;
-        let rates = pace.rates(home, t)?.to_vec();
-        for (rate, &dof) in rates.iter().zip(dofs) {
+        let rates = pace.rates(home, t)?;
+        for (rate, &dof) in rates.iter().zip(&target.dofs) {
             let d = &model.dofs[dof];
             let Some(i) = d.q_index else { continue };
             q[i] += rate * step;
-            let beyond = (q[i] - d.upper).max(d.lower - q[i]);
-            // A fiftieth of the range, so that the sum over the moments decides nothing.
-            if beyond.is_finite() && beyond > 0.02 * (d.upper - d.lower) {
-                let dimension = if d.unit == DofUnit::Metre { LENGTH } else { ANGLE };
-                let text = format!("`{}` is at its limit after {}", d.name, seconds(t));
-                let number = |n: &&Number| n.written && n.slot.len == 1;
-                let numbers: Vec<_> = c.places.tasks[member.task].numbers.iter().filter(number).collect();
-                let at = match numbers.as_slice() {
-                    [one] => one.span,
-                    _ => c.places.tasks[member.task]
-                        .spans
-                        .get("velocity")
-                        .copied()
-                        .unwrap_or(c.places.tasks[member.task].span),
-                };
-                return Some(
-                    Diagnostic::warning("HQ0535", at, text)
-                        .note(format!(
-                            "its range is {}, and the stack runs for {}",
-                            shown_range(d.lower, d.upper, dimension),
-                            shown(duration, TIME)
-                        ))
-                        .help("end the motion before, or let the velocity return, as with a sine of time"),
-                );
+            let past = (q[i] - d.upper).max(d.lower - q[i]);
+            if past.is_finite() && past > 0.0 && past > beyond(dof) {
+                return Some(Stop { dof, t });
             }
         }
     }
     None
+}
+
+fn at_stop(c: &Checked, member: &MemberProgram, stop: &Stop, duration: f64) -> Diagnostic {
+    let d = &c.program.robot.model.dofs[stop.dof];
+    let dimension = if d.unit == DofUnit::Metre { LENGTH } else { ANGLE };
+    let text = format!("`{}` is at its limit after {}", d.name, seconds(stop.t));
+    let task = &c.places.tasks[member.task];
+    let number = |n: &&Number| n.written && n.slot.len == 1;
+    let numbers: Vec<_> = task.numbers.iter().filter(number).collect();
+    let at = match numbers.as_slice() {
+        [one] => one.span,
+        _ => task.spans.get("velocity").copied().unwrap_or(task.span),
+    };
+    Diagnostic::warning("HQ0535", at, text)
+        .note(format!(
+            "its range is {}, and the stack runs for {}",
+            shown_range(d.lower, d.upper, dimension),
+            shown(duration, TIME)
+        ))
+        .help("end the motion before, or let the velocity return, as with a sine of time")
 }
