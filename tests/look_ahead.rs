@@ -66,8 +66,9 @@ fn case(seed: u64, levels: Levels, reserve: &str) -> Program {
         let through = [a, a + u, a + n.cross(&u)].map(list).join(", ");
         format!("virtual_wall(tip) {{ through [{through}]  gain {gain} /s  {reserve} }}")
     };
-    let target: Vec<String> = p.iter().map(|x| dice.jumping(x - 1.0, x + 1.0)).collect();
-    let other: Vec<String> = p.iter().map(|x| dice.jumping(x - 1.0, x + 1.0)).collect();
+    let behind = p + 0.4 * if ball { -p.normalize() } else { -n };
+    let target: Vec<String> = behind.iter().map(|x| dice.jumping(x - 0.7, x + 0.7)).collect();
+    let other: Vec<String> = behind.iter().map(|x| dice.jumping(x - 0.7, x + 0.7)).collect();
     let accelerations = if levels == Levels::Accelerations { "joint_acceleration_limits" } else { "" };
     let (after, blend) = (dice.between(0.1, 0.4), dice.between(0.05, 0.3));
     let run = match levels {
@@ -147,7 +148,7 @@ fn walls_and_distances_hold_at_every_tick() {
         near += usize::from(found.margin.is_some_and(|h| h < 1e-4));
         lost += usize::from(!holds(&run(&case(seed, Levels::Speeds, "sampled_margin 0 m"))));
     }
-    assert!(near > 40 && lost > 40, "the motions show little: {near} come near, {lost} lose without looking ahead");
+    assert!(near > 30 && lost > 30, "the motions show little: {near} come near, {lost} lose without looking ahead");
 }
 
 #[test]
@@ -197,8 +198,8 @@ fn far_from_a_limit_the_velocities_are_the_same() {
     let far = |reserve: &str| {
         run(&common::program_of(&format!(
             "hierarq 1
-             robot arm {{ urdf \"robots/arm7.urdf\"  rate 100 Hz  home {{ all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }} }}
-             task floor = virtual_wall(tool) {{ through [[0, 0, 0], [1, 0, 0], [0, 1, 0]] m  {reserve} }}
+             robot arm {{ urdf \"robots/arm7.urdf\"  rate 100 Hz  points {{ tip tool }}  home {{ all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }} }}
+             task floor = virtual_wall(tip) {{ through [[0, 0, 0], [1, 0, 0], [0, 1, 0]] m  {reserve} }}
              task turn = frame_position(tool) {{ position initial(position) + [0, 0.1, 0] m * sin(2*pi*t/(4 s)) }}
              stack s {{ level limits hard {{ joint_position_limits  joint_velocity_limits  floor }}  level motion {{ turn }} }}
              run {{ duration 2 s }}\n"

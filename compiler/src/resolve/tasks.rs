@@ -151,7 +151,8 @@ impl Resolver<'_> {
         }
     }
 
-    /// Resolves a value of unknown type: names of values, arms and parameters are recognised in it nevertheless.
+    /// Resolves a value of unknown type: names of values, of arms and other parts of
+    /// the robot, and of parameters are recognised in it nevertheless.
     pub(super) fn anything(&mut self, value: &Value) {
         match &value.kind {
             ValueKind::Block(b) => {
@@ -164,9 +165,10 @@ impl Resolver<'_> {
             // A task may be an argument: `guarded(left, hold(right))`.
             ValueKind::Call(name, args) if self.task_type(name) => args.iter().for_each(|v| self.anything(v)),
             ValueKind::Name(n) if n != CURSOR && self.declared(Class::Value, n).is_none() => {
-                if !self.is_bound(n, value.span) && self.part(K::Arm, n).is_some() {
-                    let found = self.part(K::Arm, n);
-                    self.refer(n, value.span, K::Arm, found);
+                let kinds = [K::Arm, K::Group, K::Point, K::Segment].into_iter();
+                let part = kinds.filter_map(|kind| Some((kind, self.part(kind, n)?))).next();
+                if let Some((kind, found)) = part.filter(|_| !self.is_bound(n, value.span)) {
+                    self.refer(n, value.span, kind, Some(found));
                 }
             }
             _ => self.expression(value),
