@@ -13,6 +13,7 @@ mod documentation;
 mod examples;
 mod experiments;
 mod faults;
+mod feasibility;
 mod fields;
 mod files;
 mod gantt;
