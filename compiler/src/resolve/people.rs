@@ -17,7 +17,7 @@ impl Resolver<'_> {
 
     fn point_of(&mut self, human: SymbolId, point: &Spanned<String>) {
         let points = |r: &Self| r.offering(&r.all_inside(human, K::HumanPoint), |s| s.kind.word());
-        if !self.is_cursor(&point.value, points) {
+        if !self.is_cursor(&point.value, points) && !self.is_bound(&point.value, point.span) {
             let found = self.inside(human, K::HumanPoint, &point.value);
             self.refer(&point.value, point.span, K::HumanPoint, found);
         }
