@@ -301,10 +301,10 @@ pub trait Task: Send {
         false
     }
 
-    /// For a limit that looks ahead: largest distance in m from the origin of its link to a point of a part that it
-    /// keeps from something.
-    fn extent(&self) -> f64 {
-        0.0
+    /// For a limit that looks ahead: largest distance in m of a part that it keeps from something to a joint that moves
+    /// the part, or what it is kept from. `chain` bounds the distance of all links from the root, in m.
+    fn reach(&self, chain: f64) -> f64 {
+        chain
     }
 
     /// For a limit that looks ahead: margin `h` of a row after a period (s), in the row's unit. `next` is the state there,

@@ -3,11 +3,11 @@
 //! With `V` a bound of the speed at which a distance may change,
 //!
 //! ```text
-//! V  =  2 R sum_i |w_i|  +  sum_k |u_k|        w: rad/s of turning joints, u: m/s of sliding ones
+//! V  =  R sum_i |w_i|  +  sum_k |u_k|        w: rad/s of turning joints, u: m/s of sliding ones
 //! ```
 //!
-//! and `R` the largest distance of a point of the robot from a joint that moves it, a margin that is larger than what a
-//! period can take of it need not be computed again.
+//! and `R` the largest distance of a part from a joint that moves it, a margin that is larger than what a period can take of
+//! it need not be computed again.
 
 use robot::{Data, DofUnit, Drive, Joint, JointKind, Model};
 use solver::Level;
@@ -30,7 +30,7 @@ pub(crate) struct Ahead {
     period: f64,
     /// Limits on hard levels that look ahead, as indices of members.
     members: Vec<usize>,
-    /// Largest distance of a point of the robot from a joint that moves it, in m.
+    /// Largest distance of a part from a joint that moves it, in m.
     reach: f64,
     /// Sums of the absolute factors with which a degree of freedom turns and slides joints.
     turns: Vec<f64>,
@@ -47,7 +47,8 @@ impl Ahead {
         let on_hard = |level: usize| hard.get(level).copied().unwrap_or(false);
         let looks = |i: &usize| on_hard(evaluator.members[*i].level) && evaluator.tasks[*i].looks_ahead();
         let members: Vec<usize> = (0..evaluator.members.len()).filter(looks).collect();
-        let extent = members.iter().map(|&i| evaluator.tasks[i].extent()).fold(0.0, f64::max);
+        let chain = longest_chain(model);
+        let reach = members.iter().map(|&i| evaluator.tasks[i].reach(chain)).fold(0.0, f64::max);
         let (mut turns, mut slides) = (vec![0.0; model.nv()], vec![0.0; model.nv()]);
         for (dof, d) in model.dofs.iter().enumerate().take(model.base.nv()) {
             let of_base = if d.unit == DofUnit::Radian { &mut turns } else { &mut slides };
@@ -64,15 +65,7 @@ impl Ahead {
                 _ => turns[dof] += factor,
             }
         }
-        Ahead {
-            period,
-            reach: longest_chain(model) + extent,
-            members,
-            turns,
-            slides,
-            q: vec![0.0; model.nq()],
-            data: Data::new(model),
-        }
+        Ahead { period, reach, members, turns, slides, q: vec![0.0; model.nq()], data: Data::new(model) }
     }
 
     /// Returns true if no limit looks ahead.
@@ -84,7 +77,7 @@ impl Ahead {
     fn change(&self, v: &[f64]) -> f64 {
         let sum = |factors: &[f64]| factors.iter().zip(v).map(|(f, v)| f * v.abs()).sum::<f64>();
         let turning = sum(&self.turns);
-        let turned = if turning == 0.0 { 0.0 } else { 2.0 * self.reach * turning };
+        let turned = if turning == 0.0 { 0.0 } else { self.reach * turning };
         self.period * (turned + sum(&self.slides))
     }
 
@@ -99,11 +92,13 @@ impl Ahead {
         for &i in &self.members {
             let m = &members[i];
             let level = &levels[m.level];
+            // A distance that moves takes up to what its row asks for besides.
+            let moves = m.slots.iter().any(|&at| values.rates.get(at).is_some_and(|r| *r != 0.0));
             for (k, row) in m.rows.clone().enumerate() {
                 let (h, lower) = (margins[m.margins.start + k], level.lower[row]);
                 // A row without a bound is left out, and one that was passed only leads back.
-                let is_near = h >= -PASSED && h < 2.0 * change + self.period * lower.abs();
-                if !lower.is_finite() || !is_near {
+                let enough = if moves { 2.0 * change + self.period * lower.abs() } else { change };
+                if !lower.is_finite() || h < -PASSED || h >= enough + TOLERANCE {
                     continue;
                 }
                 if !moved {

@@ -176,8 +176,8 @@ impl Task for SelfCollision {
         self.sampled_margin.looks_ahead
     }
 
-    fn extent(&self) -> f64 {
-        self.pairs.iter().flat_map(|p| [&p.a, &p.b]).map(extent).fold(0.0, f64::max)
+    fn reach(&self, chain: f64) -> f64 {
+        chain + self.pairs.iter().flat_map(|p| [&p.a, &p.b]).map(extent).fold(0.0, f64::max)
     }
 
     fn margin_after(&self, next: &State, row: usize, period: f64) -> f64 {

@@ -215,8 +215,10 @@ impl Task for VirtualWall {
         self.sampled_margin.looks_ahead
     }
 
-    fn extent(&self) -> f64 {
-        self.points.iter().map(extent).fold(0.0, f64::max)
+    fn reach(&self, chain: f64) -> f64 {
+        // A joint that carries the plane turns it about itself, however far the part is.
+        let to_plane = if self.on.is_some() { chain } else { 0.0 };
+        chain + to_plane + self.points.iter().map(extent).fold(0.0, f64::max)
     }
 
     fn margin_after(&self, next: &State, row: usize, period: f64) -> f64 {
