@@ -2,7 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Tolerance of a limit, in the unit of its row: a margin below minus this counts as violated. The reference ends a
+/// Largest violation of a margin that does not count, in the row's SI unit. The solver meets a bound to about 1e-11 of
+/// the row's size, and a joint at rest on its limit has a margin of zero up to rounding.
+pub const MARGIN_TOLERANCE: f64 = 1e-9;
+
+/// Tolerance of a limit at run time, in the unit of its row: a margin below minus this counts as passed. The reference ends a
 /// tick on the limit up to rounding.
 pub(crate) const PASSED: f64 = 1e-6;
 

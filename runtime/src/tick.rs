@@ -1,14 +1,11 @@
 //! A tick as it was, and the trait of its recorders.
 
+pub use crate::fault::MARGIN_TOLERANCE;
 use solver::{Problem, Solution};
 
 use crate::controller::Controller;
 use crate::evaluator::Evaluator;
 use crate::fault::Fault;
-
-/// Largest violation of a margin that does not count, in the row's SI unit. The solver meets a bound to about 1e-11 of
-/// the row's size, and a joint at rest on its limit has a margin of zero up to rounding.
-pub const MARGIN_TOLERANCE: f64 = 1e-9;
 
 /// One tick, as it is passed to recorders.
 pub struct Tick<'a> {

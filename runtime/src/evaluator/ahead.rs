@@ -15,8 +15,7 @@ use stdlib_tasks::clearance::stroke;
 use stdlib_tasks::task::State;
 
 use super::Evaluator;
-use crate::fault::PASSED;
-use crate::tick::MARGIN_TOLERANCE;
+use crate::fault::{MARGIN_TOLERANCE, PASSED};
 
 /// Distance in m by which a margin may be below zero after a tick: half of what a summary counts as violated.
 const TOLERANCE: f64 = 0.5 * MARGIN_TOLERANCE;
