@@ -256,12 +256,16 @@ impl StackController {
         self.blend.goes_on = false;
         if self.late {
             self.make_do(q, inputs, before)?;
-        } else if self.is_between() {
-            self.go_over(q, inputs)?;
         } else {
-            self.late = !self.hold(q)?;
-            if self.late {
-                self.make_do(q, inputs, before)?;
+            if self.is_between() {
+                self.go_over(q, inputs)?;
+            }
+            // At the last tick of a blend, the velocity is that of the stack itself.
+            if !self.is_between() {
+                self.late = !self.hold(q)?;
+                if self.late {
+                    self.make_do(q, inputs, before)?;
+                }
             }
         }
         self.ticks += 1;
