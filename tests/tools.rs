@@ -7,6 +7,7 @@ use cli::{command, folder, hierarq, text};
 
 use crate::common::cli;
 mod init;
+mod robot;
 mod schema;
 #[cfg(unix)]
 mod watch;

@@ -95,6 +95,8 @@ pub enum ValueType {
     Binary(&'static BinaryFormat),
     /// The path of a URDF.
     Urdf,
+    /// The path of an SRDF.
+    Srdf,
     /// The path of a spec.
     Spec,
     /// True or false.

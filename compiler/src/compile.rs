@@ -92,11 +92,12 @@ fn compile_with(input: &Input, texts: &Texts, part: Part, deep: Option<&Deep>) -
         return Compiled::refused(report);
     }
     let allowed = allowed(&report);
+    let srdf = lowered.controller.as_ref().and_then(|c| c.source_map.srdf.as_ref()).map(|of| of.srdf.clone());
     let program = lowered.controller.map(|c| Program { allowed: allowed.clone(), ..c.program });
     // Each warning is listed once by `hierarq compile`.
     let listed = if program.is_some() { Vec::new() } else { allowed };
     let missions = lowered.missions.into_iter().map(|m| MissionProgram { allowed: listed.clone(), ..m });
-    Compiled { program, missions: missions.collect(), report, sampled }
+    Compiled { program, missions: missions.collect(), srdf, report, sampled }
 }
 
 /// The allowed warnings of a report, for the program.
@@ -120,7 +121,9 @@ fn removals(diagnostics: &mut [Diagnostic], spec: &Spec) {
 /// are known: not after an error, without the missions, or with other values of its params.
 fn allow(report: &mut Report, expanded: &Expanded, (input, part, own): (&Input, Part, SourceId), deep: bool) {
     let is_spec = |place: Span| expanded.syntaxes.contains_key(&place.source);
-    let urdf = expanded.robots.iter().filter_map(|robot| Some(robot.body.get("urdf")?.value.span));
+    let described =
+        |key: &'static str| expanded.robots.iter().filter_map(move |robot| Some(robot.body.get(key)?.value.span));
+    let urdf = described("urdf").chain(described("srdf"));
     // Findings at sampled postures are known only if these were asked for.
     let is_known = |code: &str| deep || !codes::is_deep(code);
     let without_effect = report.allow(&expanded.allowances, is_spec, is_known, &urdf.collect::<Vec<_>>());

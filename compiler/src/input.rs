@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use dsl::Syntax;
+use robot::Srdf;
 use runtime::program::{MissionProgram, Program};
 
 use crate::diagnostics::report::Report;
@@ -36,6 +37,8 @@ pub struct Compiled {
     pub program: Option<Program>,
     /// Missions, in source order; empty if there is an error.
     pub missions: Vec<MissionProgram>,
+    /// SRDF of the robot, if the spec names one.
+    pub srdf: Option<Srdf>,
     /// Errors and warnings.
     pub report: Report,
     /// Figures of sampled postures; `None` if none were asked for, or after an error.

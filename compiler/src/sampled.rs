@@ -20,9 +20,19 @@ pub struct Sampled {
     pub seed: u64,
     /// The stacks that run and move a joint.
     pub stacks: Vec<SampledStack>,
-    /// Pairs of links that touch at some postures and that no limit keeps apart; `None` if the robot has no collision
-    /// shapes.
-    pub touching: Option<usize>,
+    /// Pairs of links that touch; `None` if the robot has no collision shapes.
+    pub contacts: Option<Contacts>,
+}
+
+/// Pairs of links that touch at sampled postures and that no limit keeps apart, without neighbours.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contacts {
+    /// Number of pairs that touch at some postures, and are meant not to.
+    pub unguarded: usize,
+    /// Number of those that the robot's SRDF disables.
+    pub disabled: usize,
+    /// Those that touch at home, or at nearly all postures, by how their shapes are drawn.
+    pub always: Vec<[String; 2]>,
 }
 
 /// Figures of a stack.

@@ -5,6 +5,7 @@ use runtime::program::Measure;
 
 use crate::binding::BoundTask;
 use crate::demands::CoverageDemands;
+use crate::robot_binding::RobotSrdf;
 
 /// Source spans of the parts of a program, for checks of the finished program.
 pub(crate) struct SourceMap {
@@ -18,6 +19,8 @@ pub(crate) struct SourceMap {
     pub rate: Span,
     /// Span of the robot's home.
     pub home: Span,
+    /// The robot's SRDF.
+    pub srdf: Option<RobotSrdf>,
     /// Demands on limits.
     pub coverage: Vec<CoverageDemands>,
     /// Places of the scenarios.

@@ -136,10 +136,22 @@ fn walls_and_pairs_are_those_of_the_members() {
                     }
                     "self_collision" => {
                         let mut expected = BTreeSet::new();
+                        let (model, params) = (&program.robot.model, &program.tasks[task].params);
+                        let excepted: BTreeSet<[LinkId; 2]> = match params.get("except") {
+                            Some(Bound::Pairs(all)) => all.iter().map(|pair| pair.links).collect(),
+                            _ => BTreeSet::new(),
+                        };
+                        let one_side = !params.contains_key("and");
+                        let others = links(&program, task, if one_side { "between" } else { "and" });
                         for a in links(&program, task, "between") {
-                            for b in links(&program, task, "and") {
-                                if program.robot.model.moves_between(a, b) {
-                                    expected.insert([a.min(b), a.max(b)]);
+                            for &b in &others {
+                                let apart = match one_side {
+                                    true => !robot::contacts::are_neighbours(model, a, b),
+                                    false => model.moves_between(a, b),
+                                };
+                                let pair = [a.min(b), a.max(b)];
+                                if apart && !excepted.contains(&pair) {
+                                    expected.insert(pair);
                                 }
                             }
                         }

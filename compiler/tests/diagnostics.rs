@@ -19,6 +19,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("trajectories", include_str!("cases/trajectories.txt"), Syntax::Native),
     ("checks", include_str!("cases/checks.txt"), Syntax::Native),
     ("urdf", include_str!("cases/urdf.txt"), Syntax::Native),
+    ("srdf", include_str!("cases/srdf.txt"), Syntax::Native),
+    ("srdf_yaml", include_str!("cases/srdf_yaml.txt"), Syntax::Yaml),
     ("yaml", include_str!("cases/yaml.txt"), Syntax::Yaml),
     ("imports", include_str!("cases/imports.txt"), Syntax::Native),
     ("reuse", include_str!("cases/reuse.txt"), Syntax::Native),
@@ -117,6 +119,16 @@ fn allowances() {
 #[test]
 fn allowances_yaml() {
     check("allowances_yaml");
+}
+
+#[test]
+fn srdf() {
+    check("srdf");
+}
+
+#[test]
+fn srdf_yaml() {
+    check("srdf_yaml");
 }
 
 #[test]

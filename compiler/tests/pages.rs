@@ -11,8 +11,8 @@ use std::path::Path;
 
 /// Codes without a wrong example: it would be too long for a page, or is not a text.
 const NOT_SHOWN: &[&str] = &[
-    "HQ0190", "HQ0192", "HQ0193", "HQ0194", "HQ0195", "HQ0212", "HQ0218", "HQ0406", "HQ0607", "HQ0623", "HQ0934",
-    "HQ0951",
+    "HQ0190", "HQ0192", "HQ0193", "HQ0194", "HQ0195", "HQ0212", "HQ0218", "HQ0406", "HQ0592", "HQ0607", "HQ0623",
+    "HQ0934", "HQ0951",
 ];
 
 /// Compiles an example, completed by the parts that it omits.
@@ -24,6 +24,15 @@ fn compiled(page: &Page, part: &Part) -> Compiled {
         std::fs::create_dir_all(&folder).expect("a folder");
         std::fs::write(folder.join("robot.urdf"), text).expect("a file");
         let spec = whole("robot r { urdf \"robot.urdf\"  rate 100 Hz }\ntask still = hold(hand)\n", syntax, true, true);
+        return compile_text(&spec, syntax, &folder, &[]);
+    }
+    if language == "srdf" {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}_{bad}", page.code));
+        std::fs::create_dir_all(folder.join("robots")).expect("a folder");
+        std::fs::copy(examples().join("robots/arm7.urdf"), folder.join("robots/arm7.urdf")).expect("a file");
+        std::fs::write(folder.join("arm.srdf"), text).expect("a file");
+        let robot = "robot r { urdf \"robots/arm7.urdf\"  srdf \"arm.srdf\"  rate 100 Hz  home { joint_4 1 rad } }";
+        let spec = whole(&format!("{robot}\ntask still = hold(tool)\n"), syntax, true, true);
         return compile_text(&spec, syntax, &folder, &[]);
     }
     let text = if alone { text.to_string() } else { whole(text, syntax, true, true) };

@@ -135,3 +135,22 @@ fn a_renamed_symbol_gives_the_same_program() {
     println!("{count}");
     assert!(bad.is_empty(), "{count}\n{}", bad.join("\n"));
 }
+
+/// Groups and postures of an SRDF are symbols of its text.
+#[test]
+fn names_of_an_srdf_lead_into_it() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/postures.hq");
+    let text = read(&path);
+    let names = resolved(&path, &text);
+    for (word, kind) in
+        [("ready", SymbolKind::Posture), ("wrist", SymbolKind::JointGroup), ("folded", SymbolKind::Posture)]
+    {
+        let at = text.find(word).expect("in the example");
+        let Some(Meaning::Symbol(id)) = names.at(at).map(|r| r.meaning.clone()) else { panic!("{word} is no symbol") };
+        let symbol = names.symbol(id);
+        assert_eq!((symbol.kind, symbol.name.as_str()), (kind, word));
+        assert!(names.file_of(id).path.ends_with("robots/arm7.srdf"), "{word}");
+    }
+    let offered: Vec<&str> = names.visible(SymbolKind::Posture).map(|(name, _)| name).collect();
+    assert_eq!(offered, ["folded", "ready", "turned"]);
+}

@@ -143,8 +143,8 @@ fn pairs_touch_as_often_as_their_margins_say() {
     let percent: f64 = percent.expect("the pair in the note").parse().expect("a number");
     alike("touching", share((percent * FEW as f64 / 100.0).round() as usize, FEW), share(touching, all));
     let kept = deep(&stack("apart"), 1);
-    let with_guard = kept.sampled.and_then(|s| s.touching);
-    let without = compiled.sampled.and_then(|s| s.touching);
+    let with_guard = kept.sampled.and_then(|s| s.contacts).map(|c| c.unguarded);
+    let without = compiled.sampled.and_then(|s| s.contacts).map(|c| c.unguarded);
     assert_eq!(with_guard.map(|n| n + 1), without, "one pair less");
 }
 

@@ -43,6 +43,7 @@ sections!(
 /// Keys whose value is a text, or a list of texts, so that it needs no quotes of this language in YAML.
 pub static TEXT_KEYS: &[&str] = &[
     "urdf",
+    "srdf",
     "title",
     "package_path",
     "file",

@@ -41,7 +41,7 @@ pub fn describe(holds: &ValueType) -> String {
         ValueType::Sent => "number, vector, orientation or `{ force  moment }`".to_string(),
         ValueType::Values => "list, or whole numbers from one to another".to_string(),
         ValueType::Text | ValueType::File | ValueType::FileWith(_) | ValueType::Binary(_) => "text".to_string(),
-        ValueType::Urdf => "path of a file".to_string(),
+        ValueType::Urdf | ValueType::Srdf => "path of a file".to_string(),
         ValueType::Spec => "path of a spec".to_string(),
         ValueType::Flag => "`true` or `false`".to_string(),
         ValueType::Choice(words) => words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "),
@@ -69,7 +69,7 @@ pub fn describe(holds: &ValueType) -> String {
         ValueType::Joints => "joints, groups of joints, patterns".to_string(),
         ValueType::Locks => "joints, groups of joints, patterns, or `{ JOINT position .. }`".to_string(),
         ValueType::Positions => {
-            format!("`{{ JOINT position .. }}` {}", of_joints([JOINT_ANGLE, JOINT_TRAVEL]))
+            format!("`{{ JOINT position .. }}` {}; or a posture of the SRDF", of_joints([JOINT_ANGLE, JOINT_TRAVEL]))
         }
         ValueType::Block(section) => section.name.to_string(),
         ValueType::Blocks(section) => format!("{}, or a list of such", section.name),

@@ -1,4 +1,4 @@
-//! Robot models: URDF to [`Model`], forward kinematics, Jacobians, shapes and distances.
+//! Robot models: URDF to [`Model`], SRDF to [`Srdf`], forward kinematics, Jacobians, shapes and distances.
 //!
 //! A [`Model`] describes the robot and never changes; a [`Data`] holds the results for one configuration. Reading a
 //! URDF may fail, with the location of each error ([`UrdfMessage`]). The computations that follow do not allocate,
@@ -10,6 +10,7 @@
 #![allow(non_snake_case, reason = "frames stand in the names: X_WL, p_W")]
 
 mod base;
+pub mod contacts;
 mod data;
 pub mod geometry;
 mod id;
@@ -21,6 +22,7 @@ mod model;
 pub mod random;
 mod sample;
 mod shape;
+pub mod srdf;
 mod unlimited;
 pub mod urdf;
 
@@ -30,4 +32,5 @@ pub use geometry::{Closest, Degenerate, closest};
 pub use id::{JointId, LinkId};
 pub use model::{Dof, DofUnit, Drive, Joint, JointKind, Link, Model, Support};
 pub use shape::{PlacedShape, Shape, Visual, VisualGeometry};
+pub use srdf::{Srdf, SrdfCode, SrdfMessage};
 pub use urdf::{Options, UrdfCode, UrdfMessage};

@@ -11,7 +11,7 @@ mod stacks;
 use std::fmt::Write;
 
 use robot::{Base, DofUnit};
-use stdlib_tasks::bound::{Bound, Slot};
+use stdlib_tasks::bound::{Bound, ExceptedPair, Exception, Slot};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::expression::Expression;
 
@@ -129,6 +129,7 @@ fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
         Bound::Arm(a) => Some(format!("{} (tip {})", a.name, p.robot.model.link_ref(a.tip).name)),
         // The names of the rows contain them.
         Bound::Geometries(_) => None,
+        Bound::Pairs(list) => excepted(p, list),
         Bound::Joints(list) => {
             Some(list.iter().map(|&d| p.robot.model.dofs[d].name.as_str()).collect::<Vec<_>>().join(", "))
         }
@@ -151,6 +152,27 @@ fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
             Some(format!("{{ {} }}", inner.join("  ")))
         }
     }
+}
+
+/// Pairs of links that a task leaves out, by their reasons; none without any.
+fn excepted(p: &Program, list: &[ExceptedPair]) -> Option<String> {
+    let mut by_reason: Vec<(String, Vec<String>)> = Vec::new();
+    for ExceptedPair { links: [a, b], why } in list {
+        let why = match why {
+            Exception::Written => "by the spec".to_string(),
+            Exception::Disabled(reason) if reason.is_empty() => "by the SRDF".to_string(),
+            Exception::Disabled(reason) => format!("by the SRDF, {reason}"),
+            Exception::Touching => "touching at every sampled posture".to_string(),
+        };
+        let name = |l: &robot::LinkId| p.robot.model.link_ref(*l).name.as_str();
+        let pair = format!("{} to {}", name(a), name(b));
+        match by_reason.iter_mut().find(|(reason, _)| *reason == why) {
+            Some((_, pairs)) => pairs.push(pair),
+            None => by_reason.push((why, vec![pair])),
+        }
+    }
+    let lines = by_reason.iter().map(|(why, pairs)| format!("\n        {why}: {}", pairs.join(", ")));
+    (!by_reason.is_empty()).then(|| format!("{} pairs of links{}", list.len(), lines.collect::<String>()))
 }
 
 /// Runs of joints that share a value: `0 for torso_yaw .. head_tilt`.

@@ -15,6 +15,9 @@ pub struct Arguments {
     /// URDF of the robot [default: an example arm with seven joints].
     #[arg(long, value_name = "FILE")]
     urdf: Option<PathBuf>,
+    /// SRDF of the robot [default: one of the same name beside the URDF].
+    #[arg(long, value_name = "FILE", requires = "urdf")]
+    srdf: Option<PathBuf>,
     /// Kind of the robot's base [default: guessed from the names of the joints].
     #[arg(long, value_enum, requires = "urdf")]
     base: Option<BaseName>,
@@ -49,6 +52,7 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let request = Request {
         folder: a.dir.clone(),
         urdf: a.urdf.clone(),
+        srdf: a.srdf.clone(),
         base: a.base.map(Base::from),
         yaml: a.yaml,
         package_paths: a.package_path.clone(),

@@ -24,6 +24,7 @@ mod lsp;
 mod man;
 mod output;
 mod plan;
+mod robot;
 mod run;
 mod run_mission;
 mod sampled;
@@ -73,6 +74,8 @@ enum Command {
     Check(check::Arguments),
     /// Print the compiled program.
     Compile(compile::Arguments),
+    /// Show the robot of a spec: groups, named postures, and pairs of links that are not kept apart.
+    Robot(robot::Arguments),
     /// Compare the behaviour of two specs, or of a spec and a compiled program.
     Diff(diff::Arguments),
     /// Draw the machine of a spec: Mermaid, Graphviz or SVG.
@@ -174,6 +177,7 @@ pub fn main() -> ExitCode {
         Command::Init(a) => init::run(&a),
         Command::Check(a) => check::run(&a),
         Command::Compile(a) => compile::run(&a),
+        Command::Robot(a) => robot::run(&a),
         Command::Diff(a) => diff::run(&a),
         Command::Graph(a) => graph::run(&a),
         Command::Run(a) => run::run(&a),

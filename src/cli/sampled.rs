@@ -2,7 +2,7 @@
 
 use std::io::IsTerminal;
 
-use compiler::{Freedom, Sampled, SampledStack};
+use compiler::{Contacts, Freedom, Sampled, SampledStack};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
@@ -39,13 +39,29 @@ pub fn text(sampled: &Sampled, postures: usize) -> String {
             freedom.join(", "),
         ]);
     }
-    let touching = match sampled.touching {
+    let touching = match sampled.contacts.as_ref().map(|c| c.unguarded) {
         None => "The links have no collision shapes.".to_string(),
         Some(0) => "No links touch that no limit keeps apart.".to_string(),
         Some(1) => "1 pair of links touches at some postures, and no limit keeps it apart.".to_string(),
         Some(n) => format!("{n} pairs of links touch at some postures, and no limit keeps them apart."),
     };
-    format!("{postures} postures, seed {}:\n{table}\n{touching}\n", sampled.seed)
+    let contacts = sampled.contacts.as_ref().map(contacts).unwrap_or_default();
+    format!("{postures} postures, seed {}:\n{table}\n{touching}\n{contacts}", sampled.seed)
+}
+
+/// Pairs that touch, and are left out of the warning.
+fn contacts(of: &Contacts) -> String {
+    let mut out = match of.disabled {
+        0 => String::new(),
+        1 => "1 pair that touches at some postures is disabled in the SRDF.\n".to_string(),
+        n => format!("{n} pairs that touch at some postures are disabled in the SRDF.\n"),
+    };
+    if !of.always.is_empty() {
+        let pairs: Vec<String> = of.always.iter().map(|[a, b]| format!("{a} to {b}")).collect();
+        let touch = if pairs.len() == 1 { "touches" } else { "touch" };
+        out += &format!("By how the shapes are drawn, {touch} at home or nearly everywhere: {}.\n", pairs.join(", "));
+    }
+    out
 }
 
 /// Freedom of a level: one number, or least, median and most.
@@ -73,6 +89,8 @@ pub fn data(sampled: &Sampled, postures: usize) -> Value {
         "postures": postures,
         "seed": sampled.seed,
         "stacks": sampled.stacks.iter().map(stack).collect::<Vec<_>>(),
-        "unguarded_pairs": sampled.touching,
+        "unguarded_pairs": sampled.contacts.as_ref().map(|c| c.unguarded),
+        "disabled_pairs": sampled.contacts.as_ref().map(|c| c.disabled),
+        "always_touching_pairs": sampled.contacts.as_ref().map(|c| c.always.as_slice()),
     })
 }

@@ -9,6 +9,7 @@ mod home;
 mod limbs;
 mod names;
 mod spec;
+mod srdf;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -33,6 +34,8 @@ pub struct Request {
     pub folder: PathBuf,
     /// URDF; the example arm if `None`.
     pub urdf: Option<PathBuf>,
+    /// SRDF; one that is found beside the URDF if `None`.
+    pub srdf: Option<PathBuf>,
     /// Base of the robot; guessed if `None`.
     pub base: Option<Base>,
     /// Writes YAML instead of `*.hq` syntax.
@@ -77,11 +80,26 @@ pub fn propose(request: &Request) -> Result<Project, Refusal> {
             (text, place)
         }
     };
+    let srdf = described(request).map_err(Refusal::Trouble)?;
     let syntax = if request.yaml { Syntax::Yaml } else { Syntax::Native };
     let mut first = None;
     for variant in variants(request, &text) {
-        let Some(plan) = Plan::new(&text, &variant) else { continue };
-        let compiled = place.source.as_ref().map(|source| compile(&plan.text(source, None), &place, request));
+        let Some(mut plan) = Plan::new(&text, &variant) else { continue };
+        let compile_plan =
+            |plan: &Plan| place.source.as_ref().map(|source| compile(&plan.text(source, None, None), &place, request));
+        let mut compiled = compile_plan(&plan);
+        let mut unused = None;
+        if let (Some(of), Some(Compiled { program: Some(_), .. })) = (&srdf, &compiled) {
+            match srdf::add(&mut plan, of, |plan| compile_plan(plan).unwrap_or_default()) {
+                Ok(better) => compiled = Some(better),
+                Err(wrong) if of.given => return Err(Refusal::Wrong(wrong)),
+                // The user did not ask for it.
+                Err(_) => {
+                    unused = Some(format!("{} has errors, and is not used", of.place.written));
+                    plan = Plan::new(&text, &variant).unwrap_or(plan);
+                }
+            }
+        }
         let report = match compiled {
             Some(Compiled { program: None, report, .. }) => {
                 first.get_or_insert(report);
@@ -91,14 +109,27 @@ pub fn propose(request: &Request) -> Result<Project, Refusal> {
             // The example's URDF is not on disk yet, and a test compiles its spec.
             None => Report::default(),
         };
-        let written = plan.text(&place.written, place.package_path.as_deref());
+        let described = srdf.as_ref().map(|of| of.place.written.as_str());
+        let written = plan.text(&place.written, described, place.package_path.as_deref());
         let (tree, _) = dsl::parse(SourceId(0), &written, Syntax::Native);
         let ending = if request.yaml { "yaml" } else { "hq" };
         let mut files: Vec<(PathBuf, String)> = place.copy.iter().map(|to| (to.clone(), text.clone())).collect();
+        let copied = srdf.iter().filter(|_| unused.is_none());
+        files.extend(copied.filter_map(|of| Some((of.place.copy.clone()?, of.text.clone()))));
         files.push((request.folder.join(format!("{}.{ending}", plan.name)), dsl::print(&tree, syntax)));
-        return Ok(Project { files, report, remarks: plan.remarks() });
+        return Ok(Project { files, report, remarks: plan.remarks().into_iter().chain(unused).collect() });
     }
     Err(Refusal::Wrong(Box::new(first.unwrap_or_else(|| complaint(&place, request)))))
+}
+
+/// The SRDF of the request, or the one beside its URDF.
+fn described(request: &Request) -> Result<Option<srdf::Source>, String> {
+    let beside = request.urdf.as_deref().and_then(srdf::beside);
+    let Some(path) = request.srdf.clone().or(beside) else { return Ok(None) };
+    let text = srdf::read(&path)?;
+    // The text of an SRDF names no meshes: it is copied unless it is in the project.
+    let place = Place::of(&path, "", request)?;
+    Ok(Some(srdf::Source { place, text, given: request.srdf.is_some() }))
 }
 
 /// Interpretations of a robot, the most helpful first; the next one is tried if one does not compile.

@@ -30,6 +30,21 @@ pub(super) struct Plan {
     q: Vec<f64>,
     /// Displacement of the tip \[m\]; `None` if it cannot move.
     motion: Option<[f64; 3]>,
+    /// Degrees of freedom that move the tip.
+    dofs: Vec<usize>,
+    srdf: Description,
+}
+
+/// The part of a plan that an SRDF gives.
+#[derive(Default)]
+struct Description {
+    /// Path for compilation; `None` without an SRDF.
+    source: Option<String>,
+    /// Posture at home.
+    home: Option<String>,
+    /// Limit that keeps the links apart.
+    apart: Option<String>,
+    groups: Vec<String>,
 }
 
 /// Quotes a text.
@@ -38,7 +53,7 @@ pub(super) fn quoted(text: &str) -> String {
 }
 
 /// Formats a name as a value, with quotes if necessary.
-fn named(name: &str) -> String {
+pub(super) fn named(name: &str) -> String {
     if is_plain(name) { name.to_string() } else { quoted(name) }
 }
 
@@ -90,7 +105,54 @@ impl Plan {
         let at = |d: usize| model.dofs[d].q_index.map_or(0.0, |i| q[i]);
         let others = (0..model.nv()).filter(|d| !in_arms.contains(d) && at(*d) != 0.0).collect();
         let name = plain(&model.name, "robot");
-        Some(Plan { name, model, variant: variant.clone(), arms, others, tip, q, motion })
+        Some(Plan {
+            name,
+            model,
+            variant: variant.clone(),
+            arms,
+            others,
+            tip,
+            q,
+            motion,
+            dofs,
+            srdf: Description::default(),
+        })
+    }
+
+    /// The model of the proposal.
+    pub(super) fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Names an SRDF, and a posture of it as home.
+    pub(super) fn describe(&mut self, source: String, home: Option<String>) {
+        self.srdf = Description { source: Some(source), home, ..Description::default() };
+    }
+
+    /// Posture at home.
+    pub(super) fn home(&self) -> Option<&str> {
+        self.srdf.home.as_deref()
+    }
+
+    /// Takes over the home configuration of a compiled model, and moves the tip from there.
+    pub(super) fn start_at(&mut self, model: &Model, home: &[f64]) {
+        for d in &self.model.dofs {
+            let there = model.dof(&d.name).and_then(|dof| model.dofs[dof].q_index);
+            if let Some((own, there)) = d.q_index.zip(there) {
+                self.q[own] = home[there];
+            }
+        }
+        self.motion = motion(&self.model, self.tip, &self.dofs, &self.q);
+    }
+
+    /// Keeps the links apart by a limit.
+    pub(super) fn keep_apart(&mut self, limit: Option<String>) {
+        self.srdf.apart = limit;
+    }
+
+    /// Groups of the SRDF, for a comment.
+    pub(super) fn note_groups(&mut self, groups: Vec<String>) {
+        self.srdf.groups = groups;
     }
 
     fn link(&self, link: LinkId) -> String {
@@ -102,15 +164,24 @@ impl Plan {
         self.arms.first().map_or_else(|| self.link(self.tip), |arm| arm.name.clone())
     }
 
-    /// Text of the spec, with this path of the URDF and this folder of packages.
-    pub(super) fn text(&self, urdf: &str, package_path: Option<&str>) -> String {
+    /// Text of the spec, with this path of the URDF, this one of the SRDF if the plan has one, and this folder of packages.
+    pub(super) fn text(&self, urdf: &str, srdf: Option<&str>, package_path: Option<&str>) -> String {
         let mut out =
             String::from("// A first spec, proposed by `hierarq init`. Everything in it is a guess: change it.\n");
         let _ = writeln!(out, "hierarq 1\n\nrobot {} {{\n  urdf {}", self.name, quoted(urdf));
         if let Some(path) = package_path {
             let _ = writeln!(out, "  package_path {}", quoted(path));
         }
+        if let Some(own) = &self.srdf.source {
+            let _ = writeln!(out, "  srdf {}", quoted(srdf.unwrap_or(own)));
+            if !self.srdf.groups.is_empty() {
+                let _ = writeln!(out, "  // its groups: {}", self.srdf.groups.join(", "));
+            }
+        }
         let base = self.variant.base;
+        if base == Base::Fixed && self.srdf.source.is_some() {
+            out.push_str("  base fixed\n");
+        }
         if base != Base::Fixed {
             let guess = if self.variant.guessed { "  // by the names of wheels and legs" } else { "" };
             let _ = writeln!(out, "  base {}{guess}", word(base));
@@ -134,7 +205,9 @@ impl Plan {
         }
         out.push_str(&self.limits());
         let groups = self.groups();
-        if !groups.is_empty() {
+        if let Some(home) = &self.srdf.home {
+            let _ = writeln!(out, "  home {}", named(home));
+        } else if !groups.is_empty() {
             // Zeros are the default, but a list that is present is easier to edit.
             out.push_str("  home {\n");
             for (name, dofs) in groups {
@@ -221,6 +294,9 @@ impl Plan {
             (false, false) => "joint_acceleration_limits { max 2 m/s^2 }",
         });
         let _ = writeln!(out, "  level limits hard {{ {} }}", limits.join("  "));
+        if let Some(apart) = &self.srdf.apart {
+            let _ = writeln!(out, "  level apart hard {{ {apart} }}");
+        }
         let moving = if self.motion.is_some() { "reach".to_string() } else { format!("hold({})", self.frame()) };
         let others: Vec<&str> = self.arms.iter().skip(1).map(|a| a.name.as_str()).collect();
         let hold = if others.is_empty() { String::new() } else { format!("  hold({})", others.join(", ")) };
@@ -235,6 +311,14 @@ impl Plan {
         out.push(format!("{}: {joints} joints that move, base {}", self.model.name, word(self.variant.base)));
         for arm in &self.arms {
             out.push(format!("arm `{}`: {} joints, tip {}", arm.name, arm.dofs.len(), self.link(arm.tip)));
+        }
+        if self.srdf.source.is_some() {
+            let home = self.srdf.home.as_ref().map_or("no posture of it as home".to_string(), |h| format!("home {h}"));
+            let apart = match self.srdf.apart {
+                Some(_) => "the links are kept apart",
+                None => "no limit on the whole robot: too many pairs, or links that touch at home",
+            };
+            out.push(format!("SRDF: {} groups, {home}; {apart}", self.srdf.groups.len()));
         }
         if self.arms.is_empty() {
             out.push(format!("no chain of five joints or more; the frame that moves is {}", self.link(self.tip)));

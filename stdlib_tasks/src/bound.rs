@@ -27,6 +27,27 @@ pub struct Arm {
     pub tip: LinkId,
 }
 
+/// Two links that a task leaves out, with the reason.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ExceptedPair {
+    /// The two links, the one with the smaller index first.
+    pub links: [LinkId; 2],
+    /// Reason.
+    pub why: Exception,
+}
+
+/// Reason for which a pair of links is left out.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Exception {
+    /// The spec names the pair.
+    Written,
+    /// The robot's SRDF disables the pair, with this reason.
+    Disabled(String),
+    /// The two touch at every sampled posture: their shapes overlap by how they are drawn.
+    Touching,
+}
+
 /// A bound parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -41,6 +62,8 @@ pub enum Bound {
     Arm(Arm),
     /// Points, segments and shapes.
     Geometries(Vec<Geometry>),
+    /// Pairs of links that are left out.
+    Pairs(Vec<ExceptedPair>),
     /// Degrees of freedom, by index.
     Joints(Vec<usize>),
     /// A number for each of some degrees of freedom.

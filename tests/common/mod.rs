@@ -29,6 +29,7 @@ pub const EXAMPLES: &[&str] = &[
     "tested",
     "bystander",
     "covered",
+    "postures",
     "nearness",
     "protective_stop",
     "admittance",

@@ -44,6 +44,27 @@ fn init_without_a_robot_brings_one() {
 }
 
 #[test]
+fn init_takes_groups_home_and_pairs_from_an_srdf() {
+    let files = ["--urdf", "examples/robots/arm7.urdf"];
+    let spec = works("init_srdf", "arm7.hq", &files);
+    for line in
+        ["srdf \"robots/arm7.srdf\"", "home ready", "// its groups: arm, wrist, hand", "self_collision { between all"]
+    {
+        assert!(spec.contains(line), "{line}:\n{spec}");
+    }
+    let yaml = works("init_srdf_yaml", "arm7.yaml", &[&files[..], &["--yaml"]].concat());
+    assert!(yaml.contains("home: ready"), "{yaml}");
+    // One that is named must be sound.
+    let dir = folder("init_srdf_broken");
+    let broken = dir.join("broken.srdf");
+    std::fs::write(&broken, "<robot name=\"arm7\"><passive_joint name=\"elbow\"/></robot>").expect("writable");
+    let project = dir.join("cell");
+    let out = hierarq(&[&["init", utf8(&project)], &files[..], &["--srdf", utf8(&broken)]].concat());
+    assert_eq!(out.status.code(), Some(1), "{}", text(&out.stdout));
+    assert!(text(&out.stderr).contains("HQ0408"), "{}", text(&out.stderr));
+}
+
+#[test]
 fn init_finds_both_arms_of_the_vineyard_robot() {
     let spec = works("init_canopies", "canopies.hq", &["--urdf", "examples/robots/canopies.urdf"]);
     // The same as in the handwritten examples.

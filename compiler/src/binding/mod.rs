@@ -6,10 +6,12 @@ mod condition;
 mod expression;
 pub(crate) mod gain;
 pub(crate) mod motion;
+mod pairs;
 mod partition;
 mod parts;
 mod people;
 mod per;
+mod postures;
 mod protects;
 mod robot_state;
 mod scope;
@@ -287,6 +289,15 @@ impl Binder<'_> {
                 None => good = false,
             }
         }
+        for info in infos {
+            if let ParamType::Pairs(unless) = info.ty
+                && good
+                && body.get(unless).is_none()
+            {
+                let pairs = pairs::unnamed(self.robot, bound.get(info.name), &bound);
+                bound.insert(info.name.to_string(), Bound::Pairs(pairs));
+            }
+        }
         if !missing.is_empty() {
             good = false;
             // A misspelt key already explains the missing one.
@@ -334,6 +345,7 @@ impl Binder<'_> {
             }
             ParamType::Arm => self.arm(value, info).map(Bound::Arm),
             ParamType::Geometries => parts::geometries(self.robot, value, self.diagnostics).map(Bound::Geometries),
+            ParamType::Pairs(_) => self.pairs(value, info).map(Bound::Pairs),
             ParamType::Expression(form) => self.expression(owner, value, form, info),
             ParamType::Task => self.task_named(owner, value, info).map(Bound::Task),
             ParamType::Field => self.field_named(value, info).map(Bound::Field),

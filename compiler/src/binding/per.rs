@@ -33,6 +33,12 @@ impl Binder<'_> {
         let model = &self.robot.model;
         let dimension = |dof: usize| joint_dimension(model, dof).times(per).unwrap_or(per);
         let mut out: Vec<(usize, Slot)> = Vec::new();
+        // Only positions have names.
+        if per == NONE
+            && let Some(posture) = self.posture(value, None)
+        {
+            return posture.map(Bound::PerJoint);
+        }
         if let ValueKind::Block(block) = &value.kind {
             let mut seen: BTreeMap<usize, Span> = BTreeMap::new();
             let mut good = true;
@@ -46,6 +52,10 @@ impl Binder<'_> {
                 if per == NONE && dofs.iter().any(|&d| model.dofs[d].q_index.is_some()) {
                     dofs.retain(|&d| model.dofs[d].q_index.is_some());
                 }
+                let posture = if per == NONE { self.posture(&e.value, Some(&e.key.value)) } else { None };
+                if let Some(targets) = &posture {
+                    dofs = targets.iter().flatten().map(|target| target.0).collect();
+                }
                 let twice: Vec<(usize, Span)> =
                     dofs.iter().filter_map(|&dof| Some((dof, seen.insert(dof, e.key.span)?))).collect();
                 if let Some((dof, first)) = twice.first() {
@@ -58,6 +68,11 @@ impl Binder<'_> {
                     let d = Diagnostic::error("HQ0207", e.key.span, text).label(*first, "first here");
                     self.diagnostics.push(d.help("name each joint once"));
                     good = false;
+                }
+                if let Some(targets) = posture {
+                    good &= targets.is_some();
+                    out.extend(targets.into_iter().flatten());
+                    continue;
                 }
                 match self.joint_values(owner, &e.value, &dofs, &dimension) {
                     Some(slots) => out.extend(dofs.into_iter().zip(slots)),

@@ -71,7 +71,7 @@ impl BlockBinder<'_> {
             ValueType::Spot => Bound::Vector(self.spot(value)?),
             ValueType::Text => Bound::Text(self.text(value, asked)?),
             ValueType::Spec => Bound::Text(self.text(value, asked)?),
-            ValueType::Urdf => Bound::Text(match text_of(value) {
+            ValueType::Urdf | ValueType::Srdf => Bound::Text(match text_of(value) {
                 Some(path) => path.to_string(),
                 None => self.wrong_form(value, format!("`{name}` is the path of one file"), asked)?,
             }),

@@ -3,7 +3,7 @@
 //! A stack that is entered elsewhere has no margins yet, so only mistakes that are independent of the configuration are
 //! reported for it.
 
-use dsl::Diagnostic;
+use dsl::{Diagnostic, Help, Snippet};
 use runtime::program::{MemberProgram, Program, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
 use runtime::{Controller, Evaluator, Fault, Member, Observation, RestInputs};
@@ -67,12 +67,14 @@ fn evaluated(c: &Checked, stack: usize, prepared: &mut Prepared, diagnostics: &m
         let d = Diagnostic::error("HQ0502", at.unwrap_or(places.home), format!("{place_of_start}, {text}"));
         let joined = match fault {
             Fault::Overlap { member, row } => {
-                evaluator.members().get(member).and_then(|m| neighbours(program, m, std::iter::once(row)))
+                let row = || std::iter::once(row);
+                let member = evaluator.members().get(member);
+                member.and_then(|m| neighbours(program, m, row()).or_else(|| exception(program, m, row())))
             }
             _ => None,
         };
-        diagnostics.push(match (at, fault) {
-            (Some(_), Fault::Overlap { .. }) if joined.is_some() => d.help(joined.unwrap_or_default()),
+        diagnostics.push(match (at.and(joined), fault) {
+            (Some(help), Fault::Overlap { .. }) => d.help(help),
             (_, Fault::Value { at }) if evaluator.rate(at).is_none_or(|r| !r.is_finite()) => d
                 .note("a target that jumps or starts infinitely fast asks for an infinite velocity in the first tick")
                 .help(
@@ -80,8 +82,8 @@ fn evaluated(c: &Checked, stack: usize, prepared: &mut Prepared, diagnostics: &m
                 ),
             (_, Fault::Value { .. } | Fault::Gain { .. }) => d.help("keep the value inside its range from the start"),
             (_, Fault::Crossed { .. }) => d.help("move the two limits apart"),
-            (Some(_), _) => d.label(places.home, "the robot starts here").help("move the home configuration"),
-            (None, _) => d.help("move the home configuration"),
+            _ if at.is_some() => d.label(places.home, "the robot starts here").help("move the home configuration"),
+            _ => d.help("move the home configuration"),
         });
         return;
     }
@@ -126,14 +128,17 @@ fn evaluated(c: &Checked, stack: usize, prepared: &mut Prepared, diagnostics: &m
             ));
         }
         let rows = m.row_info.iter().zip(&evaluator.margins()[m.margins.clone()]).enumerate();
-        let violated = rows.filter(|(_, (_, h))| **h < 0.0).map(|(row, _)| row);
-        diagnostics.push(if let Some(help) = neighbours(program, m, violated) {
-            d.help(help)
-        } else if m.kind == "virtual_wall" {
-            d.help("move the home configuration or the wall; to keep the other side, swap two of the three points")
-        } else {
-            d.help("move the home configuration or the limit")
-        });
+        let violated: Vec<usize> = rows.filter(|(_, (_, h))| **h < 0.0).map(|(row, _)| row).collect();
+        let rows = || violated.iter().copied();
+        diagnostics.push(
+            if let Some(help) = neighbours(program, m, rows()).or_else(|| exception(program, m, rows())) {
+                d.help(help)
+            } else if m.kind == "virtual_wall" {
+                d.help("move the home configuration or the wall; to keep the other side, swap two of the three points")
+            } else {
+                d.help("move the home configuration or the limit")
+            },
+        );
     }
     let reduced;
     let first = match at_home {
@@ -353,8 +358,21 @@ fn measured(x: f64, dimension: Dimension) -> String {
     shown(format!("{x:.2e}").parse().unwrap_or(x), dimension)
 }
 
+/// Help for a limit that keeps the parts of one side apart: pairs can be left out.
+fn exception(program: &Program, member: &Member, mut rows: impl Iterator<Item = usize>) -> Option<Help> {
+    let params = &program.tasks[member.program_index].params;
+    let one_side = !params.contains_key("and") && params.values().any(|bound| matches!(bound, Bound::Pairs(_)));
+    let (a, b) = member.row_info.get(rows.next()?)?.name.split_once(" to ").filter(|_| one_side)?;
+    let [a, b] = [a, b].map(|name| name.split('[').next().unwrap_or(name));
+    Some(Help::with(
+        "move the home configuration, or keep a smaller distance; if the shapes of the two are larger than the links, leave \
+         them out: {}",
+        [Snippet::entry("except", format!("[[{a}, {b}]]"))],
+    ))
+}
+
 /// Help for a collision limit between links connected by one joint: they touch at every configuration.
-fn neighbours(program: &Program, member: &Member, rows: impl Iterator<Item = usize>) -> Option<String> {
+fn neighbours(program: &Program, member: &Member, rows: impl Iterator<Item = usize>) -> Option<Help> {
     if member.kind != "self_collision" {
         return None;
     }
@@ -373,10 +391,11 @@ fn neighbours(program: &Program, member: &Member, rows: impl Iterator<Item = usi
         let between = on_a.iter().filter(|j| !on_b.contains(j)).chain(on_b.iter().filter(|j| !on_a.contains(j)));
         if between.count() == 1 {
             let [a, b] = [a, b].map(|name| name.split('[').next().unwrap_or(name));
-            return Some(format!(
+            let help = format!(
                 "`{a}` and `{b}` are neighbours: one joint connects them, and they touch wherever the robot stands. Name \
                  links that are further apart"
-            ));
+            );
+            return Some(Help::from(help));
         }
     }
     None

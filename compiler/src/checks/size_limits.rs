@@ -92,7 +92,12 @@ pub(crate) fn pairs(program: &Program, stack: &StackProgram, places: &SourceMap)
             Some(Bound::Geometries(all)) => all.len(),
             _ => 0,
         });
-        sides[0].saturating_mul(sides[1]) > MAX_ROWS
+        let within = !program.tasks[t].params.contains_key("and");
+        let pairs = match within {
+            true => sides[0].saturating_mul(sides[0].saturating_sub(1)) / 2,
+            false => sides[0].saturating_mul(sides[1]),
+        };
+        pairs > MAX_ROWS
     })?;
     let text = format!("this task compares more than {MAX_ROWS} pairs of parts");
     Some(

@@ -335,8 +335,9 @@ impl Expander<'_> {
         if folder.as_os_str().is_empty() {
             return;
         }
-        let is_path =
-            |e: &&mut Entry| matches!(e.key.value.as_str(), "urdf" | "package_path" | "layers_from" | "map" | "spec");
+        let is_path = |e: &&mut Entry| {
+            matches!(e.key.value.as_str(), "urdf" | "srdf" | "package_path" | "layers_from" | "map" | "spec")
+        };
         for e in entries.iter_mut().filter(is_path) {
             if let Some(path) = text_of(&e.value) {
                 let path = tidy(&folder.join(Path::new(path)), self.input.folder);

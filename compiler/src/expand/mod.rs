@@ -241,7 +241,8 @@ fn files_and_specs(input: &Input) -> (Vec<PathBuf>, BTreeSet<PathBuf>) {
     e.read(source, spec);
     let mut files: Vec<PathBuf> = e.files.keys().cloned().collect();
     for module in &e.modules {
-        files.extend(module.urdfs().map(|urdf| input.folder.join(&module.folder).join(urdf)));
+        let described = module.urdfs().chain(module.srdfs());
+        files.extend(described.map(|file| input.folder.join(&module.folder).join(file)));
         files.extend(module.layers().map(|layers| input.folder.join(&module.folder).join(layers)));
         for map in module.maps().map(|map| input.folder.join(&module.folder).join(map)) {
             let text = read_file(&map).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());

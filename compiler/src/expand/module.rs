@@ -57,6 +57,14 @@ impl Module {
         })
     }
 
+    /// SRDFs that the file's robots name.
+    pub fn srdfs(&self) -> impl Iterator<Item = &str> {
+        self.items.iter().filter_map(|item| match &item.kind {
+            ItemKind::Robot(robot) => text_of(&robot.body.get("srdf")?.value),
+            _ => None,
+        })
+    }
+
     /// Files of layers that the file's missions name.
     pub fn layers(&self) -> impl Iterator<Item = &str> {
         self.items.iter().filter_map(|item| match &item.kind {

@@ -364,6 +364,7 @@ impl<'a> Lowerer<'a> {
                 machine: machine_places,
                 rate: robot.rate_span,
                 home: robot.home_span,
+                srdf: robot.srdf.clone(),
                 coverage: Vec::new(),
                 scenarios: Vec::new(),
                 scenario_measures: Vec::new(),

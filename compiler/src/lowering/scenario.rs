@@ -155,17 +155,22 @@ impl Lowerer<'_> {
     /// Start configuration of the robot.
     fn start(&mut self, body: &Block, robot: &BoundRobot) -> Vec<f64> {
         let mut q = robot.home.clone();
-        let Some(block) = body.get("start").and_then(|e| block_of(&e.value, "`start`", self.diagnostics)) else {
+        let Some(start) = body.get("start") else { return q };
+        if self.start_posture(&start.value, None, robot, &mut q) {
             return q;
-        };
+        }
+        let Some(block) = block_of(&start.value, "`start`", self.diagnostics) else { return q };
         let model = &robot.model;
         let base: &[&str] = match model.base {
             robot::Base::Fixed => &[],
             robot::Base::Planar | robot::Base::Unicycle => &["base_x", "base_y", "base_yaw"],
             robot::Base::Floating => &["base_x", "base_y", "base_z"],
         };
-        let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         for e in &block.entries {
+            if self.start_posture(&e.value, Some(&e.key.value), robot, &mut q) {
+                continue;
+            }
+            let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
             if let Some(i) = base.iter().position(|n| *n == e.key.value) {
                 let dimension = if e.key.value == "base_yaw" { ANGLE } else { LENGTH };
                 q[i] = constants.scalar(&e.value, dimension, self.diagnostics).unwrap_or(q[i]);
@@ -192,6 +197,34 @@ impl Lowerer<'_> {
             }
         }
         q
+    }
+
+    /// Moves the start to the posture that a value names, without the joints that the posture leaves out. False if it names none.
+    fn start_posture(&mut self, value: &Value, key: Option<&str>, robot: &BoundRobot, q: &mut [f64]) -> bool {
+        let Some(name) = robot.postures.named_by(value, key, &self.params) else { return false };
+        let positions = match robot.postures.positions(name, key, value.span) {
+            Ok(positions) => positions,
+            Err(d) => {
+                self.push(*d);
+                return true;
+            }
+        };
+        for position in positions {
+            let dof = robot.model.dof(&position.joint);
+            let found = dof.and_then(|dof| Some((dof, robot.model.dofs[dof].q_index?, position.value?)));
+            let Some((dof, i, x)) = found else { continue };
+            let d = &robot.model.dofs[dof];
+            q[i] = x;
+            if x < d.lower || x > d.upper {
+                let unit = joint_dimension(&robot.model, dof);
+                let text = format!("`{}` starts at {}, outside its limits", d.name, units::shown(x, unit));
+                let allowed = format!("allowed are {}", units::shown_range(d.lower, d.upper, unit));
+                let d = Diagnostic::error("HQ0404", value.span, text).here(allowed);
+                self.push(d.help("choose another posture, or correct it in the SRDF"));
+                break;
+            }
+        }
+        true
     }
 
     /// Lowers the behaviour of the world.

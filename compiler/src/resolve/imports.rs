@@ -10,6 +10,7 @@ use dsl::{SourceId, Span, Spanned, Syntax};
 use robot::Base;
 
 use super::declare::{New, declared_levels};
+use super::srdf::read_srdf;
 use super::symbols::{FileId, Symbol, SymbolId, SymbolKind};
 use super::urdf::Urdf;
 use super::{Around, CompletionContext, File, Meaning, Offered, Resolution, Resolver, Scope};
@@ -59,6 +60,7 @@ impl<'t> Resolver<'t> {
             named_files: BTreeMap::new(),
             links: None,
             joints: None,
+            srdf: None,
             base_joints: &[],
             children: BTreeMap::new(),
             bases: BTreeMap::new(),
@@ -341,6 +343,51 @@ impl<'t> Resolver<'t> {
         };
         let (links, joints) = (add(SymbolKind::Link, &urdf.links), add(SymbolKind::Joint, &urdf.joints));
         (self.links, self.joints) = (Some(links), Some(joints));
+    }
+
+    /// Adds the SRDF that the spec or one of its imports names, with its groups and postures. Declarations of the spec, and for
+    /// groups of links also links, take precedence.
+    pub(super) fn srdf(&mut self, modules: &[Module], input: &Input) {
+        let named = modules.iter().find_map(|m| Some((m, m.srdfs().next()?)));
+        let Some((module, written)) = named else { return };
+        let path = input.folder.join(&module.folder).join(written);
+        let Some(names) = read_srdf(&path) else { return };
+        let file = FileId(self.out.files.len());
+        let source = self.out.sources.add(path.display().to_string(), names.text.as_str());
+        self.out.files.push(File { path, source, syntax: None });
+        self.srdf = Some(file);
+        let kinds = [
+            (SymbolKind::JointGroup, &names.groups),
+            (SymbolKind::Group, &names.groups),
+            (SymbolKind::Arm, &names.chains),
+            (SymbolKind::Posture, &names.postures),
+        ];
+        for (kind, parts) in kinds {
+            for (name, part) in parts {
+                let is_link = kind == SymbolKind::Group && self.links.as_ref().is_some_and(|l| l.contains_key(name));
+                let is_joint =
+                    kind == SymbolKind::JointGroup && self.joints.as_ref().is_some_and(|j| j.contains_key(name));
+                if is_link
+                    || is_joint
+                    || self.scopes.first().is_none_or(|s| s.parts.contains_key(&(kind, name.clone())))
+                {
+                    continue;
+                }
+                let id = self.add_symbol(Symbol {
+                    kind,
+                    name: name.clone(),
+                    file,
+                    place: part.place.clone(),
+                    whole: part.whole.clone(),
+                    container: None,
+                    doc: vec![part.doc.clone()],
+                    ty: String::new(),
+                    parameters: Vec::new(),
+                    imported: None,
+                });
+                self.scopes[0].parts.insert((kind, name.clone()), id);
+            }
+        }
     }
 
     /// Sorts the references, and lists the names that the spec sees.

@@ -215,12 +215,13 @@ impl Resolver<'_> {
         }
     }
 
-    /// Resolves the path of the URDF.
-    pub(super) fn urdf_path(&mut self, value: &Value) {
+    /// Resolves the path of the URDF, or of the SRDF.
+    pub(super) fn described_path(&mut self, value: &Value, is_srdf: bool) {
         if let Some(path) = value.word()
             && !self.is_cursor(path, |_| C::Nothing)
         {
-            let file = self.out.files.iter().position(|f| f.syntax.is_none()).map(FileId);
+            let urdf = || (0..self.out.files.len()).map(FileId).find(|f| self.out.files[f.0].syntax.is_none());
+            let file = if is_srdf { self.srdf } else { urdf() };
             self.note(path, value.span, Meaning::File(file));
         }
     }

@@ -14,6 +14,7 @@ mod missions;
 mod people;
 mod robots;
 mod sections;
+mod srdf;
 mod stacks;
 mod symbols;
 mod tasks;
@@ -89,7 +90,7 @@ pub struct File {
     pub path: PathBuf,
     /// The text in [`Resolution::sources`].
     pub source: SourceId,
-    /// Syntax; `None` for a URDF.
+    /// Syntax; `None` for a URDF or an SRDF.
     pub syntax: Option<Syntax>,
 }
 
@@ -186,6 +187,7 @@ pub fn resolve(input: &Input, texts: &Texts, urdf: &dyn Fn(&Path) -> Option<Rc<U
     resolver.add(&modules, input);
     modules.iter().take(1).for_each(|own| resolver.workers(own, input, texts));
     resolver.urdf(&modules, input, urdf);
+    resolver.srdf(&modules, input);
     resolver.spec(&spec);
     resolver.holes();
     resolver.finish()
@@ -223,6 +225,8 @@ struct Resolver<'t> {
     /// Links and joints of the URDF; `None` if it cannot be read.
     links: Option<BTreeMap<String, SymbolId>>,
     joints: Option<BTreeMap<String, SymbolId>>,
+    /// The SRDF, if it can be read.
+    srdf: Option<FileId>,
     /// Names of the degrees of freedom of the robot's base.
     base_joints: &'static [&'static str],
     /// Parameters and variables of repetitions in scope, innermost last.

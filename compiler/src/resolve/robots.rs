@@ -7,6 +7,7 @@ use super::context::used;
 use super::symbols::{SymbolId, SymbolKind as K};
 use super::walk::place_of;
 use super::{CompletionContext as C, Resolver};
+use crate::expand::Class;
 
 impl Resolver<'_> {
     fn link(&self, name: &str) -> Option<SymbolId> {
@@ -72,9 +73,10 @@ impl Resolver<'_> {
                 self.arm_name(arm, Span::new(item.span.source, start, place.end));
                 continue;
             }
+            let all_links = name == "all";
             let all_arms = name == "arms" && self.scopes[0].parts.keys().any(|(kind, _)| *kind == K::Arm);
             let part = [K::Group, K::Point, K::Segment].into_iter().find_map(|kind| self.part(kind, name));
-            if !all_arms || part.is_some() {
+            if !(all_arms || all_links) || part.is_some() {
                 let found = part.or_else(|| self.link(name));
                 self.refer(name, item.span, K::Point, found);
             }
@@ -108,6 +110,29 @@ impl Resolver<'_> {
     pub(super) fn is_no_joint(&self, name: &str) -> bool {
         self.joints.as_ref().is_some_and(|joints| !joints.contains_key(name))
             && self.part(K::JointGroup, name).is_none()
+    }
+
+    /// Resolves positions by joint, or a posture; `f` resolves other values.
+    pub(super) fn positions(&mut self, value: &Value, mut f: impl FnMut(&mut Self, &Value)) {
+        match value.block() {
+            Some(_) => self.joint_block(value, |r, v| {
+                if !r.posture(v) {
+                    f(r, v);
+                }
+            }),
+            None if self.posture(value) => {}
+            None => f(self, value),
+        }
+    }
+
+    /// Resolves the name of a posture; false if a value is none. A declared value takes precedence.
+    fn posture(&mut self, value: &Value) -> bool {
+        let Some(name) = value.word().filter(|name| self.declared(Class::Value, name).is_none()) else { return false };
+        let found = self.part(K::Posture, name);
+        if found.is_some() {
+            self.refer(name, value.span, K::Posture, found);
+        }
+        found.is_some()
     }
 
     /// Resolves a block with joints as keys.

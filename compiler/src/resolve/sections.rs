@@ -98,7 +98,8 @@ impl Resolver<'_> {
             ValueType::Text | ValueType::File | ValueType::FileWith(_) | ValueType::Binary(_) | ValueType::NewName => {
                 self.offer(value, |_| C::Nothing)
             }
-            ValueType::Urdf => self.urdf_path(value),
+            ValueType::Urdf => self.described_path(value, false),
+            ValueType::Srdf => self.described_path(value, true),
             ValueType::Spec => self.spec_path(value),
             ValueType::Flag => self.offer(value, |_| C::Words(&["true", "false"])),
             ValueType::Choice(words) => self.offer(value, |_| C::Words(words)),
@@ -112,7 +113,11 @@ impl Resolver<'_> {
                 _ => self.expression(value),
             },
             ValueType::Joints => self.joints(value),
-            ValueType::Positions => self.joint_block(value, |r, v| r.expression(v)),
+            ValueType::Positions => {
+                if value.block().is_some() || !self.cursor_in(value, |_| C::Symbols(&[K::Posture])) {
+                    self.positions(value, |r, v| r.expression(v));
+                }
+            }
             ValueType::Locks if value.block().is_none() => self.joints(value),
             ValueType::Locks => self.joint_block(value, |r, v| r.expression(v)),
             ValueType::Block(section) | ValueType::LinkOr(section) | ValueType::Blocks(section) => {

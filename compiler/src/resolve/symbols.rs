@@ -37,6 +37,8 @@ pub enum SymbolKind {
     Group,
     /// A group of joints.
     JointGroup,
+    /// A posture of the SRDF.
+    Posture,
     /// A signal with a value.
     Signal,
     /// A variable of the machine.
@@ -83,6 +85,7 @@ impl SymbolKind {
             SymbolKind::Segment => "segment",
             SymbolKind::Group => "group",
             SymbolKind::JointGroup => "group of joints",
+            SymbolKind::Posture => "posture",
             SymbolKind::Signal => "signal",
             SymbolKind::Variable => "variable",
             SymbolKind::Human => "human",

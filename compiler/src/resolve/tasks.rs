@@ -102,9 +102,13 @@ impl Resolver<'_> {
             ParamType::Frames => value.items().iter().for_each(|v| self.frame(v, &[K::Link, K::Arm])),
             ParamType::Arm => self.arm(value),
             ParamType::Geometries => self.geometries(value, C::Geometry { arms: false, people: false }),
+            ParamType::Pairs(_) => {
+                let sides = value.items().iter().flat_map(|pair| pair.items());
+                sides.for_each(|side| self.geometries(side, C::Geometry { arms: false, people: false }));
+            }
             ParamType::Joints => self.joints(value),
-            ParamType::JointPositions | ParamType::JointVelocities | ParamType::JointAccelerations => match &value.kind
-            {
+            ParamType::JointPositions => self.positions(value, |r, v| r.typed(v, kind.current_values)),
+            ParamType::JointVelocities | ParamType::JointAccelerations => match &value.kind {
                 ValueKind::Block(_) => self.joint_block(value, |w, v| w.typed(v, kind.current_values)),
                 _ => self.typed(value, kind.current_values),
             },

@@ -40,6 +40,14 @@ impl Binder<'_, '_> {
                 None => self.fail(name),
             }
         }
+        // A chain of the SRDF is an arm, of which the tip is known.
+        for group in self.srdf.iter().flat_map(|of| &of.srdf.groups) {
+            let taken = arms.iter().any(|arm| arm.name == group.name) || self.failed.contains(&group.name);
+            if let Some(tip) = group.tip.filter(|_| !taken) {
+                let name = group.name.clone();
+                arms.push(Arm { name, shoulder: None, elbow: None, wrist: None, tip });
+            }
+        }
         arms
     }
 
@@ -129,6 +137,7 @@ impl Binder<'_, '_> {
                 break;
             }
         }
+        let replaceable = self.described(geometries, &mut groups);
         let block = self.unbound(self.block.groups.as_ref());
         let block = block.and_then(|value| block_of(value, "`groups`", self.diagnostics));
         let (patterns, declared): (Vec<&Entry>, Vec<&Entry>) =
@@ -139,7 +148,7 @@ impl Binder<'_, '_> {
         let parts: BTreeSet<&str> = geometries.iter().map(|g| g.name.as_str()).collect();
         for (i, e) in entries() {
             let name = e.key.value.as_str();
-            if groups.contains_key(name) || parts.contains(name) {
+            if (groups.contains_key(name) && !replaceable.contains(name)) || parts.contains(name) {
                 let text = format!("`{name}` is already the name of a point, segment or group");
                 self.diagnostics
                     .push(Diagnostic::error("HQ0202", e.key.span, text).help("choose another name for the group"));
@@ -166,6 +175,7 @@ impl Binder<'_, '_> {
                     groups.insert(name.to_string(), names);
                 }
                 None => {
+                    groups.remove(name);
                     self.failed.insert(name.to_string());
                 }
             }
@@ -176,6 +186,29 @@ impl Binder<'_, '_> {
             }
         }
         groups
+    }
+
+    /// Adds the groups that are not declared: `all` for all links with shapes, and those of the SRDF for theirs, unless a part or
+    /// a link has the name. Returns their names.
+    fn described(&self, geometries: &[Geometry], groups: &mut BTreeMap<String, Vec<String>>) -> BTreeSet<String> {
+        let model = &self.model;
+        let with_shapes = |links: &mut dyn Iterator<Item = LinkId>| -> Vec<String> {
+            let links = links.map(|link| model.link_ref(link)).filter(|link| !link.collision.is_empty());
+            links.map(|link| link.name.clone()).collect()
+        };
+        let mut all: Vec<(String, Vec<String>)> =
+            vec![("all".to_string(), with_shapes(&mut (0..model.links.len() as u32).map(LinkId)))];
+        let of_srdf = self.srdf.iter().flat_map(|of| &of.srdf.groups);
+        all.extend(of_srdf.map(|group| (group.name.clone(), with_shapes(&mut group.links.iter().copied()))));
+        let mut added = BTreeSet::new();
+        for (name, links) in all {
+            let taken = groups.contains_key(&name) || geometries.iter().any(|g| g.name == name);
+            if !taken && !links.is_empty() && model.link(&name).is_none() {
+                groups.insert(name.clone(), links);
+                added.insert(name);
+            }
+        }
+        added
     }
 
     fn group(

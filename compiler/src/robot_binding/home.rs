@@ -3,15 +3,17 @@
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{Block, Value, ValueKind};
+use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Topic};
 use names::list;
 use robot::{Base, Model};
 use stdlib_tasks::dimension::{ANGLE, LENGTH};
 
 use super::lookup::joints;
+use super::postures::Postures;
 use super::{Binder, JointGroups};
 use crate::expr::constants::{Constants, joint_dimension};
+use crate::forms::block_of;
 use crate::units;
 
 /// Positions of joints in one entry of `home`, by name.
@@ -35,12 +37,23 @@ pub(super) struct Home {
 impl Home {
     /// Reads `home` for the robot with all its joints. Reports joints that are set twice.
     pub(super) fn read(
-        block: Option<&Block>,
-        (model, groups): (&Model, &JointGroups),
+        value: Option<&Value>,
+        (model, groups, postures): (&Model, &JointGroups, &Postures),
         constants: &mut Constants,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Home {
-        let Some(block) = block else { return Home::default() };
+        let Some(value) = value else { return Home::default() };
+        if let Some(name) = postures.named_by(value, None, constants.params) {
+            let mut home = Home { span: Some(value.span), ..Home::default() };
+            match at_posture(postures, name, None, value.span, diagnostics) {
+                Some(joints) => home.entries.push(Written { key: value.span, value: value.span, joints }),
+                None => home.broken = true,
+            }
+            return home;
+        }
+        let Some(block) = block_of(value, "`home`", diagnostics) else {
+            return Home { broken: true, span: Some(value.span), ..Home::default() };
+        };
         let mut home = Home { span: Some(block.span), ..Home::default() };
         let base_names: &[&str] = match model.base {
             Base::Fixed => &[],
@@ -66,6 +79,21 @@ impl Home {
                 home.broken = true;
                 continue;
             }
+            if let Some(posture) = postures.named_by(&e.value, Some(&e.key.value), constants.params) {
+                let at = at_posture(postures, posture, Some(&e.key.value), e.value.span, diagnostics);
+                home.broken |= at.is_none();
+                let mut written = Written { key: e.key.span, value: e.value.span, joints: Vec::new() };
+                let mut twice: Vec<(String, Span)> = Vec::new();
+                for (joint, x, span) in at.into_iter().flatten() {
+                    let first = model.dof(&joint).and_then(|dof| given.insert(dof, e.key.span));
+                    twice.extend(first.map(|first| (joint.clone(), first)));
+                    written.joints.push((joint, x, span));
+                }
+                let twice: Vec<(&str, Span)> = twice.iter().map(|(name, first)| (name.as_str(), *first)).collect();
+                diagnostics.extend(given_twice(&twice, e.key.span));
+                home.entries.push(written);
+                continue;
+            }
             let values = dofs.and_then(|dofs| Some((constants.per_joint(&e.value, &dofs, model, diagnostics)?, dofs)));
             let Some((values, dofs)) = values else {
                 home.broken = true;
@@ -78,23 +106,10 @@ impl Home {
                 twice.extend(given.insert(*dof, e.key.span).map(|first| (d.name.as_str(), first)));
                 written.joints.push((d.name.clone(), x, span));
             }
-            if let Some((name, first)) = twice.first() {
-                let more = match twice.len() - 1 {
-                    0 => String::new(),
-                    1 => ", and so is 1 more".to_string(),
-                    n => format!(", and so are {n} more"),
-                };
-                let d = Diagnostic::error("HQ0207", e.key.span, format!("joint `{name}` is given twice{more}"));
-                diagnostics.push(d.label(*first, "first here").help("keep one of the two"));
-            }
+            diagnostics.extend(given_twice(&twice, e.key.span));
             home.entries.push(written);
         }
         home
-    }
-
-    /// Marks `home` as unreadable, because it is not a block.
-    pub(super) fn unreadable(&mut self, span: Span) {
-        (self.broken, self.span) = (true, Some(span));
     }
 
     /// Position of a joint, with its span.
@@ -173,6 +188,35 @@ impl Binder<'_, '_> {
             );
         }
     }
+}
+
+/// Positions of the joints of a posture, those that it leaves out excepted; `None` if there is no such posture.
+fn at_posture(
+    postures: &Postures,
+    name: &str,
+    key: Option<&str>,
+    at: Span,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Vec<(String, f64, Span)>> {
+    match postures.positions(name, key, at) {
+        Ok(positions) => Some(positions.into_iter().filter_map(|p| Some((p.joint, p.value?, at))).collect()),
+        Err(d) => {
+            diagnostics.push(*d);
+            None
+        }
+    }
+}
+
+/// Diagnostic for joints that are given twice, each with the place where it is given first.
+fn given_twice(twice: &[(&str, Span)], at: Span) -> Option<Diagnostic> {
+    let (name, first) = twice.first()?;
+    let more = match twice.len() - 1 {
+        0 => String::new(),
+        1 => ", and so is 1 more".to_string(),
+        n => format!(", and so are {n} more"),
+    };
+    let d = Diagnostic::error("HQ0207", at, format!("joint `{name}` is given twice{more}"));
+    Some(d.label(*first, "first here").help("keep one of the two"))
 }
 
 /// A joint outside of its limits: span of its value, message, and permitted range.

@@ -6,7 +6,8 @@ use blocks::{ByName, Located, Unbound};
 use dsl::tree::{Block, Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned, Topic};
 use quantities::usual::of_joint;
-use robot::Model;
+use robot::srdf::Group;
+use robot::{Drive, Model, Srdf};
 use stdlib_tasks::dimension::RATE;
 
 use super::lookup::{is_pattern, joints};
@@ -20,19 +21,33 @@ use crate::units;
 const ROUNDING: f64 = 1e-6;
 
 /// Groups among all joints of a robot; [`JointGroups::without`] removes locked joints.
-pub(super) fn joint_groups(block: Option<&Block>, model: &Model, diagnostics: &mut Vec<Diagnostic>) -> JointGroups {
+/// Groups of the SRDF count unless the spec, or a joint, has the same name.
+pub(super) fn joint_groups(
+    block: Option<&Block>,
+    srdf: Option<&Srdf>,
+    model: &Model,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> JointGroups {
     let mut groups = JointGroups::default();
     if model.base.nv() > 0 {
         groups.members.insert("base".to_string(), (0..model.base.nv()).collect());
     }
     groups.members.insert("all".to_string(), (0..model.nv()).collect());
+    let mut replaceable: BTreeSet<&str> = BTreeSet::new();
+    for group in srdf.iter().flat_map(|srdf| &srdf.groups) {
+        if model.dof(&group.name).is_none() && !groups.members.contains_key(&group.name) {
+            groups.members.insert(group.name.clone(), dofs_of(group, model));
+            replaceable.insert(&group.name);
+        }
+    }
     for e in block.iter().flat_map(|b| &b.entries) {
         let name = e.key.value.as_str();
         if is_pattern(name) {
             diagnostics.push(pattern_as_name(&e.key));
             continue;
         }
-        if model.dof(name).is_some() || groups.members.contains_key(name) {
+        let taken = groups.members.contains_key(name) && !replaceable.remove(name);
+        if model.dof(name).is_some() || taken {
             let text = format!("`{name}` is already the name of a joint or group");
             diagnostics.push(Diagnostic::error("HQ0202", e.key.span, text).help("choose another name for the group"));
             continue;
@@ -42,11 +57,22 @@ pub(super) fn joint_groups(block: Option<&Block>, model: &Model, diagnostics: &m
                 groups.members.insert(name.to_string(), dofs);
             }
             None => {
+                groups.members.remove(name);
                 groups.failed.insert(name.to_string());
             }
         }
     }
     groups
+}
+
+/// Degrees of freedom of a group of the SRDF: those of the base, if its joint belongs to the group, then those of joints.
+fn dofs_of(group: &Group, model: &Model) -> Vec<usize> {
+    let base = if group.base { model.base.nv() } else { 0 };
+    let of_joint = |joint: &robot::JointId| match model.joint_ref(*joint).drive {
+        Drive::Dof(dof) => Some(dof),
+        _ => None,
+    };
+    (0..base).chain(group.joints.iter().filter_map(of_joint)).collect()
 }
 
 /// Diagnostic for a pattern as the name of a declaration.

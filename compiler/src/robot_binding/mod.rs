@@ -4,6 +4,8 @@ mod geometry;
 mod home;
 mod joints;
 mod lookup;
+mod postures;
+mod srdf;
 mod urdf;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,6 +26,8 @@ use crate::sections::RobotBlock;
 use home::Home;
 
 pub use lookup::{joints, unknown_geometry, unknown_joint, unknown_link};
+pub use postures::Postures;
+pub(crate) use srdf::RobotSrdf;
 
 /// A robot, with everything that names can refer to on it.
 #[derive(Clone, Debug)]
@@ -54,6 +58,10 @@ pub struct BoundRobot {
     pub groups: BTreeMap<String, Vec<String>>,
     /// Groups of joints.
     pub joint_groups: JointGroups,
+    /// The SRDF, with its text.
+    pub(crate) srdf: Option<RobotSrdf>,
+    /// Named postures.
+    pub postures: Postures,
     /// Arms, points, segments and groups with a wrong declaration. They were reported, so their uses are not.
     pub failed: BTreeSet<String>,
 }
@@ -97,6 +105,12 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     let locks = urdf::locks(unbound(&block.lock), files.diagnostics);
     let file = urdf::open(&path, base, block.package_path.as_deref(), files)?;
     let (mut whole, warnings) = file.whole(!locks.is_empty(), files.diagnostics)?;
+    let srdf_path = block.srdf.as_ref().map(|path| Spanned::new(path.value.clone(), files.origins.span(path.at)));
+    // The whole spec would be full of names that only the SRDF has.
+    let srdf = match &srdf_path {
+        Some(path) => Some(srdf::open(path, &whole, files)?),
+        None => None,
+    };
     // Messages name the robot as the spec does.
     whole.name.clone_from(&robot.name.value);
     let moves = |model: &Model, diagnostics: &mut Vec<Diagnostic>| {
@@ -116,17 +130,20 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
         return None;
     }
     let groups = unbound(&block.joints).and_then(|value| block_of(value, "`joints`", files.diagnostics));
-    let groups = joints::joint_groups(groups, &whole, files.diagnostics);
-    let written = unbound(&block.home);
-    let home_block = written.and_then(|value| block_of(value, "`home`", files.diagnostics));
-    let mut home = Home::read(home_block, (&whole, &groups), constants, files.diagnostics);
-    if let (None, Some(value)) = (home_block, written) {
-        home.unreadable(value.span);
+    let groups = joints::joint_groups(groups, srdf.as_ref().map(|of| &of.srdf), &whole, files.diagnostics);
+    let postures = srdf.as_ref().map(|of| Postures::of(of, &whole)).unwrap_or_default();
+    let home = Home::read(unbound(&block.home), (&whole, &groups, &postures), constants, files.diagnostics);
+    let mut at = urdf::positions(&locks, (&whole, &groups), &home, constants, files.diagnostics);
+    if let Some(of) = &srdf {
+        srdf::base(of, &whole, robot.body.get("base").is_some(), files.diagnostics);
+        let locked = at.keys().cloned().collect();
+        let passive = srdf::passive(of, &whole, &locked, files.diagnostics);
+        let passive = passive.into_iter().map(|joint| (joint, None)).collect();
+        at.extend(urdf::positions(&passive, (&whole, &groups), &home, constants, files.diagnostics));
     }
-    let (model, warnings, joint_groups) = if locks.is_empty() {
+    let (model, warnings, joint_groups) = if at.is_empty() && locks.is_empty() {
         (whole, warnings, groups)
     } else {
-        let at = urdf::positions(&locks, (&whole, &groups), &home, constants, files.diagnostics);
         let names = at.keys().cloned().collect();
         let (mut model, warnings) = file.locked(at, files.diagnostics)?;
         model.name.clone_from(&robot.name.value);
@@ -141,7 +158,7 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     };
     let origins = files.origins;
     let diagnostics = &mut *files.diagnostics;
-    let mut b = Binder { model, robot, block, constants, origins, failed: BTreeSet::new(), diagnostics };
+    let mut b = Binder { model, robot, block, constants, origins, srdf, failed: BTreeSet::new(), diagnostics };
     b.limits(&joint_groups);
     file.warn(&warnings, &b.model, b.diagnostics);
     let geometries = b.geometries();
@@ -177,7 +194,7 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
         );
     }
     let deadline = deadline.map_or(2.0 * period, |deadline| deadline.value);
-    let (model, failed) = (b.model, b.failed);
+    let (model, failed, srdf) = (b.model, b.failed, b.srdf);
     Some(BoundRobot {
         name: robot.name.clone(),
         urdf: path.value,
@@ -192,6 +209,8 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
         geometries,
         groups,
         joint_groups,
+        srdf,
+        postures,
         failed,
     })
 }
@@ -202,6 +221,7 @@ struct Binder<'a, 'c> {
     block: &'a RobotBlock,
     origins: &'a Origins,
     constants: &'a mut Constants<'c>,
+    srdf: Option<RobotSrdf>,
     failed: BTreeSet<String>,
     diagnostics: &'a mut Vec<Diagnostic>,
 }

@@ -219,7 +219,7 @@ pub(super) fn positions(
 }
 
 /// Reads a file, or returns the reason why it cannot be read.
-fn read(path: &Path) -> Result<Vec<u8>, &'static str> {
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, &'static str> {
     files::read(path, MAX_URDF_BYTES).map_err(|e| match e.kind() {
         std::io::ErrorKind::FileTooLarge => "it is larger than 64 MiB",
         _ => files::reason(&e),

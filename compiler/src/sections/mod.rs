@@ -105,6 +105,7 @@ mod tests {
                     | ValueType::FileWith(_)
                     | ValueType::Binary(_)
                     | ValueType::Urdf
+                    | ValueType::Srdf
                     | ValueType::Spec
                     | ValueType::List(ValueType::Text)
             )

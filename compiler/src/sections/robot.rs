@@ -15,6 +15,9 @@ block! {
     pub struct RobotBlock = ROBOT, "a robot" {
         /// Path of the URDF, relative to the folder of the spec.
         urdf: Option<Located<String>> = required(ValueType::Urdf, "\"robots/arm7.urdf\"");
+        /// Path of the SRDF, relative to the folder of the spec: groups of joints and links, named postures, and pairs of links
+        /// that are not kept apart.
+        srdf: Option<Located<String>> = optional(ValueType::Srdf);
         /// Mobility of the root link.
         base: Word = or(ValueType::Choice(BASES), "fixed");
         /// The rate of control, from 0.1 Hz to 100 kHz.
@@ -30,7 +33,8 @@ block! {
         groups: Option<Located<Unbound>> = elsewhere(ValueType::Each(&ValueType::Geometries));
         /// Groups of joints by name: `torso [torso_yaw, torso_lift]  arm "arm_*"`.
         joints: Option<Located<Unbound>> = elsewhere(ValueType::Each(&ValueType::Joints));
-        /// Initial configuration. A joint that is not named starts at zero, or at the limit nearest to it.
+        /// Initial configuration. A joint that is not named starts at zero, or at the limit nearest to it. The name of a posture
+        /// of the `srdf` stands for its positions.
         home: Option<Located<Unbound>> = elsewhere(ValueType::Positions);
         /// Joints that are removed from the model: fixed at `home`, or at a given position.
         lock: Option<Located<Unbound>> = elsewhere(ValueType::Locks);

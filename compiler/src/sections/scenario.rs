@@ -35,7 +35,7 @@ block! {
         duration: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0)));
         /// Seed of all random numbers of the scenario.
         seed: usize = or(SEED, "0");
-        /// Initial joint positions; the other joints start at `home`.
+        /// Initial joint positions, or the name of a posture of the robot's `srdf`; the other joints start at `home`.
         start: Option<Unbound> = elsewhere(ValueType::Positions);
         /// Deviations of the simulated robot from a perfect one; default: those of `run`.
         simulator: ScenarioSimulator = optional(ValueType::Block(&SCENARIO_SIMULATOR));

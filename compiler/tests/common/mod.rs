@@ -141,11 +141,12 @@ pub fn compile_text_deep(text: &str, syntax: Syntax, folder: &Path, postures: us
 impl Case {
     /// Compiles the case, in a folder of its own if it has files.
     pub fn compile(&self) -> Compiled {
-        if self.deep {
-            return compile_text_deep(&self.text, self.syntax, &examples(), POSTURES, 0);
-        }
+        let compiled = |folder: &Path| match self.deep {
+            true => compile_text_deep(&self.text, self.syntax, folder, POSTURES, 0),
+            false => compile_text(&self.text, self.syntax, folder, &self.set),
+        };
         if self.files.is_empty() {
-            return compile_text(&self.text, self.syntax, &examples(), &self.set);
+            return compiled(&examples());
         }
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(self.title.replace(' ', "_"));
         // The robot for cases that declare none.
@@ -162,7 +163,7 @@ impl Case {
             std::fs::write(&part, text).expect("a file");
             std::fs::rename(&part, &path).expect("a file");
         }
-        compile_text(&self.text, self.syntax, &folder, &self.set)
+        compiled(&folder)
     }
 }
 

@@ -41,7 +41,7 @@ pub enum Part {
     Text(&'static str),
     /// Content of a fence.
     Example {
-        /// The language of the example: `hq`, `yaml`, `xml`.
+        /// The language of the example: `hq`, `yaml`, `xml` for a URDF, `srdf`.
         language: &'static str,
         /// True if it contains the error of the page.
         bad: bool,

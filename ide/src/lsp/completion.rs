@@ -239,10 +239,18 @@ impl List<'_> {
         for kind in [SymbolKind::Point, SymbolKind::Segment, SymbolKind::Group] {
             self.names(names, kind, 0);
         }
-        if names.visible(SymbolKind::Arm).next().is_some() {
+        let doc = "All links with collision shapes.".to_string();
+        self.add("all", CompletionItemKind::VARIABLE, 1, "group", doc);
+        // A chain of an SRDF has no points.
+        let declared: Vec<&str> = names
+            .visible(SymbolKind::Arm)
+            .filter(|(_, id)| names.file_of(*id).syntax.is_some())
+            .map(|(arm, _)| arm)
+            .collect();
+        if !declared.is_empty() {
             let doc = "All `points` of all arms.".to_string();
             self.add("arms", CompletionItemKind::VARIABLE, 0, "group", doc);
-            for (arm, _) in names.visible(SymbolKind::Arm) {
+            for arm in declared {
                 self.add(&format!("arms.{arm}"), CompletionItemKind::VARIABLE, 0, "group", String::new());
             }
         }

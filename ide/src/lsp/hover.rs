@@ -80,7 +80,8 @@ pub(super) fn symbol(names: &Resolution, id: SymbolId) -> Option<String> {
     let origin = names.symbol(names.origin(id));
     let name = &names.symbol(id).name;
     match origin.kind {
-        SymbolKind::Link | SymbolKind::Joint => Some(origin.doc.concat()),
+        // A part of the URDF or of the SRDF.
+        _ if names.files[origin.file.0].syntax.is_none() => Some(origin.doc.concat()),
         SymbolKind::RaisedEvent => Some(format!("event `{name}`: raised by `emit {name}`")),
         SymbolKind::Outcome => {
             let verbs: Vec<String> = verbs_with(name).map(|v| format!("`{}`", v.name)).collect();
@@ -126,6 +127,9 @@ fn file(names: &Resolution, id: FileId) -> String {
     let count = |kind: SymbolKind| own().filter(|s| s.kind == kind).count();
     let file = &names.files[id.0];
     match file.syntax {
+        None if count(SymbolKind::Link) == 0 => {
+            format!("{} groups, {} postures", count(SymbolKind::JointGroup), count(SymbolKind::Posture))
+        }
         None => format!("{} links, {} joints", count(SymbolKind::Link), count(SymbolKind::Joint)),
         Some(_) => {
             let name = file.path.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();

@@ -1,6 +1,6 @@
 //! Definition of a name, and its other occurrences in the document.
 
-use compiler::resolve::{FileId, Meaning, Reference, Resolution, SymbolKind};
+use compiler::resolve::{FileId, Meaning, Reference, Resolution};
 use lsp_types::{DocumentHighlight, Location, Range};
 
 use super::document::Document;
@@ -13,11 +13,9 @@ pub(super) fn definition(document: &Document, byte: usize) -> Option<Location> {
     match &names.at(byte)?.meaning {
         Meaning::Symbol(id) => {
             let symbol = names.symbol(names.origin(*id));
-            // The whole tag of a link or joint is easier to see than its name.
-            let place = match symbol.kind {
-                SymbolKind::Link | SymbolKind::Joint => &symbol.whole,
-                _ => &symbol.place,
-            };
+            // The whole tag in a URDF or an SRDF is easier to see than the name in it.
+            let is_spec = names.files[symbol.file.0].syntax.is_some();
+            let place = if is_spec { &symbol.place } else { &symbol.whole };
             location(document, names, symbol.file, place.clone())
         }
         Meaning::File(file) => {

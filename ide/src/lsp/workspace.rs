@@ -269,7 +269,7 @@ fn kind_of(kind: SymbolKind) -> Option<lsp_types::SymbolKind> {
         SymbolKind::Level => L::NAMESPACE,
         SymbolKind::Arm => L::OBJECT,
         SymbolKind::Point | SymbolKind::Segment | SymbolKind::HumanPoint => L::FIELD,
-        SymbolKind::Group | SymbolKind::JointGroup => L::ARRAY,
+        SymbolKind::Group | SymbolKind::JointGroup | SymbolKind::Posture => L::ARRAY,
         SymbolKind::Signal | SymbolKind::Event => L::EVENT,
         SymbolKind::Variable => L::VARIABLE,
         SymbolKind::State => L::ENUM_MEMBER,

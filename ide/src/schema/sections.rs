@@ -77,6 +77,7 @@ fn held(holds: &ValueType) -> Value {
         | ValueType::FileWith(_)
         | ValueType::Binary(_)
         | ValueType::Urdf
+        | ValueType::Srdf
         | ValueType::Spec
         | ValueType::Name(_)
         | ValueType::Link => values::name(),
@@ -87,7 +88,12 @@ fn held(holds: &ValueType) -> Value {
             locks["items"] = values::name();
             locks
         }
-        ValueType::Positions => values::per_joint(),
+        ValueType::Positions => {
+            let mut positions = values::per_joint();
+            // The name of a posture.
+            positions["type"] = json!(["object", "string"]);
+            positions
+        }
         // By reference, because states are nested.
         ValueType::Block(section) if std::ptr::eq(*section, &sections::STATE) => json!({ "$ref": "#/$defs/state" }),
         ValueType::Block(section) => block(section),

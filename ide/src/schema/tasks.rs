@@ -61,6 +61,10 @@ fn parameter(p: &ParamInfo) -> Value {
         ParamType::Deviations => deviations(),
         ParamType::Gains(names) => gains(names),
         ParamType::Frames | ParamType::Geometries | ParamType::Joints => values::names(),
+        ParamType::Pairs(_) => json!({
+            "type": "array",
+            "items": { "type": "array", "minItems": 2, "maxItems": 2, "items": values::names() },
+        }),
         ParamType::JointPositions | ParamType::JointVelocities | ParamType::JointAccelerations => {
             let mut schema = values::per_joint();
             schema["type"] = json!(["object", "number", "string"]);

@@ -9,14 +9,14 @@ use roxmltree::Node;
 use super::{UrdfCode, UrdfMessage};
 
 /// The messages about one text.
-pub(super) struct Cx<'t> {
+pub(crate) struct Cx<'t> {
     pub text: &'t str,
     pub errors: Vec<UrdfMessage>,
     pub warnings: Vec<UrdfMessage>,
 }
 
 /// A value and its location in the text.
-pub(super) struct Spanned<T> {
+pub(crate) struct Spanned<T> {
     pub value: T,
     pub span: Range<usize>,
 }
@@ -32,17 +32,7 @@ impl<'t> Cx<'t> {
 
     /// Returns the range of the opening tag of an element.
     pub(super) fn tag(&self, node: Node) -> Range<usize> {
-        let range = node.range();
-        let mut quote = None;
-        for (i, byte) in self.text[range.clone()].bytes().enumerate() {
-            match (quote, byte) {
-                (None, b'"' | b'\'') => quote = Some(byte),
-                (Some(q), _) if q == byte => quote = None,
-                (None, b'>') => return range.start..range.start + i + 1,
-                _ => {}
-            }
-        }
-        range
+        tag(self.text, node)
     }
 
     /// Returns the line of the start of `span`, from 1.
@@ -102,9 +92,24 @@ impl<'t> Cx<'t> {
     }
 }
 
+/// Returns the range of the opening tag of an element.
+pub(crate) fn tag(text: &str, node: Node) -> Range<usize> {
+    let range = node.range();
+    let mut quote = None;
+    for (i, byte) in text[range.clone()].bytes().enumerate() {
+        match (quote, byte) {
+            (None, b'"' | b'\'') => quote = Some(byte),
+            (Some(q), _) if q == byte => quote = None,
+            (None, b'>') => return range.start..range.start + i + 1,
+            _ => {}
+        }
+    }
+    range
+}
+
 /// Parses exactly `N` finite numbers separated by white space. The error text continues a sentence that begins with the
 /// name of the attribute.
-pub(super) fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+pub(crate) fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let mut values = [0.0; N];
     let mut count = 0;
     for word in text.split_whitespace() {
@@ -126,14 +131,14 @@ pub(super) fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], Stri
 }
 
 /// Returns an attribute without namespace, with the location of its value.
-pub(super) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Option<Spanned<&'a str>> {
+pub(crate) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Option<Spanned<&'a str>> {
     node.attributes()
         .find(|a| a.name() == name && a.namespace().is_none())
         .map(|a| Spanned { value: a.value(), span: a.range_value() })
 }
 
 /// Returns the child elements with this name, in the namespace of their parent.
-pub(super) fn children<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
+pub(crate) fn children<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
     let namespace = node.tag_name().namespace();
     node.children()
         .filter(move |c| c.is_element() && c.tag_name().name() == name && c.tag_name().namespace() == namespace)
@@ -145,7 +150,7 @@ pub(super) fn child<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str) -> Optio
 }
 
 /// Formats at most eight names for a message.
-pub(super) fn list<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
+pub(crate) fn list<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
     let names: Vec<&str> = names.into_iter().collect();
     let mut text = names.iter().take(8).map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
     if names.len() > 8 {

@@ -33,6 +33,8 @@ codes! {
     NoRobot = "no-robot",
     /// The file contains xacro macros that were not expanded.
     Xacro = "xacro",
+    /// The file is an SRDF.
+    Srdf = "srdf",
     /// The robot has no link.
     NoLinks = "no-links",
     /// A required element or attribute is missing.

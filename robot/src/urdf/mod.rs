@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use crate::model::assemble::Parts;
 use crate::{Base, Dof, DofUnit, Drive, Joint, JointId, JointKind, Link, LinkId, Model};
 
-mod cx;
+pub(crate) mod cx;
 mod drive;
 mod locate;
 mod message;
@@ -17,7 +17,7 @@ mod read;
 mod solid;
 mod tree;
 mod units;
-mod xml;
+pub(crate) mod xml;
 
 pub use message::{UrdfCode, UrdfMessage};
 

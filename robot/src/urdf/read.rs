@@ -94,9 +94,14 @@ pub(super) fn robot(cx: &mut Cx, root: Node, solids: &mut Solids) -> Option<RawR
     let links: Vec<RawLink> = children(root, "link").filter_map(|node| link(cx, node, solids)).collect();
     let joints: Vec<RawJoint> = children(root, "joint").filter_map(|node| joint(cx, node)).collect();
     if children(root, "link").next().is_none() {
-        let text = "the robot has no link";
-        let mut message = UrdfMessage::new(UrdfCode::NoLinks, tag.clone(), text);
-        if root.namespaces().any(|ns| ns.uri().contains("xacro")) {
+        let (code, text) = match srdf_element(root) {
+            Some(_) => (UrdfCode::Srdf, "this is an SRDF, which describes groups and postures of a robot, not a URDF"),
+            None => (UrdfCode::NoLinks, "the robot has no link"),
+        };
+        let mut message = UrdfMessage::new(code, tag.clone(), text);
+        if code == UrdfCode::Srdf {
+            message = message.help("name the URDF behind `urdf`, and this file behind `srdf`");
+        } else if root.namespaces().any(|ns| ns.uri().contains("xacro")) {
             message = message.help("a xacro file that only defines macros gives this; expand the file that calls them");
         }
         cx.error(message);
@@ -104,6 +109,13 @@ pub(super) fn robot(cx: &mut Cx, root: Node, solids: &mut Solids) -> Option<RawR
     unique(cx, "link", links.iter().map(|l| &l.name));
     unique(cx, "joint", joints.iter().map(|j| &j.name));
     Some(RawRobot { name, tag, links, joints })
+}
+
+/// Returns an element that only an SRDF has.
+fn srdf_element<'a, 'i: 'a>(root: Node<'a, 'i>) -> Option<Node<'a, 'i>> {
+    ["group", "group_state", "end_effector", "virtual_joint", "passive_joint", "disable_collisions"]
+        .into_iter()
+        .find_map(|element| children(root, element).next())
 }
 
 fn unique<'n>(cx: &mut Cx, what: &str, names: impl Iterator<Item = &'n Spanned<String>>) {

@@ -13,7 +13,7 @@ const MAX_BYTES: usize = 64 << 20;
 const MAX_NODES: u32 = 4_000_000;
 
 /// Parses the text as XML. Document type definitions are rejected, so that there are no entities to expand.
-pub(super) fn parse(text: &str) -> Result<Document<'_>, UrdfMessage> {
+pub(crate) fn parse(text: &str) -> Result<Document<'_>, UrdfMessage> {
     if text.len() > MAX_BYTES {
         let what = format!("the file has {} MiB, at most 64 are read", text.len() >> 20);
         return Err(UrdfMessage::new(UrdfCode::TooLarge, 0..0, what));
@@ -71,7 +71,7 @@ fn end_of_char(text: &str, start: usize) -> usize {
 }
 
 /// Returns the opening tag, cut to its first line, as the location of messages about a whole file.
-pub(super) fn first_line(text: &str, span: Range<usize>) -> Range<usize> {
+pub(crate) fn first_line(text: &str, span: Range<usize>) -> Range<usize> {
     let end = text[span.clone()].find('\n').map_or(span.end, |i| span.start + i);
     span.start..end
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail that way")]
 
 mod common;
+mod contacts;
 mod distances;
 mod jacobians;
 mod loading;
@@ -12,3 +13,4 @@ mod oddities;
 mod oracle;
 mod pinocchio;
 mod refusals;
+mod srdf;

@@ -2,7 +2,7 @@
 
 use runtime::program::{CaptureSource, Op, Program};
 use runtime::text::number;
-use stdlib_tasks::bound::{Bound, Slot};
+use stdlib_tasks::bound::{Bound, ExceptedPair, Exception, Slot};
 use stdlib_tasks::expression::{Expression, Leaf};
 
 use super::facts::digest;
@@ -147,6 +147,18 @@ impl<'p> Values<'p> {
         }
     }
 
+    /// A pair of links that a task leaves out.
+    fn excepted(&self, ExceptedPair { links, why }: &ExceptedPair) -> String {
+        let all = &self.program.robot.model.links;
+        let [a, b] = links.map(|link| all.get(link.index()).map_or("?", |l| l.name.as_str()));
+        let why = match why {
+            Exception::Written => "",
+            Exception::Disabled(_) => " (SRDF)",
+            Exception::Touching => " (touching)",
+        };
+        format!("{a} to {b}{why}")
+    }
+
     /// A parameter of a task; none: its rows say it.
     pub fn bound(&self, bound: &Bound) -> String {
         let p = self.program;
@@ -158,6 +170,7 @@ impl<'p> Values<'p> {
             Bound::Frames(list) => join(list.iter().map(|(name, _)| name.clone()).collect()),
             Bound::Arm(arm) => arm.name.clone(),
             Bound::Geometries(list) => join(list.iter().map(|g| format!("{} #{}", g.name, digest(g))).collect()),
+            Bound::Pairs(list) => join(list.iter().map(|pair| self.excepted(pair)).collect()),
             Bound::Joints(list) => join(list.iter().map(|dof| joint(*dof).to_string()).collect()),
             Bound::PerJoint(list) => {
                 join(list.iter().map(|(dof, slot)| format!("{} {}", joint(*dof), self.slot(slot))).collect())

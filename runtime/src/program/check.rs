@@ -179,6 +179,7 @@ impl Program {
             Bound::Frames(list) => list.iter().try_for_each(|(_, l)| link(l)),
             Bound::Arm(a) => arm(a),
             Bound::Geometries(list) => list.iter().try_for_each(|g| self.check_geometry(g, place)),
+            Bound::Pairs(list) => list.iter().flat_map(|pair| &pair.links).try_for_each(link),
             Bound::Joints(list) => list.iter().try_for_each(dof),
             Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| slot(s))),
             Bound::PerArm(list) => list.iter().try_for_each(|(a, s)| arm(a).and_then(|()| slot(s))),

@@ -5,9 +5,11 @@
 //! n·(J_j - J_l) v >= d_min' - φ (h - δ)      [m/s]   n from p_l to p_j    thesis (3.23), (3.24)
 //! ```
 
-use robot::Model;
+use std::collections::BTreeSet;
 
-use crate::bound::{BoundParams, Geometry};
+use robot::{LinkId, Model, contacts};
+
+use crate::bound::{BoundParams, ExceptedPair, Geometry};
 use crate::build::check;
 use crate::clearance;
 use crate::closest_points::{Pair, SeparationError};
@@ -22,10 +24,13 @@ use quantities::usual;
 crate::params! {
     /// Parameters of `self_collision`.
     pub struct Params {
-        /// One side: points, segments, links with their collision shapes, groups of them.
+        /// One side: points, segments, links with their collision shapes, groups of them; `all` for all links with shapes.
         between: Vec<Geometry> = ParamType::Geometries, Presence::Required;
-        /// The other side, likewise.
-        and: Vec<Geometry> = ParamType::Geometries, Presence::Required;
+        /// The other side, likewise. Without it, the parts of `between` are kept apart from each other.
+        and: Option<Vec<Geometry>> = ParamType::Geometries, Presence::Optional;
+        /// Pairs of links to leave out, `[[hand, wrist], ..]`; a group stands for its links. Without `and`, also the pairs
+        /// that the robot's `srdf` disables, and those that touch at every sampled posture.
+        except: Option<Vec<ExceptedPair>> = ParamType::Pairs("and"), Presence::Optional;
         /// d_min: smallest distance between the two sides.
         d_min: Input<1> = ParamType::Scalar(usual::CLEARANCE), Presence::Required;
         /// φ: how fast the margin may decrease, relative to its size.
@@ -42,7 +47,8 @@ pub static KIND: TaskKind = TaskKind {
     name: "self_collision",
     summary: "keeps parts of the robot apart",
     docs: "One inequality row for each pair of a part j of `between` and a part l of `and`, except pairs that \
-cannot move relative to each other:\n\n\
+cannot move relative to each other. Without `and`, one row for each pair of parts of `between`, except neighbours: \
+links that at most one joint moves against each other, which meet at that joint.\n\n\
 ```text\n\
 h = |p_j - p_l| - d_min                   [m]     safe where h >= 0\n\
 n·(J_j - J_l) v  >=  d_min' - φ (h - δ)   [m/s]   n = (p_j - p_l)/|p_j - p_l|\n\n\
@@ -69,6 +75,11 @@ the speeds that `joint_velocity_limits` allow, on the hard levels down to that o
 and no hierarchy is solved twice. For a point or a sphere against any part, `h` stays at or above zero at every tick, \
 if `φ T <= 1` and `d_min` is constant or moves at a constant rate. If two long parts become parallel, the closest \
 points can jump, and the margin can lose more. `sampled_margin 0 m` accepts the loss.\n\n\
+`between all` without `and` guards the whole robot, with a row for each pair of shapes: `hierarq compile` prints \
+their number, and the pairs that are left out with the reasons. Every row is evaluated in each tick, and only few of \
+them act in the solver; to pay for fewer, name the links that can meet. A pair that touches at home is not a limit that \
+can be kept: name it in `except`, or disable it in the SRDF. Pairs that touch at home and at each of 1000 random postures \
+are left out by themselves.\n\n\
 Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which would bound the distance from above.",
     example: "task arms_apart = self_collision { between left_elbow  and right_elbow  d_min 0.2 m  gain 10 /s }",
     person_velocity: Some(&PersonVelocityUse::LIMIT),
@@ -85,29 +96,74 @@ struct SelfCollision {
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
-    for (name, side) in [("between", &params.between), ("and", &params.and)] {
-        if side.is_empty() {
+    let sides = [("between", Some(&params.between)), ("and", params.and.as_ref())];
+    for (name, side) in sides {
+        if side.is_some_and(Vec::is_empty) {
             return Err(BuildError::new(name, "this side names nothing to keep apart")
                 .help("name points, segments, links or groups of them, or remove the task"));
         }
     }
-    let mut pairs: Vec<Pair> = Vec::new();
-    for a in &params.between {
-        for b in &params.and {
-            let seen = pairs.iter().any(|p| p.a == *b && p.b == *a);
-            if ctx.model.moves_between(a.link, b.link) && !seen {
-                pairs.push(Pair::new(a.clone(), b.clone()));
-            }
-        }
-    }
-    if pairs.is_empty() {
-        return Err(BuildError::new("and", "the two sides name only parts that cannot move against each other")
-            .help("name parts of other links on one side"));
-    }
+    let excepted: BTreeSet<[LinkId; 2]> = params.except.iter().flatten().map(|pair| pair.links).collect();
+    let is_open = |a: &Geometry, b: &Geometry| !excepted.contains(&contacts::pair(a.link, b.link));
+    let pairs = match &params.and {
+        Some(and) => pairs_of_sides(ctx.model, &params.between, and, is_open)?,
+        None => pairs_within(ctx.model, &params.between, is_open)?,
+    };
     let names: Vec<&str> = pairs.iter().map(|p| p.a.name.as_str()).collect();
     let acceleration_bound_of = |i: usize, speed: &[f64]| pair_bound(&pairs[i], ctx.model, speed);
     let sampled_margin = SampledMargin::new(params.sampled_margin, params.gain, &names, &acceleration_bound_of, ctx)?;
     Ok(Box::new(SelfCollision { pairs, d_min: params.d_min, gain: params.gain, sampled_margin }))
+}
+
+/// Pairs of a part of each side.
+fn pairs_of_sides(
+    model: &Model,
+    between: &[Geometry],
+    and: &[Geometry],
+    is_open: impl Fn(&Geometry, &Geometry) -> bool,
+) -> Result<Vec<Pair>, BuildError> {
+    let mut pairs: Vec<Pair> = Vec::new();
+    let mut excepted = false;
+    for a in between {
+        for b in and {
+            let seen = pairs.iter().any(|p| p.a == *b && p.b == *a);
+            if model.moves_between(a.link, b.link) && !seen {
+                match is_open(a, b) {
+                    true => pairs.push(Pair::new(a.clone(), b.clone())),
+                    false => excepted = true,
+                }
+            }
+        }
+    }
+    match (pairs.is_empty(), excepted) {
+        (false, _) => Ok(pairs),
+        (true, true) => {
+            Err(BuildError::new("except", "nothing is left of the two sides").help("leave fewer pairs out"))
+        }
+        (true, false) => {
+            Err(BuildError::new("and", "the two sides name only parts that cannot move against each other")
+                .help("name parts of other links on one side"))
+        }
+    }
+}
+
+/// Pairs of parts of one side whose links are no neighbours.
+fn pairs_within(
+    model: &Model,
+    parts: &[Geometry],
+    is_open: impl Fn(&Geometry, &Geometry) -> bool,
+) -> Result<Vec<Pair>, BuildError> {
+    let mut pairs: Vec<Pair> = Vec::new();
+    for (i, a) in parts.iter().enumerate() {
+        let others =
+            parts[i + 1..].iter().filter(|b| !contacts::are_neighbours(model, a.link, b.link) && is_open(a, b));
+        pairs.extend(others.map(|b| Pair::new(a.clone(), b.clone())));
+    }
+    if pairs.is_empty() {
+        return Err(BuildError::new("between", "no two of these parts are left to keep apart")
+            .help("name parts of links that are no neighbours, or name the other side with `and`"));
+    }
+    Ok(pairs)
 }
 
 /// Bound on the downward acceleration of the distance of a pair, in m/s². For a ball, it is that of its centre relative

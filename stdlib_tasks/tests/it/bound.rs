@@ -46,8 +46,9 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
             .number("gain", &[5.0])
             .number("sampled_margin", &[0.0]),
         "self_collision" => case
-            .with("between", Bound::Geometries(vec![a]))
+            .with("between", Bound::Geometries(vec![a, b.clone()]))
             .with("and", Bound::Geometries(vec![b]))
+            .with("except", Bound::Pairs(Vec::new()))
             .number("d_min", &[0.1])
             .number("gain", &[5.0])
             .number("sampled_margin", &[0.0]),

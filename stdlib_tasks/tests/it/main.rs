@@ -16,6 +16,7 @@ mod degenerate;
 mod gradient_bound;
 mod limits;
 mod loops;
+mod one_side;
 mod people;
 mod speed_separation;
 mod targets;

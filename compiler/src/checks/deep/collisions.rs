@@ -1,140 +1,146 @@
 //! Links that touch at sampled postures, and that no limit of a stack that runs keeps apart.
 
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::{Diagnostic, Help, Snippet};
-use robot::geometry::{Degenerate, closest};
-use robot::{Data, LinkId, Model, PlacedShape};
+use robot::contacts::{self, LinkPair};
+use robot::{Data, LinkId};
 use runtime::text::number;
 use stdlib_tasks::protection::{Hazard, Protection};
 
 use super::{Checked, Work, share};
+use crate::sampled::Contacts;
 
 /// Share of the postures from which on two links count as touching always: by how their shapes are drawn.
 const ALWAYS: f64 = 0.9;
 
+/// Reason in an SRDF for pairs that were not seen to touch.
+const NEVER: &str = "Never";
+
 /// Most pairs that are named.
 const NAMED: usize = 6;
 
-/// Two links.
-type Pair = [LinkId; 2];
-
-/// Warns of links that can touch each other and are guarded nowhere. Returns the number of such pairs; `None` without shapes.
-pub(super) fn check(c: &Checked, work: &Work, out: &mut Vec<Diagnostic>) -> Option<usize> {
-    let model = &c.program.robot.model;
-    let pairs = open_pairs(c);
-    if !pairs.is_empty() || model.links.iter().filter(|l| !l.collision.is_empty()).count() > 1 {
-        let counts = work.share(
-            c.program,
-            || (vec![0_usize; pairs.len()], Data::new(model)),
-            |(counts, data), _, q| {
-                model.forward(q, data);
-                for (count, pair) in counts.iter_mut().zip(&pairs) {
-                    *count += usize::from(touch(model, data, *pair));
-                }
-            },
-        );
-        let mut data = Data::new(model);
-        model.forward(&c.program.robot.home, &mut data);
-        let postures = work.deep.postures;
-        let sum = |i: usize| counts.iter().map(|(counts, _)| counts[i]).sum::<usize>();
-        let mut found: Vec<(usize, Pair)> = (0..pairs.len())
-            .map(|i| (sum(i), pairs[i]))
-            .filter(|(count, pair)| {
-                *count > 0 && (*count as f64) < ALWAYS * postures as f64 && !touch(model, &data, *pair)
-            })
-            .collect();
-        found.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
-        out.extend(warning(c, &found, &data, postures));
-        return Some(found.len());
-    }
-    None
+/// A pair of links, and the number of sampled postures at which they touch.
+struct Touching {
+    count: usize,
+    pair: LinkPair,
 }
 
-/// Pairs of links with shapes that move against each other, are no neighbours, and that no limit names.
-fn open_pairs(c: &Checked) -> Vec<Pair> {
+/// Warns of links that can touch each other and are guarded nowhere, and of those whose SRDF says that they never do. The
+/// figures are `None` without shapes.
+pub(super) fn check(c: &Checked, work: &Work, out: &mut Vec<Diagnostic>) -> Option<Contacts> {
     let model = &c.program.robot.model;
-    let guarded = guarded(c);
-    let with_shapes: Vec<LinkId> =
-        (0..model.links.len() as u32).map(LinkId).filter(|l| !model.link_ref(*l).collision.is_empty()).collect();
-    let mut pairs = Vec::new();
-    for (k, &a) in with_shapes.iter().enumerate() {
-        for &b in &with_shapes[k + 1..] {
-            let joints_between = {
-                let (of_a, of_b) = (model.support(a), model.support(b));
-                of_a.iter().filter(|j| !of_b.contains(j)).count() + of_b.iter().filter(|j| !of_a.contains(j)).count()
-            };
-            // Neighbours overlap at their joint by how they are built.
-            if joints_between > 1 && !guarded.contains(&[a.min(b), a.max(b)]) {
-                pairs.push([a, b]);
-            }
-        }
+    if model.links.iter().filter(|l| !l.collision.is_empty()).count() < 2 {
+        return None;
     }
-    pairs
+    let guarded = guarded(c);
+    // Neighbours overlap at their joint by how they are built.
+    let pairs: Vec<LinkPair> = contacts::pairs(model).into_iter().filter(|pair| !guarded.contains(pair)).collect();
+    let counts = work.share(
+        c.program,
+        || (vec![0_usize; pairs.len()], Data::new(model)),
+        |(counts, data), _, q| {
+            model.forward(q, data);
+            for (count, pair) in counts.iter_mut().zip(&pairs) {
+                *count += usize::from(contacts::touch(model, data, *pair));
+            }
+        },
+    );
+    let mut home = Data::new(model);
+    model.forward(&c.program.robot.home, &mut home);
+    let postures = work.deep.postures;
+    let sum = |i: usize| counts.iter().map(|(counts, _)| counts[i]).sum::<usize>();
+    let all = (0..pairs.len()).map(|i| Touching { count: sum(i), pair: pairs[i] });
+    let mut found: Vec<Touching> = all.filter(|t| t.count > 0).collect();
+    found.sort_by_key(|t| Reverse(t.count));
+    let by_design = |t: &Touching| t.count as f64 >= ALWAYS * postures as f64 || contacts::touch(model, &home, t.pair);
+    let disabled = c.places.srdf.as_ref().map(|of| of.srdf.disabled_pairs()).unwrap_or_default();
+    let (without, open): (Vec<Touching>, Vec<Touching>) =
+        found.into_iter().partition(|t| disabled.contains_key(&t.pair));
+    let sometimes = |t: &&Touching| (t.count as f64) < ALWAYS * postures as f64;
+    let is_never = |t: &&Touching| disabled.get(&t.pair).is_some_and(|why| why.eq_ignore_ascii_case(NEVER));
+    let never: Vec<&Touching> = without.iter().filter(is_never).filter(sometimes).collect();
+    out.extend(never_yet_touching(c, &never, postures));
+    let (always, open): (Vec<Touching>, Vec<Touching>) = open.into_iter().partition(by_design);
+    out.extend(warning(c, &open, &home, postures));
+    let name = |link: LinkId| model.link_ref(link).name.clone();
+    let always = always.iter().map(|t| t.pair.map(name)).collect();
+    Some(Contacts { unguarded: open.len(), disabled: without.len(), always })
 }
 
 /// Pairs that limits of the stacks that run keep apart.
-fn guarded(c: &Checked) -> BTreeSet<Pair> {
+fn guarded(c: &Checked) -> BTreeSet<LinkPair> {
     let mut guarded = BTreeSet::new();
     for stack in c.program.run_stacks() {
         let built = c.stacks.tasks(stack).iter().filter_map(|b| b.task.as_ref().ok());
         for Protection { links, hazard } in built.flat_map(|task| task.protections()) {
             if let Hazard::Link(other) = hazard {
-                guarded.extend(links.iter().map(|&l| [l.min(other), l.max(other)]));
+                guarded.extend(links.iter().map(|&l| contacts::pair(l, other)));
             }
         }
     }
     guarded
 }
 
-/// Distance of two links (m), not above zero if they overlap.
-fn distance(model: &Model, data: &Data, [a, b]: Pair) -> f64 {
-    let (on_a, on_b) = (&model.link_ref(a).collision, &model.link_ref(b).collision);
-    let (at_a, at_b) = (data.pose(a), data.pose(b));
-    let apart =
-        |s: &PlacedShape, t: &PlacedShape| match closest(&s.shape, &(at_a * s.origin), &t.shape, &(at_b * t.origin)) {
-            Ok(found) => found.distance,
-            Err(Degenerate::Touching) => 0.0,
-        };
-    on_a.iter().flat_map(|s| on_b.iter().map(move |t| apart(s, t))).fold(f64::INFINITY, f64::min)
+/// The first of some pairs, each with its share of the postures.
+fn listed<'t>(c: &Checked, found: impl Iterator<Item = &'t Touching>, postures: usize) -> String {
+    let name = |l: LinkId| &c.program.robot.model.link_ref(l).name;
+    let one = |Touching { count, pair: [a, b] }: &Touching| {
+        format!("`{}` and `{}` ({})", name(*a), name(*b), share(*count, postures))
+    };
+    found.take(NAMED).map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// True if two links overlap.
-fn touch(model: &Model, data: &Data, pair: Pair) -> bool {
-    distance(model, data, pair) <= 0.0
+/// Warning of pairs that the SRDF disables since they never touch, and that do.
+fn never_yet_touching(c: &Checked, found: &[&Touching], postures: usize) -> Option<Diagnostic> {
+    let of = c.places.srdf.as_ref()?;
+    let first = found.first()?;
+    let name = |l: LinkId| &c.program.robot.model.link_ref(l).name;
+    let [a, b] = first.pair;
+    let text = match found.len() {
+        1 => format!("`{}` and `{}` touch, and the SRDF says that they never do", name(a), name(b)),
+        n => format!("{n} pairs of links touch, and the SRDF says that they never do"),
+    };
+    let mut d = Diagnostic::warning("HQ0592", of.span, text);
+    if let Some(pair) = of.srdf.disabled.iter().find(|pair| pair.links == first.pair) {
+        d = d.label(of.place(&pair.span), format!("the pair of `{}` and `{}`", name(a), name(b)));
+    }
+    let listed = listed(c, found.iter().copied(), postures);
+    let more = found.len().saturating_sub(NAMED);
+    let rest = if more > 0 { format!(", and {more} more") } else { String::new() };
+    Some(
+        d.note(format!("with their share of the sampled postures: {listed}{rest}"))
+            .note("nothing keeps a disabled pair apart; a mesh counts as the capsule around it, which is larger")
+            .help("take the pairs out of the SRDF, or write another reason if only the capsules touch"),
+    )
 }
 
-fn warning(c: &Checked, found: &[(usize, Pair)], home: &Data, postures: usize) -> Option<Diagnostic> {
+fn warning(c: &Checked, found: &[Touching], home: &Data, postures: usize) -> Option<Diagnostic> {
     let model = &c.program.robot.model;
     let name = |l: LinkId| &model.link_ref(l).name;
     let stack = *c.program.run_stacks().first()?;
-    let (count, [a, b]) = *found.first()?;
+    let &Touching { count, pair: [a, b] } = found.first()?;
     let text = match found.len() {
         1 => format!("`{}` and `{}` can touch, and no limit keeps them apart", name(a), name(b)),
         n => format!("{n} pairs of links can touch, and no limit keeps them apart"),
     };
     let mut d = Diagnostic::warning("HQ0591", c.places.stacks[stack].0, text);
-    let listed: Vec<String> = found
-        .iter()
-        .take(NAMED)
-        .map(|(count, [a, b])| format!("`{}` and `{}` ({})", name(*a), name(*b), share(*count, postures)))
-        .collect();
+    let listed = listed(c, found.iter(), postures);
     d = match found.len() {
         1 => d.note(format!("they touch at {} of the sampled postures", share(count, postures))),
-        n if n > NAMED => {
-            d.note(format!("most often, of the sampled postures: {}, and {} more", listed.join(", "), n - NAMED))
-        }
-        _ => d.note(format!("with their share of the sampled postures: {}", listed.join(", "))),
+        n if n > NAMED => d.note(format!("most often, of the sampled postures: {listed}, and {} more", n - NAMED)),
+        _ => d.note(format!("with their share of the sampled postures: {listed}")),
     };
     // One task for the link that is in most of the pairs.
     let mut of: BTreeMap<LinkId, BTreeSet<LinkId>> = BTreeMap::new();
-    for (_, [a, b]) in found {
+    for Touching { pair: [a, b], .. } in found {
         of.entry(*a).or_default().insert(*b);
         of.entry(*b).or_default().insert(*a);
     }
     let (one, others) = of.into_iter().max_by_key(|(l, others)| (others.len(), std::cmp::Reverse(*l)))?;
     // A distance that holds at home, or the proposal would be an error.
-    let nearest = others.iter().map(|&l| distance(model, home, [one, l])).fold(f64::INFINITY, f64::min);
+    let nearest = others.iter().map(|&l| contacts::distance(model, home, [one, l])).fold(f64::INFINITY, f64::min);
     let d_min = number((500.0 * nearest).floor().clamp(1.0, 20.0));
     let others: Vec<&str> = others.into_iter().map(|l| name(l).as_str()).collect();
     Some(d.help(Help::with(

@@ -34,7 +34,7 @@ pub(super) fn check(c: &Checked, deep: &Deep, out: &mut Vec<Diagnostic>) -> Samp
     for stack in stacks {
         sampled.stacks.push(postures::check(c, &work, stack, &mut told, out));
     }
-    sampled.touching = collisions::check(c, &work, out);
+    sampled.contacts = collisions::check(c, &work, out);
     sampled
 }
 
