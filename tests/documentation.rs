@@ -121,6 +121,12 @@ task hands = cooperative_motion {
 }
 ";
 
+/// Obstacles of an example.
+const ROOM: &str = "
+obstacle table { box [1.2, 0.8, 0.04] m  position [2, 1.4, 0.74] m }
+obstacle pillar { cylinder { radius 0.18 m  length 2.5 m }  position [2.2, -0.55, 1.25] m }
+";
+
 #[test]
 fn every_example_of_the_catalogue_compiles() {
     let robot = std::fs::read_to_string(common::example("common/canopies.hq")).expect("readable");
@@ -133,9 +139,10 @@ fn every_example_of_the_catalogue_compiles() {
         let example = kind.example.replace("(tool)", "(left_tool)");
         let name = example.split_whitespace().nth(1).expect("task NAME = ..").to_string();
         // A planner protects a task on a lower level, and needs a human.
-        let (around, above) = match kind.example.contains("(hands)") {
-            true => (PROTECTED, "level first { hands }"),
-            false => ("", ""),
+        let (around, above) = match () {
+            () if kind.example.contains("(hands)") => (PROTECTED, "level first { hands }"),
+            () if kind.example.contains("pillar") => (ROOM, ""),
+            () => ("", ""),
         };
         let stack = format!("stack s {{ {above} level l {{ {name} }} }}");
         program_compiles(kind.name, &format!("hierarq 1\n{robot}\n{around}{example}\n{stack}\n"));

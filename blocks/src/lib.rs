@@ -17,4 +17,4 @@ pub use schema::{
     Argument, BinaryFormat, BlockSchema, Companion, FunctionType, Key, Members, Named, Place, Role, ValueType,
 };
 pub use snippet::{Help, Snippet};
-pub use table::{Block, read_key, text};
+pub use table::{Block, key_name, read_key, text};

@@ -227,6 +227,8 @@ pub enum Named {
     Event,
     /// A human.
     Human,
+    /// An obstacle.
+    Obstacle,
     /// A point of the human that the block is of.
     Point,
     /// A signal of this type of the spec that is named beside it.

@@ -23,6 +23,14 @@ pub const fn text(doc: &'static str) -> &'static str {
     doc.trim_ascii_start()
 }
 
+/// Returns the name of a key whose field is called so: a keyword of Rust begins with `r#` there.
+pub const fn key_name(field: &'static str) -> &'static str {
+    match field.as_bytes() {
+        [b'r', b'#', ..] => field.split_at(2).1,
+        _ => field,
+    }
+}
+
 /// Reads a key of a bound block.
 pub fn read_key<T: FromBound>(bound: &BoundBlock, name: &str) -> T {
     const NO_KEY: Key = Key::optional("", crate::ValueType::Value, "");
@@ -54,7 +62,7 @@ macro_rules! block {
         $vis static $SCHEMA: $crate::BlockSchema = $crate::BlockSchema {
             name: $title,
             keys: &[
-                $( $crate::block!(@key $how, stringify!($field), $crate::text(concat!($($doc),*)), $($arg),*), )*
+                $( $crate::block!(@key $how, $crate::key_name(stringify!($field)), $crate::text(concat!($($doc),*)), $($arg),*), )*
                 $( $($also),* )?
             ],
         };
@@ -65,7 +73,7 @@ macro_rules! block {
             }
 
             fn read(bound: &$crate::BoundBlock) -> Self {
-                $Name { $( $field: $crate::read_key(bound, stringify!($field)), )* }
+                $Name { $( $field: $crate::read_key(bound, $crate::key_name(stringify!($field))), )* }
             }
         }
 

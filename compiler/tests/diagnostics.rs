@@ -53,6 +53,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("guards", include_str!("cases/guards.txt"), Syntax::Native),
     ("guards_yaml", include_str!("cases/guards_yaml.txt"), Syntax::Yaml),
     ("coverage", include_str!("cases/coverage.txt"), Syntax::Native),
+    ("obstacles", include_str!("cases/obstacles.txt"), Syntax::Native),
+    ("obstacles_yaml", include_str!("cases/obstacles_yaml.txt"), Syntax::Yaml),
     ("coverage_yaml", include_str!("cases/coverage_yaml.txt"), Syntax::Yaml),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Syntax::Yaml),
     ("sampled", include_str!("cases/sampled.txt"), Syntax::Native),
@@ -119,6 +121,16 @@ fn allowances() {
 #[test]
 fn allowances_yaml() {
     check("allowances_yaml");
+}
+
+#[test]
+fn obstacles() {
+    check("obstacles");
+}
+
+#[test]
+fn obstacles_yaml() {
+    check("obstacles_yaml");
 }
 
 #[test]

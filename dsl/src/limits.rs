@@ -2,6 +2,7 @@
 //! nesting, number of words, control characters. The scan also collects the comments.
 
 use crate::comments::Comment;
+use crate::tree::BlockKind;
 use crate::{Diagnostic, SourceId, Span};
 
 /// Maximum size of a text, in bytes.
@@ -129,8 +130,7 @@ fn item_head(text: &str) -> bool {
         || nameless("run", '{')
         || nameless("coverage", '{')
         || head("signal", ':')
-        || head("human", '{')
-        || head("safety_field", '{')
+        || BlockKind::ALL.iter().any(|kind| head(kind.keyword(), '{'))
         || head("variable", ':')
         || head("mission", ':')
         || head("mission", '{')

@@ -1,11 +1,11 @@
 //! Normalised trees: in the order of the YAML sections, so that a spec can be compared with its translation.
 
-use crate::tree::{Item, ItemKind, MissionMember, MissionRepeat, Spec};
+use crate::tree::{BlockKind, Item, ItemKind, MissionMember, MissionRepeat, Spec};
 use crate::vocabulary::ROLES;
 
 impl Spec {
     /// Returns the spec with its declarations sorted by kind, as YAML groups them: imports, allowed warnings, params, lets, robots,
-    /// tasks, stacks, signals, variables, humans, safety fields, machines, missions, scenarios, repetitions, coverage, run. The
+    /// tasks, stacks, signals, variables, named blocks such as humans, machines, missions, scenarios, repetitions, coverage, run. The
     /// order within a kind is preserved.
     pub fn normalised(mut self) -> Spec {
         sort(&mut self.items);
@@ -14,7 +14,8 @@ impl Spec {
 }
 
 fn sort(items: &mut [Item]) {
-    items.sort_by_key(|item| match item.kind {
+    const LAST: usize = 9 + BlockKind::ALL.len();
+    items.sort_by_key(|item| match &item.kind {
         ItemKind::Import(_) => 0,
         ItemKind::Allow(_) => 1,
         ItemKind::Param(_) => 2,
@@ -24,14 +25,13 @@ fn sort(items: &mut [Item]) {
         ItemKind::Stack(_) => 6,
         ItemKind::Signal(_) => 7,
         ItemKind::Variable(_) => 8,
-        ItemKind::Human(_) => 9,
-        ItemKind::SafetyField(_) => 10,
-        ItemKind::Machine(_) => 11,
-        ItemKind::Mission(_) => 12,
-        ItemKind::Scenario(_) => 13,
-        ItemKind::For(_) => 14,
-        ItemKind::Coverage(_) => 15,
-        ItemKind::Run(_) => 16,
+        ItemKind::Block(block) => 9 + block.kind as usize,
+        ItemKind::Machine(_) => LAST,
+        ItemKind::Mission(_) => LAST + 1,
+        ItemKind::Scenario(_) => LAST + 2,
+        ItemKind::For(_) => LAST + 3,
+        ItemKind::Coverage(_) => LAST + 4,
+        ItemKind::Run(_) => LAST + 5,
     });
     for item in items {
         match &mut item.kind {

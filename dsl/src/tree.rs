@@ -18,6 +18,7 @@ macro_rules! equal_by {
 mod comments;
 mod machines;
 mod missions;
+mod named_blocks;
 mod reuse;
 mod scenarios;
 mod values;
@@ -25,10 +26,9 @@ mod values;
 use crate::span::{Span, Spanned};
 
 pub use comments::Comments;
-pub use machines::{
-    Action, Human, Machine, Moment, SafetyField, Signal, State, StateBody, Transition, Trigger, Variable,
-};
+pub use machines::{Action, Machine, Moment, Signal, State, StateBody, Transition, Trigger, Variable};
 pub use missions::{Mission, MissionMember, MissionRepeat};
+pub use named_blocks::{BlockKind, NamedBlock};
 pub use reuse::{
     Beside, Call, Change, Import, ImportName, Let, Parameter, Removal, Repeat, RepeatItems, RepeatMembers, Values,
 };
@@ -82,10 +82,8 @@ pub enum ItemKind {
     Stack(Stack),
     /// `signal peduncle : point?  timeout 0.5 s`
     Signal(Signal),
-    /// `human operator { points [chest]  timeout 0.2 s }`
-    Human(Human),
-    /// `safety_field nearness { of operator }`
-    SafetyField(SafetyField),
+    /// `human operator { points [chest]  timeout 0.2 s }`, and others of this form
+    Block(NamedBlock),
     /// `variable attempts : number = 0`
     Variable(Variable),
     /// `machine harvest { state look { .. } }`

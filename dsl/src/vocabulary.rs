@@ -35,6 +35,7 @@ sections!(
     "signals",
     "humans",
     "safety_fields",
+    "obstacles",
     "variables",
     "machines",
     "missions"
@@ -52,6 +53,7 @@ pub static TEXT_KEYS: &[&str] = &[
     "layers_from",
     "map",
     "spec",
+    "mesh",
     "scenario",
     "label",
 ];

@@ -7,7 +7,7 @@ endif
 syntax case match
 syntax iskeyword @,48-57,_
 
-syntax match hierarqKeyword "^\s*\zs\%(hierarq\|import\|param\|let\|robot\|task\|stack\|signal\|human\|safety_field\|variable\|machine\|mission\|scenario\|expect\|check\|coverage\|run\|for\)\>"
+syntax match hierarqKeyword "^\s*\zs\%(hierarq\|import\|param\|let\|robot\|task\|stack\|signal\|human\|safety_field\|obstacle\|variable\|machine\|mission\|scenario\|expect\|check\|coverage\|run\|for\)\>"
 syntax match hierarqKeyword "\<\%(level\|replace\|add\|remove\|before\|after\|from\|as\)\ze\s\+\%(\h\|\$\)"
 syntax match hierarqKeyword "\<for\ze\s\+\h\w*\s\+in\>"
 syntax match hierarqKeyword "\<\%(robot\|human\|worker\|object\|place\|layer\|source\|wall\|target\|obstacle\)\ze\s\+\%(\h\|\$\)\S*\s*{"

@@ -88,6 +88,7 @@ pub fn describe(ty: &ParamType) -> String {
         ParamType::Frames => "links or arms".to_string(),
         ParamType::Arm => "arm".to_string(),
         ParamType::Geometries => "points, segments, links, groups".to_string(),
+        ParamType::Obstacles => "obstacles".to_string(),
         ParamType::Pairs(_) => "pairs of links, `[[LINK, LINK], ..]`; a group stands for its links".to_string(),
         ParamType::Joints => "joints, groups of joints".to_string(),
         ParamType::JointPositions => joint_values("value", [JOINT_ANGLE, JOINT_TRAVEL]),

@@ -61,6 +61,7 @@ pub fn describe(holds: &ValueType) -> String {
         ValueType::Name(Named::Human) => "human".to_string(),
         ValueType::Name(Named::Point) => "point of the human".to_string(),
         ValueType::Name(Named::SignalThere(_)) => "signal of the spec".to_string(),
+        ValueType::Name(Named::Obstacle) => "obstacle".to_string(),
         ValueType::Name(Named::HumanThere) => "human of the spec".to_string(),
         ValueType::Name(Named::StateThere) => "state of the spec".to_string(),
         ValueType::Link => "link".to_string(),

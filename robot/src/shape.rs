@@ -3,11 +3,13 @@
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
+use crate::hull::Hull;
+
 /// A convex shape in its own frame, centred at the origin. Lengths in metres.
 ///
-/// A URDF cylinder is stored as a capsule of the same radius whose straight part is the cylinder's axis: it contains
-/// the cylinder and extends beyond both ends by one radius.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// By default, a URDF cylinder is stored as a capsule of the same radius whose straight part is the cylinder's axis: it
+/// contains the cylinder and extends beyond both ends by one radius.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Shape {
     /// A ball.
@@ -27,10 +29,19 @@ pub enum Shape {
         /// Half the edge lengths along x, y, z \[m\].
         half: [f64; 3],
     },
+    /// A cylinder about local z.
+    Cylinder {
+        /// Radius \[m\].
+        radius: f64,
+        /// Half the length \[m\].
+        half_length: f64,
+    },
+    /// The convex hull of points.
+    Hull(Hull),
 }
 
 /// A shape fixed to a link.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlacedShape {
     /// Pose of the shape's frame in the link's frame, X_LS.
     pub origin: Isometry3<f64>,
@@ -92,7 +103,11 @@ impl Shape {
         let good = |x: f64| x.is_finite() && x >= 0.0;
         match *self {
             Shape::Sphere { radius } => good(radius),
-            Shape::Capsule { radius, half_length } => good(radius) && good(half_length),
+            Shape::Capsule { radius, half_length } | Shape::Cylinder { radius, half_length } => {
+                good(radius) && good(half_length)
+            }
+            // Hulls are made of finite points alone.
+            Shape::Hull(_) => true,
             Shape::Box { half } => half.iter().all(|&x| good(x)),
         }
     }
@@ -103,6 +118,8 @@ impl Shape {
             Shape::Sphere { radius } => radius,
             Shape::Capsule { radius, half_length } => radius + half_length,
             Shape::Box { half: [x, y, z] } => (x * x + y * y + z * z).sqrt(),
+            Shape::Cylinder { radius, half_length } => radius.hypot(half_length),
+            Shape::Hull(ref hull) => hull.radius(),
         }
     }
 }

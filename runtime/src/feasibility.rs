@@ -13,11 +13,12 @@ use crate::evaluator::build_tasks;
 use crate::program::{Program, TaskProgram};
 
 /// Limits that a robot at rest meets at every state with margins that are not negative, unless they move.
-static STANDING: [&TaskKind; 5] = [
+static STANDING: [&TaskKind; 6] = [
     &kinds::joint_position_limits::KIND,
     &kinds::joint_velocity_limits::KIND,
     &kinds::virtual_wall::KIND,
     &kinds::self_collision::KIND,
+    &kinds::keep_clear::KIND,
     &kinds::keep::KIND,
 ];
 

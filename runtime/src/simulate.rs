@@ -90,8 +90,10 @@ impl Simulation {
         let truth = if closed.robot.is_perfect() && program.robot.home_is_legal() && seen {
             None
         } else {
+            let moved = scenario.and_then(|s| s.true_program(program));
+            let truth = moved.as_ref().unwrap_or(program);
             Some(Truth {
-                stacks: closed.controller.stacks().iter().map(|s| s.again(program)).collect::<Result<_, _>>()?,
+                stacks: closed.controller.stacks().iter().map(|s| s.again(truth)).collect::<Result<_, _>>()?,
                 visit: None,
                 last: vec![0.0; program.robot.model.nv()],
                 stack_velocity: vec![0.0; program.robot.model.nv()],

@@ -129,6 +129,7 @@ fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
         Bound::Arm(a) => Some(format!("{} (tip {})", a.name, p.robot.model.link_ref(a.tip).name)),
         // The names of the rows contain them.
         Bound::Geometries(_) => None,
+        Bound::Obstacles(list) => Some(list.iter().map(|o| o.name.as_str()).collect::<Vec<_>>().join(", ")),
         Bound::Pairs(list) => excepted(p, list),
         Bound::Joints(list) => {
             Some(list.iter().map(|&d| p.robot.model.dofs[d].name.as_str()).collect::<Vec<_>>().join(", "))

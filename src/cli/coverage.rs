@@ -76,6 +76,7 @@ pub fn data(program: &Program) -> Value {
                     points.iter().map(|p| program.interface.signals[p.signal].name.as_str()).collect();
                 json!({ "kind": "people", "points": points })
             }
+            KeptFrom::Obstacle(o) => json!({ "kind": "obstacle", "obstacle": program.obstacles[*o].name }),
             KeptFrom::Place => json!({ "kind": "place" }),
             KeptFrom::Value => json!({ "kind": "value" }),
         };
@@ -136,6 +137,7 @@ fn kept(program: &Program, of: &StackCoverage) -> Vec<[String; 4]> {
             KeptFrom::People(points) => {
                 list_of(points.iter().map(|p| program.interface.signals[p.signal].name.as_str()).collect())
             }
+            KeptFrom::Obstacle(o) => program.obstacles[*o].name.clone(),
             KeptFrom::Place => "a place".to_string(),
             KeptFrom::Value => "a bound of its value".to_string(),
         };

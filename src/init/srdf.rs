@@ -90,14 +90,10 @@ pub(super) fn add(
         plan.start_at(&program.robot.model, &program.robot.home);
         let facts = robot_facts(program, compiled.srdf.as_ref());
         plan.note_groups(facts.groups.iter().map(|group| group.name.clone()).collect());
-        let warnings = compiled.report.diagnostics.len();
-        // With a reserve for sampled time, if home leaves room for it.
-        for reserve in ["  sampled_margin auto", ""] {
-            let Some(limit) = limit(&facts, reserve) else { break };
+        if let Some(limit) = limit(&facts) {
             plan.keep_apart(Some(limit));
             let guarded = compile(plan);
-            let worse = !reserve.is_empty() && guarded.report.diagnostics.len() > warnings;
-            if guarded.is_good() && !worse {
+            if guarded.is_good() {
                 return Ok(guarded);
             }
             plan.keep_apart(None);
@@ -107,7 +103,7 @@ pub(super) fn add(
 }
 
 /// A limit that keeps all pairs of links apart that do not touch at home; `None` if it would have too many rows, or exceptions.
-fn limit(facts: &RobotFacts, reserve: &str) -> Option<String> {
+fn limit(facts: &RobotFacts) -> Option<String> {
     let touching: Vec<&[String; 2]> =
         facts.apart.iter().filter(|pair| pair.at_home <= 0.0).map(|pair| &pair.links).collect();
     if facts.open == 0 || facts.rows > ROWS || touching.len() > EXCEPTED || touching.len() == facts.open {
@@ -122,5 +118,5 @@ fn limit(facts: &RobotFacts, reserve: &str) -> Option<String> {
             format!("  except [{}]", pairs.join(", "))
         }
     };
-    Some(format!("self_collision {{ between all{except}  d_min {d_min} mm{reserve} }}"))
+    Some(format!("self_collision {{ between all{except}  d_min {d_min} mm }}"))
 }

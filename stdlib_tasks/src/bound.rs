@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::expression::Expression;
 pub use crate::geometry::Geometry;
+pub use crate::obstacle::Obstacle;
 pub use crate::slot::Slot;
 
 /// Frames of an arm that task types use.
@@ -62,6 +63,8 @@ pub enum Bound {
     Arm(Arm),
     /// Points, segments and shapes.
     Geometries(Vec<Geometry>),
+    /// Obstacles.
+    Obstacles(Vec<Obstacle>),
     /// Pairs of links that are left out.
     Pairs(Vec<ExceptedPair>),
     /// Degrees of freedom, by index.
@@ -90,6 +93,7 @@ impl Bound {
             Bound::PerJoint(l) => l.iter().map(|x| x.1).collect(),
             Bound::PerArm(l) => l.iter().map(|x| x.1).collect(),
             Bound::Expression(e) => e.slots().collect(),
+            Bound::Obstacles(all) => all.iter().flat_map(Obstacle::slots).collect(),
             Bound::Group(map) => map.values().flat_map(Bound::slots).collect(),
             _ => Vec::new(),
         }

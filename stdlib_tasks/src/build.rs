@@ -90,6 +90,10 @@ fn check_one(bound: &Bound, ctx: &Context) -> Result<(), &'static str> {
         Bound::Frames(list) => list.iter().try_for_each(|(_, l)| link(l)),
         Bound::Arm(a) => arm(a),
         Bound::Geometries(list) => list.iter().try_for_each(|g| g.check(ctx.model)),
+        Bound::Obstacles(list) => list.iter().try_for_each(|o| {
+            o.check(ctx.model)?;
+            o.slots().collect::<Vec<_>>().iter().try_for_each(slot)
+        }),
         Bound::Pairs(list) => list.iter().flat_map(|pair| &pair.links).try_for_each(link),
         Bound::Joints(list) => list.iter().try_for_each(dof),
         Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| one(s))),

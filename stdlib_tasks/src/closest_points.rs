@@ -57,7 +57,7 @@ pub enum SeparationError {
 pub(crate) fn overlap(a: &Shape, b: &Shape) -> f64 {
     let radius = |s: &Shape| match *s {
         Shape::Sphere { radius } | Shape::Capsule { radius, .. } => radius,
-        Shape::Box { .. } => 0.0,
+        Shape::Box { .. } | Shape::Cylinder { .. } | Shape::Hull(_) => 0.0,
     };
     -radius(a) - radius(b)
 }

@@ -53,6 +53,21 @@ pub fn over_plane(model: &Model, on: Option<LinkId>, n: &Vector3<f64>, part: &Ge
     slopes
 }
 
+/// Bounds of `|dh/dq|` for the distance of a part from a body that is fixed in the world.
+pub fn over_world(model: &Model, part: &Geometry) -> Vec<f64> {
+    let mut slopes = vec![0.0; model.nv()];
+    let (up, _) = joints_between(model, None, part.link);
+    let ball = towards_root(model, &up, Ball::around(part), &mut slopes);
+    let far = match model.base {
+        Base::Planar | Base::Unicycle => ball.distance_from_axis(&Vector3::z()),
+        Base::Fixed | Base::Floating => ball.centre.coords.norm() + ball.radius,
+    };
+    for (slope, dof) in slopes.iter_mut().zip(&model.dofs).take(model.base.nv()) {
+        *slope = if dof.unit == DofUnit::Metre { 1.0 } else { far };
+    }
+    slopes
+}
+
 /// Ball that contains a point of link `to` as seen from link `from`, or from the root, for any angles of the joints:
 /// its centre, and its radius in m. The radius is infinite if a joint slides without a limit.
 pub fn reach(model: &Model, from: Option<LinkId>, to: LinkId, point: &Vector3<f64>) -> (Vector3<f64>, f64) {

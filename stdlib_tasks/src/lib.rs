@@ -17,6 +17,7 @@ pub mod geometry;
 pub mod gradient_bound;
 pub mod kinds;
 pub mod numbers;
+pub mod obstacle;
 pub mod params;
 pub mod protection;
 mod sampled_margin;

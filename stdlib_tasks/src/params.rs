@@ -3,7 +3,7 @@
 //! The macro [`params!`](crate::params!) turns one listing into a documented struct, the static table from which
 //! schema, docs, completion and checks derive, and the reader that fills the struct from [`BoundParams`].
 
-use crate::bound::{Arm, Bound, BoundParams, ExceptedPair, Geometry, Slot};
+use crate::bound::{Arm, Bound, BoundParams, ExceptedPair, Geometry, Obstacle, Slot};
 use crate::dimension::Dimension;
 use crate::expression::Expression;
 pub use crate::expression::Operand;
@@ -35,6 +35,8 @@ pub enum ParamType {
     Arm,
     /// Points, segments, links (with their collision shapes), and groups of them.
     Geometries,
+    /// Declared obstacles.
+    Obstacles,
     /// Pairs of links that are left out. Unless the parameter of this name is written, the compiler adds the pairs that
     /// the robot's SRDF disables, and those that touch at every sampled posture.
     Pairs(&'static str),
@@ -196,6 +198,7 @@ macro_rules! from_bound {
 from_bound!(Frames, Vec<(String, LinkId)>);
 from_bound!(Arm, Arm);
 from_bound!(Geometries, Vec<Geometry>);
+from_bound!(Obstacles, Vec<Obstacle>);
 from_bound!(Pairs, Vec<ExceptedPair>);
 from_bound!(Joints, Vec<usize>);
 from_bound!(PerJoint, Vec<(usize, Slot)>);

@@ -22,6 +22,8 @@ pub enum Hazard {
     Plane,
     /// Another link.
     Link(LinkId),
+    /// An obstacle in the room, by its name, with the entries of the table of values that give its position.
+    Obstacle(String, Slot),
     /// Points that these entries of the table of values give; those of people move.
     Points(Vec<Slot>),
     /// A bound of a value that depends on the links, and on these entries of the table of values.

@@ -41,6 +41,7 @@ pub const EXAMPLES: &[&str] = &[
     "beside_harvest",
     "picker",
     "carrier",
+    "room",
 ];
 
 /// Stems of the examples that declare missions without a robot; each exists in both syntaxes.

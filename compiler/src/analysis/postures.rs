@@ -282,6 +282,7 @@ pub(crate) fn alone(program: &Program, stack: StackProgram) -> Program {
             ranges: values.ranges.clone(),
         },
         fields: program.fields.clone(),
+        obstacles: Vec::new(),
         tasks,
         stacks: vec![stack],
         machine: None,

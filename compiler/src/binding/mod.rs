@@ -25,7 +25,7 @@ use dsl::tree::{Block, Entry, Let, TaskDefinition, Value, ValueKind};
 use dsl::{Diagnostic, Fix, Help, Snippet, Span, Spanned, Syntax};
 use names::{list, suggest};
 use robot::LinkId;
-use stdlib_tasks::bound::{Bound, BoundParams, Slot};
+use stdlib_tasks::bound::{Bound, BoundParams, Obstacle, Slot};
 use stdlib_tasks::dimension::{Dimension, NONE, RATE};
 use stdlib_tasks::params::{ParamInfo, ParamType, Presence};
 use stdlib_tasks::task::TaskKind;
@@ -49,6 +49,8 @@ pub struct Binder<'a> {
     pub tasks: &'a [(String, TaskDefinition)],
     /// The names of safety fields, in the order of the program.
     pub fields: Vec<String>,
+    /// Obstacles.
+    pub obstacles: &'a [Obstacle],
     /// Declared parameters.
     pub params: &'a mut Params,
     /// The graph of the program.
@@ -202,7 +204,10 @@ impl Binder<'_> {
         }
         let takes_list = |name: &str| {
             let info = kind.params.iter().find(|p| p.name == name);
-            matches!(info.map(|p| p.ty), Some(ParamType::Frames | ParamType::Geometries | ParamType::Joints))
+            matches!(
+                info.map(|p| p.ty),
+                Some(ParamType::Frames | ParamType::Geometries | ParamType::Joints | ParamType::Obstacles)
+            )
         };
         for (i, name) in names.iter().enumerate() {
             let Some(first) = definition.args.get(i) else { break };
@@ -349,6 +354,7 @@ impl Binder<'_> {
             ParamType::Expression(form) => self.expression(owner, value, form, info),
             ParamType::Task => self.task_named(owner, value, info).map(Bound::Task),
             ParamType::Field => self.field_named(value, info).map(Bound::Field),
+            ParamType::Obstacles => self.obstacles_named(value, info).map(Bound::Obstacles),
             ParamType::Deviations => self.deviations(owner, value, owner.other).map(Bound::Group),
             ParamType::Joints => {
                 joints(value.items(), &self.robot.model, &self.robot.joint_groups, self.diagnostics).map(Bound::Joints)

@@ -114,7 +114,7 @@ pub(super) fn geometries(
                     name: if shapes.len() == 1 { name.clone() } else { format!("{name}[{i}]") },
                     link,
                     origin: s.origin,
-                    shape: s.shape,
+                    shape: s.shape.clone(),
                 }));
             } else {
                 let d = unknown_geometry(&robot.model, &robot.geometries, &robot.groups, &name, item.span);

@@ -5,13 +5,14 @@ use std::collections::BTreeMap;
 use dsl::tree::{Block, Value, ValueKind};
 use dsl::{Diagnostic, Help};
 use names::list;
-use stdlib_tasks::bound::{Bound, BoundParams};
+use stdlib_tasks::bound::{Bound, BoundParams, Obstacle};
 use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
 use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::RowKind;
 
 use super::{Binder, Owner};
 use crate::diagnostics::examples;
+use crate::diagnostics::examples::unknown_obstacle;
 use crate::expr::{Axes, Frame};
 use crate::forms::{block_of, target, text_of, unknown_key, written};
 
@@ -75,6 +76,36 @@ impl Binder<'_> {
             known(),
         ));
         None
+    }
+
+    /// Declared obstacles.
+    pub(super) fn obstacles_named(&mut self, value: &Value, info: &ParamInfo) -> Option<Vec<Obstacle>> {
+        let mut all: Vec<Obstacle> = Vec::new();
+        let mut good = true;
+        for item in value.items() {
+            let Some(name) = text_of(item) else {
+                self.wrong::<()>(item, info, "the name of a declared obstacle, or a list of names");
+                good = false;
+                continue;
+            };
+            let name = target(name);
+            match self.obstacles.iter().find(|o| o.name == name) {
+                Some(o) => {
+                    self.params.used.insert(name.to_string());
+                    if !all.iter().any(|known| known.name == o.name) {
+                        all.push(o.clone());
+                    }
+                }
+                None => {
+                    good = false;
+                    if !self.params.failed.contains(name) {
+                        let known = self.obstacles.iter().map(|o| o.name.as_str()).filter(|n| !n.contains('.'));
+                        self.diagnostics.push(unknown_obstacle(written(name), item.span, known));
+                    }
+                }
+            }
+        }
+        good.then_some(all)
     }
 
     /// Permitted deviations of another task's parameters, with the names and groups that they have in that task.

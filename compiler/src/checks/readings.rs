@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use dsl::Span;
-use dsl::tree::{Entry, Human, Signal};
+use dsl::tree::{BlockKind, Entry, NamedBlock, Signal};
 use runtime::program::{HumanProgram, Op, Program, SignalProgram};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::task::RowKind;
@@ -87,9 +87,9 @@ pub(super) fn signal<'e>(expanded: &'e Expanded, name: &str) -> Option<&'e Signa
 }
 
 /// Declaration of a human.
-pub(super) fn human<'e>(expanded: &'e Expanded, name: &str) -> Option<&'e Human> {
+pub(super) fn human<'e>(expanded: &'e Expanded, name: &str) -> Option<&'e NamedBlock> {
     expanded.values.iter().find_map(|v| match v {
-        Named::Human(h) if h.name.value == name => Some(h),
+        Named::Block(b) if b.kind == BlockKind::Human && b.name.value == name => Some(b),
         _ => None,
     })
 }

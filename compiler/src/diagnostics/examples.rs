@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use dsl::Snippet;
+use dsl::{Diagnostic, Help, Snippet, Span};
 
 /// The arm of a robot.
 pub(crate) fn arms() -> Snippet {
@@ -33,4 +33,15 @@ pub(crate) fn signal(ty: &str) -> Snippet {
         format!("signal NAME : {ty}  timeout 0.5 s"),
         format!("signals: {{ NAME: {{ type: {ty}, timeout: 0.5 s }} }}"),
     )
+}
+
+/// Diagnostic for an unknown obstacle.
+pub(crate) fn unknown_obstacle<'n>(name: &str, span: Span, known: impl Iterator<Item = &'n str> + Clone) -> Diagnostic {
+    let example = Snippet::declared(
+        "obstacle",
+        "NAME",
+        [Snippet::entry("box", "[1, 1, 1] m"), Snippet::entry("position", "[1, 0, 0.5] m")],
+    );
+    let d = Diagnostic::undeclared("obstacle", name, span);
+    d.help(Help::with("declare it: {}", [example])).one_of("declared are", name, known)
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use dsl::tree::{
-    Entry, Human, ItemKind, Let, Param, Robot, SafetyField, Signal, Spec, Stack, Task, Value, ValueKind, Variable,
+    BlockKind, Entry, ItemKind, Let, NamedBlock, Param, Robot, Signal, Spec, Stack, Task, Value, ValueKind, Variable,
 };
 use dsl::{Diagnostic, SourceId, Span, Spanned};
 
@@ -14,8 +14,14 @@ use super::{Class, Expander, MAX_DEPTH, Named};
 use crate::forms::text_of;
 use crate::paths::tidy;
 
-/// Keys of a human whose values are names other than those of values.
-const IN_A_HUMAN: [&str; 4] = ["points", "links", "velocity", "lost"];
+/// Keys of a named block whose values are names other than those of values.
+fn names_in(kind: BlockKind) -> &'static [&'static str] {
+    match kind {
+        BlockKind::Human => &["points", "links", "velocity", "lost"],
+        BlockKind::SafetyField => &["links"],
+        BlockKind::Obstacle => &["on"],
+    }
+}
 
 impl Expander<'_> {
     /// Expands the spec itself, which is module 0.
@@ -53,7 +59,12 @@ impl Expander<'_> {
         let all: Vec<(Class, (usize, usize))> = all.chain(own).collect();
         // Signals come first, so that their order is the source order, whatever uses them.
         let is_signal = |e: &Self, (m, i): (usize, usize)| {
-            matches!(e.modules[m].items[i].kind, ItemKind::Signal(_) | ItemKind::Human(_) | ItemKind::Variable(_))
+            matches!(
+                e.modules[m].items[i].kind,
+                ItemKind::Signal(_)
+                    | ItemKind::Block(NamedBlock { kind: BlockKind::Human, .. })
+                    | ItemKind::Variable(_)
+            )
         };
         for (_, found) in all.iter().filter(|a| a.0 == Class::Value) {
             if is_signal(self, *found) {
@@ -105,8 +116,7 @@ impl Expander<'_> {
             ItemKind::Param(_)
             | ItemKind::Let(_)
             | ItemKind::Signal(_)
-            | ItemKind::Human(_)
-            | ItemKind::SafetyField(_)
+            | ItemKind::Block(_)
             | ItemKind::Variable(_) => {
                 self.emit_value((m, i), span);
             }
@@ -184,13 +194,10 @@ impl Expander<'_> {
         let mut open: Vec<&Value> = match &self.modules[m].items[i].kind {
             ItemKind::Param(p) => std::iter::once(&p.value).chain(p.range.entries.iter().map(|e| &e.value)).collect(),
             ItemKind::Let(l) => vec![&l.value],
-            ItemKind::Human(h) => {
-                let settings = h.body.entries.iter().filter(|e| !IN_A_HUMAN.contains(&e.key.value.as_str()));
+            ItemKind::Block(b) => {
+                let names = names_in(b.kind);
+                let settings = b.body.entries.iter().filter(|e| !names.contains(&e.key.value.as_str()));
                 settings.map(|e| &e.value).collect()
-            }
-            // Links are not values.
-            ItemKind::SafetyField(f) => {
-                f.body.entries.iter().filter(|e| e.key.value != "links").map(|e| &e.value).collect()
             }
             ItemKind::Variable(v) => v.value.iter().collect(),
             _ => Vec::new(),
@@ -225,8 +232,13 @@ impl Expander<'_> {
             }
             ItemKind::Let(l) => Named::Let(Let { name, value: value(self, &l.value) }),
             ItemKind::Signal(s) => Named::Signal(Signal { name, ..self.copied_signal(s, &mut frame) }),
-            ItemKind::Human(h) => Named::Human(Human { name, ..self.copied_human(h, &mut frame) }),
-            ItemKind::SafetyField(f) => Named::Field(SafetyField { name, ..self.copied_field(f, &mut frame) }),
+            ItemKind::Block(b) => {
+                let mut copied = self.copied_block(b, &mut frame);
+                if b.kind == BlockKind::Obstacle {
+                    self.paths(m, &mut copied.body.entries);
+                }
+                Named::Block(NamedBlock { name, ..copied })
+            }
             ItemKind::Variable(v) => {
                 let ty = self.name(&v.ty, &mut frame);
                 let optional = v.optional.map(|at| self.at(at, &mut frame));
@@ -336,7 +348,8 @@ impl Expander<'_> {
             return;
         }
         let is_path = |e: &&mut Entry| {
-            matches!(e.key.value.as_str(), "urdf" | "srdf" | "package_path" | "layers_from" | "map" | "spec")
+            let paths = ["urdf", "srdf", "package_path", "layers_from", "map", "spec", "mesh"];
+            paths.contains(&e.key.value.as_str())
         };
         for e in entries.iter_mut().filter(is_path) {
             if let Some(path) = text_of(&e.value) {

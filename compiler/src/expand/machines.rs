@@ -1,7 +1,7 @@
-//! Copies signals, humans, safety fields and machines, and adds the stacks that states name.
+//! Copies signals, named blocks and machines, and adds the stacks that states name.
 
 use dsl::tree::{
-    Action, Call, Human, ItemKind, Machine, SafetyField, Signal, Stack, State, StateBody, Transition, Trigger, Value,
+    Action, Call, ItemKind, Machine, NamedBlock, Signal, Stack, State, StateBody, Transition, Trigger, Value,
     ValueKind, Variable,
 };
 use dsl::{Span, Spanned};
@@ -21,14 +21,9 @@ impl Expander<'_> {
         }
     }
 
-    /// Copies a human and fills its holes.
-    pub(super) fn copied_human(&mut self, h: &Human, frame: &mut Frame) -> Human {
-        Human { name: self.name(&h.name, frame), body: self.block(&h.body, frame) }
-    }
-
-    /// Copies a safety field and fills its holes.
-    pub(super) fn copied_field(&mut self, f: &SafetyField, frame: &mut Frame) -> SafetyField {
-        SafetyField { name: self.name(&f.name, frame), body: self.block(&f.body, frame) }
+    /// Copies a human, a safety field or an obstacle and fills its holes.
+    pub(super) fn copied_block(&mut self, b: &NamedBlock, frame: &mut Frame) -> NamedBlock {
+        NamedBlock { kind: b.kind, name: self.name(&b.name, frame), body: self.block(&b.body, frame) }
     }
 
     /// Copies a variable and fills its holes.

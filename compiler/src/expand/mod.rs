@@ -27,8 +27,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use dsl::tree::{
-    Coverage, Human, ItemKind, Let, Level, Machine, Mission, Param, Robot, Run, SafetyField, Scenario, Signal, Spec,
-    Stack, Task, Value, Variable,
+    Coverage, ItemKind, Let, Level, Machine, Mission, NamedBlock, Param, Robot, Run, Scenario, Signal, Spec, Stack,
+    Task, Value, Variable,
 };
 use dsl::{Diagnostic, SourceId, Sources, Span, Spanned, Syntax};
 
@@ -56,10 +56,8 @@ pub(crate) enum Named {
     Let(Let),
     /// A signal.
     Signal(Signal),
-    /// A human.
-    Human(Human),
-    /// A safety field.
-    Field(SafetyField),
+    /// A human, a safety field, an obstacle.
+    Block(NamedBlock),
     /// A variable of the machine.
     Variable(Variable),
 }
@@ -78,7 +76,7 @@ pub(crate) struct Given {
 /// The plain declarations of a spec.
 #[derive(Debug, Default)]
 pub(crate) struct Expanded {
-    /// Params, lets, signals, humans, safety fields and variables, each after those that it uses.
+    /// Params, lets, signals, named blocks such as humans, and variables, each after those that it uses.
     pub values: Vec<Named>,
     /// Robots from which no other robot is derived.
     pub robots: Vec<Robot>,
@@ -116,10 +114,10 @@ pub(crate) struct Expanded {
     pub syntaxes: BTreeMap<SourceId, Syntax>,
 }
 
-/// Name spaces. Params, lets, signals, humans, safety fields and variables share one.
+/// Name spaces. Params, lets, signals, named blocks such as humans, and variables share one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Class {
-    /// Params, lets, signals, humans, safety fields and variables.
+    /// Params, lets, signals, named blocks such as humans, and variables.
     Value,
     /// Robots.
     Robot,

@@ -127,8 +127,7 @@ pub(crate) fn declared(kind: &ItemKind) -> Option<(Class, &Spanned<String>)> {
         | ItemKind::Run(_)
         | ItemKind::Scenario(_) => None,
         ItemKind::Signal(s) => Some((Class::Value, &s.name)),
-        ItemKind::Human(h) => Some((Class::Value, &h.name)),
-        ItemKind::SafetyField(f) => Some((Class::Value, &f.name)),
+        ItemKind::Block(b) => Some((Class::Value, &b.name)),
         ItemKind::Variable(v) => Some((Class::Value, &v.name)),
         ItemKind::Machine(m) => Some((Class::Machine, &m.name)),
         ItemKind::Mission(m) => Some((Class::Mission, &m.name)),

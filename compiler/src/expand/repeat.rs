@@ -48,8 +48,7 @@ impl Expander<'_> {
                         continue;
                     }
                     ItemKind::Signal(s) => ItemKind::Signal(self.copied_signal(s, &mut inner)),
-                    ItemKind::Human(h) => ItemKind::Human(self.copied_human(h, &mut inner)),
-                    ItemKind::SafetyField(f) => ItemKind::SafetyField(self.copied_field(f, &mut inner)),
+                    ItemKind::Block(b) => ItemKind::Block(self.copied_block(b, &mut inner)),
                     ItemKind::Variable(v) => ItemKind::Variable(self.copied_variable(v, &mut inner)),
                     ItemKind::Machine(m) => ItemKind::Machine(self.copied_machine(m, &mut inner)),
                     ItemKind::Mission(m) => ItemKind::Mission(self.copied_mission(m, &mut inner)),

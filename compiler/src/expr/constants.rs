@@ -98,6 +98,12 @@ impl Constants<'_> {
         Lowering { graph: self.graph, scope: &mut scope, diagnostics }.value(value).ok()
     }
 
+    /// Types a value that may depend on time and on signals.
+    pub fn moving(&mut self, value: &Value, diagnostics: &mut Vec<Diagnostic>) -> Option<Typed> {
+        let mut scope = DeclaredOnly { params: self.params, moves: true };
+        Lowering { graph: self.graph, scope: &mut scope, diagnostics }.value(value).ok()
+    }
+
     /// Types an argument of a task or a stack. Names that only a task knows, and mistakes, are left to its uses: `None`.
     pub fn argument(&mut self, value: &Value) -> Option<Typed> {
         let mut scope = DeclaredOnly { params: self.params, moves: true };

@@ -60,6 +60,8 @@ pub struct Params {
     pub humans: BTreeMap<String, Human>,
     /// Safety fields. The value of a field is a symbol under a name that users cannot write.
     pub fields: BTreeSet<String>,
+    /// Obstacles. They have no value.
+    pub obstacles: BTreeSet<String>,
     /// Events that the host raises, with the spans of their declarations.
     pub events: BTreeMap<String, Span>,
 }
@@ -88,6 +90,10 @@ impl Params {
                 self.used.insert(name.to_string());
                 Meaning::Field
             }
+            None if self.obstacles.contains(name) => {
+                self.used.insert(name.to_string());
+                Meaning::Obstacle
+            }
             None if self.events.contains_key(name) => Meaning::Event,
             None => Meaning::Unknown,
         }
@@ -107,6 +113,7 @@ impl Params {
         self.wrenches.contains(name)
             || self.humans.contains_key(name)
             || self.fields.contains(name)
+            || self.obstacles.contains(name)
             || self.symbols.contains_key(name)
             || self.failed.contains(name)
             || self.later.contains(name)

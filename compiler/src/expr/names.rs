@@ -64,6 +64,19 @@ impl Lowering<'_> {
                 );
                 return self.fail(d.help(format!("write `field({written})` for its value at this moment")));
             }
+            Meaning::Obstacle => {
+                let written = crate::forms::written(name);
+                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is an obstacle, which has no value"));
+                return self.fail(d.help(Help::with(
+                    "a task keeps clear of it: {}",
+                    [Snippet::typed(
+                        "task",
+                        "NAME",
+                        stdlib_tasks::kinds::keep_clear::KIND.name,
+                        [Snippet::entry("links", "LINK"), Snippet::entry("of", written)],
+                    )],
+                )));
+            }
             Meaning::Event => {
                 let written = crate::forms::written(name);
                 let d = Diagnostic::error("HQ0304", span, format!("`{written}` is an event, which has no value"));

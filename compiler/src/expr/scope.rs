@@ -32,6 +32,8 @@ pub enum Meaning {
     Human(Human),
     /// A safety field; `field(NAME)` is its value.
     Field,
+    /// An obstacle, which has no value.
+    Obstacle,
     /// An event, which is not a value.
     Event,
     /// Unknown name.

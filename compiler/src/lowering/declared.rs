@@ -30,7 +30,7 @@ impl Lowerer<'_> {
     pub(super) fn collect<'t>(&mut self, expanded: &'t Expanded) -> Declared<'t> {
         let params = expanded.values.iter().filter_map(|v| match v {
             Named::Param(p) => Some(p),
-            Named::Let(_) | Named::Signal(_) | Named::Human(_) | Named::Field(_) | Named::Variable(_) => None,
+            Named::Let(_) | Named::Signal(_) | Named::Block(_) | Named::Variable(_) => None,
         });
         for other in expanded.robots.iter().skip(1) {
             self.push(
@@ -116,15 +116,15 @@ impl Lowerer<'_> {
                 Named::Param(p) => ("param", &p.name),
                 Named::Let(l) => ("let", &l.name),
                 Named::Signal(s) => ("signal", &s.name),
-                Named::Human(h) => ("human", &h.name),
-                Named::Field(f) => ("safety_field", &f.name),
+                Named::Block(b) => (b.kind.keyword(), &b.name),
                 Named::Variable(v) => ("variable", &v.name),
             };
             let known = (self.params.symbols.contains_key(&name.value)
                 || self.params.humans.contains_key(&name.value)
                 || (self.params.events.contains_key(&name.value) && all_heard)
                 || (self.params.wrenches.contains(&name.value) && all_heard)
-                || self.params.fields.contains(&name.value))
+                || self.params.fields.contains(&name.value)
+                || self.params.obstacles.contains(&name.value))
                 && !self.params.used.contains(&name.value)
                 && !parts_of_wrench(&name.value).iter().any(|part| self.params.used.contains(part))
                 && !mentioned.contains(&name.value);

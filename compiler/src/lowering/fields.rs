@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use dsl::tree::{SafetyField, Value, ValueKind};
+use dsl::tree::{BlockKind, NamedBlock, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet};
 use names::{list, suggest};
 use robot::{Drive, LinkId, Model};
@@ -27,7 +27,7 @@ type Point = [usize; 3];
 
 impl Lowerer<'_> {
     /// Declares the name of a field.
-    pub(super) fn declare_field(&mut self, f: &SafetyField) {
+    pub(super) fn declare_field(&mut self, f: &NamedBlock) {
         let name = &f.name;
         if is_word(&name.value) {
             let d = Diagnostic::error("HQ0202", name.span, format!("`{}` is a word of the language", name.value));
@@ -41,7 +41,7 @@ impl Lowerer<'_> {
     /// Binds all fields to the robot.
     pub(super) fn bind_fields(&mut self, expanded: &Expanded, robot: Option<&BoundRobot>) {
         for f in expanded.values.iter().filter_map(|v| match v {
-            Named::Field(f) => Some(f),
+            Named::Block(f) if f.kind == BlockKind::SafetyField => Some(f),
             _ => None,
         }) {
             if !self.params.fields.contains(&f.name.value) {
@@ -55,7 +55,7 @@ impl Lowerer<'_> {
         }
     }
 
-    fn bind_field(&mut self, f: &SafetyField, robot: Option<&BoundRobot>) -> Option<()> {
+    fn bind_field(&mut self, f: &NamedBlock, robot: Option<&BoundRobot>) -> Option<()> {
         let _: SafetyFieldBlock = self.read(&f.body, f.name.span);
         let points = f.body.get("of").and_then(|entry| self.people(&entry.value));
         let distance = match f.body.get("distance") {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dsl::tree::{Block, Human, Value, ValueKind};
+use dsl::tree::{Block, NamedBlock, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use runtime::program::{Conditioning, HumanProgram, Lost, Op, SignalProgram, Tracking, Velocity};
 use stdlib_tasks::dimension::{LENGTH, VELOCITY};
@@ -19,7 +19,7 @@ const MAX_POINTS: usize = 64;
 
 impl Lowerer<'_> {
     /// Declares a human.
-    pub(super) fn human(&mut self, h: &Human) {
+    pub(super) fn human(&mut self, h: &NamedBlock) {
         let name = &h.name;
         if is_word(&name.value) {
             let d = Diagnostic::error("HQ0202", name.span, format!("`{}` is a word of the language", name.value));
@@ -86,7 +86,7 @@ impl Lowerer<'_> {
     }
 
     /// Names of the points.
-    fn points(&mut self, h: &Human) -> Vec<Spanned<String>> {
+    fn points(&mut self, h: &NamedBlock) -> Vec<Spanned<String>> {
         let Some(entry) = h.body.get("points") else { return Vec::new() };
         let mut all: Vec<Spanned<String>> = Vec::new();
         let mut seen: BTreeMap<&str, Span> = BTreeMap::new();

@@ -17,6 +17,7 @@ mod inline_tasks;
 mod machine;
 mod measures;
 mod missions;
+mod obstacles;
 mod params;
 mod predicates;
 mod properties;
@@ -45,6 +46,7 @@ use runtime::program::{
     FORMAT, Interface, MachineProgram, MissionProgram, Program, RobotProgram, RunProgram, StackProgram, TaskProgram,
 };
 
+use stdlib_tasks::bound::Obstacle;
 use stdlib_tasks::field::FieldProgram;
 
 use crate::binding::{Binder, BoundTask, Table};
@@ -131,6 +133,8 @@ struct Lowerer<'a> {
     interface: Interface,
     /// Safety fields, their points in the table of values.
     fields: Vec<FieldProgram>,
+    /// Obstacles, their poses in the table of values.
+    obstacles: Vec<Obstacle>,
     /// Specs that working robots of missions run.
     controllers: missions::controllers::Controllers<'a>,
     /// Tasks that count as used without being in a stack: an expectation measures them, or a misspelt name in a stack
@@ -154,6 +158,7 @@ impl<'a> Lowerer<'a> {
             params: Params::default(),
             interface: Interface::default(),
             fields: Vec::new(),
+            obstacles: Vec::new(),
             controllers: missions::controllers::Controllers::new(context),
             used_tasks: BTreeSet::new(),
             expected: 0,
@@ -171,6 +176,7 @@ impl<'a> Lowerer<'a> {
             robot,
             tasks: &[],
             fields: self.fields.iter().map(|f| f.name.clone()).collect(),
+            obstacles: &self.obstacles,
             params: &mut self.params,
             graph: &mut self.graph,
             table: &mut self.table,
@@ -232,6 +238,7 @@ impl<'a> Lowerer<'a> {
             );
         }
         self.bind_fields(expanded, robot.as_ref());
+        self.bind_obstacles(expanded, robot.as_ref());
         let refused = self.given(&expanded.given);
         let definitions = definitions(&declared);
         let bound = match &robot {
@@ -349,6 +356,7 @@ impl<'a> Lowerer<'a> {
             interface: self.interface.clone(),
             values: self.values(),
             fields: std::mem::take(&mut self.fields),
+            obstacles: self.obstacles.clone(),
             tasks,
             stacks,
             machine,

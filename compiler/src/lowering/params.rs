@@ -1,6 +1,6 @@
 //! Named values in source order: params, lets, signals, humans and safety fields; and the values of a spec's params.
 
-use dsl::tree::Let;
+use dsl::tree::{BlockKind, Let};
 use dsl::{Diagnostic, Sources};
 
 use super::declared::Declared;
@@ -57,8 +57,11 @@ impl Lowerer<'_> {
                     all.later.extend(constants.declare_let(l, self.diagnostics).then_some(l));
                 }
                 Named::Signal(s) => all.sensors.extend(self.signal(s)),
-                Named::Human(h) => self.human(h),
-                Named::Field(f) => self.declare_field(f),
+                Named::Block(b) => match b.kind {
+                    BlockKind::Human => self.human(b),
+                    BlockKind::SafetyField => self.declare_field(b),
+                    BlockKind::Obstacle => self.declare_obstacle(b),
+                },
                 Named::Variable(v) => self.variable(v, &mut all.variables),
             }
         }

@@ -232,6 +232,7 @@ impl Lowerer<'_> {
         WorldProgram {
             signals: self.signal_scripts(body, program),
             humans: self.human_scripts(body, program),
+            obstacles: self.true_obstacles(body, program),
             events: self.scenario_events(&block.events, program),
             outcomes: self.outcome_scripts(body, program),
             pushes: self.push_scripts(body, program, robot),

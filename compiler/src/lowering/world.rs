@@ -104,6 +104,16 @@ impl Lowerer<'_> {
             Some((kind, dimension)) => (kind, dimension?),
             None => return None,
         };
+        self.constant_value((kind, dimension), value, what)
+    }
+
+    /// Numbers of a constant of a kind and dimension.
+    pub(super) fn constant_value(
+        &mut self,
+        (kind, dimension): (Kind, Dimension),
+        value: &Value,
+        what: &str,
+    ) -> Option<Vec<f64>> {
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let typed = constants.constant(value, self.diagnostics)?;
         if typed.kind != kind {

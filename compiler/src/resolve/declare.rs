@@ -1,8 +1,8 @@
 //! Symbols of a file: all names that its tree declares, before any reference is resolved.
 
 use dsl::tree::{
-    Change, Item, ItemKind, Level, Machine, Mission, MissionMember, MissionRepeat, Parameter, Spec, Stack, StateBody,
-    Value,
+    BlockKind, Change, Item, ItemKind, Level, Machine, Mission, MissionMember, MissionRepeat, Parameter, Spec, Stack,
+    StateBody, Value,
 };
 use dsl::{Span, Spanned};
 
@@ -123,9 +123,6 @@ impl Resolver<'_> {
             ItemKind::Let(l) => {
                 self.declare(file, &new(K::Let, &l.name));
             }
-            ItemKind::SafetyField(f) => {
-                self.declare(file, &new(K::SafetyField, &f.name));
-            }
             ItemKind::Variable(v) => {
                 self.declare(file, &new(K::Variable, &v.name).ty(&v.ty.value));
             }
@@ -133,12 +130,18 @@ impl Resolver<'_> {
                 let kind = if s.ty.value == "event" { K::Event } else { K::Signal };
                 self.declare(file, &new(kind, &s.name).ty(&s.ty.value));
             }
-            ItemKind::Human(h) => {
-                let human = self.declare(file, &new(K::Human, &h.name));
-                for point in h.body.get("points").map_or(&[][..], |e| e.value.items()) {
+            ItemKind::Block(b) => {
+                let kind = match b.kind {
+                    BlockKind::Human => K::Human,
+                    BlockKind::SafetyField => K::SafetyField,
+                    BlockKind::Obstacle => K::Obstacle,
+                };
+                let declared = self.declare(file, &new(kind, &b.name));
+                let points = if b.kind == BlockKind::Human { b.body.get("points") } else { None };
+                for point in points.map_or(&[][..], |e| e.value.items()) {
                     let Some(name) = point.word() else { continue };
                     let name = Spanned::new(name.to_string(), point.span);
-                    self.declare(file, &New::of(K::HumanPoint, &name, point.span).inside(human));
+                    self.declare(file, &New::of(K::HumanPoint, &name, point.span).inside(declared));
                 }
             }
             ItemKind::Robot(r) => {

@@ -44,7 +44,8 @@ fn class_of(kind: SymbolKind) -> Option<Class> {
         | SymbolKind::Variable
         | SymbolKind::Event
         | SymbolKind::Human
-        | SymbolKind::SafetyField => Some(Class::Value),
+        | SymbolKind::SafetyField
+        | SymbolKind::Obstacle => Some(Class::Value),
         _ => None,
     }
 }

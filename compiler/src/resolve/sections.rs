@@ -182,6 +182,7 @@ impl Resolver<'_> {
             Named::Mission => declared(self, Class::Mission, K::Mission, &[K::Mission]),
             Named::Signal => declared(self, Class::Value, K::Signal, &[K::Signal, K::Variable]),
             Named::Human => declared(self, Class::Value, K::Human, &[K::Human]),
+            Named::Obstacle => declared(self, Class::Value, K::Obstacle, &[K::Obstacle]),
             Named::Event => self.event_name(name, span, false),
             Named::Point => self.human_point(&Spanned::new(name.to_string(), span)),
             Named::State => self.initial_state(name, span),

@@ -49,6 +49,8 @@ pub enum SymbolKind {
     HumanPoint,
     /// A safety field.
     SafetyField,
+    /// An obstacle.
+    Obstacle,
     /// A signal that is an event.
     Event,
     /// An event that an action raises by its name.
@@ -91,6 +93,7 @@ impl SymbolKind {
             SymbolKind::Human => "human",
             SymbolKind::HumanPoint => "point of a human",
             SymbolKind::SafetyField => "safety field",
+            SymbolKind::Obstacle => "obstacle",
             SymbolKind::Event | SymbolKind::RaisedEvent | SymbolKind::Outcome => "event",
             SymbolKind::Machine => "machine",
             SymbolKind::State => "state",

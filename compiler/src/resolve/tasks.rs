@@ -29,7 +29,8 @@ impl Resolver<'_> {
         for (i, argument) in definition.args.iter().enumerate() {
             let last = kind.positional.len().saturating_sub(1);
             let info = kind.positional.get(i.min(last)).and_then(|n| kind.params.iter().find(|p| p.name == *n));
-            let takes_all = |ty| matches!(ty, ParamType::Frames | ParamType::Geometries | ParamType::Joints);
+            let takes_all =
+                |ty| matches!(ty, ParamType::Frames | ParamType::Geometries | ParamType::Joints | ParamType::Obstacles);
             // Named arguments follow the positional ones.
             if i >= kind.positional.len()
                 && !info.is_some_and(|info| takes_all(info.ty))
@@ -129,6 +130,9 @@ impl Resolver<'_> {
             }
             ParamType::Task => self.name_in(value, Class::Task, K::Task, &[K::Task]),
             ParamType::Field => self.name_in(value, Class::Value, K::SafetyField, &[K::SafetyField]),
+            ParamType::Obstacles => {
+                value.items().iter().for_each(|item| self.name_in(item, Class::Value, K::Obstacle, &[K::Obstacle]));
+            }
             ParamType::Deviations => self.deviations(kind, value),
             ParamType::Group(infos) => match &value.kind {
                 ValueKind::Block(b) => self.group(kind, infos, b),

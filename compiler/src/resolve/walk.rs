@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use dsl::tree::{Item, ItemKind, Parameter, Repeat, Spec, Value, Values};
+use dsl::tree::{BlockKind, Item, ItemKind, Parameter, Repeat, Spec, Value, Values};
 use dsl::{Span, Spanned};
 use mission::kinds::find;
 
@@ -14,7 +14,7 @@ use super::{Around, CompletionContext, Meaning, Reference, Resolver};
 use crate::expand::{Class, parameter_types};
 use crate::lowering::signal_types;
 use crate::sections::{
-    COVERAGE, FIELD_DISTANCE, HUMAN, InSyntax, Key, PARAM, ROBOT, RUN, SAFETY_FIELD, SCENARIO, SIGNAL, SPEC,
+    COVERAGE, FIELD_DISTANCE, HUMAN, InSyntax, Key, OBSTACLE, PARAM, ROBOT, RUN, SAFETY_FIELD, SCENARIO, SIGNAL, SPEC,
 };
 
 /// Range of a word inside its span, which may include quotes or be a whole scalar; with true if the range is exactly
@@ -157,8 +157,7 @@ impl Resolver<'_> {
             ItemKind::Task(_) => "task",
             ItemKind::Stack(_) => "stack",
             ItemKind::Signal(_) => "signal",
-            ItemKind::Human(_) => "human",
-            ItemKind::SafetyField(_) => "safety_field",
+            ItemKind::Block(b) => b.kind.keyword(),
             ItemKind::Variable(_) => "variable",
             ItemKind::Machine(_) => "machine",
             ItemKind::Mission(_) => "mission",
@@ -200,14 +199,17 @@ impl Resolver<'_> {
                 self.is_cursor(&s.ty.value, |_| CompletionContext::Offered(types().collect()));
                 self.section(&s.settings, &SIGNAL);
             }
-            ItemKind::Human(h) => {
-                self.around.human = self.declared(Class::Value, &h.name.value);
-                self.section(&h.body, &HUMAN);
-            }
-            ItemKind::SafetyField(f) => {
-                self.around.arguments = FIELD_DISTANCE;
-                self.section(&f.body, &SAFETY_FIELD);
-            }
+            ItemKind::Block(b) => match b.kind {
+                BlockKind::Human => {
+                    self.around.human = self.declared(Class::Value, &b.name.value);
+                    self.section(&b.body, &HUMAN);
+                }
+                BlockKind::SafetyField => {
+                    self.around.arguments = FIELD_DISTANCE;
+                    self.section(&b.body, &SAFETY_FIELD);
+                }
+                BlockKind::Obstacle => self.section(&b.body, &OBSTACLE),
+            },
             ItemKind::Variable(v) => {
                 let held = || signal_types().filter(|t| !matches!(*t, "event" | "wrench"));
                 let types = || held().map(|t| Offered { name: t.to_string(), about: "type of a variable" });

@@ -2,6 +2,7 @@
 
 mod geometry;
 mod home;
+mod hulls;
 mod joints;
 mod lookup;
 mod postures;
@@ -103,8 +104,10 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     let path = Spanned::new(path.value.clone(), files.origins.span(path.at));
     let unbound = |of: &Option<Located<Unbound>>| files.origins.unbound(of.as_ref()?);
     let locks = urdf::locks(unbound(&block.lock), files.diagnostics);
-    let file = urdf::open(&path, base, block.package_path.as_deref(), files)?;
+    let hulls = hulls::Hulls::read(unbound(&block.hulls), files.diagnostics);
+    let file = urdf::open(&path, (base, hulls.option()), block.package_path.as_deref(), files)?;
     let (mut whole, warnings) = file.whole(!locks.is_empty(), files.diagnostics)?;
+    hulls.check(&whole, files.diagnostics);
     let srdf_path = block.srdf.as_ref().map(|path| Spanned::new(path.value.clone(), files.origins.span(path.at)));
     // The whole spec would be full of names that only the SRDF has.
     let srdf = match &srdf_path {

@@ -66,7 +66,7 @@ pub(super) fn urdf_example() -> Snippet {
 /// Finds the URDF that a robot names, and reads its text.
 pub(super) fn open(
     Spanned { value: path_text, span }: &Spanned<String>,
-    base: Base,
+    (base, hulls): (Base, robot::Hulls),
     package_path: Option<&str>,
     files: &mut Files,
 ) -> Option<Urdf> {
@@ -101,7 +101,8 @@ pub(super) fn open(
     let mut package_paths: Vec<PathBuf> = files.package_paths.to_vec();
     package_paths.splice(0..0, package_path.map(|path| files.folder.join(path)));
     let urdf_dir = path.parent().map(Path::to_path_buf);
-    let options = robot::Options { base, urdf_dir, package_paths, read_meshes: true, ..robot::Options::default() };
+    let options =
+        robot::Options { base, urdf_dir, package_paths, read_meshes: true, hulls, ..robot::Options::default() };
     Some(Urdf { text, source, span, options })
 }
 

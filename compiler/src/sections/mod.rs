@@ -10,6 +10,7 @@ mod field;
 mod human;
 mod machine;
 mod mission_events;
+mod obstacle;
 mod robot;
 mod scenario;
 mod spec;
@@ -31,6 +32,7 @@ pub use mission::declare::common::RUNS;
 pub use mission::declare::driven::DRIVEN;
 pub use mission::kinds::MISSION;
 pub use mission_events::{APPROACHES, DISTANCES, EVENT, REPLY, WAITS};
+pub use obstacle::{OBSTACLE, ObstacleBlock, ROUND, RoundBlock, TRUE_OBSTACLE, TrueObstacleBlock};
 pub use robot::{ARM, ArmBlock, BASES, LIMIT, LimitBlock, POINT, PointBlock, ROBOT, RobotBlock, SEGMENT, SegmentBlock};
 pub use scenario::{
     LATE, LOST, LateBlock, LostBlock, OF_ALL_SCENARIOS, OF_MISSIONS, OUTCOME, OutcomeBlock, PUSH, PushBlock, SCENARIO,

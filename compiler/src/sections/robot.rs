@@ -40,6 +40,9 @@ block! {
         lock: Option<Located<Unbound>> = elsewhere(ValueType::Locks);
         /// Limits that replace those of the URDF: `elbow { lower 0 rad  upper 2 rad  velocity 1 rad/s }`.
         limits: Vec<ByName<LimitBlock>> = optional(ValueType::PerJoint(&ValueType::Block(&LIMIT)));
+        /// Links whose cylinders are exact and whose meshes are their convex hulls, or `all` links. The shapes of others are
+        /// capsules around them, which are larger and faster.
+        hulls: Option<Located<Unbound>> = elsewhere(ValueType::Links);
         /// Maximum time between two ticks; a longer one is the fault `deadline`. More than a period; default: two
         /// periods.
         deadline: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0).usually(1e-5, 30.0)));

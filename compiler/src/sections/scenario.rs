@@ -7,6 +7,7 @@ use stdlib_tasks::params::Quantity;
 
 use super::human::HUMAN_SCRIPT;
 use super::mission_events::{EVENT, REPLY};
+use super::obstacle::TRUE_OBSTACLE;
 use super::spec::{ACTUATOR_ACCELERATION, ACTUATOR_SPEED, SEED};
 use super::{Key, Named, Place, ValueType};
 
@@ -43,6 +44,9 @@ block! {
         signals: Option<Unbound> = elsewhere(ValueType::Of(Named::Signal, &ValueType::Blocks(&SIGNAL_SCRIPT)));
         /// Motion of people during the whole run, and the readings of the tracker, by name.
         humans: Option<Unbound> = elsewhere(ValueType::Of(Named::Human, &ValueType::Block(&HUMAN_SCRIPT)));
+        /// True places of obstacles, by name, where the controller does not believe them to be. Expectations and margins use
+        /// the true ones.
+        obstacles: Option<Unbound> = elsewhere(ValueType::Of(Named::Obstacle, &ValueType::Block(&TRUE_OBSTACLE)));
         /// Times at which the host raises events, by name: `start 1 s`, `start [1, 20] s`.
         events: Vec<ByName<OneOrEach>> = optional(ValueType::Of(Named::Event, &TIMES));
         /// Outcomes of actions, by their first argument or their verb. The k-th request has the outcome of the k-th

@@ -9,6 +9,7 @@ use super::coverage::COVERAGE;
 use super::field::SAFETY_FIELD;
 use super::human::HUMAN;
 use super::machine::{MACHINE, SIGNAL, VARIABLE};
+use super::obstacle::OBSTACLE;
 use super::robot::ROBOT;
 use super::scenario::SCENARIO;
 use super::stack::STACK;
@@ -136,6 +137,19 @@ pub static SPEC: BlockSchema = BlockSchema {
             "safety_fields",
             ValueType::Each(&ValueType::Block(&SAFETY_FIELD)),
             "Distances between the robot and people, each as one number, by name; read as `field(NAME)`.",
+        )
+        .at(Place::Yaml),
+        Key::optional(
+            "obstacle",
+            ValueType::Block(&OBSTACLE),
+            "A body in the room: `obstacle NAME { box [1.2, 0.8, 0.04] m  position [0.7, 0, 0.4] m }`, kept clear of by \
+             `keep_clear`.",
+        )
+        .at(Place::Hq),
+        Key::optional(
+            "obstacles",
+            ValueType::Each(&ValueType::Block(&OBSTACLE)),
+            "Bodies in the room, by name, kept clear of by `keep_clear`.",
         )
         .at(Place::Yaml),
         Key::optional(

@@ -4,8 +4,8 @@
 
 use pest::Parser;
 
+use super::KEYWORDS;
 use super::Reader;
-use super::items::KEYWORDS;
 use crate::fix::Fix;
 use crate::grammar::{Grammar, Pair, Rule};
 use crate::limits::text_end;

@@ -1,5 +1,5 @@
-//! Reader of declarations in `*.hq` texts: `hierarq`, `param`, `robot`, `human`, `safety_field`, `task`, `stack`,
-//! `coverage`, `run`. The modules beside this one read the others.
+//! Reader of declarations in `*.hq` texts: `hierarq`, `param`, `robot`, named blocks (`human`, `obstacle`), `task`,
+//! `stack`, `coverage`, `run`. The modules beside this one read the others.
 
 use super::Reader;
 use super::parts::Parts;
@@ -8,7 +8,7 @@ use crate::diagnostic::clip;
 use crate::explain::After;
 use crate::fix::Fix;
 use crate::grammar::{Pair, Rule};
-use crate::tree::{Comments, Coverage, Human, Item, ItemKind, Robot, Run, SafetyField, Spec};
+use crate::tree::{BlockKind, Comments, Coverage, Item, ItemKind, NamedBlock, Robot, Run, Spec};
 use crate::vocabulary::ALLOW;
 use crate::words::nearest;
 use crate::{Diagnostic, Span, Spanned, checks};
@@ -24,6 +24,7 @@ pub(crate) const KEYWORDS: &[&str] = &[
     "signal",
     "human",
     "safety_field",
+    "obstacle",
     "variable",
     "machine",
     "mission",
@@ -108,9 +109,12 @@ impl Reader<'_> {
         let keyword = match pair.as_rule() {
             Rule::allow => return self.allowed(pair, items),
             Rule::import => word(6),
-            Rule::param | Rule::robot | Rule::stack | Rule::human => word(5),
+            Rule::param | Rule::robot | Rule::stack => word(5),
             Rule::task => word(4),
-            Rule::safety => word(12),
+            Rule::named_block => {
+                let text = pair.as_str();
+                word(text.find(|c: char| !c.is_ascii_alphabetic() && c != '_').unwrap_or(text.len()))
+            }
             Rule::signal => word(6),
             Rule::machine | Rule::mission => word(7),
             Rule::scenario | Rule::variable | Rule::coverage => word(8),
@@ -169,8 +173,7 @@ impl Reader<'_> {
                         && matches!(
                             rule,
                             Rule::robot_rest
-                                | Rule::human_rest
-                                | Rule::safety_rest
+                                | Rule::block_rest
                                 | Rule::stack_rest
                                 | Rule::coverage_rest
                                 | Rule::run_rest
@@ -205,19 +208,16 @@ impl Reader<'_> {
                 checks::reserved(&mut body, &["from"], "robot", &mut self.diags);
                 name.map(|name| ItemKind::Robot(Robot { name, base: base.map(|call| call.name), body }))
             }
-            Rule::human_rest => {
-                self.no_mark(&parts, "human");
+            Rule::block_rest => {
+                // A misspelt keyword was read as the one that was meant.
+                let written = self.text.get(keyword.range()).unwrap_or_default();
+                let known = BlockKind::of_keyword(written);
+                let kind = known.or_else(|| BlockKind::of_keyword(nearest(written, KEYWORDS)?))?;
+                self.no_mark(&parts, kind.keyword());
                 let name = self.name(&parts, keyword);
-                let mut body = self.body(parts, keyword, "human", comments);
-                checks::reserved(&mut body, &[], "human", &mut self.diags);
-                name.map(|name| ItemKind::Human(Human { name, body }))
-            }
-            Rule::safety_rest => {
-                self.no_mark(&parts, "safety_field");
-                let name = self.name(&parts, keyword);
-                let mut body = self.body(parts, keyword, "safety_field", comments);
-                checks::reserved(&mut body, &[], "safety_field", &mut self.diags);
-                name.map(|name| ItemKind::SafetyField(SafetyField { name, body }))
+                let mut body = self.body(parts, keyword, kind.keyword(), comments);
+                checks::reserved(&mut body, &[], kind.keyword(), &mut self.diags);
+                name.map(|name| ItemKind::Block(NamedBlock { kind, name, body }))
             }
             Rule::stack_rest => self.stack(parts, keyword, comments).map(ItemKind::Stack),
             Rule::coverage_rest => {
@@ -261,9 +261,10 @@ impl Reader<'_> {
             } else if word == "level" {
                 diagnostic.note("levels are declared inside a stack").help("write `stack NAME { level .. }`")
             } else {
-                let words =
-                    "declarations begin with `import`, `param`, `let`, `robot`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `mission`, `scenario`, `for`, `coverage` or `run`";
-                diagnostic.note(words)
+                diagnostic.note(format!(
+                    "a declaration begins with one of {}",
+                    names::list(KEYWORDS.iter().copied(), KEYWORDS.len())
+                ))
             });
             return;
         };
@@ -277,8 +278,7 @@ impl Reader<'_> {
             "task" => Rule::task_rest,
             "stack" => Rule::stack_rest,
             "signal" => Rule::signal_rest,
-            "human" => Rule::human_rest,
-            "safety_field" => Rule::safety_rest,
+            word if BlockKind::of_keyword(word).is_some() => Rule::block_rest,
             "variable" => Rule::variable_rest,
             "machine" => Rule::machine_rest,
             "mission" => Rule::mission_rest,

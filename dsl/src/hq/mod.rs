@@ -12,7 +12,7 @@ mod reuse;
 mod scenarios;
 mod states;
 
-pub(crate) use items::{bad_version, no_header};
+pub(crate) use items::{KEYWORDS, bad_version, no_header};
 
 use crate::comments::Pool;
 use crate::expr::{self, Place};

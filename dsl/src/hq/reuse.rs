@@ -194,7 +194,7 @@ impl<'t> Reader<'t> {
             self.diags.push(
                 Diagnostic::error("HQ0125", span, format!("`{word}` cannot be repeated"))
                     .note(
-                        "`for` can repeat `param`, `let`, `task`, `stack`, `signal`, `human`, `safety_field`, `variable`, `machine`, `mission`, `scenario`, `coverage` and `for`",
+                        "`for` can repeat `param`, `let`, `task`, `stack`, `signal`, `human`, `safety_field`, `obstacle`, `variable`, `machine`, `mission`, `scenario`, `coverage` and `for`",
                     )
                     .help("write it outside the `for`"),
             );

@@ -86,12 +86,8 @@ pub(super) fn items(items: &[Item], indent: usize, lines: &mut Lines) {
             }
             ItemKind::Stack(it) => levels::stack(it, behind, indent, lines),
             ItemKind::Signal(it) => machines::signal(it, behind, indent, lines),
-            ItemKind::Human(it) => {
-                lines.out.push_str(&format!("human {} ", it.name.value));
-                block(&it.body, behind, indent, it.body.entries.len() > 2, lines);
-            }
-            ItemKind::SafetyField(it) => {
-                lines.out.push_str(&format!("safety_field {} ", it.name.value));
+            ItemKind::Block(it) => {
+                lines.out.push_str(&format!("{} {} ", it.kind.keyword(), it.name.value));
                 block(&it.body, behind, indent, it.body.entries.len() > 2, lines);
             }
             ItemKind::Variable(it) => {

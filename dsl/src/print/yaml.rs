@@ -7,7 +7,7 @@ use super::yaml_machines as machines;
 use super::yaml_missions as missions;
 use super::yaml_reuse as reuse;
 use super::{Lines, OneLine, WIDTH, expr, no_comments};
-use crate::tree::{Block, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
+use crate::tree::{Block, BlockKind, Entry, Item, ItemKind, Spec, TaskDefinition, Value, ValueKind};
 use crate::words::{is_glob, is_quoted_key, is_text_key};
 
 /// Prints a tree.
@@ -35,9 +35,23 @@ fn blank(lines: &mut Lines) {
 /// Returns true if a declaration belongs to a section.
 type OfKind = fn(&ItemKind) -> bool;
 
+/// Prints the declarations of one kind below their title.
+fn group(title: &str, of_kind: impl Fn(&ItemKind) -> bool, items: &[Item], indent: usize, lines: &mut Lines) {
+    for (i, item) in items.iter().filter(|item| of_kind(&item.kind)).enumerate() {
+        if i == 0 {
+            if indent == 0 {
+                blank(lines);
+            }
+            lines.indent(indent);
+            lines.out.push_str(&format!("{title}:\n"));
+        }
+        declaration(item, indent + 2, lines);
+    }
+}
+
 /// Prints declarations grouped by kind, each group below its title, with empty lines between top-level groups.
 pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
-    let kinds: [(&str, OfKind); 15] = [
+    let before: [(&str, OfKind); 9] = [
         ("import", |kind| matches!(kind, ItemKind::Import(_))),
         ("allow", |kind| matches!(kind, ItemKind::Allow(_))),
         ("params", |kind| matches!(kind, ItemKind::Param(_))),
@@ -47,26 +61,22 @@ pub(super) fn sections(items: &[Item], indent: usize, lines: &mut Lines) {
         ("stacks", |kind| matches!(kind, ItemKind::Stack(_))),
         ("signals", |kind| matches!(kind, ItemKind::Signal(_))),
         ("variables", |kind| matches!(kind, ItemKind::Variable(_))),
-        ("humans", |kind| matches!(kind, ItemKind::Human(_))),
-        ("safety_fields", |kind| matches!(kind, ItemKind::SafetyField(_))),
+    ];
+    let after: [(&str, OfKind); 4] = [
         ("machines", |kind| matches!(kind, ItemKind::Machine(_))),
         ("missions", |kind| matches!(kind, ItemKind::Mission(_))),
         ("scenarios", |kind| matches!(kind, ItemKind::Scenario(_))),
         ("for", |kind| matches!(kind, ItemKind::For(_))),
     ];
-    for (title, of_kind) in kinds {
-        let mut first = true;
-        for item in items.iter().filter(|item| of_kind(&item.kind)) {
-            if first {
-                if indent == 0 {
-                    blank(lines);
-                }
-                lines.indent(indent);
-                lines.out.push_str(&format!("{title}:\n"));
-            }
-            first = false;
-            declaration(item, indent + 2, lines);
-        }
+    for (title, of_kind) in before {
+        group(title, of_kind, items, indent, lines);
+    }
+    for block in BlockKind::ALL {
+        let of_kind = |kind: &ItemKind| matches!(kind, ItemKind::Block(it) if it.kind == block);
+        group(block.section(), of_kind, items, indent, lines);
+    }
+    for (title, of_kind) in after {
+        group(title, of_kind, items, indent, lines);
     }
     coverage(items, indent, lines);
     for item in items {
@@ -103,9 +113,14 @@ fn coverage(items: &[Item], indent: usize, lines: &mut Lines) {
         lines.before(&comments.before, indent + 2);
         // Behind the dash of a mapping on several lines there is no place for a comment.
         lines.before(comments.behind.as_slice(), indent + 2);
+        // Nor is there one between the dash and the first key.
+        let mut body = it.body.clone();
+        if let Some(first) = body.entries.first_mut() {
+            lines.before(&std::mem::take(&mut first.comments.before), indent + 2);
+        }
         lines.indent(indent + 2);
         lines.out.push('-');
-        listed(&it.body, indent + 2, lines);
+        listed(&body, indent + 2, lines);
     }
 }
 
@@ -144,11 +159,7 @@ fn declaration(item: &Item, indent: usize, lines: &mut Lines) {
         }
         ItemKind::Stack(it) => levels::stack(it, behind, indent, lines),
         ItemKind::Signal(it) => machines::signal(it, behind, indent, lines),
-        ItemKind::Human(it) => {
-            lines.out.push_str(&format!("{}:", key(&it.name)));
-            block(&it.body, behind, indent, lines);
-        }
-        ItemKind::SafetyField(it) => {
+        ItemKind::Block(it) => {
             lines.out.push_str(&format!("{}:", key(&it.name)));
             block(&it.body, behind, indent, lines);
         }

@@ -1,4 +1,4 @@
-//! Signals, humans and machines: the inputs of a robot while it runs, and the states that it switches between.
+//! Signals and machines: the inputs of a robot while it runs, and the states that it switches between.
 
 use super::{Block, Call, Comments, Entry, Expect, Value};
 use crate::span::{Span, Spanned};
@@ -17,24 +17,6 @@ pub struct Signal {
 }
 
 equal_by!(Signal: name, ty, optional.is_some(), settings);
-
-/// `human operator { points [chest, left_wrist]  lost hold }`: a person whose points are tracked.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Human {
-    /// Its name.
-    pub name: Spanned<String>,
-    /// Its settings.
-    pub body: Block,
-}
-
-/// `safety_field nearness { of operator  points mean }`: a single number for the distance of the robot from people.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SafetyField {
-    /// Its name.
-    pub name: Spanned<String>,
-    /// Its settings.
-    pub body: Block,
-}
 
 /// `variable attempts : number = 0`: a value that the machine stores and sets itself.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@ use crate::diagnostic::Topic;
 use crate::diagnostic::clip;
 use crate::hq::{bad_version, no_header};
 use crate::tree::{
-    Allow, Block, Comments, Coverage, Human, Item, ItemKind, Let, Parameter, Robot, Run, SafetyField, Spec, Task,
+    Allow, Block, BlockKind, Comments, Coverage, Item, ItemKind, Let, NamedBlock, Parameter, Robot, Run, Spec, Task,
     TaskDefinition, ValueKind,
 };
 use crate::vocabulary::{LISTS, SECTIONS};
@@ -68,10 +68,8 @@ impl Reader<'_> {
                         format!("`{}` is not a key of a spec", clip(other)),
                     );
                     let Some(meant) = meant else {
-                        self.diags
-                            .push(diagnostic.note(
-                                "a spec has the keys `hierarq`, `import`, `params`, `lets`, `robots`, `tasks`, `stacks`, `signals`, `humans`, `safety_fields`, `variables`, `machines`, `missions`, `scenarios`, `for`, `coverage` and `run`",
-                            ));
+                        let keys = names::list(SECTIONS.iter().copied(), SECTIONS.len());
+                        self.diags.push(diagnostic.note(format!("a spec has the keys {keys}")));
                         continue;
                     };
                     self.diags.push(diagnostic.meant(meant));
@@ -197,8 +195,9 @@ impl Reader<'_> {
         while let [head, rest @ ..] = left {
             left = rest;
             // An `arm:` with nothing below it, whose parts have the same indentation.
-            let blocks = matches!(section, "robots" | "stacks" | "humans" | "safety_fields" | "machines")
-                && self.is_null(head.3);
+            let of_blocks =
+                matches!(section, "robots" | "stacks" | "machines") || BlockKind::of_section(section).is_some();
+            let blocks = of_blocks && self.is_null(head.3);
             let parts = rest.iter().take_while(|h| blocks && !self.is_null(h.3)).count();
             let flat = rest[..parts].iter().any(|h| !matches!(self.node(h.3).kind, Kind::Mapping(_)));
             if let Some(first) = rest.first().filter(|_| flat) {
@@ -252,20 +251,17 @@ impl Reader<'_> {
                 ItemKind::Task(Task { name, parameters, definition })
             }
             "signals" => ItemKind::Signal(self.signal(&name, value, &mut comments)),
-            "humans" => {
-                let mut body = self.mapping(value, &name, "human");
-                crate::checks::reserved(&mut body, &[], "human", &mut self.diags);
-                ItemKind::Human(Human { name, body })
-            }
-            "safety_fields" => {
-                let mut body = self.mapping(value, &name, "safety_field");
-                crate::checks::reserved(&mut body, &[], "safety_field", &mut self.diags);
-                ItemKind::SafetyField(SafetyField { name, body })
-            }
             "variables" => ItemKind::Variable(self.variable(&name, value, &mut comments)),
             "machines" => ItemKind::Machine(self.machine(&name, value)),
             "missions" => ItemKind::Mission(self.mission(&name, value, &mut comments)),
-            _ => ItemKind::Stack(self.stack(value, &name, parameters)),
+            section => match BlockKind::of_section(section) {
+                Some(kind) => {
+                    let mut body = self.mapping(value, &name, kind.keyword());
+                    crate::checks::reserved(&mut body, &[], kind.keyword(), &mut self.diags);
+                    ItemKind::Block(NamedBlock { kind, name, body })
+                }
+                None => ItemKind::Stack(self.stack(value, &name, parameters)),
+            },
         };
         self.pool.behind(later.range().end, &[','], &mut comments.behind);
         items.push(Item { kind, span: key.to(later), comments });

@@ -178,8 +178,18 @@ fn clashes(uses: &Uses, new: &str) -> bool {
 /// True if a name is declared in the name space of a symbol. Values of all kinds share one.
 fn taken(names: &Resolution, symbol: &Symbol, new: &str) -> bool {
     use SymbolKind as K;
-    const VALUES: &[K] =
-        &[K::Param, K::Let, K::Signal, K::Variable, K::Human, K::SafetyField, K::Event, K::RaisedEvent, K::Outcome];
+    const VALUES: &[K] = &[
+        K::Param,
+        K::Let,
+        K::Signal,
+        K::Variable,
+        K::Human,
+        K::SafetyField,
+        K::Obstacle,
+        K::Event,
+        K::RaisedEvent,
+        K::Outcome,
+    ];
     const GEOMETRY: &[K] = &[K::Point, K::Segment, K::Group];
     let own = [symbol.kind];
     let kinds = match symbol.kind {

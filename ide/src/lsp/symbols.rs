@@ -1,6 +1,6 @@
 //! Outline of a spec.
 
-use dsl::tree::{Change, ItemKind, MissionMember, MissionRepeat, Robot, Stack, State, StateBody};
+use dsl::tree::{BlockKind, Change, ItemKind, MissionMember, MissionRepeat, Robot, Stack, State, StateBody};
 use dsl::{Span, Spanned};
 use lsp_types::{DocumentSymbol, SymbolKind};
 
@@ -38,7 +38,7 @@ impl Outline<'_> {
                 let detail = format!("signal, {}{mark}", s.ty.value);
                 o.symbol(&s.name, item.span, SymbolKind::EVENT, &detail, Vec::new())
             }
-            ItemKind::Human(h) => {
+            ItemKind::Block(h) if h.kind == BlockKind::Human => {
                 let points = h.body.get("points").map_or(&[][..], |e| e.value.items());
                 let point = |p: &dsl::tree::Value| {
                     let name = Spanned::new(p.word()?.to_string(), p.span);
@@ -47,7 +47,10 @@ impl Outline<'_> {
                 let points = points.iter().filter_map(point).collect();
                 o.symbol(&h.name, item.span, SymbolKind::CLASS, "human", points)
             }
-            ItemKind::SafetyField(f) => o.symbol(&f.name, item.span, SymbolKind::FUNCTION, "safety field", Vec::new()),
+            ItemKind::Block(b) => {
+                let detail = b.kind.keyword().replace('_', " ");
+                o.symbol(&b.name, item.span, SymbolKind::FUNCTION, &detail, Vec::new())
+            }
             ItemKind::Variable(v) => {
                 let mark = if v.optional.is_some() { "?" } else { "" };
                 let detail = format!("variable, {}{mark}", v.ty.value);

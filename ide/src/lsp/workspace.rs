@@ -265,6 +265,7 @@ fn kind_of(kind: SymbolKind) -> Option<lsp_types::SymbolKind> {
         SymbolKind::Param | SymbolKind::Let => L::CONSTANT,
         SymbolKind::Robot | SymbolKind::Human | SymbolKind::Machine | SymbolKind::Member => L::CLASS,
         SymbolKind::Task | SymbolKind::SafetyField => L::FUNCTION,
+        SymbolKind::Obstacle => L::OBJECT,
         SymbolKind::Stack | SymbolKind::Mission => L::MODULE,
         SymbolKind::Level => L::NAMESPACE,
         SymbolKind::Arm => L::OBJECT,

@@ -60,7 +60,7 @@ fn parameter(p: &ParamInfo) -> Value {
         ParamType::Rotation | ParamType::Frame | ParamType::Arm | ParamType::Task | ParamType::Field => values::name(),
         ParamType::Deviations => deviations(),
         ParamType::Gains(names) => gains(names),
-        ParamType::Frames | ParamType::Geometries | ParamType::Joints => values::names(),
+        ParamType::Frames | ParamType::Geometries | ParamType::Joints | ParamType::Obstacles => values::names(),
         ParamType::Pairs(_) => json!({
             "type": "array",
             "items": { "type": "array", "minItems": 2, "maxItems": 2, "items": values::names() },

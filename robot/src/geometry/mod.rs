@@ -1,18 +1,22 @@
-//! Distances between shapes, in closed form.
+//! Distances between shapes: in closed form where there is one, else by [`convex`].
 //!
-//! A shape is a core (a point, a segment, a box) with a radius around it. The distance of two shapes is the distance of
-//! their cores minus the radii. The normal is the direction between the nearest points of the cores: it exists and is
+//! A shape is a core (a point, a segment, a box, a cylinder, a hull) with a radius around it. The distance of two shapes
+//! is the distance of their cores minus the radii. The normal is the direction between the nearest points of the cores: it exists and is
 //! continuous until the cores intersect.
 
 use nalgebra::{Isometry3, Vector3};
 
 use crate::Shape;
+use crate::hull::{Depth, Hull};
 
+mod convex;
 mod cuboid;
+mod cylinder;
 mod plane;
 mod segment;
 
 pub use cuboid::{PointBox, closest_box_box, closest_point_box, closest_segment_box};
+pub use cylinder::{closest_point_cylinder, closest_segment_cylinder};
 pub use plane::closest_plane;
 pub use segment::{closest_point_segment, closest_segment_segment};
 
@@ -68,63 +72,120 @@ impl Closest {
 }
 
 /// Core of a shape, without its radius.
-enum Core {
-    Point(Vector3<f64>),
-    Segment(Vector3<f64>, Vector3<f64>),
+#[derive(Clone, Copy)]
+enum Core<'a> {
+    Point,
+    /// Half its length, along local z.
+    Segment(f64),
     Box([f64; 3]),
+    /// Radius, and half the length along local z.
+    Cylinder(f64, f64),
+    Hull(&'a Hull),
 }
 
-fn core(shape: &Shape, X_WS: &Isometry3<f64>) -> (Core, f64) {
-    let c = X_WS.translation.vector;
-    match *shape {
-        Shape::Sphere { radius } => (Core::Point(c), radius),
-        Shape::Capsule { radius, half_length } if half_length > 0.0 => {
-            let z = X_WS.rotation * Vector3::new(0.0, 0.0, half_length);
-            (Core::Segment(c - z, c + z), radius)
+impl Core<'_> {
+    /// The same for the search by farthest points.
+    fn body(&self) -> convex::Body<'_> {
+        match *self {
+            Core::Point => convex::Body::Point,
+            Core::Segment(half) => convex::Body::Segment(half),
+            Core::Box(half) => convex::Body::Box(half),
+            Core::Cylinder(radius, half) => convex::Body::Cylinder(radius, half),
+            Core::Hull(hull) => convex::Body::Hull(hull),
         }
-        Shape::Capsule { radius, .. } => (Core::Point(c), radius),
-        Shape::Box { half } => (Core::Box(half), 0.0),
     }
 }
 
-/// Returns the closest points of `a` at `X_Wa` and `b` at `X_Wb`. Exact; does not allocate; never returns NaN, for any
-/// input.
+/// Core of a shape, and the radius around it.
+struct Rounded<'a> {
+    core: Core<'a>,
+    radius: f64,
+}
+
+fn rounded(shape: &Shape) -> Rounded<'_> {
+    let (core, radius) = match *shape {
+        Shape::Sphere { radius } => (Core::Point, radius),
+        Shape::Capsule { radius, half_length } if half_length > 0.0 => (Core::Segment(half_length), radius),
+        Shape::Capsule { radius, .. } => (Core::Point, radius),
+        Shape::Box { half } => (Core::Box(half), 0.0),
+        Shape::Cylinder { radius, half_length } => (Core::Cylinder(radius, half_length), 0.0),
+        Shape::Hull(ref hull) => (Core::Hull(hull), 0.0),
+    };
+    Rounded { core, radius }
+}
+
+/// Ends of a segment of this half length along local z.
+fn ends(half: f64, X_WS: &Isometry3<f64>) -> [Vector3<f64>; 2] {
+    let z = X_WS.rotation * Vector3::new(0.0, 0.0, half);
+    [X_WS.translation.vector - z, X_WS.translation.vector + z]
+}
+
+/// Returns the closest points of `a` at `X_Wa` and `b` at `X_Wb`. Exact up to rounding; a cylinder against a box, a
+/// cylinder or a hull is approached, and its distance is exact to 1e-10 of the shapes' sizes. Does not allocate; never
+/// returns NaN, for any input.
 ///
-/// Overlapping round shapes have a negative distance, and so has a ball whose centre is inside a box.
+/// The normal is continuous while the cores are apart. The closest points of two bodies with parallel faces or edges are
+/// not unique, and may jump from one end to the other when the bodies turn.
+///
+/// Overlapping round shapes have a negative distance, and so has a ball whose centre is inside another shape.
 /// [`Degenerate::Touching`] is returned if the cores intersect: coincident centres, crossing axes, an axis that enters
 /// a box, boxes that touch.
 pub fn closest(a: &Shape, X_Wa: &Isometry3<f64>, b: &Shape, X_Wb: &Isometry3<f64>) -> Result<Closest, Degenerate> {
-    let (core_a, ra) = core(a, X_Wa);
-    let (core_b, rb) = core(b, X_Wb);
-    match (core_a, core_b) {
-        (Core::Point(p), Core::Point(q)) => Closest::of_cores(&p, ra, &q, rb),
-        (Core::Point(p), Core::Segment(s0, s1)) => {
-            Closest::of_cores(&p, ra, &closest_point_segment(&p, &s0, &s1).0, rb)
+    let (a, b) = (rounded(a), rounded(b));
+    let (ra, rb) = (a.radius, b.radius);
+    let (pa, pb) = (X_Wa.translation.vector, X_Wb.translation.vector);
+    match (a.core, b.core) {
+        (Core::Point, Core::Point) => Closest::of_cores(&pa, ra, &pb, rb),
+        (Core::Point, Core::Segment(half)) => {
+            let [s0, s1] = ends(half, X_Wb);
+            Closest::of_cores(&pa, ra, &closest_point_segment(&pa, &s0, &s1).0, rb)
         }
-        (Core::Segment(s0, s1), Core::Point(p)) => {
-            Closest::of_cores(&closest_point_segment(&p, &s0, &s1).0, ra, &p, rb)
+        (Core::Segment(half), Core::Point) => {
+            let [s0, s1] = ends(half, X_Wa);
+            Closest::of_cores(&closest_point_segment(&pb, &s0, &s1).0, ra, &pb, rb)
         }
-        (Core::Segment(a0, a1), Core::Segment(b0, b1)) => {
+        (Core::Segment(half_a), Core::Segment(half_b)) => {
+            let ([a0, a1], [b0, b1]) = (ends(half_a, X_Wa), ends(half_b, X_Wb));
             let (p, q) = closest_segment_segment(&a0, &a1, &b0, &b1);
             Closest::of_cores(&p, ra, &q, rb)
         }
-        (Core::Point(p), Core::Box(half)) => ball_box(&p, ra, X_Wb, &half),
-        (Core::Box(half), Core::Point(p)) => ball_box(&p, rb, X_Wa, &half).map(Closest::swapped),
-        (Core::Segment(s0, s1), Core::Box(half)) => capsule_box(&s0, &s1, ra, X_Wb, &half),
-        (Core::Box(half), Core::Segment(s0, s1)) => capsule_box(&s0, &s1, rb, X_Wa, &half).map(Closest::swapped),
+        (Core::Point, Core::Box(_) | Core::Cylinder(..) | Core::Hull(_)) => ball(&pa, ra, X_Wb, b.core),
+        (Core::Box(_) | Core::Cylinder(..) | Core::Hull(_), Core::Point) => {
+            ball(&pb, rb, X_Wa, a.core).map(Closest::swapped)
+        }
+        (Core::Segment(half), Core::Box(_) | Core::Cylinder(..)) => capsule(ends(half, X_Wa), ra, X_Wb, b.core),
+        (Core::Box(_) | Core::Cylinder(..), Core::Segment(half)) => {
+            capsule(ends(half, X_Wb), rb, X_Wa, a.core).map(Closest::swapped)
+        }
         (Core::Box(half_a), Core::Box(half_b)) => {
             let (p, q) = closest_box_box(X_Wa, &half_a, X_Wb, &half_b);
             Closest::of_cores(&p, 0.0, &q, 0.0)
         }
+        _ => {
+            let near = convex::nearest(a.core.body(), X_Wa, b.core.body(), X_Wb);
+            let distance = near.between.norm();
+            if !(distance > CORES_MEET && distance < f64::INFINITY) {
+                return Err(Degenerate::Touching);
+            }
+            let normal = near.between / distance;
+            let (on_a, on_b) = (near.on_a - normal * ra, near.on_b + normal * rb);
+            Ok(Closest { distance: distance - ra - rb, on_a, on_b, normal })
+        }
     }
 }
 
-fn ball_box(p_W: &Vector3<f64>, radius: f64, X_WB: &Isometry3<f64>, half: &[f64; 3]) -> Result<Closest, Degenerate> {
+/// A ball against a box, a cylinder or a hull.
+fn ball(p_W: &Vector3<f64>, radius: f64, X_WB: &Isometry3<f64>, core: Core) -> Result<Closest, Degenerate> {
     let p_B = X_WB.rotation.inverse() * (p_W - X_WB.translation.vector);
     if !p_B.iter().all(|x| x.is_finite()) {
         return Err(Degenerate::Touching);
     }
-    let near = closest_point_box(&p_B, half);
+    let near = match core {
+        Core::Box(half) => closest_point_box(&p_B, &half),
+        Core::Cylinder(radius, half) => closest_point_cylinder(&p_B, radius, half),
+        Core::Hull(hull) => point_hull(&p_B, hull).ok_or(Degenerate::Touching)?,
+        Core::Point | Core::Segment(_) => return Err(Degenerate::Touching),
+    };
     let normal = X_WB.rotation * near.normal;
     let distance = near.distance - radius;
     if !distance.is_finite() {
@@ -138,17 +199,28 @@ fn ball_box(p_W: &Vector3<f64>, radius: f64, X_WB: &Isometry3<f64>, half: &[f64;
     })
 }
 
-fn capsule_box(
-    s0: &Vector3<f64>,
-    s1: &Vector3<f64>,
-    radius: f64,
-    X_WB: &Isometry3<f64>,
-    half: &[f64; 3],
-) -> Result<Closest, Degenerate> {
-    let to_box = X_WB.rotation.inverse();
-    let centre = to_box * ((s0 + s1) * 0.5 - X_WB.translation.vector);
-    let along = to_box * ((s1 - s0) * 0.5);
-    let (p, q) = closest_segment_box(&centre, &along, half);
+/// The surface point of a hull nearest to a point (both in the hull's frame). `None` on the surface of a flat hull.
+fn point_hull(p: &Vector3<f64>, hull: &Hull) -> Option<PointBox> {
+    let at = Isometry3::translation(p.x, p.y, p.z);
+    let near = convex::nearest(convex::Body::Point, &at, convex::Body::Hull(hull), &Isometry3::identity());
+    let distance = near.between.norm();
+    if distance > CORES_MEET {
+        return Some(PointBox { distance, on_box: near.on_b, normal: near.between / distance });
+    }
+    let Depth { depth, normal } = hull.depth(p)?;
+    Some(PointBox { distance: -depth, on_box: p + normal * depth, normal })
+}
+
+/// A capsule around the segment `s0 s1` against a box or a cylinder.
+fn capsule([s0, s1]: [Vector3<f64>; 2], radius: f64, X_WB: &Isometry3<f64>, core: Core) -> Result<Closest, Degenerate> {
+    let to_body = X_WB.rotation.inverse();
+    let centre = to_body * ((s0 + s1) * 0.5 - X_WB.translation.vector);
+    let along = to_body * ((s1 - s0) * 0.5);
+    let (p, q) = match core {
+        Core::Box(half) => closest_segment_box(&centre, &along, &half),
+        Core::Cylinder(radius, half) => closest_segment_cylinder(&centre, &along, radius, half),
+        Core::Point | Core::Segment(_) | Core::Hull(_) => return Err(Degenerate::Touching),
+    };
     let to_world = |v: &Vector3<f64>| X_WB.rotation * v + X_WB.translation.vector;
     Closest::of_cores(&to_world(&p), radius, &to_world(&q), 0.0)
 }

@@ -15,8 +15,11 @@ pub(crate) use bound::bounding_capsule;
 /// Maximum size of a mesh file \[bytes\].
 const MAX_BYTES: u64 = 256 << 20;
 
-/// Reads the vertices of a `.stl`, `.obj` or `.dae` file \[m\], or returns the reason why it cannot be used.
-pub(crate) fn vertices(path: &Path) -> Result<Vec<Vector3<f64>>, String> {
+/// Reads the vertices of a `.stl`, `.obj` or `.dae` file, in the units of the file.
+///
+/// # Errors
+/// The reason why it cannot be used.
+pub fn vertices(path: &Path) -> Result<Vec<Vector3<f64>>, String> {
     let bytes = files::read(path, MAX_BYTES).map_err(|e| e.to_string())?;
     let kind = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     match kind.as_str() {

@@ -41,8 +41,33 @@ pub struct Options {
     /// Folders that contain packages, or are packages, for `package://` addresses; searched before `ROS_PACKAGE_PATH`
     /// and `AMENT_PREFIX_PATH`.
     pub package_paths: Vec<PathBuf>,
-    /// True to read collision meshes and bound them by capsules; otherwise they are left out.
+    /// True to read collision meshes and bound them by capsules or hulls; otherwise they are left out.
     pub read_meshes: bool,
+    /// Links whose collision shapes are hulls.
+    pub hulls: Hulls,
+}
+
+/// Links whose cylinders are exact and whose meshes are their convex hulls. The shapes of other links are capsules around
+/// them, which are faster.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Hulls {
+    /// No link.
+    #[default]
+    None,
+    /// All links.
+    All,
+    /// The links of these names.
+    Of(BTreeSet<String>),
+}
+
+impl Hulls {
+    fn contain(&self, link: &str) -> bool {
+        match self {
+            Hulls::None => false,
+            Hulls::All => true,
+            Hulls::Of(names) => names.contains(link),
+        }
+    }
 }
 
 impl Model {

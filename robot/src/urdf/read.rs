@@ -150,8 +150,9 @@ fn link(cx: &mut Cx, node: Node, solids: &mut Solids) -> Option<RawLink> {
             cx.error(UrdfMessage::new(UrdfCode::BadSize, span, "the mass is negative"));
         }
     }
+    let of = name.as_ref().map_or("", |name| name.value);
     let collision: Vec<PlacedShape> =
-        children(node, "collision").filter_map(|element| solid::collision(cx, element, solids)).collect();
+        children(node, "collision").filter_map(|element| solid::collision(cx, element, of, solids)).collect();
     let visual = children(node, "visual").filter_map(|element| solid::visual(cx, element, solids)).collect();
     let name = name?;
     if let Some(inertial) = inertial {

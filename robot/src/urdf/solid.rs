@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 use roxmltree::Node;
 
 use super::cx::{Cx, attribute, child, parse_numbers};
 use super::{Options, UrdfCode, UrdfMessage, locate};
 use crate::mesh;
-use crate::{PlacedShape, Shape, Visual, VisualGeometry};
+use crate::{Hull, PlacedShape, Shape, Visual, VisualGeometry};
 
 /// Context of the shapes: options, named colours and the meshes read so far.
 pub(super) struct Solids<'o> {
@@ -139,31 +139,38 @@ pub(super) fn visual(cx: &mut Cx, element: Node, solids: &Solids) -> Option<Visu
     Some(Visual { origin, geometry, color })
 }
 
-/// Reads a collision shape; a mesh becomes its bounding capsule.
-pub(super) fn collision(cx: &mut Cx, element: Node, solids: &mut Solids) -> Option<PlacedShape> {
+/// Reads a collision shape of a link; a mesh becomes its convex hull, or its bounding capsule.
+pub(super) fn collision(cx: &mut Cx, element: Node, link: &str, solids: &mut Solids) -> Option<PlacedShape> {
+    let exact = solids.options.hulls.contain(link);
     let origin = cx.origin(element);
     let (geometry, span) = geometry(cx, element, |cx, m| cx.error(m))?;
     let shape = match geometry {
         VisualGeometry::Sphere { radius } => Shape::Sphere { radius },
+        VisualGeometry::Cylinder { radius, length } if exact => Shape::Cylinder { radius, half_length: 0.5 * length },
         VisualGeometry::Cylinder { radius, length } | VisualGeometry::Capsule { radius, length } => {
             Shape::Capsule { radius, half_length: 0.5 * length }
         }
         VisualGeometry::Box { size } => Shape::Box { half: size.map(|x| 0.5 * x) },
         VisualGeometry::Mesh { path, scale } => {
-            let (inner, shape) = around_mesh(cx, solids, &path, scale, span)?;
+            let of = MeshOf { address: &path, scale, span, exact };
+            let PlacedShape { origin: inner, shape } = around_mesh(cx, solids, of)?;
             return Some(PlacedShape { origin: origin * inner, shape });
         }
     };
     Some(PlacedShape { origin, shape })
 }
 
-fn around_mesh(
-    cx: &mut Cx,
-    solids: &mut Solids,
-    address: &str,
+/// A mesh of a link.
+struct MeshOf<'a> {
+    address: &'a str,
     scale: [f64; 3],
     span: Range<usize>,
-) -> Option<(nalgebra::Isometry3<f64>, Shape)> {
+    /// True for its hull; else the capsule around it.
+    exact: bool,
+}
+
+fn around_mesh(cx: &mut Cx, solids: &mut Solids, mesh: MeshOf) -> Option<PlacedShape> {
+    let MeshOf { address, scale, span, exact } = mesh;
     if !solids.options.read_meshes {
         solids.unread += 1;
         if solids.unread == 1 {
@@ -189,12 +196,20 @@ fn around_mesh(
         Ok(vertices) => {
             let scale = Vector3::from(scale);
             let scaled: Vec<_> = vertices.iter().map(|v| v.component_mul(&scale)).collect();
-            mesh::bounding_capsule(&scaled).ok_or("it has no vertex, or one that is not finite")
+            match exact {
+                true => Hull::around(&scaled).map_err(|e| e.to_string()).map(|(middle, hull)| PlacedShape {
+                    origin: Isometry3::translation(middle.x, middle.y, middle.z),
+                    shape: Shape::Hull(hull),
+                }),
+                false => mesh::bounding_capsule(&scaled)
+                    .map(|(origin, shape)| PlacedShape { origin, shape })
+                    .ok_or_else(|| "it has no vertex, or one that is not finite".to_string()),
+            }
         }
-        Err(what) => Err(what.as_str()),
+        Err(what) => Err(what.clone()),
     };
     match bound {
-        Ok(capsule) => Some(capsule),
+        Ok(shape) => Some(shape),
         Err(what) => {
             let text = format!("mesh `{address}` cannot be used: {what}");
             cx.warn(UrdfMessage::new(UrdfCode::MeshUnreadable, span, text));

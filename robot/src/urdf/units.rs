@@ -68,5 +68,11 @@ fn volume(shape: &Shape) -> f64 {
         Shape::Sphere { radius } => ball(*radius),
         Shape::Capsule { radius, half_length } => ball(*radius) + PI * radius.powi(2) * 2.0 * half_length,
         Shape::Box { half: [x, y, z] } => 8.0 * x * y * z,
+        Shape::Cylinder { radius, half_length } => PI * radius.powi(2) * 2.0 * half_length,
+        // Of the box around it: enough for a judgement of orders of magnitude.
+        Shape::Hull(hull) => {
+            let [x, y, z] = [0, 1, 2].map(|i| hull.corners().iter().map(|p| p[i].abs()).fold(0.0, f64::max));
+            8.0 * x * y * z
+        }
     }
 }

@@ -4,18 +4,66 @@
 //! below. If the two bounds are one, the distance is right, whoever computed it.
 
 use hierarq_robot::geometry::{closest_box_box, closest_plane, closest_point_box, closest_segment_segment};
-use hierarq_robot::{Base, Closest, Data, Degenerate, LinkId, Shape, closest};
+use hierarq_robot::{Base, Closest, Data, Degenerate, Hull, LinkId, Shape, closest};
 use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
 
 use crate::common::{load, pose, rng, vector};
 
 fn shape(rng: &mut impl FnMut() -> f64) -> Shape {
-    match (3.0 * rng()) as u32 {
+    match (5.0 * rng()) as u32 {
         0 => Shape::Sphere { radius: 0.02 + 0.4 * rng() },
         1 => Shape::Capsule { radius: 0.02 + 0.3 * rng(), half_length: 0.6 * rng() },
-        _ => Shape::Box { half: [0.05 + 0.5 * rng(), 0.05 + 0.5 * rng(), 0.05 + 0.5 * rng()] },
+        2 => Shape::Box { half: [0.05 + 0.5 * rng(), 0.05 + 0.5 * rng(), 0.05 + 0.5 * rng()] },
+        3 => Shape::Cylinder { radius: 0.02 + 0.4 * rng(), half_length: 0.02 + 0.5 * rng() },
+        _ => hull(rng),
     }
+}
+
+/// The hull of a few random points, or of points of a thin sheet.
+fn hull(rng: &mut impl FnMut() -> f64) -> Shape {
+    let count = 4 + (8.0 * rng()) as usize;
+    let flat = if rng() < 0.2 { 0.0 } else { 0.6 };
+    let points: Vec<Vector3<f64>> =
+        (0..count).map(|_| vector(rng, 0.6).component_mul(&Vector3::new(1.0, 1.0, flat))).collect();
+    Shape::Hull(Hull::around(&points).unwrap().1)
+}
+
+/// The distance of a point from a hull along the normal of one of its faces, found by trying all triples of corners.
+fn outside_hull(hull: &Hull, p: &Vector3<f64>) -> f64 {
+    let corners = hull.corners();
+    let mut worst = f64::NEG_INFINITY;
+    for i in 0..corners.len() {
+        for j in 0..i {
+            for k in 0..j {
+                let n = (corners[j] - corners[i]).cross(&(corners[k] - corners[i]));
+                let Some(n) = n.try_normalize(1e-9) else { continue };
+                for n in [n, -n] {
+                    let most = corners.iter().map(|c| c.dot(&n)).fold(f64::NEG_INFINITY, f64::max);
+                    if most <= corners[i].dot(&n) + 1e-12 {
+                        worst = worst.max(p.dot(&n) - most);
+                    }
+                }
+            }
+        }
+    }
+    worst
+}
+
+/// How far a point is outside of the shape's core, at most up to a factor for hulls; zero inside.
+fn outside(shape: &Shape, X: &Isometry3<f64>, p: &Vector3<f64>) -> f64 {
+    let local = X.inverse_transform_point(&(*p).into()).coords;
+    let near = match bare(shape).0 {
+        Shape::Sphere { .. } => Vector3::zeros(),
+        Shape::Capsule { half_length, .. } => Vector3::new(0.0, 0.0, local.z.clamp(-half_length, half_length)),
+        Shape::Box { half } => Vector3::from_fn(|i, _| local[i].clamp(-half[i], half[i])),
+        Shape::Cylinder { radius, half_length } => {
+            let scale = (radius / local.xy().norm()).min(1.0);
+            Vector3::new(local.x * scale, local.y * scale, local.z.clamp(-half_length, half_length))
+        }
+        Shape::Hull(hull) => return outside_hull(&hull, &local).max(0.0),
+    };
+    (local - near).norm()
 }
 
 /// The core of a shape: its radius taken off.
@@ -23,7 +71,7 @@ fn bare(shape: &Shape) -> (Shape, f64) {
     match *shape {
         Shape::Sphere { radius } => (Shape::Sphere { radius: 0.0 }, radius),
         Shape::Capsule { radius, half_length } => (Shape::Capsule { radius: 0.0, half_length }, radius),
-        Shape::Box { .. } => (*shape, 0.0),
+        _ => (shape.clone(), 0.0),
     }
 }
 
@@ -35,18 +83,9 @@ fn support(shape: &Shape, X: &Isometry3<f64>, n: &Vector3<f64>) -> f64 {
             Shape::Sphere { radius } => radius * n.norm(),
             Shape::Capsule { radius, half_length } => radius * n.norm() + half_length * local.z.abs(),
             Shape::Box { half } => (0..3).map(|i| half[i] * local[i].abs()).sum(),
+            Shape::Cylinder { radius, half_length } => radius * local.xy().norm() + half_length * local.z.abs(),
+            Shape::Hull(ref hull) => hull.corners().iter().map(|c| c.dot(&local)).fold(f64::NEG_INFINITY, f64::max),
         }
-}
-
-/// The nearest point of the shape's core to `p`, and whether `p` is inside the core.
-fn project(shape: &Shape, X: &Isometry3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
-    let local = X.inverse_transform_point(&(*p).into()).coords;
-    let near = match bare(shape).0 {
-        Shape::Sphere { .. } => Vector3::zeros(),
-        Shape::Capsule { half_length, .. } => Vector3::new(0.0, 0.0, local.z.clamp(-half_length, half_length)),
-        Shape::Box { half } => Vector3::from_fn(|i, _| local[i].clamp(-half[i], half[i])),
-    };
-    X.transform_point(&near.into()).coords
 }
 
 /// A random point of the shape.
@@ -56,6 +95,16 @@ fn sample(shape: &Shape, X: &Isometry3<f64>, rng: &mut impl FnMut() -> f64) -> V
         Shape::Sphere { .. } => Vector3::zeros(),
         Shape::Capsule { half_length, .. } => Vector3::new(0.0, 0.0, half_length * (2.0 * rng() - 1.0)),
         Shape::Box { half } => Vector3::from(half).component_mul(&vector(rng, 1.0)),
+        Shape::Cylinder { radius, half_length } => {
+            let flat = vector(rng, 1.0);
+            let scale = radius / flat.xy().norm().max(1.0);
+            Vector3::new(flat.x * scale, flat.y * scale, flat.z * half_length)
+        }
+        Shape::Hull(ref hull) => {
+            let weights: Vec<f64> = hull.corners().iter().map(|_| rng() + 1e-3).collect();
+            let sum: f64 = weights.iter().sum();
+            hull.corners().iter().zip(&weights).fold(Vector3::zeros(), |p, (c, w)| p + c * (w / sum))
+        }
     };
     let mut around = vector(rng, 1.0);
     around *= radius / around.norm().max(1.0);
@@ -80,6 +129,17 @@ fn gap(a: &Shape, X_Wa: &Isometry3<f64>, b: &Shape, X_Wb: &Isometry3<f64>) -> f6
         .fold(f64::NEG_INFINITY, f64::max)
 }
 
+/// True for a shape with an inside of its own, without a radius around it.
+fn is_body(shape: &Shape) -> bool {
+    matches!(shape, Shape::Box { .. } | Shape::Cylinder { .. } | Shape::Hull(_))
+}
+
+/// True for a pair whose distance has no closed form and is approached: a round body against one with corners or round.
+fn is_iterative(a: &Shape, b: &Shape) -> bool {
+    let round = |s: &Shape| matches!(s, Shape::Cylinder { .. });
+    is_body(a) && is_body(b) && (round(a) || round(b))
+}
+
 fn certify(a: &Shape, X_Wa: &Isometry3<f64>, b: &Shape, X_Wb: &Isometry3<f64>, c: &Closest) {
     assert!((c.normal.norm() - 1.0).abs() < 1e-9, "{c:?}");
     assert!((c.normal.dot(&(c.on_a - c.on_b)) - c.distance).abs() < 1e-9, "{c:?}");
@@ -87,8 +147,8 @@ fn certify(a: &Shape, X_Wa: &Isometry3<f64>, b: &Shape, X_Wb: &Isometry3<f64>, c
     let ((core_a, ra), (core_b, rb)) = (bare(a), bare(b));
     let (p, q) = (c.on_a + c.normal * ra, c.on_b - c.normal * rb);
     // The witnesses of the cores are points of the cores.
-    assert!((project(a, X_Wa, &p) - p).norm() < 1e-9, "not on a: {c:?} {a:?}");
-    assert!((project(b, X_Wb, &q) - q).norm() < 1e-9, "not on b: {c:?} {b:?}");
+    assert!(outside(a, X_Wa, &p) < 1e-9, "not on a: {c:?} {a:?}");
+    assert!(outside(b, X_Wb, &q) < 1e-9, "not on b: {c:?} {b:?}");
     // No direction separates the cores by more, this one separates them by as much.
     let low_a = -support(&core_a, X_Wa, &-c.normal);
     let high_b = support(&core_b, X_Wb, &c.normal);
@@ -106,15 +166,17 @@ proptest! {
         match closest(&a, &X_Wa, &b, &X_Wb) {
             Ok(c) => {
                 let back = closest(&b, &X_Wb, &a, &X_Wa).unwrap();
-                prop_assert!((back.distance - c.distance).abs() < 1e-12);
-                prop_assert!((back.normal + c.normal).norm() < 1e-9);
+                let accuracy = if is_iterative(&a, &b) { 1e-10 } else { 1e-12 };
+                prop_assert!((back.distance - c.distance).abs() < accuracy);
+                // An angle is as accurate as the root of the distance's accuracy.
+                let accuracy = if is_iterative(&a, &b) { 1e-4 } else { 1e-9 };
+                prop_assert!((back.normal + c.normal).norm() < accuracy);
                 let cores_apart = c.distance + bare(&a).1 + bare(&b).1 > 0.0;
                 if cores_apart {
                     certify(&a, &X_Wa, &b, &X_Wb, &c);
                 } else {
-                    // A centre inside a box: nothing shorter leads out.
-                    let with_box = [a, b].iter().any(|s| matches!(s, Shape::Box { .. }));
-                    prop_assert!(with_box);
+                    // A centre inside a body: nothing shorter leads out.
+                    prop_assert!([&a, &b].iter().any(|s| is_body(s)));
                 }
                 for _ in 0..20 {
                     let (p, q) = (sample(&a, &X_Wa, &mut rng), sample(&b, &X_Wb, &mut rng));
@@ -137,14 +199,14 @@ proptest! {
         let shared = |rng: &mut _, s: &Shape, X: &_| sample(&bare(s).0, X, rng);
         let (p, q) = (shared(&mut rng, &a, &X_Wa), shared(&mut rng, &b, &X_Wb));
         X_Wb.translation.vector += p - q;
-        match (closest(&a, &X_Wa, &b, &X_Wb), a, b) {
+        match (closest(&a, &X_Wa, &b, &X_Wb), &a, &b) {
             (Err(Degenerate::Touching), ..) => {}
-            // A point inside a box is the one case with a way out.
-            (Ok(c), Shape::Sphere { radius }, Shape::Box { .. })
-            | (Ok(c), Shape::Box { .. }, Shape::Sphere { radius }) => {
+            // A point inside a body is the one case with a way out.
+            (Ok(c), Shape::Sphere { radius }, body) | (Ok(c), body, Shape::Sphere { radius }) if is_body(body) => {
                 prop_assert!(c.distance <= 1e-9 - radius);
             }
-            (Ok(c), ..) => prop_assert!(false, "{a:?} {b:?} meet, yet {c:?}"),
+            // Bodies that share a single point, up to rounding.
+            (Ok(c), ..) => prop_assert!(c.distance + bare(&a).1 + bare(&b).1 <= 1e-9, "{a:?} {b:?} meet, yet {c:?}"),
         }
     }
 
@@ -172,7 +234,7 @@ proptest! {
         prop_assert!((n.dot(&c.on_b) - offset).abs() < 1e-12);
         let (_, radius) = bare(&s);
         let core = c.on_a + n * radius;
-        prop_assert!((project(&s, &X, &core) - core).norm() < 1e-12);
+        prop_assert!(outside(&s, &X, &core) < 1e-12);
     }
 
     #[test]
@@ -205,12 +267,19 @@ proptest! {
         sizes in prop::collection::vec(prop::sample::select(vec![0.0, 1.0, 1e-300, 1e300]), 6),
         places in prop::collection::vec(
             prop::sample::select(vec![0.0, -0.0, 1.0, 1e-300, 1e300, f64::NAN, f64::INFINITY]), 6),
-        kinds in (0u8..3, 0u8..3),
+        kinds in (0u8..5, 0u8..5),
     ) {
         let make = |kind: u8, x: &[f64]| match kind {
             0 => Shape::Sphere { radius: x[0] },
             1 => Shape::Capsule { radius: x[0], half_length: x[1] },
-            _ => Shape::Box { half: [x[0], x[1], x[2]] },
+            2 => Shape::Box { half: [x[0], x[1], x[2]] },
+            3 => Shape::Cylinder { radius: x[0], half_length: x[1] },
+            // The points of a hull are within some kilometres.
+            _ => Shape::Hull(
+                Hull::around(&[0, 1, 2, 3].map(|i| Vector3::new(x[i % 3], x[(i + 1) % 3], x[i / 2]).map(|x| x.min(1e3))))
+                    .unwrap()
+                    .1,
+            ),
         };
         let (a, b) = (make(kinds.0, &sizes[..3]), make(kinds.1, &sizes[3..]));
         let at = |x: &[f64]| Isometry3::translation(x[0], x[1], x[2]);
@@ -254,7 +323,8 @@ fn the_derivative_is_the_row_of_the_normal() {
                 model.forward(&q, &mut moved);
                 measure(&moved).unwrap().distance
             };
-            let expected = (at(1e-6) - at(-1e-6)) / 2e-6;
+            let step = if is_iterative(&shape_a, &shape_b) { 3e-5 } else { 1e-6 };
+            let expected = (at(step) - at(-step)) / (2.0 * step);
             assert!((derivative - expected).abs() < 1e-5, "{derivative} {expected} {shape_a:?} {shape_b:?}");
         }
         checked += 1;

@@ -40,7 +40,7 @@ fn the_arm() {
     assert_eq!(right.drive, Drive::Mimic { dof: 5, multiplier: 1.0, offset: 0.0 });
     assert_eq!(model.link_ref(LinkId(1)).mass, 4.5);
     assert_eq!(model.links[0].visual[0].color, Some([0.5, 0.5, 0.5, 1.0]));
-    let shapes: Vec<Shape> = model.links.iter().flat_map(|l| &l.collision).map(|c| c.shape).collect();
+    let shapes: Vec<Shape> = model.links.iter().flat_map(|l| &l.collision).map(|c| c.shape.clone()).collect();
     assert_eq!(
         shapes,
         [

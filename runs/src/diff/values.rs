@@ -2,7 +2,7 @@
 
 use runtime::program::{CaptureSource, Op, Program};
 use runtime::text::number;
-use stdlib_tasks::bound::{Bound, ExceptedPair, Exception, Slot};
+use stdlib_tasks::bound::{Bound, ExceptedPair, Exception, Obstacle, Slot};
 use stdlib_tasks::expression::{Expression, Leaf};
 
 use super::facts::digest;
@@ -147,6 +147,14 @@ impl<'p> Values<'p> {
         }
     }
 
+    /// An obstacle: its form as a digest, its pose and its presence.
+    fn obstacle(&self, o: &Obstacle) -> String {
+        let on = o.link.map_or(String::new(), |l| format!(" on {}", self.program.robot.model.link_ref(l).name));
+        let present = o.present.map_or(String::new(), |s| format!(" present {}", self.slot(&s)));
+        let (position, orientation) = (self.slot(&o.position), self.slot(&o.orientation));
+        format!("{} #{}{on} at {position} turned {orientation}{present}", o.name, digest(&o.form))
+    }
+
     /// A pair of links that a task leaves out.
     fn excepted(&self, ExceptedPair { links, why }: &ExceptedPair) -> String {
         let all = &self.program.robot.model.links;
@@ -170,6 +178,7 @@ impl<'p> Values<'p> {
             Bound::Frames(list) => join(list.iter().map(|(name, _)| name.clone()).collect()),
             Bound::Arm(arm) => arm.name.clone(),
             Bound::Geometries(list) => join(list.iter().map(|g| format!("{} #{}", g.name, digest(g))).collect()),
+            Bound::Obstacles(list) => join(list.iter().map(|o| self.obstacle(o)).collect()),
             Bound::Pairs(list) => join(list.iter().map(|pair| self.excepted(pair)).collect()),
             Bound::Joints(list) => join(list.iter().map(|dof| joint(*dof).to_string()).collect()),
             Bound::PerJoint(list) => {

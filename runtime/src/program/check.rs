@@ -179,6 +179,10 @@ impl Program {
             Bound::Frames(list) => list.iter().try_for_each(|(_, l)| link(l)),
             Bound::Arm(a) => arm(a),
             Bound::Geometries(list) => list.iter().try_for_each(|g| self.check_geometry(g, place)),
+            Bound::Obstacles(list) => list.iter().try_for_each(|o| {
+                o.check(&self.robot.model).map_err(|text| error(place, text))?;
+                o.slots().collect::<Vec<_>>().iter().try_for_each(slot)
+            }),
             Bound::Pairs(list) => list.iter().flat_map(|pair| &pair.links).try_for_each(link),
             Bound::Joints(list) => list.iter().try_for_each(dof),
             Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| slot(s))),

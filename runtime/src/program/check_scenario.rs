@@ -68,6 +68,11 @@ impl Program {
         for script in &world.humans {
             self.check_human(script, place)?;
         }
+        for truth in &world.obstacles {
+            ensure(truth.obstacle < self.obstacles.len(), place, "an obstacle does not exist")?;
+            let mut numbers = truth.position.iter().flatten().chain(truth.orientation.iter().flatten());
+            ensure(numbers.all(|x| x.is_finite()), place, "the place of an obstacle is not finite")?;
+        }
         let mut seen: Vec<usize> = world.humans.iter().map(|h| h.human).collect();
         seen.sort_unstable();
         ensure(seen.windows(2).all(|w| w[0] != w[1]), place, "a person is in two places at once")?;

@@ -23,6 +23,7 @@ mod worker;
 
 use robot::Model;
 use serde::{Deserialize, Serialize};
+use stdlib_tasks::bound::Obstacle;
 use stdlib_tasks::bound::{Arm, BoundParams, Geometry};
 use stdlib_tasks::expression::Expression;
 use stdlib_tasks::field::FieldProgram;
@@ -43,7 +44,7 @@ pub use mission_scenario::{
 };
 pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
-    PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, WorldProgram,
+    PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, TrueObstacle, WorldProgram,
 };
 pub use signal::{Conditioning, HumanProgram, Initial, Interface, Lost, MAX_SIGNAL, SignalProgram, Tracking, Velocity};
 pub use tape::{Op, Output, Tape, Times};
@@ -73,6 +74,9 @@ pub struct Program {
     /// Safety fields, in the order declared; their points are places in the table of values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fields: Vec<FieldProgram>,
+    /// Obstacles, in the order declared; their poses are places in the table of values. Tasks have copies of theirs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<Obstacle>,
     /// Tasks that some stack uses, in the order declared.
     pub tasks: Vec<TaskProgram>,
     /// Stacks, in the order declared.

@@ -3,6 +3,7 @@
 
 use robot::LinkId;
 use serde::{Deserialize, Serialize};
+use stdlib_tasks::bound::{Bound, Slot};
 use stdlib_tasks::expression::Expression;
 
 use super::{Formula, Unit};
@@ -30,6 +31,22 @@ pub struct ScenarioProgram {
     pub expectations: Vec<ExpectationProgram>,
 }
 
+/// True place of an obstacle; what is `None` is as declared.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrueObstacle {
+    /// Index of the obstacle.
+    pub obstacle: usize,
+    /// Position, in m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f64; 3]>,
+    /// Orientation, as `w x y z`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<[f64; 4]>,
+    /// Whether it is there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub present: Option<bool>,
+}
+
 /// Behaviour of the world.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WorldProgram {
@@ -39,6 +56,9 @@ pub struct WorldProgram {
     /// Motion of people.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub humans: Vec<HumanScript>,
+    /// Obstacles that are elsewhere than the controller believes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<TrueObstacle>,
     /// Events that the host raises: index, and times in s.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<(usize, Vec<f64>)>,
@@ -59,7 +79,7 @@ pub struct WorldProgram {
 impl WorldProgram {
     /// Returns true if the observations of the controller can differ from the true state.
     pub fn disturbs(&self) -> bool {
-        !self.late.is_empty() || !self.lost.is_empty() || !self.humans.is_empty()
+        !self.late.is_empty() || !self.lost.is_empty() || !self.humans.is_empty() || !self.obstacles.is_empty()
     }
 }
 
@@ -358,5 +378,33 @@ impl ScenarioProgram {
         program.run = self.run.clone();
         program.robot.home.clone_from(&self.start);
         program
+    }
+
+    /// The program whose obstacles are where they truly are, for monitors; `None` if the declared places are true.
+    pub fn true_program(&self, of: &Program) -> Option<Program> {
+        if self.world.obstacles.is_empty() {
+            return None;
+        }
+        let mut program = of.clone();
+        for truth in &self.world.obstacles {
+            let initial = &mut program.values.initial;
+            let mut place = |numbers: &[f64]| {
+                let at = initial.len();
+                initial.extend_from_slice(numbers);
+                Slot { at, len: numbers.len() }
+            };
+            let position = truth.position.map(|x| place(&x));
+            let orientation = truth.orientation.map(|x| place(&x));
+            let present = truth.present.map(|yes| place(&[if yes { 1.0 } else { -1.0 }]));
+            let Some(name) = of.obstacles.get(truth.obstacle).map(|o| &o.name) else { continue };
+            let bounds = program.tasks.iter_mut().flat_map(|t| t.params.values_mut());
+            let copies = bounds.filter_map(|b| if let Bound::Obstacles(all) = b { Some(all) } else { None }).flatten();
+            for o in copies.chain(&mut program.obstacles).filter(|o| o.name == *name) {
+                o.position = position.unwrap_or(o.position);
+                o.orientation = orientation.unwrap_or(o.orientation);
+                o.present = present.or(o.present);
+            }
+        }
+        Some(program)
     }
 }

@@ -50,6 +50,8 @@ impl ExpectationMonitors {
             }
             monitors.push(monitor);
         }
+        let moved = scenario.true_program(program);
+        let truth = moved.as_ref().unwrap_or(program);
         let start = |(k, m): (usize, &Measure)| match m {
             Measure::Initial(e) => Some((layout.measure(k), Evaluation::new(e, &model))),
             _ => None,
@@ -58,7 +60,7 @@ impl ExpectationMonitors {
         Ok(ExpectationMonitors {
             starts,
             data: Data::new(&model),
-            measures: Measures::new(program, &scenario.measures)?,
+            measures: Measures::new(truth, &scenario.measures)?,
             predicates: scenario.predicates.iter().map(|p| (Evaluation::new(&p.value, &model), p.unit)).collect(),
             monitors,
             table: vec![f64::NAN; layout.width()],

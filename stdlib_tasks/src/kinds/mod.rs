@@ -15,6 +15,7 @@ pub mod joint_position_limits;
 pub mod joint_velocity;
 pub mod joint_velocity_limits;
 pub mod keep;
+pub mod keep_clear;
 pub mod safety_planner;
 pub mod self_collision;
 pub mod speed_separation;
@@ -32,6 +33,7 @@ pub static KINDS: &[&TaskKind] = &[
     &joint_acceleration_limits::KIND,
     &virtual_wall::KIND,
     &self_collision::KIND,
+    &keep_clear::KIND,
     &speed_separation::KIND,
     &keep::KIND,
     &frame_pose::KIND,

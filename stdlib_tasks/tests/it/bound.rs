@@ -3,15 +3,28 @@
 use std::collections::BTreeMap;
 
 use hierarq_stdlib_tasks::KINDS;
-use hierarq_stdlib_tasks::bound::{Arm, Bound, Geometry, Slot};
+use hierarq_stdlib_tasks::bound::{Arm, Bound, Geometry, Obstacle, Slot};
 use hierarq_stdlib_tasks::dimension::LENGTH;
 use hierarq_stdlib_tasks::expression::{Expression, Leaf, Op, Plane, PlaneDistance, PointDistance};
+use hierarq_stdlib_tasks::obstacle::Form;
 use hierarq_stdlib_tasks::params::{Input, Presence};
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use robot::{Base, LinkId, Model, Shape};
 
 use crate::common::*;
+
+/// A ball that is there, a metre away.
+fn obstacle(case: &mut Case) -> Obstacle {
+    Obstacle {
+        name: "o".to_string(),
+        form: Form::Shape(Isometry3::identity(), Shape::Sphere { radius: 0.1 }),
+        link: None,
+        position: case.slot(&[1.0, 0.0, 0.0], &[0.0; 3]),
+        orientation: case.slot(&[1.0, 0.0, 0.0, 0.0], &[0.0; 4]),
+        present: Some(case.slot(&[1.0], &[0.0])),
+    }
+}
 
 /// Good parameters of a task type, every optional one given.
 pub fn valid(name: &'static str, model: &Model) -> Case {
@@ -52,6 +65,15 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
             .number("d_min", &[0.1])
             .number("gain", &[5.0])
             .number("sampled_margin", &[0.0]),
+        "keep_clear" => {
+            let of = obstacle(&mut case);
+            case.with("links", Bound::Geometries(vec![a]))
+                .with("of", Bound::Obstacles(vec![of]))
+                .number("nearest", &[1.0])
+                .number("d_min", &[0.1])
+                .number("gain", &[5.0])
+                .number("sampled_margin", &[0.0])
+        }
         "frame_pose" => case
             .with("frame", carrier)
             .number("position", &[0.1, 0.2, 0.3])
@@ -230,6 +252,18 @@ fn anything(model: &Model) -> impl Strategy<Value = Bound> + use<> {
         prop::collection::vec(link.prop_map(|l| ("f".to_string(), l)), few.clone()).prop_map(Bound::Frames),
         arm.clone().prop_map(Bound::Arm),
         prop::collection::vec(geometry, few.clone()).prop_map(Bound::Geometries),
+        prop::collection::vec((slot.clone(), slot.clone(), slot.clone()), few.clone()).prop_map(|all| {
+            let form = Form::Shape(Isometry3::identity(), Shape::Sphere { radius: 0.1 });
+            let one = |(position, orientation, present)| Obstacle {
+                name: "o".to_string(),
+                form: form.clone(),
+                link: None,
+                position,
+                orientation,
+                present: Some(present),
+            };
+            Bound::Obstacles(all.into_iter().map(one).collect())
+        }),
         prop::collection::vec(index.clone(), few.clone()).prop_map(Bound::Joints),
         prop::collection::vec((index, slot.clone()), few.clone()).prop_map(Bound::PerJoint),
         prop::collection::vec((arm, slot.clone()), few).prop_map(Bound::PerArm),
@@ -285,6 +319,7 @@ fn a_wrong_form_is_an_error_that_names_the_parameter() {
         Bound::Frames(Vec::new()),
         Bound::Arm(arms(&model)[0].clone()),
         Bound::Geometries(Vec::new()),
+        Bound::Obstacles(Vec::new()),
         Bound::Joints(Vec::new()),
         Bound::PerJoint(Vec::new()),
         Bound::PerArm(Vec::new()),

@@ -105,12 +105,12 @@ fn what_lies_flat_against_a_wall_is_kept_away_in_its_middle() {
     {
         let write = |tilt: f64| {
             let case = valid("virtual_wall", &model)
-                .with("points", Bound::Geometries(vec![flat("flat", shape, tilt)]))
+                .with("points", Bound::Geometries(vec![flat("flat", shape.clone(), tilt)]))
                 .with("on", Bound::Frame("root".to_string(), root));
             (place.write(&mut *case.build(&model), &case, 0.0).unwrap(), case)
         };
         let (level, case) = write(0.0);
-        let middle = Geometry { shape: Shape::Sphere { radius: reach }, ..flat("middle", shape, 0.0) };
+        let middle = Geometry { shape: Shape::Sphere { radius: reach }, ..flat("middle", shape.clone(), 0.0) };
         let case = case.with("points", Bound::Geometries(vec![middle]));
         let expected = place.write(&mut *case.build(&model), &case, 0.0).unwrap();
         assert!((level.margins[0] - expected.margins[0]).abs() < 1e-12);

@@ -52,10 +52,10 @@ fn cases(model: &Model, aligned: bool, rng: &mut impl FnMut() -> f64) -> Vec<Cas
     let ball = Shape::Sphere { radius: 0.04 };
     let rod = Shape::Capsule { radius: 0.03, half_length: 0.08 };
     let cube = Shape::Box { half: [0.05, 0.08, 0.03] };
-    let points = vec![point(left.tip, rng), shaped("ball", right.tip, ball, rng)];
+    let points = vec![point(left.tip, rng), shaped("ball", right.tip, ball.clone(), rng)];
     let mut shapes = points.clone();
     if !aligned {
-        shapes.extend([shaped("rod", left.tip, rod, rng), shaped("cube", left.tip, cube, rng)]);
+        shapes.extend([shaped("rod", left.tip, rod.clone(), rng), shaped("cube", left.tip, cube.clone(), rng)]);
     }
     let other = [shaped("ball", head, ball, rng), shaped("rod", head, rod, rng), shaped("cube", head, cube, rng)];
     vec![

@@ -14,6 +14,7 @@ mod compliance;
 mod cooperative;
 mod degenerate;
 mod gradient_bound;
+mod keep_clear;
 mod limits;
 mod loops;
 mod one_side;

@@ -14,7 +14,7 @@ fn shapes(model: &Model) -> Vec<Geometry> {
             name: link.name.clone(),
             link: LinkId(i as u32),
             origin: s.origin,
-            shape: s.shape,
+            shape: s.shape.clone(),
         };
         all.extend(link.collision.iter().map(one));
     }

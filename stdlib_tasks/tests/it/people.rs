@@ -64,7 +64,7 @@ proptest! {
         for model in robots() {
             let [left, _] = arms(&model);
             for shape in shapes() {
-                let part = shaped("part", left.tip, shape, &mut rng);
+                let part = shaped("part", left.tip, shape.clone(), &mut rng);
                 let place = Place::new(&model, &model.random_configuration(&mut rng));
                 let v = velocity(&model, &mut rng, 1.0);
                 let (values, speeds) = (numbers(&mut rng, 6, 2.0), numbers(&mut rng, 6, 1.0));

@@ -3,6 +3,7 @@
 //! The page is built from `assets/` (see its README); this module computes its data from the recording.
 
 mod mission;
+mod obstacles;
 mod plots;
 pub mod roughness;
 mod scene;

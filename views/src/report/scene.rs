@@ -9,20 +9,22 @@ use runtime::record::series::SeriesRecorder;
 use serde_json::{Value as Json, json};
 use stdlib_tasks::bound::{Bound, Geometry};
 
+use super::obstacles::obstacles;
+
 /// Drawn links: all, in model order.
 pub fn drawn_links(program: &Program) -> Vec<LinkId> {
     (0..program.robot.model.links.len()).map(|i| LinkId(i as u32)).collect()
 }
 
-fn round(x: f64) -> f64 {
+pub(super) fn round(x: f64) -> f64 {
     (x * 1e5).round() / 1e5
 }
 
-fn xyz(v: &Vector3<f64>) -> [f64; 3] {
+pub(super) fn xyz(v: &Vector3<f64>) -> [f64; 3] {
     [round(v.x), round(v.y), round(v.z)]
 }
 
-fn wxyz(p: &Isometry3<f64>) -> [f64; 4] {
+pub(super) fn wxyz(p: &Isometry3<f64>) -> [f64; 4] {
     let r = p.rotation;
     [round(r.w), round(r.i), round(r.j), round(r.k)]
 }
@@ -39,6 +41,7 @@ pub fn scene(program: &Program, series: &SeriesRecorder) -> Json {
         "planes": planes(program),
         "points": points(program).iter().map(|g| json!({ "name": g.name, "link": g.link.0, "xyz": xyz(&g.origin.translation.vector) })).collect::<Vec<_>>(),
         "keep_out": keep_out(program),
+        "obstacles": obstacles(program, series),
         "targets": [],
         "traces": traces(program),
     })
@@ -74,13 +77,21 @@ fn link(model: &Model, id: LinkId) -> Json {
     json!({ "name": link.name, "visuals": visuals })
 }
 
-fn placed(shape: &Shape, origin: &Isometry3<f64>) -> Json {
+pub(super) fn placed(shape: &Shape, origin: &Isometry3<f64>) -> Json {
     let mut out = match *shape {
         Shape::Sphere { radius } => json!({ "type": "sphere", "radius": radius }),
         Shape::Capsule { radius, half_length } => {
             json!({ "type": "capsule", "radius": radius, "length": 2.0 * half_length })
         }
         Shape::Box { half } => json!({ "type": "box", "size": half.map(|h| 2.0 * h) }),
+        Shape::Cylinder { radius, half_length } => {
+            json!({ "type": "cylinder", "radius": radius, "length": 2.0 * half_length })
+        }
+        Shape::Hull(ref hull) => {
+            let vertices: Vec<f64> = hull.corners().iter().flat_map(xyz).collect();
+            let faces: Vec<u32> = hull.triangles().iter().flatten().copied().collect();
+            json!({ "type": "mesh", "vertices": vertices, "faces": faces })
+        }
     };
     out["xyz"] = json!(xyz(&origin.translation.vector));
     out["wxyz"] = json!(wxyz(origin));
@@ -147,7 +158,8 @@ fn points(program: &Program) -> Vec<Geometry> {
     out
 }
 
-/// Far side of each collision task, expanded by its distance. Sides with more than two parts, and boxes, are left out.
+/// Far side of each collision task, expanded by its distance. Sides with more than two parts, and bodies without a
+/// radius, are left out.
 fn keep_out(program: &Program) -> Vec<Json> {
     let mut out = Vec::new();
     for t in tasks(program, "self_collision") {
@@ -160,7 +172,7 @@ fn keep_out(program: &Program) -> Vec<Json> {
             let (half, radius) = match g.shape {
                 Shape::Sphere { radius } => (0.0, radius),
                 Shape::Capsule { radius, half_length } => (half_length, radius),
-                Shape::Box { .. } => continue,
+                Shape::Box { .. } | Shape::Cylinder { .. } | Shape::Hull(_) => continue,
             };
             let end = |z: f64| xyz(&(g.origin * Point3::new(0.0, 0.0, z)).coords);
             out.push(

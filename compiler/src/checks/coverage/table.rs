@@ -99,6 +99,8 @@ pub enum KeptFrom {
     Link(LinkId),
     /// Points of people.
     People(BTreeSet<PersonPoint>),
+    /// An obstacle, by its index.
+    Obstacle(usize),
     /// A place that no person moves.
     Place,
     /// Another bound of a value.
@@ -229,6 +231,10 @@ fn guard(program: &Program, protection: Protection, hold: Hold) -> Guard {
     let (people, otherwise) = match hazard {
         Hazard::Plane => (BTreeSet::new(), KeptFrom::Plane),
         Hazard::Link(other) => (BTreeSet::new(), KeptFrom::Link(other)),
+        Hazard::Obstacle(name, position) => {
+            let index = program.obstacles.iter().position(|o| o.name == name);
+            (of_slots(vec![position]), index.map_or(KeptFrom::Place, KeptFrom::Obstacle))
+        }
         Hazard::Points(slots) => (of_slots(slots), KeptFrom::Place),
         Hazard::Value(slots) => (of_slots(slots), KeptFrom::Value),
         Hazard::Field(field) => {

@@ -20,6 +20,7 @@ pub static PAGES: LazyLock<Vec<Page>> = LazyLock::new(|| {
         include_str!("people_and_sensors.md"),
         include_str!("guards.md"),
         include_str!("coverage.md"),
+        include_str!("obstacles.md"),
         include_str!("sampled.md"),
         include_str!("hierarchy.md"),
         include_str!("machine.md"),

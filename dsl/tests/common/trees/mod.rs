@@ -45,10 +45,8 @@ fn repeated() -> BoxedStrategy<ItemKind> {
         })),
         stack().prop_map(ItemKind::Stack),
         signal().prop_map(ItemKind::Signal),
-        (name(), settings(&[], any_value(), true))
-            .prop_map(|(name, body)| ItemKind::Human(Human { name: spanned(name), body })),
-        (name(), settings(&[], any_value(), true))
-            .prop_map(|(name, body)| ItemKind::SafetyField(SafetyField { name: spanned(name), body })),
+        (prop::sample::select(&BlockKind::ALL[..]), name(), settings(&[], any_value(), true))
+            .prop_map(|(kind, name, body)| ItemKind::Block(NamedBlock { kind, name: spanned(name), body })),
         variable().prop_map(ItemKind::Variable),
         machine().prop_map(ItemKind::Machine),
         mission().prop_map(ItemKind::Mission),
@@ -95,8 +93,7 @@ fn unique(items: Vec<(ItemKind, Comments)>) -> Vec<Item> {
         ItemKind::Variable(v) => (11, v.name.value.clone()),
         ItemKind::Machine(m) => (9, m.name.value.clone()),
         ItemKind::Scenario(s) => (10, s.name.value.clone()),
-        ItemKind::SafetyField(f) => (12, f.name.value.clone()),
-        ItemKind::Human(h) => (13, h.name.value.clone()),
+        ItemKind::Block(b) => (20 + b.kind as usize, b.name.value.clone()),
         ItemKind::Mission(m) => (14, m.name.value.clone()),
         ItemKind::For(_) => (7, String::new()),
         ItemKind::Coverage(_) => (16, String::new()),

@@ -125,6 +125,9 @@ function scene(raw) {
       const from = vector(k.from, 3, [0, 0, 0]);
       return { name: text(k.name), link: k.link, from, to: vector(k.to, 3, from), radius: num(k.radius) ?? 0 };
     }).filter((k) => k.radius > 0),
+    obstacles: list(raw.obstacles).map(object).map((o) => ({
+      name: text(o.name), link: onLink(o) ? o.link : null, visual: visual(object(o.visual)), data: flat(o.data),
+    })).filter((o) => o.data.length >= 7),
     targets: list(raw.targets).map(object).map((t) => ({ name: text(t.name), data: flat(t.data) })).filter((t) => t.data.length >= 7),
   };
 }
@@ -135,6 +138,7 @@ const visual = (v) => ({
   type: text(v.type), size: vector(v.size, 3, null), radius: num(v.radius), length: num(v.length),
   xyz: vector(v.xyz, 3, [0, 0, 0]), wxyz: vector(v.wxyz, 4, [1, 0, 0, 0]), color: vector(v.color, 3, null),
   opacity: list(v.color).length >= 4 ? num(v.color[3]) ?? 1 : 1,
+  vertices: flat(v.vertices), faces: flat(v.faces),
 });
 
 /** The index of the sample nearest to `t` in an increasing list, or -1 if the list is empty. */

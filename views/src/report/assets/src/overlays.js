@@ -6,7 +6,7 @@ import { LineGeometry } from 'three/addons/lines/LineGeometry.js';
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { cssVar } from './dom.js';
 import { hueColor } from './palette.js';
-import { capsuleGeometry } from './robot.js';
+import { capsuleGeometry, geometry } from './robot.js';
 import { createPoses } from './poses.js';
 
 const Z = new Vector3(0, 0, 1);
@@ -74,6 +74,35 @@ export function createPlanes(planes, scene) {
       edge.color.set(cssVar('--scene-plane'));
       dashed.color.set(cssVar('--limit'));
     },
+  };
+}
+
+/** Obstacles: solid bodies in the room or on a link, which may move or be absent. */
+export function createObstacles(obstacles, times, links, scene) {
+  const material = new MeshStandardMaterial({ roughness: 0.8, transparent: true, opacity: 0.8 });
+  // Walls and planes are looked through: the robot is behind them from most sides.
+  const sheet = new MeshStandardMaterial({ roughness: 0.9, transparent: true, opacity: 0.22, side: DoubleSide, depthWrite: false });
+  const isFlat = (v) => v.type === 'plane' || (v.type === 'box' && Math.min(...v.size) < 0.01);
+  const nodes = obstacles.flatMap((o) => {
+    const shape = geometry(o.visual);
+    if (!shape) return [];
+    const group = new Group();
+    const mesh = new Mesh(shape, isFlat(o.visual) ? sheet : material);
+    mesh.position.fromArray(o.visual.xyz);
+    mesh.quaternion.set(...o.visual.wxyz.slice(1), o.visual.wxyz[0]);
+    if (isFlat(o.visual)) mesh.renderOrder = 1;
+    group.add(mesh);
+    (o.link === null ? scene : links[o.link]).add(group);
+    const frames = Math.min(times.length, Math.floor(o.data.length / 7));
+    return [{ node: group, name: o.name, poses: createPoses(times.slice(0, frames), o.data, 1, 7) }];
+  });
+  return {
+    nodes,
+    recolor() {
+      material.color.set(cssVar('--scene-obstacle'));
+      sheet.color.set(cssVar('--scene-obstacle'));
+    },
+    show: (t, on) => nodes.forEach((n) => { n.node.visible = n.poses.place(n.node, 0, t) && on; }),
   };
 }
 

@@ -4,7 +4,7 @@
 import { Box3, Vector3 } from 'three';
 import { h } from './dom.js';
 import { createLabels } from './labels.js';
-import { createPlanes, createPoints, createTargets, createTraces, createVolumes } from './overlays.js';
+import { createObstacles, createPlanes, createPoints, createTargets, createTraces, createVolumes } from './overlays.js';
 import { createPoses } from './poses.js';
 import { createRobot } from './robot.js';
 import { createStage } from './stage.js';
@@ -40,7 +40,7 @@ export function createReplay(data, clock) {
   } catch {
     return sentence(NO_WEBGL);
   }
-  const { links, poses: recorded, planes, points, keepOut, targets, traces } = data.scene;
+  const { links, poses: recorded, planes, points, keepOut, obstacles, targets, traces } = data.scene;
   const poses = createPoses(recorded.times, recorded.data, links.length, recorded.stride);
   const robot = createRobot(links);
   stage.scene.add(...robot.groups);
@@ -50,6 +50,7 @@ export function createReplay(data, clock) {
     Points: createPoints(points, robot.groups),
     Volumes: createVolumes(keepOut, robot.groups),
     Walls: createPlanes(planes, stage.scene),
+    Obstacles: createObstacles(obstacles, recorded.times, robot.groups, stage.scene),
     Targets: createTargets(targets, recorded.times, stage.scene),
     Traces: createTraces(traces, poses, stage.scene),
   };
@@ -60,6 +61,7 @@ export function createReplay(data, clock) {
   function show() {
     robot.groups.forEach((g, k) => { g.visible = poses.place(g, k, clock.time); });
     parts.Targets.show(clock.time, on.Targets);
+    parts.Obstacles.show(clock.time, on.Obstacles);
     parts.Traces.show(clock.time);
     stage.request();
   }

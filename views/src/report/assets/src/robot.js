@@ -1,8 +1,10 @@
 // The robot from primitives. Axes as in a URDF: cylinders and capsules lie along z of their own frame.
 
-import { BoxGeometry, CapsuleGeometry, Color, CylinderGeometry, Group, Mesh, MeshStandardMaterial, SphereGeometry, SRGBColorSpace } from 'three';
+import { BoxGeometry, BufferGeometry, CapsuleGeometry, Color, CylinderGeometry, Float32BufferAttribute, Group, Mesh, MeshStandardMaterial, PlaneGeometry, SphereGeometry, SRGBColorSpace } from 'three';
 import { cssVar } from './dom.js';
 import { sideOf } from './palette.js';
+
+const THINNEST = 0.004;
 
 /** A capsule from `from` to `to`, or a sphere if they are one point. */
 export function capsuleGeometry(radius, length) {
@@ -10,12 +12,24 @@ export function capsuleGeometry(radius, length) {
   return new CapsuleGeometry(radius, length, 12, 32).rotateX(Math.PI / 2);
 }
 
-function geometry(v) {
-  if (v.type === 'box' && v.size) return new BoxGeometry(...v.size);
+/** The geometry of a form; `null` if a number of it is missing. */
+export function geometry(v) {
+  // A wall of no thickness has two faces in one place, which flicker.
+  if (v.type === 'box' && v.size) return new BoxGeometry(...v.size.map((s) => Math.max(s, THINNEST)));
   if (v.type === 'sphere' && v.radius > 0) return new SphereGeometry(v.radius, 32, 20);
   if (v.type === 'cylinder' && v.radius > 0 && v.length > 0) return new CylinderGeometry(v.radius, v.radius, v.length, 40).rotateX(Math.PI / 2);
   if (v.type === 'capsule' && v.radius > 0) return capsuleGeometry(v.radius, v.length ?? 0);
+  if (v.type === 'plane' && v.size) return new PlaneGeometry(v.size[0], v.size[1]);
+  if (v.type === 'mesh' && v.vertices.length > 0) return meshGeometry(v);
   return null;
+}
+
+// Corners are not shared between triangles, so that faces stay flat.
+function meshGeometry(v) {
+  const corners = v.faces.flatMap((i) => v.vertices.slice(3 * i, 3 * i + 3));
+  const shape = new BufferGeometry().setAttribute('position', new Float32BufferAttribute(corners, 3));
+  shape.computeVertexNormals();
+  return shape;
 }
 
 function linkColor(name, order) {

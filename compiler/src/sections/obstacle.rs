@@ -1,0 +1,63 @@
+//! Keys of obstacles, and of where they truly are in a scenario.
+
+use blocks::{Located, Unbound, block};
+use stdlib_tasks::dimension::{LENGTH, NONE};
+use stdlib_tasks::params::Quantity;
+
+use super::ValueType;
+
+const SIZE: Quantity = Quantity::at_least(LENGTH, 0.0).usually(1e-4, 200.0);
+const RADIUS: Quantity = Quantity::above(LENGTH, 0.0).usually(1e-4, 50.0);
+const PLACE: ValueType = ValueType::Vector(Quantity::any(LENGTH));
+
+block! {
+    /// An obstacle. It has exactly one of `box`, `sphere`, `cylinder`, `capsule`, `plane` and `mesh`.
+    pub struct ObstacleBlock = OBSTACLE, "an obstacle" {
+        /// A box with these edge lengths along its axes, centred at `position`. One of them may be zero: a wall of no
+        /// thickness.
+        r#box: Option<Located<[f64; 3]>> = optional(ValueType::Vector(SIZE), "[1.2, 0.8, 0.04] m");
+        /// A ball of this radius around `position`.
+        sphere: Option<Located<f64>> = optional(ValueType::Number(RADIUS));
+        /// A cylinder about its z axis, centred at `position`.
+        cylinder: Option<RoundBlock> = optional(ValueType::Block(&ROUND));
+        /// A capsule about its z axis, centred at `position`: a cylinder with a half ball at each end.
+        capsule: Option<RoundBlock> = optional(ValueType::Block(&ROUND));
+        /// The space behind a plane through `position`; the vector points to the free side and needs no unit length.
+        plane: Option<Located<[f64; 3]>> = optional(ValueType::Vector(Quantity::any(NONE)), "[0, 0, 1]");
+        /// The convex hull of a mesh: a `.stl`, `.obj` or `.dae` file, relative to the folder of the spec.
+        mesh: Option<Located<String>> = optional(ValueType::Text);
+        /// Of a mesh: metres of one unit of the file, `0.001` for a file in millimetres.
+        scale: Located<f64> = or(ValueType::Number(Quantity::above(NONE, 0.0).usually(1e-4, 1e3)), "1");
+        /// Position of its centre, or of the origin of a mesh, in the world, or with `on` in the frame of that link; an
+        /// expression that may depend on `time` and signals.
+        position: Option<Unbound> = elsewhere(PLACE);
+        /// Its orientation, likewise: `rpy(0, 0, 30 deg)`. Default: the axes of the world, or of the link.
+        orientation: Option<Unbound> = elsewhere(ValueType::Value);
+        /// The link that carries it.
+        on: Option<Unbound> = elsewhere(ValueType::Link);
+        /// Condition under which it is there, such as a signal of type `flag` or `present(SIGNAL)`. Default: always.
+        present: Option<Unbound> = elsewhere(ValueType::Value);
+    }
+}
+
+block! {
+    /// Size of a cylinder or of a capsule.
+    pub struct RoundBlock = ROUND, "the size of a cylinder or capsule" {
+        /// The radius.
+        radius: Option<Located<f64>> = required(ValueType::Number(RADIUS), "0.1 m");
+        /// The length along the z axis; that of a capsule does not count its ends.
+        length: Option<Located<f64>> = required(ValueType::Number(SIZE), "1 m");
+    }
+}
+
+block! {
+    /// Where an obstacle truly is in a scenario.
+    pub struct TrueObstacleBlock = TRUE_OBSTACLE, "the true place of an obstacle" {
+        /// Its true position, constant; default: as declared.
+        position: Option<Unbound> = elsewhere(PLACE);
+        /// Its true orientation, constant; default: as declared.
+        orientation: Option<Unbound> = elsewhere(ValueType::Value);
+        /// Whether it is truly there; default: as declared.
+        present: Option<bool> = optional(ValueType::Flag);
+    }
+}

@@ -1,0 +1,407 @@
+//! Keeps parts of the robot away from obstacles in the room.
+//!
+//! ```text
+//! h(q, t) = |p - o| - d_min                            [m]    safe where h >= 0     as thesis (3.21), (3.22)
+//! n·(J_p - J_o) v >= d_min' + n·o' - φ (h - δ)         [m/s]  n from o to p         as thesis (3.23), (3.24)
+//! ```
+//!
+//! `o'` is the velocity of the obstacle's closest point, which the thesis, whose obstacles are links, does not have.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use robot::{Model, Shape};
+
+use crate::bound::{BoundParams, Geometry};
+use crate::build::check;
+use crate::clearance;
+use crate::dimension::{LENGTH, NONE};
+use crate::gradient_bound;
+use crate::obstacle::{Form, Obstacle, PlacedObstacle};
+use crate::params::{Auto, Input, ParamType, Presence, Quantity};
+use crate::protection::{Hazard, Protection};
+use crate::sampled_margin::{SampledMargin, extent};
+use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
+use quantities::usual;
+
+/// Largest number of pairs of a part and an obstacle.
+const MOST_PAIRS: usize = 4096;
+
+crate::params! {
+    /// Parameters of `keep_clear`.
+    pub struct Params {
+        /// The parts of the robot: points, segments, links with their collision shapes, groups of them.
+        links: Vec<Geometry> = ParamType::Geometries, Presence::Required;
+        /// The obstacles from which they are kept, declared with `obstacle`.
+        of: Vec<Obstacle> = ParamType::Obstacles, Presence::Required;
+        /// d_min: smallest distance between a part and an obstacle.
+        d_min: Input<1> = ParamType::Scalar(usual::CLEARANCE), Presence::Default("0 m");
+        /// φ: how fast the margin may decrease, relative to its size.
+        gain: Input<1> = ParamType::Scalar(usual::LIMIT_GAIN), Presence::Default("5 /s");
+        /// Largest number of rows, those of the nearest pairs; default: a row for each pair.
+        nearest: Option<Input<1>> = ParamType::Scalar(Quantity::at_least(NONE, 1.0).constant()), Presence::Optional;
+        /// δ: a constant reserve for what sampling in time can lose; `auto` computes it from the hard speed limits, for all
+        /// joints at full speed. Without it, a limit on a hard level looks ahead: its row asks at each tick for what the
+        /// velocity of that tick would lose.
+        sampled_margin: Option<Auto> = ParamType::AutoScalar(Quantity::at_least(LENGTH, 0.0).usually(1e-8, 1.0).constant()), Presence::Optional;
+    }
+}
+
+/// The catalogue entry.
+pub static KIND: TaskKind = TaskKind {
+    name: "keep_clear",
+    summary: "keeps parts of the robot away from obstacles in the room",
+    docs: "One inequality row for each pair of a part of `links` and an obstacle of `of`, except pairs that cannot \
+move relative to each other:\n\n\
+```text\n\
+h = |p - o| - d_min                                [m]     safe where h >= 0\n\
+n·(J_p - J_o) v  >=  d_min' + n·o' - φ (h - δ)     [m/s]   n = (p - o)/|p - o|\n\n\
+p, o      3×1  m              closest points of the part and the obstacle in the world\n\
+n         3×1                 unit vector from o to p in the world\n\
+J_p       3×n  m/rad or m/m   Jacobian of p in the world's axes\n\
+J_o       3×n  m/rad or m/m   Jacobian of o, if a link carries the obstacle; else zero\n\
+v         n×1  rad/s or m/s   velocity of the n degrees of freedom\n\
+o'        3×1  m/s            velocity of the obstacle's point, from the rates of its position and orientation\n\
+d_min'         m/s            time derivative of d_min\n\
+φ              1/s            gain\n\
+δ              m              reserve, `sampled_margin`; otherwise 0\n\
+```\n\n\
+The distance is exact for every form: points, spheres, capsules, boxes, cylinders, planes and hulls of meshes. The \
+normal is continuous until the cores meet (the points, segments and bodies inside the radii); then the task keeps the \
+last valid direction and closest points, and if there were none, this is a fault. The closest points of parallel \
+edges or faces can jump when they turn. A `plane` has a depth instead: its direction always exists.\n\n\
+An obstacle that moves towards a robot faster than the robot can flee makes a row that no velocity meets: on a hard \
+level the fault `infeasible`, on a soft level an error that the level shows. An obstacle that is absent \
+(`present`) has no row.\n\n\
+`nearest 8` writes the rows of the eight pairs with the smallest margins at each tick, for rooms with many obstacles: \
+the hierarchy is solved for these alone, and the distances of all pairs are computed at each tick. A pair that is not \
+among them is at least as far away as each of those.\n\n\
+A distance is curved, and a velocity that meets its row can lose some of it until the next tick. Without \
+`sampled_margin`, a task on a hard level looks ahead, as `self_collision` does: the distances after one period with the \
+chosen velocity are computed, of obstacles that move as far as they will have come, and if `h` were below zero there, \
+the hierarchy is solved again with what is missing, or the robot moves more slowly.\n\n\
+`sampled_margin auto` sets `δ = A T / (2 φ)` with the control period T instead. A bounds the acceleration of the part's \
+points at the speeds that `joint_velocity_limits` allow, on the hard levels down to that of the task. For points and \
+spheres, `h` then stays at or above zero at every tick, if `φ T <= 1`, and `d_min` and the obstacle's position are \
+constant or move at constant rates without rotation. `sampled_margin 0 m` accepts the loss.\n\n\
+Source: thesis (3.21)-(3.24), as for `self_collision`, with the velocity of the obstacle.",
+    example: "task clear = keep_clear(arms) { of [table, pillar]  d_min 5 cm  gain 5 /s }",
+    positional: &["links"],
+    person_velocity: Some(&PersonVelocityUse::LIMIT),
+    ..TaskKind::new(RowKind::Inequality, Params::INFO, build)
+};
+
+/// A part, an obstacle, and their last valid separation.
+struct Pair {
+    part: usize,
+    obstacle: usize,
+    last: Option<Last>,
+}
+
+/// Last valid separation.
+#[derive(Clone, Copy)]
+struct Last {
+    /// From the obstacle to the part, in the world.
+    normal: Vector3<f64>,
+    /// Closest points, in the frames of the part's link and of the obstacle.
+    on_part: Point3<f64>,
+    on_obstacle: Point3<f64>,
+}
+
+/// A pair at a tick.
+#[derive(Clone, Copy)]
+struct Separation {
+    distance: f64,
+    on_part: Vector3<f64>,
+    on_obstacle: Vector3<f64>,
+    normal: Vector3<f64>,
+}
+
+struct KeepClear {
+    parts: Vec<Geometry>,
+    obstacles: Vec<Obstacle>,
+    pairs: Vec<Pair>,
+    d_min: Input<1>,
+    gain: Input<1>,
+    sampled_margin: SampledMargin,
+    /// Number of rows if only the nearest pairs have one.
+    nearest: Option<usize>,
+    /// Slopes of the distances, see [`Task::gradient_bounds`].
+    slopes: Vec<Vec<f64>>,
+    /// Obstacles at this tick; `None` while they are absent.
+    placed: Vec<Option<PlacedObstacle>>,
+    /// Separations of this tick, of each pair.
+    separations: Vec<Option<Separation>>,
+    /// Pairs, the nearest first.
+    order: Vec<usize>,
+}
+
+fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
+    check(bound, ctx)?;
+    let Params { links: parts, of: obstacles, d_min, gain, nearest, sampled_margin } = Params::from_bound(bound)?;
+    if parts.is_empty() {
+        return Err(BuildError::new("links", "no part of the robot is named that could be kept clear")
+            .help("name points, segments, links or groups of them, or remove the task"));
+    }
+    if obstacles.is_empty() {
+        return Err(BuildError::new("of", "no obstacle is named").help("name declared obstacles, or remove the task"));
+    }
+    let moves = |part: &Geometry, obstacle: &Obstacle| match obstacle.link {
+        Some(link) => ctx.model.moves_between(part.link, link),
+        None => !ctx.model.support(part.link).is_empty(),
+    };
+    let mut pairs = Vec::new();
+    for (p, part) in parts.iter().enumerate() {
+        let moving = obstacles.iter().enumerate().filter(|(_, o)| moves(part, o));
+        pairs.extend(moving.map(|(o, _)| Pair { part: p, obstacle: o, last: None }));
+    }
+    if pairs.is_empty() {
+        return Err(BuildError::new("links", "none of these parts can move relative to an obstacle")
+            .help("name parts that joints move"));
+    }
+    if pairs.len() > MOST_PAIRS {
+        let text = format!("these are {} pairs of a part and an obstacle, and {MOST_PAIRS} are the most", pairs.len());
+        return Err(BuildError::new("of", text).help("name the parts and the obstacles that can meet"));
+    }
+    let nearest = match nearest.map(|n| n.of(ctx.values)[0]) {
+        Some(n) if n.fract() != 0.0 => {
+            return Err(BuildError::new("nearest", format!("the number of rows is a whole number, and this is {n}"))
+                .help("write for instance `nearest 8`"));
+        }
+        // All pairs have rows then.
+        Some(n) if n >= pairs.len() as f64 => None,
+        n => n.map(|n| n as usize),
+    };
+    let names: Vec<&str> = pairs.iter().map(|p| parts[p.part].name.as_str()).collect();
+    let acceleration_bound_of = |i: usize, speed: &[f64]| {
+        let part = &parts[pairs[i].part];
+        clearance::acceleration_bound(ctx.model, obstacles[pairs[i].obstacle].link, part.link, extent(part), speed)
+    };
+    let sampled_margin = SampledMargin::new(sampled_margin, gain, &names, &acceleration_bound_of, ctx)?;
+    let slopes = match nearest {
+        // A row is that of another pair at each tick.
+        Some(_) => Vec::new(),
+        None => {
+            let of = |p: &Pair| slope(ctx.model, &parts[p.part], &obstacles[p.obstacle], ctx.values);
+            pairs.iter().map(of).collect::<Option<Vec<_>>>().unwrap_or_default()
+        }
+    };
+    Ok(Box::new(KeepClear {
+        placed: vec![None; obstacles.len()],
+        separations: vec![None; pairs.len()],
+        order: (0..pairs.len()).collect(),
+        parts,
+        obstacles,
+        pairs,
+        d_min,
+        gain,
+        sampled_margin,
+        nearest,
+        slopes,
+    }))
+}
+
+/// Bounds of the slope of a distance, as numbers for each degree of freedom; `None` if no bound is known.
+fn slope(model: &Model, part: &Geometry, obstacle: &Obstacle, values: &[f64]) -> Option<Vec<f64>> {
+    let Some(link) = obstacle.link else { return Some(gradient_bound::over_world(model, part)) };
+    match &obstacle.form {
+        Form::HalfSpace(_) => Some(gradient_bound::over_plane(model, Some(link), &Vector3::z(), part)),
+        Form::Shape(origin, shape) => {
+            let at = values.get(obstacle.position.at..)?.get(..3)?;
+            // Where the shape is within this ball does not matter.
+            let far = Vector3::new(at[0], at[1], at[2]);
+            let radius = origin.translation.vector.norm() + shape.bounding_radius();
+            let ball = Shape::Capsule { radius: 0.0, half_length: radius };
+            let around = Geometry {
+                name: obstacle.name.clone(),
+                link,
+                origin: Isometry3::translation(far.x, far.y, far.z),
+                shape: ball,
+            };
+            Some(gradient_bound::between(model, part, &around))
+        }
+    }
+}
+
+impl KeepClear {
+    /// Closest points of a pair. If the cores intersect, those of the last valid separation.
+    fn separate(&mut self, i: usize, state: &State) -> Result<Option<Separation>, TaskFault> {
+        let pair = &mut self.pairs[i];
+        let (part, obstacle) = (&self.parts[pair.part], &self.obstacles[pair.obstacle]);
+        let Some(at) = &self.placed[pair.obstacle] else {
+            // The obstacle may be elsewhere when it comes back.
+            pair.last = None;
+            return Ok(None);
+        };
+        let carrier = state.data.pose(part.link);
+        let pose = carrier * part.origin;
+        match obstacle.closest(&part.shape, &pose, at) {
+            Ok(c) => {
+                pair.last = Some(Last {
+                    normal: c.normal,
+                    on_part: carrier.inverse_transform_point(&Point3::from(c.on_a)),
+                    on_obstacle: at.pose.inverse_transform_point(&Point3::from(c.on_b)),
+                });
+                let (on_part, on_obstacle) = (c.on_a, c.on_b);
+                Ok(Some(Separation { distance: c.distance, on_part, on_obstacle, normal: c.normal }))
+            }
+            Err(_) => {
+                if !pose.translation.vector.iter().all(|x| x.is_finite()) {
+                    return Err(TaskFault::NotFinite { row: i });
+                }
+                let last = pair.last.ok_or(TaskFault::Overlap { row: i })?;
+                let distance = obstacle.overlap(&part.shape);
+                let (on_part, on_obstacle) = (carrier * last.on_part, at.pose * last.on_obstacle);
+                let (on_part, on_obstacle) = (on_part.coords, on_obstacle.coords);
+                Ok(Some(Separation { distance, on_part, on_obstacle, normal: last.normal }))
+            }
+        }
+    }
+
+    /// Writes the row of a pair.
+    fn write(&self, row: usize, pair: usize, found: &Separation, state: &State, rows: &mut Rows) {
+        let ([gain], [d_min]) = (self.gain.of(state.values), self.d_min.of(state.values));
+        let [d_min_rate] = self.d_min.of(state.rates);
+        let Separation { distance, on_part, on_obstacle, normal } = found;
+        let h = distance - d_min;
+        rows.margins[row] = h;
+        if rows.is_idle(row) {
+            return;
+        }
+        let Pair { part, obstacle, .. } = self.pairs[pair];
+        let coefficients = rows.row(row);
+        state.data.add_point(state.model, self.parts[part].link, on_part, normal, coefficients);
+        if let Some(link) = self.obstacles[obstacle].link {
+            state.data.add_point(state.model, link, on_obstacle, &-normal, coefficients);
+        }
+        let approach = self.placed[obstacle].as_ref().map_or(0.0, |at| {
+            let turning = at.angular_velocity.cross(&(on_obstacle - at.pose.translation.vector));
+            normal.dot(&(at.velocity + turning))
+        });
+        rows.lower[row] = d_min_rate + approach - gain * h + self.sampled_margin.rate(pair, gain);
+    }
+}
+
+impl Task for KeepClear {
+    fn rows(&self) -> Vec<RowInfo> {
+        let name = |p: &Pair| format!("{} to {}", self.parts[p.part].name, self.obstacles[p.obstacle].name);
+        let named = |name| RowInfo { name, dimension: LENGTH };
+        match self.nearest {
+            None => self.pairs.iter().map(|p| named(name(p))).collect(),
+            Some(n) => (1..=n).map(|i| named(format!("nearest {i}"))).collect(),
+        }
+    }
+
+    fn protections(&self) -> Vec<Protection> {
+        let one = |p: &Pair| {
+            let (part, obstacle) = (&self.parts[p.part], &self.obstacles[p.obstacle]);
+            let hazard = match obstacle.link {
+                Some(link) => Hazard::Link(link),
+                None => Hazard::Obstacle(obstacle.name.clone(), obstacle.position),
+            };
+            Protection { links: vec![part.link], hazard }
+        };
+        self.pairs.iter().map(one).collect()
+    }
+
+    fn gains(&self, values: &[f64]) -> Vec<f64> {
+        self.gain.of(values).to_vec()
+    }
+
+    fn enter(&mut self, _state: &State) {
+        self.pairs.iter_mut().for_each(|p| p.last = None);
+    }
+
+    fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
+        for (i, (placed, obstacle)) in self.placed.iter_mut().zip(&self.obstacles).enumerate() {
+            *placed = match obstacle.is_present(state.values) {
+                true => {
+                    let row = self.pairs.iter().position(|p| p.obstacle == i).unwrap_or(0);
+                    let row = if self.nearest.is_some() { 0 } else { row };
+                    Some(obstacle.place(state).map_err(|_| TaskFault::NotFinite { row })?)
+                }
+                false => None,
+            };
+        }
+        for i in 0..self.pairs.len() {
+            self.separations[i] = self.separate(i, state).map_err(|fault| match fault {
+                // Rows of the nearest pairs are not those of a pair.
+                TaskFault::Overlap { .. } if self.nearest.is_some() => TaskFault::Overlap { row: 0 },
+                TaskFault::NotFinite { .. } if self.nearest.is_some() => TaskFault::NotFinite { row: 0 },
+                fault => fault,
+            })?;
+        }
+        let Some(n) = self.nearest else {
+            for i in 0..self.pairs.len() {
+                if let Some(found) = self.separations[i] {
+                    self.write(i, i, &found, state, rows);
+                }
+            }
+            return Ok(());
+        };
+        let distance = |i: &usize| self.separations[*i].as_ref().map_or(f64::INFINITY, |s| s.distance);
+        let mut order = std::mem::take(&mut self.order);
+        order.sort_unstable_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
+        // In the order of the pairs, a row stays that of its pair while the same pairs are the nearest.
+        order[..n].sort_unstable();
+        for (row, &pair) in order[..n].iter().enumerate() {
+            if let Some(found) = self.separations[pair] {
+                self.write(row, pair, &found, state, rows);
+            }
+        }
+        self.order = order;
+        Ok(())
+    }
+
+    fn set_locked_joints_moving(&mut self, moving: bool) {
+        self.sampled_margin.set_locked_joints_moving(moving);
+    }
+
+    fn gradient_bounds(&self, _model: &Model) -> Vec<Vec<f64>> {
+        self.slopes.clone()
+    }
+
+    fn looks_ahead(&self) -> bool {
+        self.sampled_margin.looks_ahead
+    }
+
+    fn reach(&self, chain: f64) -> f64 {
+        // A joint that carries an obstacle turns it about itself, however far the part is.
+        let carried = if self.obstacles.iter().any(|o| o.link.is_some()) { chain } else { 0.0 };
+        chain + carried + self.parts.iter().map(extent).fold(0.0, f64::max)
+    }
+
+    fn margin_after(&self, next: &State, row: usize, period: f64) -> f64 {
+        let pair = if self.nearest.is_some() { self.order.get(row).copied() } else { Some(row) };
+        let Some(Pair { part, obstacle, .. }) = pair.and_then(|i| self.pairs.get(i)) else { return f64::INFINITY };
+        let (part, obstacle) = (&self.parts[*part], &self.obstacles[*obstacle]);
+        if !obstacle.is_present(next.values) {
+            return f64::INFINITY;
+        }
+        let Ok(at) = obstacle.place(next) else { return f64::NAN };
+        let pose = next.data.pose(part.link) * part.origin;
+        let distance = match obstacle.closest(&part.shape, &pose, &at.after(period)) {
+            Ok(c) => c.distance,
+            Err(_) if pose.translation.vector.iter().all(|x| x.is_finite()) => obstacle.overlap(&part.shape),
+            Err(_) => f64::NAN,
+        };
+        let ([d_min], [d_min_rate]) = (self.d_min.of(next.values), self.d_min.of(next.rates));
+        distance - d_min - period * d_min_rate
+    }
+
+    fn sampled_loss(&self) -> Vec<f64> {
+        self.of_rows(&self.sampled_margin.loss)
+    }
+
+    fn sampled_margin(&self) -> Vec<f64> {
+        self.of_rows(&self.sampled_margin.kept)
+    }
+}
+
+impl KeepClear {
+    /// Numbers of pairs as numbers of rows: of the nearest pairs, any may be that of a row.
+    fn of_rows(&self, pairs: &[f64]) -> Vec<f64> {
+        match self.nearest {
+            None => pairs.to_vec(),
+            Some(n) => vec![pairs.iter().copied().fold(0.0, f64::max); n],
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Obstacles in the 3D replay: their forms, and where the controller took them to be.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{Isometry3, UnitQuaternion};
+use runtime::Program;
+use runtime::program::Times;
+use runtime::record::series::SeriesRecorder;
+use serde_json::{Value as Json, json};
+use stdlib_tasks::bound::{Obstacle, Slot};
+use stdlib_tasks::obstacle::Form;
+
+use super::scene::{placed, round, wxyz};
+
+/// Edge length of the part of a plane that is drawn, in m.
+const PLANE: f64 = 4.0;
+
+/// Data of all obstacles: form, link, and one pose, or one for each sample; an absent obstacle has none.
+pub(super) fn obstacles(program: &Program, series: &SeriesRecorder) -> Vec<Json> {
+    if program.obstacles.is_empty() {
+        return Vec::new();
+    }
+    let samples = values(program, series);
+    let drawn = |o: &Obstacle| {
+        let mut data: Vec<[f64; 7]> = samples.iter().map(|values| pose(o, values)).collect();
+        if data.iter().all(|pose| *pose == data[0]) {
+            data.truncate(1);
+        }
+        let data: Vec<f64> = data.into_iter().flatten().map(round).collect();
+        json!({ "name": o.name, "link": o.link.map(|l| l.0), "visual": form(&o.form), "data": data })
+    };
+    program.obstacles.iter().map(drawn).collect()
+}
+
+fn form(form: &Form) -> Json {
+    match form {
+        Form::Shape(origin, shape) => placed(shape, origin),
+        Form::HalfSpace(turn) => {
+            let origin = Isometry3::from_parts(Default::default(), *turn);
+            json!({ "type": "plane", "size": [PLANE, PLANE, 0.0], "xyz": [0.0, 0.0, 0.0], "wxyz": wxyz(&origin) })
+        }
+    }
+}
+
+/// Values of the obstacles' poses at each sample.
+fn values(program: &Program, series: &SeriesRecorder) -> Vec<Vec<f64>> {
+    let slots = program.obstacles.iter().flat_map(Obstacle::slots);
+    let places: BTreeSet<usize> = slots.flat_map(|s: Slot| s.at..s.at + s.len).collect();
+    let tape = program.values.tape.only(&places);
+    let mut registers = vec![0.0; tape.ops.len()];
+    let inputs = vec![f64::NAN; tape.inputs];
+    let mut rates = vec![0.0; program.values.initial.len()];
+    let at = |(time, signals): (&f64, &Vec<f64>)| {
+        let mut values = program.values.initial.clone();
+        let times = Times { t: f64::NAN, time: *time };
+        tape.evaluate(times, &inputs, signals, &mut registers, &mut values, &mut rates);
+        values
+    };
+    series.times.iter().zip(&series.signals).map(at).collect()
+}
+
+/// Position and `w x y z`; NaN while the obstacle is absent.
+fn pose(o: &Obstacle, values: &[f64]) -> [f64; 7] {
+    if !o.is_present(values) {
+        return [f64::NAN; 7];
+    }
+    let q = |i: usize| values[o.orientation.at + i];
+    let turn = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(q(0), q(1), q(2), q(3)));
+    let p = |i: usize| values[o.position.at + i];
+    [p(0), p(1), p(2), turn.w, turn.i, turn.j, turn.k]
+}
