@@ -209,10 +209,8 @@ impl Reader<'_> {
                 name.map(|name| ItemKind::Robot(Robot { name, base: base.map(|call| call.name), body }))
             }
             Rule::block_rest => {
-                // A misspelt keyword was read as the one that was meant.
                 let written = self.text.get(keyword.range()).unwrap_or_default();
-                let known = BlockKind::of_keyword(written);
-                let kind = known.or_else(|| BlockKind::of_keyword(nearest(written, KEYWORDS)?))?;
+                let kind = BlockKind::of_keyword(written).or_else(|| self.meant.take())?;
                 self.no_mark(&parts, kind.keyword());
                 let name = self.name(&parts, keyword);
                 let mut body = self.body(parts, keyword, kind.keyword(), comments);
@@ -269,6 +267,7 @@ impl Reader<'_> {
             return;
         };
         self.diags.push(diagnostic.meant(meant));
+        self.meant = BlockKind::of_keyword(meant);
         let rule = match meant {
             "import" => Rule::import_rest,
             "param" => Rule::param_rest,

@@ -17,7 +17,7 @@ pub(crate) use items::{KEYWORDS, bad_version, no_header};
 use crate::comments::Pool;
 use crate::expr::{self, Place};
 use crate::grammar::{Grammar, Pair, Rule};
-use crate::tree::{Spec, Value, ValueKind};
+use crate::tree::{BlockKind, Spec, Value, ValueKind};
 use crate::{Diagnostic, SourceId, Span, limits};
 use pest::Parser;
 
@@ -41,6 +41,7 @@ pub(crate) fn parse(source: SourceId, text: &str) -> (Spec, Vec<Diagnostic>) {
         unread: Vec::new(),
         read: 0,
         nested: false,
+        meant: None,
         states: 0,
         closers: None,
     };
@@ -63,6 +64,8 @@ struct Reader<'t> {
     read: usize,
     /// True inside a repetition.
     nested: bool,
+    /// The declaration that a misspelt keyword, which is read next, was taken for.
+    meant: Option<BlockKind>,
     /// Number of nested states.
     states: usize,
     /// The closing brackets; set once a block lacks its opening brace.

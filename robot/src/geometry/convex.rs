@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::hull::Hull;
 
-/// A convex body in its own frame.
+/// A convex body in its own frame: the core of a shape, without the radius around it.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Body<'a> {
     /// The origin.

@@ -8,6 +8,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::Shape;
 use crate::hull::{Depth, Hull};
+use convex::Body;
 
 mod convex;
 mod cuboid;
@@ -71,45 +72,20 @@ impl Closest {
     }
 }
 
-/// Core of a shape, without its radius.
-#[derive(Clone, Copy)]
-enum Core<'a> {
-    Point,
-    /// Half its length, along local z.
-    Segment(f64),
-    Box([f64; 3]),
-    /// Radius, and half the length along local z.
-    Cylinder(f64, f64),
-    Hull(&'a Hull),
-}
-
-impl Core<'_> {
-    /// The same for the search by farthest points.
-    fn body(&self) -> convex::Body<'_> {
-        match *self {
-            Core::Point => convex::Body::Point,
-            Core::Segment(half) => convex::Body::Segment(half),
-            Core::Box(half) => convex::Body::Box(half),
-            Core::Cylinder(radius, half) => convex::Body::Cylinder(radius, half),
-            Core::Hull(hull) => convex::Body::Hull(hull),
-        }
-    }
-}
-
 /// Core of a shape, and the radius around it.
 struct Rounded<'a> {
-    core: Core<'a>,
+    core: Body<'a>,
     radius: f64,
 }
 
 fn rounded(shape: &Shape) -> Rounded<'_> {
     let (core, radius) = match *shape {
-        Shape::Sphere { radius } => (Core::Point, radius),
-        Shape::Capsule { radius, half_length } if half_length > 0.0 => (Core::Segment(half_length), radius),
-        Shape::Capsule { radius, .. } => (Core::Point, radius),
-        Shape::Box { half } => (Core::Box(half), 0.0),
-        Shape::Cylinder { radius, half_length } => (Core::Cylinder(radius, half_length), 0.0),
-        Shape::Hull(ref hull) => (Core::Hull(hull), 0.0),
+        Shape::Sphere { radius } => (Body::Point, radius),
+        Shape::Capsule { radius, half_length } if half_length > 0.0 => (Body::Segment(half_length), radius),
+        Shape::Capsule { radius, .. } => (Body::Point, radius),
+        Shape::Box { half } => (Body::Box(half), 0.0),
+        Shape::Cylinder { radius, half_length } => (Body::Cylinder(radius, half_length), 0.0),
+        Shape::Hull(ref hull) => (Body::Hull(hull), 0.0),
     };
     Rounded { core, radius }
 }
@@ -135,34 +111,34 @@ pub fn closest(a: &Shape, X_Wa: &Isometry3<f64>, b: &Shape, X_Wb: &Isometry3<f64
     let (ra, rb) = (a.radius, b.radius);
     let (pa, pb) = (X_Wa.translation.vector, X_Wb.translation.vector);
     match (a.core, b.core) {
-        (Core::Point, Core::Point) => Closest::of_cores(&pa, ra, &pb, rb),
-        (Core::Point, Core::Segment(half)) => {
+        (Body::Point, Body::Point) => Closest::of_cores(&pa, ra, &pb, rb),
+        (Body::Point, Body::Segment(half)) => {
             let [s0, s1] = ends(half, X_Wb);
             Closest::of_cores(&pa, ra, &closest_point_segment(&pa, &s0, &s1).0, rb)
         }
-        (Core::Segment(half), Core::Point) => {
+        (Body::Segment(half), Body::Point) => {
             let [s0, s1] = ends(half, X_Wa);
             Closest::of_cores(&closest_point_segment(&pb, &s0, &s1).0, ra, &pb, rb)
         }
-        (Core::Segment(half_a), Core::Segment(half_b)) => {
+        (Body::Segment(half_a), Body::Segment(half_b)) => {
             let ([a0, a1], [b0, b1]) = (ends(half_a, X_Wa), ends(half_b, X_Wb));
             let (p, q) = closest_segment_segment(&a0, &a1, &b0, &b1);
             Closest::of_cores(&p, ra, &q, rb)
         }
-        (Core::Point, Core::Box(_) | Core::Cylinder(..) | Core::Hull(_)) => ball(&pa, ra, X_Wb, b.core),
-        (Core::Box(_) | Core::Cylinder(..) | Core::Hull(_), Core::Point) => {
+        (Body::Point, Body::Box(_) | Body::Cylinder(..) | Body::Hull(_)) => ball(&pa, ra, X_Wb, b.core),
+        (Body::Box(_) | Body::Cylinder(..) | Body::Hull(_), Body::Point) => {
             ball(&pb, rb, X_Wa, a.core).map(Closest::swapped)
         }
-        (Core::Segment(half), Core::Box(_) | Core::Cylinder(..)) => capsule(ends(half, X_Wa), ra, X_Wb, b.core),
-        (Core::Box(_) | Core::Cylinder(..), Core::Segment(half)) => {
+        (Body::Segment(half), Body::Box(_) | Body::Cylinder(..)) => capsule(ends(half, X_Wa), ra, X_Wb, b.core),
+        (Body::Box(_) | Body::Cylinder(..), Body::Segment(half)) => {
             capsule(ends(half, X_Wb), rb, X_Wa, a.core).map(Closest::swapped)
         }
-        (Core::Box(half_a), Core::Box(half_b)) => {
+        (Body::Box(half_a), Body::Box(half_b)) => {
             let (p, q) = closest_box_box(X_Wa, &half_a, X_Wb, &half_b);
             Closest::of_cores(&p, 0.0, &q, 0.0)
         }
         _ => {
-            let near = convex::nearest(a.core.body(), X_Wa, b.core.body(), X_Wb);
+            let near = convex::nearest(a.core, X_Wa, b.core, X_Wb);
             let distance = near.between.norm();
             if !(distance > CORES_MEET && distance < f64::INFINITY) {
                 return Err(Degenerate::Touching);
@@ -175,16 +151,16 @@ pub fn closest(a: &Shape, X_Wa: &Isometry3<f64>, b: &Shape, X_Wb: &Isometry3<f64
 }
 
 /// A ball against a box, a cylinder or a hull.
-fn ball(p_W: &Vector3<f64>, radius: f64, X_WB: &Isometry3<f64>, core: Core) -> Result<Closest, Degenerate> {
+fn ball(p_W: &Vector3<f64>, radius: f64, X_WB: &Isometry3<f64>, core: Body) -> Result<Closest, Degenerate> {
     let p_B = X_WB.rotation.inverse() * (p_W - X_WB.translation.vector);
     if !p_B.iter().all(|x| x.is_finite()) {
         return Err(Degenerate::Touching);
     }
     let near = match core {
-        Core::Box(half) => closest_point_box(&p_B, &half),
-        Core::Cylinder(radius, half) => closest_point_cylinder(&p_B, radius, half),
-        Core::Hull(hull) => point_hull(&p_B, hull).ok_or(Degenerate::Touching)?,
-        Core::Point | Core::Segment(_) => return Err(Degenerate::Touching),
+        Body::Box(half) => closest_point_box(&p_B, &half),
+        Body::Cylinder(radius, half) => closest_point_cylinder(&p_B, radius, half),
+        Body::Hull(hull) => point_hull(&p_B, hull).ok_or(Degenerate::Touching)?,
+        Body::Point | Body::Segment(_) => return Err(Degenerate::Touching),
     };
     let normal = X_WB.rotation * near.normal;
     let distance = near.distance - radius;
@@ -202,7 +178,7 @@ fn ball(p_W: &Vector3<f64>, radius: f64, X_WB: &Isometry3<f64>, core: Core) -> R
 /// The surface point of a hull nearest to a point (both in the hull's frame). `None` on the surface of a flat hull.
 fn point_hull(p: &Vector3<f64>, hull: &Hull) -> Option<PointBox> {
     let at = Isometry3::translation(p.x, p.y, p.z);
-    let near = convex::nearest(convex::Body::Point, &at, convex::Body::Hull(hull), &Isometry3::identity());
+    let near = convex::nearest(Body::Point, &at, Body::Hull(hull), &Isometry3::identity());
     let distance = near.between.norm();
     if distance > CORES_MEET {
         return Some(PointBox { distance, on_box: near.on_b, normal: near.between / distance });
@@ -212,14 +188,14 @@ fn point_hull(p: &Vector3<f64>, hull: &Hull) -> Option<PointBox> {
 }
 
 /// A capsule around the segment `s0 s1` against a box or a cylinder.
-fn capsule([s0, s1]: [Vector3<f64>; 2], radius: f64, X_WB: &Isometry3<f64>, core: Core) -> Result<Closest, Degenerate> {
+fn capsule([s0, s1]: [Vector3<f64>; 2], radius: f64, X_WB: &Isometry3<f64>, core: Body) -> Result<Closest, Degenerate> {
     let to_body = X_WB.rotation.inverse();
     let centre = to_body * ((s0 + s1) * 0.5 - X_WB.translation.vector);
     let along = to_body * ((s1 - s0) * 0.5);
     let (p, q) = match core {
-        Core::Box(half) => closest_segment_box(&centre, &along, &half),
-        Core::Cylinder(radius, half) => closest_segment_cylinder(&centre, &along, radius, half),
-        Core::Point | Core::Segment(_) | Core::Hull(_) => return Err(Degenerate::Touching),
+        Body::Box(half) => closest_segment_box(&centre, &along, &half),
+        Body::Cylinder(radius, half) => closest_segment_cylinder(&centre, &along, radius, half),
+        Body::Point | Body::Segment(_) | Body::Hull(_) => return Err(Degenerate::Touching),
     };
     let to_world = |v: &Vector3<f64>| X_WB.rotation * v + X_WB.translation.vector;
     Closest::of_cores(&to_world(&p), radius, &to_world(&q), 0.0)
