@@ -1,7 +1,7 @@
 //! Proof that the hard levels of a stack can be met: limits that stand still allow `v = 0` wherever their margins are not
 //! negative, so that a stack whose hard levels have only such limits is never infeasible from a safe state.
 //!
-//! What breaks the proof does not make a hard level infeasible. It is the list of tasks to look at if one is.
+//! A task that breaks the proof does not make a hard level infeasible: these are the tasks to look at if one is.
 
 use serde::Serialize;
 use stdlib_tasks::bound::Bound;

@@ -23,7 +23,7 @@ const ROWS: usize = 400;
 
 /// An SRDF of a project.
 pub(super) struct Source {
-    /// Where it is, and where it is copied to.
+    /// Its source, and the place of its copy.
     pub(super) place: Place,
     pub(super) text: String,
     /// True if the user named it.

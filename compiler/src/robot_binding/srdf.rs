@@ -63,7 +63,7 @@ pub(super) fn open(
         return None;
     };
     let source = files.sources.add(path_text, text.clone());
-    let convert = |m: &SrdfMessage, error: bool| message(m, error, model, (source, span));
+    let convert = |m: &SrdfMessage, error: bool| message(m, error, model, Origin { file: source, named: span });
     match Srdf::read(&text, model) {
         Ok((srdf, warnings)) => {
             files.diagnostics.extend(warnings.iter().map(|m| convert(m, false)));
@@ -76,11 +76,18 @@ pub(super) fn open(
     }
 }
 
-fn message(m: &SrdfMessage, error: bool, model: &Model, (source, span): (SourceId, Span)) -> Diagnostic {
-    let place = Span::new(source, m.span.start, m.span.end);
+/// An SRDF, and the place in the spec that names it.
+#[derive(Clone, Copy)]
+struct Origin {
+    file: SourceId,
+    named: Span,
+}
+
+fn message(m: &SrdfMessage, error: bool, model: &Model, origin: Origin) -> Diagnostic {
+    let place = Span::new(origin.file, m.span.start, m.span.end);
     let d = match error {
-        true => Diagnostic::error("HQ0408", place, m.text.clone()).label(span, "this robot reads it"),
-        false => Diagnostic::warning("HQ0409", place, m.text.clone()).label(span, "this robot reads it"),
+        true => Diagnostic::error("HQ0408", place, m.text.clone()).label(origin.named, "this robot reads it"),
+        false => Diagnostic::warning("HQ0409", place, m.text.clone()).label(origin.named, "this robot reads it"),
     };
     let links = || model.links.iter().map(|l| l.name.as_str());
     let joints = || model.joints.iter().map(|j| j.name.as_str());

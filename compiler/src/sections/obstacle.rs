@@ -1,4 +1,4 @@
-//! Keys of obstacles, and of where they truly are in a scenario.
+//! Keys of obstacles, and of their true places in a scenario.
 
 use blocks::{Located, Unbound, block};
 use stdlib_tasks::dimension::{LENGTH, NONE};
@@ -51,13 +51,13 @@ block! {
 }
 
 block! {
-    /// Where an obstacle truly is in a scenario.
+    /// The true place of an obstacle in a scenario.
     pub struct TrueObstacleBlock = TRUE_OBSTACLE, "the true place of an obstacle" {
         /// Its true position, constant; default: as declared.
         position: Option<Unbound> = elsewhere(PLACE);
         /// Its true orientation, constant; default: as declared.
         orientation: Option<Unbound> = elsewhere(ValueType::Value);
-        /// Whether it is truly there; default: as declared.
+        /// True if the obstacle is truly there; default: as declared.
         present: Option<bool> = optional(ValueType::Flag);
     }
 }

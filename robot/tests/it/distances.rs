@@ -50,7 +50,7 @@ fn outside_hull(hull: &Hull, p: &Vector3<f64>) -> f64 {
     worst
 }
 
-/// How far a point is outside of the shape's core, at most up to a factor for hulls; zero inside.
+/// The distance of a point from the shape's core, for hulls along the normal of a face; zero inside.
 fn outside(shape: &Shape, X: &Isometry3<f64>, p: &Vector3<f64>) -> f64 {
     let local = X.inverse_transform_point(&(*p).into()).coords;
     let near = match bare(shape).0 {

@@ -42,7 +42,7 @@ pub struct TrueObstacle {
     /// Orientation, as `w x y z`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<[f64; 4]>,
-    /// Whether it is there.
+    /// True if the obstacle is there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub present: Option<bool>,
 }

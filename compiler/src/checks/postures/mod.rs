@@ -60,7 +60,7 @@ enum FoundTarget {
     TooFast(pace::Finding),
 }
 
-/// What a search depends on.
+/// The inputs of a search.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct SearchKey {
     task: usize,
