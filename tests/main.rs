@@ -33,6 +33,7 @@ mod mission_driven;
 mod mission_scenarios;
 mod mission_workers;
 mod missions;
+mod obstacles;
 mod periods;
 mod plan_data;
 mod planner;

@@ -4,8 +4,8 @@
 use nalgebra::UnitQuaternion;
 
 use crate::conditioning::Conditioner;
-use crate::human_tracking::Estimate;
 use crate::program::{Interface, Lost, SignalProgram};
+use crate::tracking::Estimate;
 
 /// Largest difference from 1 of the length of a quaternion that counts as an orientation.
 pub const NOT_UNIT: f64 = 1e-3;
@@ -17,6 +17,9 @@ pub(crate) struct SignalValue {
     /// Value; not finite if there is none.
     pub value: f64,
 }
+
+/// Largest number of numbers that the host sends: a pose with its velocities.
+const MAX_SENT: usize = 13;
 
 /// Scales a quaternion to length 1; false if its length is too far from 1.
 fn normalised(q: &mut [f64]) -> bool {
@@ -35,7 +38,7 @@ fn normalised(q: &mut [f64]) -> bool {
 /// quaternion is further than [`NOT_UNIT`] from length 1; closer ones are normalised. Variables of the machine are
 /// among the signals; the host can read them and cannot set them.
 ///
-/// The tracked point of a person has a velocity beside its value, which the host sends after the position or which is
+/// A tracked point or pose has a velocity beside its value, which the host sends after the value or which is
 /// estimated. When its readings stop, it becomes absent too. If it is held, its last position remains valid, at rest,
 /// with an uncertainty that grows from then on.
 pub struct Signals {
@@ -46,7 +49,7 @@ pub struct Signals {
     table: Vec<f64>,
     /// Last value of each signal, at the indices of the table.
     last: Vec<f64>,
-    /// Estimated motion of each signal that is a tracked point.
+    /// Estimated motion of each signal that is tracked.
     motions: Vec<Option<Estimate>>,
     /// Time from which each signal's readings count as missing, in s; infinity if none ever came.
     lost: Vec<f64>,
@@ -92,7 +95,9 @@ impl Signals {
     /// Sets the value of a signal that was received at a time, in s. Never allocates.
     ///
     /// Returns false if there is no such signal, if it is a variable of the machine, or if it has another number of
-    /// numbers. A tracked point whose velocity is measured has six: its position in m and its velocity in m/s.
+    /// numbers. A tracked point whose velocity is measured has six: its position in m and its velocity in m/s. A pose has
+    /// thirteen: its position, a quaternion `w x y z`, its velocity, and its angular velocity in rad/s along the axes of
+    /// the world.
     pub fn set(&mut self, signal: usize, value: &[f64], time: f64) -> bool {
         if self.interface.signals.get(signal).is_none_or(|s| s.is_variable()) {
             return false;
@@ -103,13 +108,10 @@ impl Signals {
     fn receive(&mut self, signal: usize, value: &[f64], time: f64) -> bool {
         let Some(s) = self.interface.signals.get(signal).filter(|s| s.sent() == value.len()) else { return false };
         if let Some(Some(estimate)) = self.motions.get_mut(signal) {
-            return point(
-                s,
-                estimate,
-                value,
-                time,
-                Readings { received: &mut self.received[signal], lost: &mut self.lost[signal], last: &mut self.last },
-            );
+            let readings =
+                Readings { received: &mut self.received[signal], lost: &mut self.lost[signal], last: &mut self.last };
+            tracked(s, estimate, value, time, readings);
+            return true;
         }
         let last = &mut self.last[s.at + 1..s.at + 1 + s.len];
         last.copy_from_slice(value);
@@ -190,10 +192,10 @@ impl Signals {
         self.interface.signals.get(signal).is_some_and(|s| self.table[s.known_at()] > 0.0)
     }
 
-    /// Velocity of a tracked point at the last tick, in m/s; NaN if the point is absent, empty for other signals.
+    /// Velocity of a tracked point or pose at the last tick, in m/s; NaN if it is absent, empty for other signals.
     pub fn velocity(&self, signal: usize) -> &[f64] {
-        let points = self.interface.signals.get(signal).filter(|s| s.motion.is_some());
-        points.map_or(&[], |s| &self.table[s.velocity_at()..s.known_at()])
+        let tracked = self.interface.signals.get(signal).filter(|s| s.motion.is_some());
+        tracked.map_or(&[], |s| &self.table[s.velocity_at()..s.velocity_at() + 3])
     }
 
     /// Uncertainty of a tracked point at the last tick, in m; NaN if it is absent, `None` for other signals.
@@ -247,7 +249,7 @@ impl Signals {
     }
 }
 
-/// Times and values of the readings of a tracked point.
+/// Times and values of the readings of a tracked signal.
 struct Readings<'a> {
     /// Time of the last reading, in s; minus infinity if there is none.
     received: &'a mut f64,
@@ -257,16 +259,24 @@ struct Readings<'a> {
     last: &'a mut [f64],
 }
 
-/// Takes a reading of a tracked point.
-fn point(s: &SignalProgram, estimate: &mut Estimate, value: &[f64], time: f64, readings: Readings) -> bool {
+/// Takes a reading of a tracked signal.
+fn tracked(s: &SignalProgram, estimate: &mut Estimate, value: &[f64], time: f64, readings: Readings) {
     let Readings { received, lost, last } = readings;
-    if value.iter().all(|x| x.is_finite()) {
+    let mut reading = [f64::NAN; MAX_SENT];
+    let Some(reading) = reading.get_mut(..value.len()) else { return };
+    reading.copy_from_slice(value);
+    let turned = !s.is_pose() || reading.get_mut(3..7).is_some_and(normalised);
+    if turned && reading.iter().all(|x| x.is_finite()) {
         // After a gap longer than the timeout, the reading has no predecessor.
         if time - *received > s.timeout.unwrap_or(f64::INFINITY) {
             estimate.forget();
         }
-        estimate.reading(value, time);
-        last[s.at + 1..s.at + 4].copy_from_slice(&value[..3]);
+        if s.is_pose() {
+            estimate.pose(reading, time);
+        } else {
+            estimate.point(reading, time);
+        }
+        last[s.at + 1..=s.at + s.len].copy_from_slice(&reading[..s.len]);
         *received = time;
         *lost = time + s.timeout.unwrap_or(f64::INFINITY);
     } else {
@@ -276,10 +286,9 @@ fn point(s: &SignalProgram, estimate: &mut Estimate, value: &[f64], time: f64, r
             *lost = lost.min(time);
         }
     }
-    true
 }
 
-/// Writes a tracked point into the table. `lost` is the time from which its readings count as missing: infinity if none
+/// Writes a tracked signal into the table. `lost` is the time from which its readings count as missing: infinity if none
 /// ever came.
 fn moving(s: &SignalProgram, estimate: &Estimate, lost: f64, time: f64, last: &[f64], table: &mut [f64]) {
     let (value, velocity, known, uncertainty) = (s.at + 1, s.velocity_at(), s.known_at(), s.uncertainty_at());
@@ -291,7 +300,7 @@ fn moving(s: &SignalProgram, estimate: &Estimate, lost: f64, time: f64, last: &[
     table[known] = if present || held.is_some() { 1.0 } else { -1.0 };
     if present {
         table[value..velocity].copy_from_slice(&last[value..velocity]);
-        table[velocity..known].copy_from_slice(estimate.velocity());
+        estimate.write_rates(&mut table[velocity..known]);
         table[uncertainty..uncertainty + 2].fill(0.0);
     } else if let Some(growth) = held {
         table[value..velocity].copy_from_slice(&last[value..velocity]);

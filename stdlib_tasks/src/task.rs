@@ -296,6 +296,22 @@ pub trait Task: Send {
         Vec::new()
     }
 
+    /// Number of things that its rows keep a margin of. More than its rows if each row is at each tick about another one
+    /// of them; see [`Task::subject`].
+    fn subjects(&self) -> usize {
+        self.rows().len()
+    }
+
+    /// Thing that a row was about at the last tick, below [`Task::subjects`].
+    fn subject(&self, row: usize) -> usize {
+        row
+    }
+
+    /// Indices in the table of values on which the margin of a subject depends; `None` for all its parameters.
+    fn margin_inputs(&self, _subject: usize) -> Option<Vec<usize>> {
+        None
+    }
+
     /// True for a limit whose margins after each tick are looked at if it is on a hard level: see [`Task::margin_after`].
     fn looks_ahead(&self) -> bool {
         false

@@ -125,7 +125,7 @@ fn target(
     if let Some(person) = moving {
         let text = format!("the target of `{}` follows `{}`, so it cannot be delayed", t.name, person.name);
         let d = Diagnostic::error("HQ0608", place(places, guard, "task"), text);
-        diagnostics.push(d.help("let a task without a planner follow a person"));
+        diagnostics.push(d.help("let a task without a planner follow it"));
     }
     out_of_reach(program, guard, places, diagnostics);
     let Some(Bound::Group(deviate)) = program.tasks[guard].params.get("deviate") else { return };

@@ -89,6 +89,9 @@ impl Lowering<'_> {
         if let Some(point) = self.tracked(inner, field, span) {
             return point;
         }
+        if let Some(velocity) = self.velocity_of_signal(inner, field, span) {
+            return velocity;
+        }
         if let Some(output) = self.task_output(inner, field, span) {
             return output;
         }

@@ -1,9 +1,9 @@
 //! Signals in expressions: their presence, and the parts of a wrench.
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Help, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use runtime::program::Op;
-use stdlib_tasks::dimension::NONE;
+use stdlib_tasks::dimension::{LENGTH, NONE};
 
 use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
@@ -11,6 +11,14 @@ use crate::diagnostics::examples;
 
 /// Parts of a wrench.
 const PARTS: [&str; 2] = ["force", "moment"];
+
+/// Velocities of a tracked signal: of a point the first one, of a pose both.
+pub(crate) const VELOCITIES: [&str; 2] = ["velocity", "angular_velocity"];
+
+/// Name of the symbol for a part of a signal. Users cannot write it.
+pub(crate) fn part_of_signal(name: &str, part: &str) -> String {
+    format!("{name}.#{part}")
+}
 
 impl Lowering<'_> {
     /// Lowers `present(SIGNAL)`.
@@ -61,10 +69,54 @@ impl Lowering<'_> {
             let d = Diagnostic::unknown_name(field.span, format!("a wrench has no `{}`", field.value));
             return Some(self.fail(d.help("it has `force` and `moment`")));
         }
-        let part = format!("{}.#{}", crate::forms::target(name), field.value);
+        let part = part_of_signal(crate::forms::target(name), &field.value);
         match self.scope.name(&part) {
             Meaning::Value(symbol) => Some(Ok(Typed { span, ..symbol.value })),
             _ => Some(Err(Failed)),
         }
+    }
+
+    /// Lowers `crate.velocity`, if the name is that of a signal.
+    pub(super) fn velocity_of_signal(
+        &mut self,
+        inner: &Value,
+        field: &Spanned<String>,
+        span: Span,
+    ) -> Option<Result<Typed, Failed>> {
+        let ValueKind::Name(name) = &inner.kind else { return None };
+        if !VELOCITIES.contains(&field.value.as_str()) {
+            return None;
+        }
+        self.scope.presence(name)?;
+        match self.scope.name(&part_of_signal(crate::forms::target(name), &field.value)) {
+            Meaning::Value(symbol) => return Some(Ok(Typed { span, ..symbol.value })),
+            Meaning::Failed => return Some(Err(Failed)),
+            _ => {}
+        }
+        let written = crate::forms::written(name);
+        let first = part_of_signal(crate::forms::target(name), VELOCITIES[0]);
+        if matches!(self.scope.name(&first), Meaning::Value(_)) {
+            let d = Diagnostic::unknown_name(field.span, format!("`{written}` has no `{}`", field.value));
+            return Some(self.fail(d.note("only a pose has one").help(format!("write `{written}.{}`", VELOCITIES[0]))));
+        }
+        let d = Diagnostic::unknown_name(field.span, format!("signal `{written}` has no velocity"));
+        let may_have = match self.scope.name(name) {
+            Meaning::Value(s) => {
+                s.value.kind == Kind::Pose || (s.value.kind == Kind::Vector && s.value.dimension == LENGTH)
+            }
+            _ => false,
+        };
+        if !may_have {
+            return Some(self.fail(d.note("points and poses have one").help(format!("leave `.{}` out", field.value))));
+        }
+        let setting = Snippet::entry(VELOCITIES[0], "estimated");
+        Some(
+            self.fail(
+                d.note(
+                    "a point or a pose counts as at rest between readings, unless its declaration gives it a velocity",
+                )
+                .help(Help::with(&format!("write {{}} into the signal `{written}`"), [setting])),
+            ),
+        )
     }
 }

@@ -7,7 +7,7 @@ use dsl::{Diagnostic, Help, Snippet, Span, Spanned, Syntax};
 
 use super::Lowerer;
 use super::inline_tasks::names;
-use super::signals::parts_of_wrench;
+use super::signals::parts_of_signal;
 use crate::expand::{Class, Expanded, Named};
 
 /// Declarations of a spec by kind.
@@ -126,7 +126,7 @@ impl Lowerer<'_> {
                 || self.params.fields.contains(&name.value)
                 || self.params.obstacles.contains(&name.value))
                 && !self.params.used.contains(&name.value)
-                && !parts_of_wrench(&name.value).iter().any(|part| self.params.used.contains(part))
+                && !parts_of_signal(&name.value).iter().any(|part| self.params.used.contains(part))
                 && !mentioned.contains(&name.value);
             if let Some((at, imported)) = place(Class::Value, name).filter(|_| complete && known) {
                 let event = self.params.events.contains_key(&name.value);

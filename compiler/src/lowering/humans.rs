@@ -32,7 +32,13 @@ impl Lowerer<'_> {
         let points = self.points(h);
         let links = self.links(&h.body, &points);
         let velocity = self.velocity_of(&block, &h.body);
-        let motion = Tracking { velocity, max_speed: block.max_speed, lost: self.lost(&block, &h.body) };
+        let motion = Tracking {
+            person: true,
+            velocity,
+            max_speed: block.max_speed,
+            max_angular_speed: None,
+            lost: self.lost(&block, &h.body),
+        };
         if self.errors() > before || points.is_empty() {
             self.params.failed.insert(name.value.clone());
             return;
@@ -172,7 +178,7 @@ impl Lowerer<'_> {
     }
 
     /// Reports a setting that applies only to another choice.
-    fn out_of_place(&mut self, body: &Block, key: &str, belongs: &str) {
+    pub(super) fn out_of_place(&mut self, body: &Block, key: &str, belongs: &str) {
         if let Some(entry) = body.get(key) {
             let d = Diagnostic::unknown_key("HQ0205", entry.key.span, format!("`{key}` belongs to `{belongs}`"));
             self.push(d.help(format!("write `{belongs}`, or leave `{key}` out")));

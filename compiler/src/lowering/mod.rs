@@ -29,6 +29,7 @@ mod signals;
 mod stack;
 mod states;
 mod task_outputs;
+mod tracked_signals;
 mod transitions;
 mod triggers;
 mod values;

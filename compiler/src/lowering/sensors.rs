@@ -26,9 +26,13 @@ pub(super) struct Sensor {
 pub(super) enum Carried {
     Event,
     Wrench,
-    /// A number or a vector.
+    /// A position.
+    Point,
+    /// A number or another vector.
     Numbers,
-    /// A truth value, an orientation, a pose.
+    /// A position and an orientation.
+    Pose,
+    /// A truth value, an orientation.
     Other,
 }
 
@@ -77,7 +81,7 @@ impl Lowerer<'_> {
                 )));
             }
         }
-        if let (Some(e), Carried::Event | Carried::Other) = (s.settings.get("low_pass"), carried) {
+        if let (Some(e), Carried::Event | Carried::Pose | Carried::Other) = (s.settings.get("low_pass"), carried) {
             let text = format!("a signal of the type `{ty}` cannot be filtered");
             let d = Diagnostic::unknown_key("HQ0205", e.key.span, text);
             self.push(d.note("only numbers and vectors can be filtered").help("leave `low_pass` out"));

@@ -3,14 +3,14 @@
 use dsl::Diagnostic;
 use dsl::tree::Signal;
 use names::list;
-use runtime::program::{Conditioning, Op, SignalProgram};
+use runtime::program::{Conditioning, Op, SignalProgram, Tracking};
 use stdlib_tasks::dimension::{Dimension, FORCE, MOMENT, NONE};
 
 use super::Lowerer;
 use super::sensors::{Carried, Conditioned, Sensor};
 use crate::expand::{TYPES, quantity};
 use crate::expr::constants::is_word;
-use crate::expr::{Axes, Frame, Kind, Typed};
+use crate::expr::{Axes, Frame, Kind, Typed, VELOCITIES, part_of_signal};
 use crate::sections::SignalBlock;
 
 /// Types of signals in addition to the quantities of parameters.
@@ -41,14 +41,9 @@ pub fn signal_types() -> impl Iterator<Item = &'static str> {
     OWN_TYPES.into_iter().chain(of_parameters)
 }
 
-/// Name of a part of a wrench, which users cannot write.
-fn part_of_wrench(name: &str, part: &str) -> String {
-    format!("{name}.#{part}")
-}
-
-/// Names under which the parts of a wrench are used.
-pub(super) fn parts_of_wrench(name: &str) -> [String; 2] {
-    ["force", "moment"].map(|part| part_of_wrench(name, part))
+/// Names under which the parts of a wrench and the velocities of a point or pose are used.
+pub(super) fn parts_of_signal(name: &str) -> [String; 4] {
+    ["force", "moment", VELOCITIES[0], VELOCITIES[1]].map(|part| part_of_signal(name, part))
 }
 
 impl Lowerer<'_> {
@@ -74,21 +69,31 @@ impl Lowerer<'_> {
         let carried = match &carries {
             Carries::Event => Carried::Event,
             Carries::Wrench => Carried::Wrench,
+            Carries::Quantity(Kind::Pose, _) => Carried::Pose,
+            Carries::Quantity(Kind::Vector, stdlib_tasks::dimension::LENGTH) => Carried::Point,
             Carries::Quantity(Kind::Scalar | Kind::Vector, _) => Carried::Numbers,
             Carries::Quantity(..) => Carried::Other,
         };
         let Conditioned { conditioning, sensor } = self.conditioning(s, &block, carried);
         match carries {
-            Carries::Event => self.event(s),
+            Carries::Event => {
+                self.motion_of_signal(s, &block, carried);
+                self.event(s);
+            }
             Carries::Wrench => {
-                let at = self.place(s, 6, block.timeout, conditioning);
+                self.motion_of_signal(s, &block, Carried::Wrench);
+                let at = self.place(s, 6, block.timeout, conditioning, None);
                 self.params.wrenches.insert(name.value.clone());
                 self.vector(s, "force", at + 1, FORCE);
                 self.vector(s, "moment", at + 4, MOMENT);
             }
             Carries::Quantity(kind, dimension) => {
-                let at = self.place(s, kind.width(), block.timeout, conditioning);
-                self.quantity(name, kind, dimension, at + 1);
+                let motion = self.motion_of_signal(s, &block, carried);
+                let at = self.place(s, kind.width(), block.timeout, conditioning, motion);
+                match motion {
+                    Some(_) => self.moving_quantity(name, kind, dimension, at + 1),
+                    None => self.quantity(name, kind, dimension, at + 1),
+                }
             }
         }
         sensor
@@ -97,6 +102,17 @@ impl Lowerer<'_> {
     /// Declares a name for the numbers from `at` on.
     pub(super) fn quantity(&mut self, name: &dsl::Spanned<String>, kind: Kind, dimension: Dimension, at: usize) {
         let nodes = (0..kind.width()).map(|i| self.graph.push(Op::Signal(at + i))).collect();
+        self.declare_quantity(name, kind, dimension, nodes);
+    }
+
+    /// Declares a name for nodes of a kind and dimension.
+    pub(super) fn declare_quantity(
+        &mut self,
+        name: &dsl::Spanned<String>,
+        kind: Kind,
+        dimension: Dimension,
+        nodes: Vec<usize>,
+    ) {
         let axes = match kind {
             Kind::Scalar | Kind::Truth => Axes::default(),
             Kind::Vector if dimension == stdlib_tasks::dimension::LENGTH => Axes::point(Frame::World),
@@ -122,7 +138,14 @@ impl Lowerer<'_> {
     }
 
     /// Allocates the numbers of a signal; returns the first, which stores whether the signal is present.
-    fn place(&mut self, s: &Signal, len: usize, timeout: Option<f64>, conditioning: Conditioning) -> usize {
+    fn place(
+        &mut self,
+        s: &Signal,
+        len: usize,
+        timeout: Option<f64>,
+        conditioning: Conditioning,
+        motion: Option<Tracking>,
+    ) -> usize {
         let at = self.interface.width();
         self.params.presence.insert(s.name.value.clone(), at);
         self.interface.signals.push(SignalProgram {
@@ -132,7 +155,7 @@ impl Lowerer<'_> {
             len,
             optional: s.optional.is_some(),
             timeout,
-            motion: None,
+            motion,
             conditioning,
             variable: None,
         });
@@ -144,7 +167,7 @@ impl Lowerer<'_> {
         let nodes = (0..3).map(|i| self.graph.push(Op::Signal(at + i))).collect();
         let axes = Axes::direction(Frame::World);
         let value = Typed { kind: Kind::Vector, dimension, nodes, bare: false, axes, span: s.name.span };
-        let name = dsl::Spanned::new(part_of_wrench(&s.name.value, part), s.name.span);
+        let name = dsl::Spanned::new(part_of_signal(&s.name.value, part), s.name.span);
         self.params.put(&name, Some(value));
     }
 }

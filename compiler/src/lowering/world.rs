@@ -81,7 +81,7 @@ impl Lowerer<'_> {
             return None;
         }
         // The script of `humans` sends the points of people.
-        let sent = || signals().filter(|(_, s)| s.motion.is_none() && !s.is_variable());
+        let sent = || signals().filter(|(_, s)| !s.is_of_person() && !s.is_variable());
         let names: Vec<&str> = sent().map(|(_, s)| s.name.as_str()).collect();
         let found = self.one_of("signal", &key.value, key.span, &names)?;
         sent().nth(found).map(|(i, _)| i)

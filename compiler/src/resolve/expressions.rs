@@ -5,7 +5,7 @@ use dsl::tree::{Value, ValueKind};
 use stdlib_tasks::task::CurrentValue;
 
 use super::symbols::SymbolKind as K;
-use super::vocabulary::{CALLED, FRAME_FIELDS, VALUE_FIELDS, WRENCH_FIELDS, built_in};
+use super::vocabulary::{CALLED, FRAME_FIELDS, TRACKED_FIELDS, VALUE_FIELDS, WRENCH_FIELDS, built_in};
 use super::{Around, CURSOR, CompletionContext as C, Meaning, Reference, Resolver};
 use crate::expand::Class;
 use crate::expr::{MEASURES, TRAJECTORIES, Trajectory};
@@ -80,10 +80,14 @@ impl Resolver<'_> {
                 if self.task_output(inner, field) {
                     return;
                 }
-                let wrench = inner.word().and_then(|name| self.declared(Class::Value, name));
+                let value = inner.word().and_then(|name| self.declared(Class::Value, name));
+                let of = value.map(|id| self.out.symbol(id));
+                let is_signal =
+                    |types: &[&str]| of.is_some_and(|s| s.kind == K::Signal && types.contains(&s.ty.as_str()));
                 let fields = match &inner.kind {
                     ValueKind::Call(f, _) if f.value == "frame" => FRAME_FIELDS,
-                    _ if wrench.is_some_and(|id| self.out.symbol(id).ty == "wrench") => WRENCH_FIELDS,
+                    _ if is_signal(&["wrench"]) => WRENCH_FIELDS,
+                    _ if is_signal(&["point", "pose"]) => TRACKED_FIELDS,
                     _ => VALUE_FIELDS,
                 };
                 self.is_cursor(&field.value, |_| C::Words(fields));

@@ -135,6 +135,9 @@ pub static VALUE_FIELDS: &[&str] = &["position", "orientation", "x", "y", "z"];
 /// Fields of a wrench.
 pub static WRENCH_FIELDS: &[&str] = &["force", "moment"];
 
+/// Fields of a point or a pose that the host sends, the second one with an orientation.
+pub static TRACKED_FIELDS: &[&str] = &["velocity", "angular_velocity", "position", "orientation", "x", "y", "z"];
+
 /// Fields of a frame.
 pub static FRAME_FIELDS: &[&str] = &["position", "orientation", "pose"];
 

@@ -1,11 +1,13 @@
 //! Keys of signals, machines and states. What begins a part of a state is a word that the readers take.
 
-use blocks::{Located, Unbound, block};
+use blocks::{Located, Unbound, Word, block};
 use quantities::usual;
-use stdlib_tasks::dimension::TIME;
+use stdlib_tasks::dimension::{ANGULAR_VELOCITY, TIME};
 use stdlib_tasks::params::Quantity;
 
 use super::{BlockSchema, Key, Named, ValueType};
+
+const TURNING: ValueType = ValueType::Number(Quantity::above(ANGULAR_VELOCITY, 0.0).usually(0.01, 80.0));
 
 block! {
     /// A signal.
@@ -23,6 +25,16 @@ block! {
         /// Cutoff frequency of a first-order low-pass filter for a number, a vector or a wrench. It is applied last,
         /// and starts again after the signal was absent.
         low_pass: Option<Located<f64>> = optional(ValueType::Number(usual::CUTOFF));
+        /// Of a point or a pose: its velocity between readings, estimated from successive readings, or sent by the host
+        /// after each value. It is `NAME.velocity`, of a pose also `NAME.angular_velocity`, and the time derivative of
+        /// the value in expressions. Default: the value counts as at rest between readings.
+        velocity: Option<Word> = optional(ValueType::Choice(&["estimated", "measured"]));
+        /// With `velocity`: cutoff of the first-order low-pass filter of an estimated velocity. Default: 5 Hz.
+        cutoff: Option<f64> = optional(ValueType::Number(usual::CUTOFF));
+        /// With `velocity`: the largest plausible speed; a larger velocity is shortened to it. Default: any.
+        max_speed: Option<f64> = optional(ValueType::Number(usual::WALKING_SPEED));
+        /// With `velocity`, of a pose: the largest plausible angular speed; a larger one is shortened to it. Default: any.
+        max_angular_speed: Option<f64> = optional(TURNING);
     }
     also [
         Key::required(

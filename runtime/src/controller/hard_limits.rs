@@ -6,48 +6,81 @@ use crate::evaluator::Evaluator;
 use crate::fault::Fault;
 use crate::program::{Program, StackProgram};
 
-/// State of the limits of a stack's hard levels, by the stack's margins.
-pub(super) struct HardLimits {
-    /// For each margin, true if its limit is on a hard level and no signal moves it. A limit that a person moves can be
-    /// passed although the robot gives way as fast as its row requires, and must go on to do so.
-    hard: Vec<bool>,
-    /// For each margin, true if the robot was within the limit at some tick since the entry, and has not passed it since.
-    within: Vec<bool>,
+/// Margins that only the robot moves. One that a person or another signal moves can be passed although the robot gives
+/// way as fast as its row requires, and it must go on to do so.
+pub(super) struct HardLimits(Vec<HardLimit>);
+
+/// A limit on a hard level.
+struct HardLimit {
+    /// Its index among the tasks of the stack.
+    member: usize,
+    /// State of each thing that it keeps a margin of; see [`Task::subject`].
+    subjects: Vec<Subject>,
+}
+
+/// Thing that a limit keeps a margin of.
+#[derive(Clone, Copy)]
+enum Subject {
+    /// A signal moves it.
+    Moved,
+    /// The robot has not been within the limit since the entry of the stack, or has passed it since.
+    Outside,
+    /// The robot was within the limit at the last tick.
+    Within,
 }
 
 impl HardLimits {
     /// Finds the limits of a stack.
     pub fn new(evaluator: &Evaluator, program: &Program, stack: &StackProgram) -> HardLimits {
-        let mut hard = vec![false; evaluator.margins().len()];
-        for m in evaluator.members().iter().filter(|m| stack.levels.get(m.level).is_some_and(|l| l.hard)) {
-            let read: BTreeSet<usize> = m.slots.iter().copied().collect();
-            if program.values.tape.only(&read).signals().is_empty() {
-                hard[m.margins.clone()].fill(true);
-            }
-        }
-        HardLimits { within: vec![false; hard.len()], hard }
+        let members = evaluator.members().iter().enumerate();
+        let hard = members.filter(|(_, m)| !m.margins.is_empty() && stack.levels.get(m.level).is_some_and(|l| l.hard));
+        let limit = |(member, m): (usize, &crate::evaluator::Member)| {
+            let task = evaluator.task(member)?;
+            let is_moved = |inputs: BTreeSet<usize>| !program.values.tape.only(&inputs).signals().is_empty();
+            let subject = |s| {
+                let inputs = task.margin_inputs(s).unwrap_or_else(|| m.slots.clone());
+                if is_moved(inputs.into_iter().collect()) { Subject::Moved } else { Subject::Outside }
+            };
+            Some(HardLimit { member, subjects: (0..task.subjects()).map(subject).collect() })
+        };
+        HardLimits(hard.filter_map(limit).collect())
     }
 
     /// The stack is entered: limits that are violated now are restored, and count from the tick at which they hold.
     pub fn enter(&mut self) {
-        self.within.fill(false);
+        for subject in self.0.iter_mut().flat_map(|l| &mut l.subjects) {
+            if matches!(subject, Subject::Within) {
+                *subject = Subject::Outside;
+            }
+        }
     }
 
     /// Returns the first limit that the robot passed at this tick: it was within the limit before, and its margin is now
     /// below `-tolerance`.
     pub fn passed(&mut self, evaluator: &Evaluator, tolerance: f64) -> Option<Fault> {
         let mut first = None;
-        let limits = self.within.iter_mut().zip(evaluator.margins()).enumerate();
-        for (i, (within, h)) in limits.filter(|(i, _)| self.hard[*i]) {
-            let holds = *h >= -tolerance;
-            if *within && !holds && first.is_none() {
-                first = Some(i);
+        for HardLimit { member, subjects } in &mut self.0 {
+            let (Some(task), Some(m)) = (evaluator.task(*member), evaluator.members().get(*member)) else { continue };
+            let margins = evaluator.margins().get(m.margins.clone()).unwrap_or_default();
+            // Subjects without a row are further away than those that have one.
+            let all_within = subjects.len() > margins.len() && margins.iter().all(|h| *h >= -tolerance);
+            if all_within {
+                subjects.iter_mut().filter(|s| matches!(s, Subject::Outside)).for_each(|s| *s = Subject::Within);
+                continue;
             }
-            *within = holds;
+            for (row, h) in margins.iter().enumerate() {
+                let Some(subject) = subjects.get_mut(task.subject(row)) else { continue };
+                let next = if *h >= -tolerance { Subject::Within } else { Subject::Outside };
+                match (*subject, next) {
+                    (Subject::Moved, _) => continue,
+                    (Subject::Within, Subject::Outside) if first.is_none() => {
+                        first = Some(Fault::Limit { member: *member, row });
+                    }
+                    _ => {}
+                }
+                *subject = next;
+            }
         }
-        let at = first?;
-        let members = evaluator.members().iter();
-        let (member, m) = members.enumerate().find(|(_, m)| m.margins.contains(&at))?;
-        Some(Fault::Limit { member, row: at - m.margins.start })
+        first
     }
 }

@@ -87,6 +87,9 @@ impl Stack<'_> {
             signals[s.at..s.at + s.width()].fill(0.0);
             (signals[s.at], signals[s.known_at()]) = (1.0, 1.0);
             signals[s.at + 1..s.at + 4].copy_from_slice(&point);
+            if s.is_pose() {
+                signals[s.at + 4] = 1.0;
+            }
             some = true;
         }
         if !some {

@@ -140,6 +140,11 @@ impl Evaluator {
         self.tasks.get(member).is_some_and(|t| t.remembers_entry())
     }
 
+    /// The task of a member.
+    pub(crate) fn task(&self, member: usize) -> Option<&dyn Task> {
+        self.tasks.get(member).map(|t| &**t)
+    }
+
     /// Reserve that each row of a task keeps against sampling in time; empty if its limit has no curvature.
     pub fn sampled_margin(&self, member: usize) -> Vec<f64> {
         self.tasks.get(member).map(|t| t.sampled_margin()).unwrap_or_default()

@@ -18,12 +18,18 @@ impl Program {
             ensure((1..=MAX_SIGNAL).contains(&s.len), &place, "has too many numbers, or none")?;
             ensure(s.timeout.is_none_or(|t| t > 0.0), &place, "its timeout is no positive time")?;
             if let Some(motion) = &s.motion {
-                ensure(s.len == 3 && s.timeout.is_some(), &place, "is no point with a timeout, and moves")?;
+                ensure(s.len == 3 || s.is_pose(), &place, "is neither a point nor a pose, and moves")?;
+                ensure(!motion.person || (s.len == 3 && s.timeout.is_some()), &place, "is no point with a timeout")?;
+                ensure(s.variable.is_none() && s.conditioning.is_none(), &place, "a sensor's settings, and it moves")?;
                 let cutoff = if let Velocity::Estimated(cutoff) = motion.velocity { cutoff } else { 1.0 };
                 let growth = if let Lost::Hold(growth) = motion.lost { growth } else { 0.0 };
                 let positive = |x: f64| x > 0.0 && x.is_finite();
                 let good = positive(cutoff) && growth >= 0.0 && growth.is_finite();
-                ensure(good && motion.max_speed.is_none_or(positive), &place, "a speed or a cutoff makes no sense")?;
+                ensure(
+                    good && [motion.max_speed, motion.max_angular_speed].into_iter().flatten().all(positive),
+                    &place,
+                    "a speed or a cutoff makes no sense",
+                )?;
             }
             self.check_conditioning(s, &place)?;
             let held = s.variable.as_ref().map(|v| v.value.as_ref());
@@ -36,7 +42,7 @@ impl Program {
         }
         for (i, h) in self.interface.humans.iter().enumerate() {
             let place = format!("interface.humans[{i}]");
-            let moves = |s: &usize| self.interface.signals.get(*s).is_some_and(|s| s.motion.is_some());
+            let moves = |s: &usize| self.interface.signals.get(*s).is_some_and(SignalProgram::is_of_person);
             ensure(!h.points.is_empty() && h.points.iter().all(moves), &place, "a point is no tracked point")?;
             let inside = |l: &(usize, usize)| l.0.max(l.1) < h.points.len();
             ensure(h.links.iter().all(inside), &place, "a link joins points that do not exist")?;

@@ -59,7 +59,7 @@ impl DriveProgram {
                 .interface
                 .signals
                 .get(signal)
-                .is_some_and(|s| s.kind == kind && !s.is_variable() && s.motion.is_none())
+                .is_some_and(|s| s.kind == kind && !s.is_variable() && !s.is_of_person() && s.sent() == s.len)
         };
         ensure(is_mobile(program.robot.model.base), place, "the robot has no base that drives on the ground")?;
         ensure(is(self.target, "point"), &format!("{place}.target"), "is no signal that is a point")?;

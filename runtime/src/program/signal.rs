@@ -18,9 +18,9 @@ pub struct SignalProgram {
     pub optional: bool,
     /// Time for which a value is valid after it was received, in s; `None` for ever.
     pub timeout: Option<f64>,
-    /// Motion of a tracked point of a person, between readings and without them; `None` for other signals. In the
-    /// table, the value is followed by the velocity, by a number that is 1 while the point counts, and by the
-    /// uncertainty and its rate.
+    /// Motion of a tracked point or pose between readings and without them; `None` for other signals. In the table,
+    /// the value is followed by its rates, one for each number, by a number that is 1 while the value counts, and by
+    /// the uncertainty and its rate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<Tracking>,
     /// Processing of a value before it is stored in the table.
@@ -31,25 +31,31 @@ pub struct SignalProgram {
     pub variable: Option<Initial>,
 }
 
-/// Motion of a tracked point of a person.
+/// Motion of a tracked point or pose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tracking {
+    /// True for a point of a person, false for a signal of its own.
+    pub person: bool,
     /// Source of its velocity.
     pub velocity: Velocity,
     /// Largest speed that is plausible, in m/s; `None` for any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_speed: Option<f64>,
+    /// Largest angular speed of a pose that is plausible, in rad/s; `None` for any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_angular_speed: Option<f64>,
     /// Treatment of the point after its readings stop.
     pub lost: Lost,
 }
 
-/// Source of the velocity of a tracked point.
+/// Source of the velocity of a tracked point or pose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Velocity {
-    /// Differences of positions, filtered by a first-order low-pass with this cutoff, in Hz.
+    /// Differences of readings, filtered by a first-order low-pass with this cutoff, in Hz.
     Estimated(f64),
-    /// The host sends it after the position, in m/s.
+    /// The host sends it after the value: in m/s, and then of a pose the angular velocity in rad/s, along the axes of the
+    /// world.
     Measured,
     /// The point is assumed to be at rest between readings.
     None,
@@ -68,27 +74,40 @@ pub enum Lost {
 impl SignalProgram {
     /// Number of its numbers in the table.
     pub fn width(&self) -> usize {
-        1 + self.len + if self.motion.is_some() { 6 } else { 0 }
+        1 + self.len + if self.motion.is_some() { self.len + 3 } else { 0 }
     }
 
     /// Number of numbers that the host sends.
     pub fn sent(&self) -> usize {
-        self.len + if self.motion.is_some_and(|m| m.velocity == Velocity::Measured) { 3 } else { 0 }
+        match self.motion {
+            Some(Tracking { velocity: Velocity::Measured, .. }) => self.len + if self.is_pose() { 6 } else { 3 },
+            _ => self.len,
+        }
     }
 
-    /// Index of the first of the three numbers of a tracked point's velocity.
+    /// Returns true for a position with an orientation.
+    pub fn is_pose(&self) -> bool {
+        self.len == 7
+    }
+
+    /// Returns true for a tracked point of a person.
+    pub fn is_of_person(&self) -> bool {
+        self.motion.is_some_and(|m| m.person)
+    }
+
+    /// Index of the first rate of a tracked value, of as many as it has numbers.
     pub fn velocity_at(&self) -> usize {
         self.at + 1 + self.len
     }
 
     /// Index of the number that is 1 if its value may be used, because it is present or held, and -1 otherwise.
     pub fn known_at(&self) -> usize {
-        if self.motion.is_some() { self.velocity_at() + 3 } else { self.at }
+        if self.motion.is_some() { self.velocity_at() + self.len } else { self.at }
     }
 
     /// Index of the uncertainty of a tracked point in m; its rate in m/s follows.
     pub fn uncertainty_at(&self) -> usize {
-        self.velocity_at() + 4
+        self.velocity_at() + self.len + 1
     }
 }
 

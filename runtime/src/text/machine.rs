@@ -60,18 +60,22 @@ fn is_measured(p: &Program, s: &SignalProgram) -> bool {
     measured.filter_map(|m| p.interface.signals.get(m.signal)).any(|of| of.at == s.at)
 }
 
-/// Writes the motion of a tracked point, and the indices of its numbers.
+/// Writes the motion of a tracked signal, and the indices of its numbers.
 fn moving(s: &SignalProgram, motion: &Tracking, out: &mut String) -> std::fmt::Result {
     let (v, u) = (s.velocity_at(), s.uncertainty_at());
+    let last = v + s.len - 1;
     match motion.velocity {
         Velocity::Estimated(cutoff) => {
-            write!(out, "    velocity {v}..{}, estimated below {} Hz", v + 2, number(cutoff))?
+            write!(out, "    velocity {v}..{}, estimated below {} Hz", last, number(cutoff))?
         }
-        Velocity::Measured => write!(out, "    velocity {v}..{}, measured", v + 2)?,
+        Velocity::Measured => write!(out, "    velocity {v}..{}, measured", last)?,
         Velocity::None => write!(out, "    no velocity")?,
     }
     if let Some(most) = motion.max_speed {
         write!(out, ", at most {} m/s", number(most))?;
+    }
+    if let Some(most) = motion.max_angular_speed {
+        write!(out, ", at most {} rad/s", number(most))?;
     }
     match motion.lost {
         Lost::Fault => writeln!(out, "; lost: a fault"),

@@ -109,7 +109,7 @@ mod tests {
     use crate::program::{HumanProgram, Lost, Sending, Tracking, Velocity};
 
     fn interface(velocity: Velocity, lost: Lost) -> Interface {
-        let motion = Tracking { velocity, max_speed: None, lost };
+        let motion = Tracking { person: true, velocity, max_speed: None, max_angular_speed: None, lost };
         let (mut signals, mut at) = (Vec::new(), 0);
         for name in ["walker.chest", "walker.hand"] {
             let (name, kind) = (name.to_string(), "point".to_string());

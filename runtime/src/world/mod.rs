@@ -61,7 +61,12 @@ impl World {
         events.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.cmp(&a.1)));
         let q_of = |l: &LostReading| program.robot.model.dofs.get(l.dof).and_then(|d| d.q_index).map(|i| (*l, i));
         World {
-            senders: world.signals.iter().enumerate().map(|(i, s)| Sender::new(s, stream(seed, i))).collect(),
+            senders: world
+                .signals
+                .iter()
+                .enumerate()
+                .map(|(i, s)| Sender::new(s, &program.interface, stream(seed, i)))
+                .collect(),
             people: (world.humans.iter().enumerate())
                 .map(|(i, h)| Person::new(h, &program.interface, stream(seed, PEOPLE + i)))
                 .collect(),
@@ -102,8 +107,12 @@ impl World {
         person.into_iter().for_each(|person| person.place(at, velocity));
     }
 
-    /// Replaces the motion of people that the controller knows with the true one, in a table of signals.
+    /// Replaces the motion of people and of tracked signals that the controller knows with the true one, in a table of
+    /// signals.
     pub fn truth(&self, time: f64, signals: &mut [f64]) {
+        for sender in &self.senders {
+            sender.truth(time, signals);
+        }
         for person in &self.people {
             person.truth(time, signals);
         }

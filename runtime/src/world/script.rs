@@ -2,28 +2,82 @@
 
 use rand_pcg::Pcg64;
 
+use super::NOW;
 use super::channel::{Channel, Sample};
-use crate::program::SignalScript;
+use crate::program::{Interface, SignalProgram, SignalScript};
 use crate::signals::Signals;
 
 /// Sends the values of a script.
 pub(super) struct Sender {
     signal: usize,
     path: Vec<(f64, Vec<f64>)>,
+    /// True if the velocity is sent after the value, because it counts as measured.
+    with_velocity: bool,
+    /// Place of a tracked signal in the table of signals; `None` for other signals.
+    tracked: Option<Tracked>,
+    /// Time from which values are sent, in s.
+    from: f64,
+    /// Time until which they are sent, in s.
+    to: f64,
     channel: Channel,
 }
 
+/// Place of a tracked signal in the table of signals.
+struct Tracked {
+    /// Index of its value.
+    value: usize,
+    /// Index of its rates.
+    rates: usize,
+    /// Index of the number that says that it counts.
+    known: usize,
+}
+
 impl Sender {
-    pub fn new(script: &SignalScript, random: Pcg64) -> Sender {
+    pub fn new(script: &SignalScript, interface: &Interface, random: Pcg64) -> Sender {
         let channel = Channel::new(script.sending(), random);
-        Sender { signal: script.signal, path: script.path.clone(), channel }
+        let signal = interface.signals.get(script.signal);
+        let place = |s: &SignalProgram| Tracked { value: s.at + 1, rates: s.velocity_at(), known: s.known_at() };
+        Sender {
+            signal: script.signal,
+            path: script.path.clone(),
+            with_velocity: signal.is_some_and(|s| s.sent() > s.len),
+            tracked: signal.filter(|s| s.motion.is_some()).map(place),
+            from: script.from,
+            to: script.to.unwrap_or(f64::INFINITY),
+            channel,
+        }
+    }
+
+    /// Replaces the value and the rates of a tracked signal that the controller knows with the true ones, without noise
+    /// and delay, while the script sends them. Its presence remains what the controller has.
+    pub fn truth(&self, time: f64, table: &mut [f64]) {
+        let Some(Tracked { value, rates, known }) = self.tracked else { return };
+        if time < self.from - NOW || time >= self.to - NOW {
+            return;
+        }
+        let numbers = at(&self.path, time);
+        let Some(own) = table.get_mut(value..value + numbers.len()) else { return };
+        own.copy_from_slice(&numbers);
+        let slope = velocity(&self.path, time);
+        for (k, rate) in table.iter_mut().skip(rates).take(numbers.len()).enumerate() {
+            *rate = slope.get(k).copied().unwrap_or(0.0);
+        }
+        if let Some(known) = table.get_mut(known) {
+            *known = 1.0;
+        }
     }
 
     pub fn tick(&mut self, signals: &mut Signals, time: f64) {
-        let Sender { signal, path, channel } = self;
+        let Sender { signal, path, with_velocity, channel, .. } = self;
         let value = || {
-            let numbers = at(path, time);
-            Sample { noisy: numbers.len(), numbers }
+            let mut numbers = at(path, time);
+            let noisy = numbers.len();
+            if *with_velocity {
+                numbers.extend(velocity(path, time));
+                // A pose does not move along a path.
+                numbers.resize(if noisy == 7 { 13 } else { 2 * noisy }, 0.0);
+            }
+            Sample { noisy, numbers }
         };
         channel.tick(time, value, |value, arrived| {
             signals.set(*signal, value, arrived);
@@ -45,13 +99,21 @@ pub(super) fn at(path: &[(f64, Vec<f64>)], time: f64) -> Vec<f64> {
     }
 }
 
+/// Slope of a path at a time: of a point its velocity, in m/s. Empty before and after the path.
+fn velocity(path: &[(f64, Vec<f64>)], time: f64) -> Vec<f64> {
+    let behind = path.partition_point(|p| p.0 <= time);
+    match (behind.checked_sub(1).and_then(|i| path.get(i)), path.get(behind)) {
+        (Some(a), Some(b)) => a.1.iter().zip(&b.1).map(|(x, y)| (y - x) / (b.0 - a.0)).collect(),
+        _ => Vec::new(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
     use super::super::stream;
     use super::*;
-    use crate::program::{Interface, SignalProgram};
 
     fn script() -> SignalScript {
         let path = vec![(1.0, vec![0.0, 10.0]), (2.0, vec![4.0, 10.0])];
@@ -85,7 +147,7 @@ mod tests {
 
     /// Values at each tick of 10 ms; `None` if the signal is absent.
     fn seen(script: &SignalScript, seed: u64, ticks: usize) -> Vec<Option<f64>> {
-        let (mut sender, mut signals) = (Sender::new(script, stream(seed, 0)), signals());
+        let (mut sender, mut signals) = (Sender::new(script, &Interface::default(), stream(seed, 0)), signals());
         let one = |k: usize| {
             let time = k as f64 * 0.01;
             sender.tick(&mut signals, time);

@@ -359,6 +359,20 @@ impl Task for KeepClear {
         self.slopes.clone()
     }
 
+    fn subjects(&self) -> usize {
+        self.pairs.len()
+    }
+
+    fn subject(&self, row: usize) -> usize {
+        if self.nearest.is_some() { self.order.get(row).copied().unwrap_or(row) } else { row }
+    }
+
+    fn margin_inputs(&self, subject: usize) -> Option<Vec<usize>> {
+        let obstacle = &self.obstacles[self.pairs.get(subject)?.obstacle];
+        let pose = obstacle.slots().flat_map(|s| s.at..s.at + s.len);
+        Some(pose.chain([self.d_min.at]).collect())
+    }
+
     fn looks_ahead(&self) -> bool {
         self.sampled_margin.looks_ahead
     }
@@ -370,8 +384,7 @@ impl Task for KeepClear {
     }
 
     fn margin_after(&self, next: &State, row: usize, period: f64) -> f64 {
-        let pair = if self.nearest.is_some() { self.order.get(row).copied() } else { Some(row) };
-        let Some(Pair { part, obstacle, .. }) = pair.and_then(|i| self.pairs.get(i)) else { return f64::INFINITY };
+        let Some(Pair { part, obstacle, .. }) = self.pairs.get(self.subject(row)) else { return f64::INFINITY };
         let (part, obstacle) = (&self.parts[*part], &self.obstacles[*obstacle]);
         if !obstacle.is_present(next.values) {
             return f64::INFINITY;

@@ -92,7 +92,7 @@ impl Parser<'_> {
 
     fn is_presence(&self, signal: usize, at: usize) -> bool {
         let s = &self.interface.signals[signal];
-        at == s.at && s.motion.is_none()
+        at == s.at && !s.is_of_person()
     }
 
     fn flag(&mut self, node: usize) -> Formula {
@@ -216,7 +216,7 @@ impl Parser<'_> {
                 }
                 Op::Sqrt(a) => self.range(a).low >= 0.0,
                 Op::Div(_, b) => self.graph.constant(b).is_some_and(|b| b != 0.0),
-                Op::Signal(at) => self.signal_of(at).is_some_and(|s| self.interface.signals[s].motion.is_none()),
+                Op::Signal(at) => self.signal_of(at).is_some_and(|s| !self.interface.signals[s].is_of_person()),
                 _ => false,
             };
         }
@@ -229,7 +229,7 @@ impl Parser<'_> {
         self.visit(nodes, |op| {
             if let Op::Signal(at) = op
                 && let Some(signal) = self.signal_of(at)
-                && self.interface.signals[signal].motion.is_none()
+                && !self.interface.signals[signal].is_of_person()
                 && at != self.interface.signals[signal].at
             {
                 reads.insert(signal);

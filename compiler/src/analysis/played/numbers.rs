@@ -27,7 +27,7 @@ pub(super) fn is_sent(program: &Program, scenario: &ScenarioProgram, signal: usi
     if of.variable.is_some() {
         return true;
     }
-    if of.motion.is_some() {
+    if of.is_of_person() {
         return point(program, scenario, signal).is_some();
     }
     let by_outcome = |s: &(usize, Vec<f64>)| s.0 == signal;
@@ -45,7 +45,7 @@ pub(super) fn ranges(program: &Program, scenario: &ScenarioProgram, sent: &[bool
         if of.motion.is_some() {
             out[of.uncertainty_at()] = Interval::new(0.0, f64::INFINITY);
         }
-        let values = match (of.variable.is_some() || !sent[s], of.motion.is_some()) {
+        let values = match (of.variable.is_some() || !sent[s], of.is_of_person()) {
             (true, _) => None,
             (false, true) => point(program, scenario, s).and_then(|p| positions(&p, scenario.run.duration)),
             (false, false) => values(program, scenario, s),

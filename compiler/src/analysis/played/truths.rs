@@ -100,7 +100,7 @@ impl Played<'_> {
         let interface = &self.program.interface;
         self.context.needed(&[node]).into_iter().any(|n| match self.context.graph.ops()[n] {
             Op::Signal(k) if k < interface.width() => {
-                interface.signal_of(k).is_none_or(|s| interface.signals[s].motion.is_none())
+                interface.signal_of(k).is_none_or(|s| !interface.signals[s].is_of_person())
             }
             _ => false,
         })

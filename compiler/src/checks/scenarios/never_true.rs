@@ -134,7 +134,7 @@ impl Scene<'_> {
             );
         }
         // People who never matter are reported at their script.
-        let is_person = |s: &usize| self.program.interface.signals[*s].motion.is_some();
+        let is_person = |s: &usize| self.program.interface.signals[*s].is_of_person();
         if needed.iter().any(is_person) {
             return None;
         }

@@ -19,7 +19,7 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
         for (param, bound) in &t.params {
             for signal in readings::signals(c.program, bound) {
                 let s = &c.program.interface.signals[signal];
-                let ageless = s.timeout.is_none() && s.motion.is_none() && !s.is_variable();
+                let ageless = s.timeout.is_none() && !s.is_of_person() && !s.is_variable();
                 let measured = match s.kind.as_str() {
                     "wrench" => true,
                     "point" | "pose" | "orientation" => !s.optional && !ended_by_host(c, task),

@@ -129,7 +129,8 @@ impl Lowerer<'_> {
         meaning: &str,
     ) -> Option<usize> {
         let (name, at) = (of.value.as_str(), self.origins.span(of.at));
-        let all = || program.interface.signals.iter().filter(|s| !s.is_variable() && s.motion.is_none());
+        let all =
+            || program.interface.signals.iter().filter(|s| !s.is_variable() && !s.is_of_person() && s.sent() == s.len);
         let fitting: Vec<&str> = all().filter(|s| s.kind == ty).map(|s| s.name.as_str()).collect();
         let Some(signal) = program.interface.signals.iter().position(|s| s.name == name) else {
             let d = Diagnostic::unknown_name(at, format!("`{spec}` has no signal `{name}`"));
@@ -138,10 +139,11 @@ impl Lowerer<'_> {
             return None;
         };
         let s = &program.interface.signals[signal];
-        if s.is_variable() || s.motion.is_some() || s.kind != ty {
-            let what = match (s.is_variable(), s.motion.is_some()) {
+        if s.is_variable() || s.is_of_person() || s.sent() > s.len || s.kind != ty {
+            let what = match (s.is_variable(), s.is_of_person()) {
                 (true, _) => "a variable of the machine".to_string(),
                 (_, true) => "a point of a person".to_string(),
+                _ if s.sent() > s.len => "a signal whose velocity is measured".to_string(),
                 _ => format!("a signal of the type `{}`", s.kind),
             };
             let d = Diagnostic::error("HQ0960", at, format!("`{name}` of `{spec}` is {what}"))

@@ -1,0 +1,142 @@
+//! Obstacles that signals move: the robot gives way as fast as they come, stale and bad readings are faults, and an obstacle
+//! that moves takes no fault away from those that stand.
+
+use crate::common;
+use crate::common::least;
+
+use nalgebra::{UnitQuaternion, Vector3};
+use runtime::program::Program;
+use runtime::{Controller, Fault, FaultKind, Observation, Recorder, SimulatedRobot, Tick};
+
+const ROBOT: &str = "hierarq 1
+robot arm { urdf \"robots/arm7.urdf\"  rate 200 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }
+  points { hand tool } }
+task limits = joint_velocity_limits
+task stay = hold(tool)
+";
+
+/// A ball that comes from afar on the line through the tool, at 0.25 m/s, and stops before the robot runs out of space.
+fn ball(signal: &str, script: &str) -> Program {
+    common::program_of(&format!(
+        "{ROBOT}signal at : point {{ timeout 52 ms  {signal} }}
+obstacle ball {{ sphere 0.2 m  position at }}
+task away = keep_clear(hand) {{ of ball  d_min 0.1 m  gain 10 /s }}
+stack work {{ level limits hard {{ limits }}  level room hard {{ away }}  level motion {{ stay }} }}
+scenario s {{ duration 4.6 s  signals {{ at {{ path [{{ at 0 s  value [1.7, 0, 0.34] m }}, {{ at 4.4 s  value [0.6, 0, 0.34] m }}]  {script} }} }} }}"
+    ))
+}
+
+/// What happens at each tick.
+#[derive(Default)]
+struct Seen {
+    margins: Vec<f64>,
+    commands: Vec<Vec<f64>>,
+    faults: Vec<Option<Fault>>,
+}
+
+impl Recorder for Seen {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        let member = tick.evaluator.members().iter().find(|m| m.name == "away");
+        let margins = member.map_or(&[][..], |m| &tick.evaluator.margins()[m.margins.clone()]);
+        self.margins.push(margins.iter().copied().fold(f64::INFINITY, f64::min));
+        self.commands.push(tick.command.to_vec());
+        self.faults.push(tick.fault);
+        Ok(())
+    }
+}
+
+/// The steady state of `h' = -gain h - v`: an obstacle that comes at `v` without a known velocity is `v / gain` inside.
+#[test]
+fn a_ball_is_given_way_as_fast_as_it_comes() {
+    let of = |signal: &str| least(&common::recorded::<Seen>(&ball(signal, "")).margins);
+    let (measured, estimated, none) = (of("velocity measured"), of("velocity estimated"), of(""));
+    assert!(measured > -1e-3, "{measured}");
+    assert!(estimated > -2e-3, "{estimated}");
+    assert!((none + 0.025).abs() < 2e-3, "{none}");
+    let cut = of("velocity estimated  max_speed 0.1 m/s");
+    assert!((cut + 0.015).abs() < 2e-3, "{cut}");
+}
+
+#[test]
+fn readings_that_stop_or_make_no_sense_are_stale_and_the_robot_stands() {
+    for signal in ["", "velocity estimated", "velocity measured"] {
+        for script in ["to 1 s", "nan 1 s"] {
+            let seen = common::recorded::<Seen>(&ball(signal, script));
+            let at = seen.faults.iter().position(Option::is_some).expect("there is a fault");
+            assert!(matches!(seen.faults[at], Some(Fault::Stale { signal: 0 })), "{:?}", seen.faults[at]);
+            // The last reading before 1 s is valid for 52 ms; one that is not a number ends it at once.
+            assert_eq!(at, if script == "to 1 s" { 210 } else { 200 }, "{signal} {script}");
+            assert!(seen.commands[at..].iter().flatten().all(|v| *v == 0.0), "{signal} {script}");
+        }
+    }
+}
+
+/// Smallest margin of a bar that turns about the vertical axis towards the tool, at 0.4 rad/s, and stops.
+fn least_beside_a_bar(signal: &str) -> f64 {
+    let program = common::program_of(&format!(
+        "{ROBOT}signal at : pose {{ timeout 52 ms  {signal} }}
+obstacle bar {{ box [1, 0.1, 0.4] m  position at.position  orientation at.orientation }}
+task away = keep_clear(hand) {{ of bar  d_min 5 cm  gain 5 /s }}
+stack work {{ level limits hard {{ limits }}  level room hard {{ away }}  level motion {{ stay }} }}
+run {{ stack work  duration 1 s }}"
+    ));
+    let mut controller = Controller::new(&program).expect("it can be executed");
+    let mut robot = SimulatedRobot::new(&program);
+    let (rate, sent) = (-0.4, program.interface.signals[0].sent());
+    let mut least = f64::INFINITY;
+    for k in 0..800 {
+        let time = f64::from(k) * program.robot.period;
+        let angle = -0.2 + rate * time.min(2.5);
+        // The bar turns about its centre beside the robot, and its side sweeps towards the tool.
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+        let moving = if time < 2.5 { rate } else { 0.0 };
+        let pose = [0.35, 0.35, 0.34, turn.w, turn.i, turn.j, turn.k, 0.0, 0.0, 0.0, 0.0, 0.0, moving];
+        assert!(controller.signals().set(0, &pose[..sent], time));
+        let q = robot.measure().to_vec();
+        let command = controller.step(&Observation { time, q: &q });
+        assert_eq!(command.fault, None, "{time}");
+        let velocity = command.velocity.to_vec();
+        let member = controller.evaluator().members().iter().find(|m| m.name == "away").expect("it is there");
+        least = least.min(controller.evaluator().margins()[member.margins.start]);
+        robot.apply(&velocity);
+    }
+    least
+}
+
+/// A pose turns an obstacle: without its angular velocity, the robot gives way with the lag of its gain.
+#[test]
+fn a_bar_is_given_way_as_fast_as_it_turns() {
+    let [measured, estimated, none] = ["velocity measured", "velocity estimated", ""].map(least_beside_a_bar);
+    assert!(measured > -1e-3, "{measured}");
+    assert!(estimated > -3e-3, "{estimated}");
+    assert!(none < -1e-2, "{none}");
+}
+
+/// An obstacle that no signal moves jumps into the tool: a limit that was passed. A ball that a signal moves is in the same
+/// task, first far away, and then in the place of the other one, where it is given way.
+#[test]
+fn an_obstacle_that_moves_takes_no_fault_from_those_that_stand() {
+    let run = |declared: &str, measured: &str, nearest: &str| {
+        let program = common::program_of(&format!(
+            "{ROBOT}signal at : point {{ timeout 1 s }}
+obstacle measured {{ sphere 5 cm  position at }}
+obstacle declared {{ sphere 5 cm  position {declared} }}
+task away = keep_clear(hand) {{ of [measured, declared]  gain 5 /s  {nearest} }}
+stack work {{ level limits hard {{ limits }}  level room hard {{ away }}  level motion {{ stay }} }}
+scenario s {{ duration 1 s  signals {{ at {{ {measured} }} }} }}"
+        ));
+        let seen = common::recorded::<Seen>(&program);
+        let fault = seen.faults.iter().flatten().next().map(|f| f.kind());
+        (least(&seen.margins), fault)
+    };
+    // The tool is at [0.5, 0, 0.34] m.
+    let (far, near) = ("[-1.5, 0, 1.5] m", "[0.53, 0, 0.34] m");
+    for nearest in ["", "nearest 1"] {
+        let jumps = format!("if(time > 0.5 s, {near}, {far})");
+        let (margin, fault) = run(&jumps, &format!("value {far}"), nearest);
+        assert!(margin < -1e-3 && fault == Some(FaultKind::Limit), "{nearest}: {margin}, {fault:?}");
+        let path = format!("path [{{ at 0.5 s  value {far} }}, {{ at 0.501 s  value {near} }}]");
+        let (margin, fault) = run(far, &path, nearest);
+        assert!(margin < -1e-3 && fault.is_none(), "{nearest}: {margin}, {fault:?}");
+    }
+}
