@@ -8,11 +8,13 @@
 mod explored;
 
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use divan::{Bencher, black_box};
+use hierarq_mission::kinds::explore::bound::{Ways, lower_bound};
 use hierarq_mission::kinds::explore::execution::{ExploreExecution, Settings};
 use hierarq_mission::kinds::explore::foresight::Foresight;
-use hierarq_mission::kinds::explore::lattice::{Ground, construct, way_out};
+use hierarq_mission::kinds::explore::lattice::{Aim, Ground, construct, way_out};
 use hierarq_mission::kinds::explore::problem::Problem;
 use hierarq_mission::kinds::explore::program::{Present, build};
 use hierarq_mission::kinds::explore::validate::validate;
@@ -30,11 +32,16 @@ fn start() -> (Problem, Present, Foresight) {
     (problem, present, foresight)
 }
 
+/// No plan is good enough, and the time is never over.
+fn thorough() -> Aim {
+    Aim { bound: f64::NEG_INFINITY, until: Instant::now() + Duration::from_secs(3600) }
+}
+
 #[divan::bench(sample_count = 20)]
 fn lattice(bencher: Bencher) {
     let (problem, present, foresight) = start();
     let ground = Ground::new(&problem).unwrap();
-    bencher.bench_local(|| construct(black_box(&problem), &ground, &present, &foresight, None));
+    bencher.bench_local(|| construct(black_box(&problem), &ground, &present, &foresight, None, &thorough()));
 }
 
 /// Once for an execution: the free ground, and the states from which a robot can always give way.
@@ -42,6 +49,22 @@ fn lattice(bencher: Bencher) {
 fn safe_states(bencher: Bencher) {
     let (problem, ..) = start();
     bencher.bench_local(|| Ground::new(black_box(&problem)));
+}
+
+#[divan::bench]
+fn bound(bencher: Bencher) {
+    let (problem, present, foresight) = start();
+    let ways = Ways::new(&problem);
+    bencher.bench_local(|| lower_bound(black_box(&problem), &ways, &present, &foresight));
+}
+
+#[divan::bench(sample_count = 20)]
+fn polish(bencher: Bencher) {
+    let (problem, present, foresight) = start();
+    let ground = Ground::new(&problem).unwrap();
+    let plan = construct(&problem, &ground, &present, &foresight, None, &thorough()).expect("a plan");
+    let program = build(&problem, &present, &foresight, None).expect("a program");
+    bencher.bench_local(|| program.polished(black_box(&problem), &present, &plan, Duration::from_secs(60)));
 }
 
 #[divan::bench(sample_count = 20)]
@@ -54,7 +77,7 @@ fn fallback_way_out(bencher: Bencher) {
 fn validator(bencher: Bencher) {
     let (problem, present, foresight) = start();
     let ground = Ground::new(&problem).unwrap();
-    let plan = construct(&problem, &ground, &present, &foresight, None).expect("a plan");
+    let plan = construct(&problem, &ground, &present, &foresight, None, &thorough()).expect("a plan");
     bencher.bench_local(|| validate(black_box(&problem), &present, &foresight, &plan));
 }
 

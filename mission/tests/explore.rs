@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use hierarq_mission::kinds::explore::bound::{Ways, lower_bound};
 use hierarq_mission::kinds::explore::foresight::Foresight;
 use hierarq_mission::kinds::explore::motion::{Dynamics, State};
 use hierarq_mission::kinds::explore::polygon::{Convex, Point, distance};
@@ -110,6 +111,8 @@ fn plans_are_no_worse_than_the_best_on_a_lattice() {
         assert!(best.cost <= brute + gap + 1e-3, "{} against {brute}", best.cost);
         // The bound holds for every plan, also for those on the lattice.
         assert!(best.bound <= brute + 1e-6, "{} against {brute}", best.bound);
+        let bound = lower_bound(&problem, &Ways::new(&problem), &present, &foresight);
+        assert!(bound <= brute + 1e-6, "{bound} against {brute}");
         // Rewards are whole: what the lattice cannot take in time, nobody can at this speed along the axes.
         let worth = problem.targets[0].worth;
         assert_eq!((best.cost / worth).round(), (brute / worth).round());

@@ -1,10 +1,13 @@
 //! Plans of explorations on the lattice: a robot that goes ahead, ways out, and predictions that lead in a circle.
 
+use std::time::{Duration, Instant};
+
+use hierarq_mission::kinds::explore::bound::{Ways, lower_bound};
 use hierarq_mission::kinds::explore::execution::{ExploreExecution, Settings};
 use hierarq_mission::kinds::explore::foresight::Foresight;
-use hierarq_mission::kinds::explore::lattice::{Ground, construct, way_out};
+use hierarq_mission::kinds::explore::lattice::{Aim, Ground, construct, way_out};
 use hierarq_mission::kinds::explore::motion::State;
-use hierarq_mission::kinds::explore::objective::{Costs, lower_bound};
+use hierarq_mission::kinds::explore::objective::Costs;
 use hierarq_mission::kinds::explore::polygon::{Convex, Point};
 use hierarq_mission::kinds::explore::problem::{Model, PolicyFile, Problem};
 use hierarq_mission::kinds::explore::validate::validate;
@@ -14,6 +17,11 @@ use learning::policy::{Method, Policy, Training};
 use proptest::prelude::*;
 
 use crate::explored::{present, rectangle, world};
+
+/// No plan is good enough, and the time is never over.
+fn thorough() -> Aim {
+    Aim { bound: f64::NEG_INFINITY, until: Instant::now() + Duration::from_secs(3600) }
+}
 
 fn standing(at: Point, periods: usize) -> Foresight {
     Foresight { positions: vec![at; periods + 1], visits: Vec::new(), arrives: false, spread: Vec::new() }
@@ -34,15 +42,15 @@ fn a_robot_goes_ahead_of_the_one_that_keeps_its_connection() {
     // One connection reaches 5.5 m less the stride of the person.
     assert!((6.2_f64).hypot(6.2) - 0.5 > 6.0);
     let ground = Ground::new(&problem).unwrap();
-    let plan = construct(&problem, &ground, &start, &foresight, None).unwrap();
+    let plan = construct(&problem, &ground, &start, &foresight, None, &thorough()).unwrap();
     assert_eq!(validate(&problem, &start, &foresight, &plan), []);
     assert_eq!(plan.visits.len(), 1, "{plan:?}");
     let cost = Costs::of(&problem, &start, &foresight, &plan).total();
-    assert!(lower_bound(&problem, &start, &foresight) <= cost);
+    assert!(lower_bound(&problem, &Ways::new(&problem), &start, &foresight) <= cost);
     // Alone nobody gets there.
     let mut alone = start.clone();
     alone.active[1] = false;
-    let plan = construct(&problem, &ground, &alone, &foresight, None);
+    let plan = construct(&problem, &ground, &alone, &foresight, None, &thorough());
     assert!(plan.is_none_or(|plan| plan.visits.is_empty()));
 }
 

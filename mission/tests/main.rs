@@ -8,6 +8,7 @@ mod common;
 mod events;
 mod execution;
 mod explore;
+mod explore_bound;
 mod explore_execution;
 mod explore_lattice;
 mod explore_safe;

@@ -3,10 +3,11 @@
 //!
 //! [`problem::Problem`] describes region, targets, robots and the person, [`check`] reports mistakes. [`grid`] is the grid over which the
 //! person walks, [`mind`] the models of the person, whose prediction is a [`foresight::Foresight`]. [`program`] is the mixed-integer program of a plan,
-//! [`lattice`] finds good plans fast, [`solve`] solves the program from there, [`validate::validate`] checks a plan against the problem alone. [`execution`] simulates the world in which
+//! [`lattice`] finds good plans fast, [`bound`] says how good any plan can be, [`solve`] solves the program from there, [`validate::validate`] checks a plan against the problem alone. [`execution`] simulates the world in which
 //! plans are made anew at each period. [`polygon`] and [`motion`] are the geometry and the dynamics of all of them.
 
 mod blocks;
+pub mod bound;
 mod build;
 pub mod chart;
 pub mod check;

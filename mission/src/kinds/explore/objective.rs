@@ -59,25 +59,6 @@ impl Costs {
     }
 }
 
-/// A lower bound on the cost of every plan: no robot is at a target earlier than its speed allows.
-pub fn lower_bound(problem: &Problem, present: &Present, foresight: &Foresight) -> f64 {
-    let left = |target: &usize| present.open[*target] && foresight.visits.iter().all(|(of, _)| of != target);
-    let periods = foresight.periods().min(problem.periods);
-    let best = |target: usize| {
-        let target = &problem.targets[target];
-        let [low, high] = target.shape.bounds();
-        let active = (0..problem.robots.len()).filter(|robot| present.active[*robot]);
-        let earliest = active.map(|robot| {
-            let (at, stride) = (present.states[robot].at, problem.robots[robot].speed * problem.period);
-            let far = |axis: usize| f64::max(low[axis] - at[axis], at[axis] - high[axis]).max(0.0);
-            // The first visit is at the end of the first period.
-            ((far(0).max(far(1)) / stride - 1e-6).ceil() as usize).max(1)
-        });
-        earliest.filter(|step| *step <= periods).min().map_or(0.0, |step| gain(target, step).max(0.0))
-    };
-    0.0 - (0..problem.targets.len()).filter(left).map(best).sum::<f64>()
-}
-
 /// `(cost - bound) / |bound|`, zero or more.
 pub fn gap(cost: f64, bound: f64) -> f64 {
     ((cost - bound) / bound.abs().max(1.0)).max(0.0)

@@ -3,11 +3,12 @@
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
+use super::bound::{Ways, lower_bound};
 use super::foresight::Foresight;
-use super::lattice::{EXPOSED, Ground, construct, exposed};
-use super::objective::{Costs, gap, lower_bound};
+use super::lattice::{Aim, EXPOSED, Ground, construct, exposed};
+use super::objective::{Costs, gap};
 use super::problem::{EngineChoice, Problem};
-use super::program::{Group, Present, Trajectories, build, replayed};
+use super::program::{Group, Present, Program, Trajectories, build, replayed};
 use super::validate::validate;
 use crate::engine::{Answer, Budget, EngineError, Highs, Microlp, Milp};
 use crate::plan::Limit;
@@ -16,6 +17,8 @@ use crate::plan::Limit;
 pub const FIRST: f64 = 20.0;
 /// Share of the time of a plan that the search for a cause may take.
 const CAUSE: f64 = 0.5;
+/// Share of the time of a plan that its polish may take.
+const POLISH: f64 = 0.3;
 
 /// A plan of the robots.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +46,8 @@ pub enum Origin {
     LastPlan,
     /// The lattice.
     Lattice,
+    /// The best motions that make the choices of the last plan or of the lattice.
+    Polished,
     /// The engine for mixed-integer programs.
     Engine,
 }
@@ -53,6 +58,7 @@ impl Origin {
         match self {
             Origin::LastPlan => "the rest of the last plan",
             Origin::Lattice => "the lattice",
+            Origin::Polished => "a linear program",
             Origin::Engine => "the engine",
         }
     }
@@ -86,8 +92,22 @@ pub struct Solver {
     is_built_in: bool,
     /// The rest of the last plan.
     last: Option<Trajectories>,
-    /// The ground of the lattice, once it was looked for; none: no lattice fits.
-    ground: Option<Option<Ground>>,
+    prepared: OnceLock<Prepared>,
+}
+
+/// Parts that depend on the problem alone, and are made once.
+struct Prepared {
+    /// The ground of the lattice; none: no lattice fits.
+    ground: Option<Ground>,
+    ways: Ways,
+}
+
+/// The inputs of a plan.
+#[derive(Clone, Copy)]
+struct Situation<'p> {
+    problem: &'p Problem,
+    present: &'p Present,
+    foresight: &'p Foresight,
 }
 
 /// A known plan with its cost and the number of robots that it exposes.
@@ -128,7 +148,7 @@ impl Solver {
             EngineChoice::Auto => !*IS_THERE.get_or_init(|| Highs::find().is_ok()),
         };
         let engine: Box<dyn Milp + Send> = if is_built_in { Box::new(Microlp) } else { Box::new(Highs::find()?) };
-        Ok(Solver { engine, is_built_in, last: None, ground: None })
+        Ok(Solver { engine, is_built_in, last: None, prepared: OnceLock::new() })
     }
 
     /// Name of the engine.
@@ -162,9 +182,10 @@ impl Solver {
         time: Duration,
     ) -> Result<Best, NoPlan> {
         let begun = Instant::now();
-        self.prepare(problem);
-        let ground = self.ground.as_ref().and_then(Option::as_ref);
-        let bound = lower_bound(problem, present, foresight);
+        let prepared = || Prepared { ground: Ground::new(problem), ways: Ways::new(problem) };
+        let Prepared { ground, ways } = self.prepared.get_or_init(prepared);
+        let ground = ground.as_ref();
+        let bound = lower_bound(problem, ways, present, foresight);
         let is_good =
             |known: &Option<Known>| known.as_ref().is_some_and(|of| gap(of.cost, bound) <= problem.planner.gap);
         let known_as = |trajectories: Trajectories, origin: Origin| {
@@ -181,17 +202,33 @@ impl Solver {
         let rest = self.rest(problem, present, foresight);
         let mut known = rest.and_then(|rest| sound(rest, Origin::LastPlan));
         if !is_good(&known) || known.as_ref().is_some_and(|known| known.exposed > 0) {
-            let lattice = ground.and_then(|ground| construct(problem, ground, present, foresight, self.last.as_ref()));
+            let (aim, last) = (Aim { bound, until: begun + time }, self.last.as_ref());
+            let lattice = ground.and_then(|ground| construct(problem, ground, present, foresight, last, &aim));
             known = best(known, lattice.and_then(|found| sound(found, Origin::Lattice)));
         }
         let searched = match is_good(&known) {
             true => Answer { values: None, bound, stopped: None, nodes: 0 },
             false => {
                 let left = time.saturating_sub(begun.elapsed());
-                let start = known.as_ref().map(|known| &known.trajectories);
-                let (answer, found) = self.search(problem, present, foresight, start, left)?;
-                known = best(found.map(|of| known_as(of, Origin::Engine)), known);
-                answer
+                let program =
+                    build(problem, present, foresight, None).map_err(|group| NoPlan::Infeasible(Some(group)))?;
+                // Away from the lattice little is known of safe states.
+                let is_free = ground.is_none_or(|ground| !ground.knows_safe_states());
+                if let Some(of) = known.as_ref().filter(|_| is_free) {
+                    let polished = program.polished(problem, present, &of.trajectories, left.mul_f64(POLISH));
+                    known = best(known, polished.and_then(|of| sound(of, Origin::Polished)));
+                }
+                match is_good(&known) {
+                    true => Answer { values: None, bound, stopped: None, nodes: 0 },
+                    false => {
+                        let start = known.as_ref().map(|known| &known.trajectories);
+                        let left = time.saturating_sub(begun.elapsed());
+                        let situation = Situation { problem, present, foresight };
+                        let (answer, found) = self.search(&situation, &program, start, left)?;
+                        known = best(found.map(|of| known_as(of, Origin::Engine)), known);
+                        answer
+                    }
+                }
             }
         };
         let Known { cost, exposed, trajectories, origin } = known.ok_or(NoPlan::Late)?;
@@ -200,27 +237,20 @@ impl Solver {
         Ok(Best { trajectories, cost, bound, exposed, stopped: searched.stopped, nodes: searched.nodes, origin })
     }
 
-    /// Makes the ground of the lattice, once.
-    fn prepare(&mut self, problem: &Problem) {
-        self.ground.get_or_insert_with(|| Ground::new(problem));
-    }
-
     /// The ground of the lattice; none: no plan was made yet, or no lattice fits.
     pub fn ground(&self) -> Option<&Ground> {
-        self.ground.as_ref().and_then(Option::as_ref)
+        self.prepared.get()?.ground.as_ref()
     }
 
     /// The search of the engine from a known plan.
     fn search(
         &self,
-        problem: &Problem,
-        present: &Present,
-        foresight: &Foresight,
+        Situation { problem, present, foresight }: &Situation,
+        program: &Program,
         known: Option<&Trajectories>,
         time: Duration,
     ) -> Result<(Answer, Option<Trajectories>), NoPlan> {
         let begun = Instant::now();
-        let program = build(problem, present, foresight, None).map_err(|group| NoPlan::Infeasible(Some(group)))?;
         let without = |stopped| Answer { values: None, bound: f64::NEG_INFINITY, stopped: Some(stopped), nodes: 0 };
         // A program that is too large for the engine leaves the plan of the lattice.
         if self.is_built_in && program.binaries.len() > MOST_BUILT_IN {

@@ -79,6 +79,11 @@ impl Ground {
         Some(ground)
     }
 
+    /// True if it is known of the states of a robot if it can always give way.
+    pub fn knows_safe_states(&self) -> bool {
+        self.safe.iter().any(Option::is_some)
+    }
+
     /// Number of positions.
     pub(super) fn len(&self) -> usize {
         self.columns * self.rows

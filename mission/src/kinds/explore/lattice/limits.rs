@@ -193,18 +193,19 @@ impl Limits<'_, '_> {
         }
     }
 
-    /// Bits of a point that is the begin, the third point or the end of the motion. In the first period all that counts is the end.
-    pub(super) fn bits(&self, at: Point, place: usize) -> Bits {
-        self.bits_beyond(at, place, 0.0)
+    /// What the end of the motion lacks of a reserve (m) to the person.
+    pub(super) fn missing_reserve(&self, end: Point, reserve: f64) -> f64 {
+        let near = minus(end, self.lattice.person_at(self.step, 1.0));
+        (reserve - self.person.outside(near)).clamp(0.0, reserve)
     }
 
-    /// The same with a reserve (m) to the person.
-    pub(super) fn bits_beyond(&self, at: Point, place: usize, reserve: f64) -> Bits {
+    /// Bits of a point that is the begin, the third point or the end of the motion. In the first period all that counts is the end.
+    pub(super) fn bits(&self, at: Point, place: usize) -> Bits {
         if self.needs.is_some() && place < 2 {
             return Bits { part: u64::MAX, person: u64::MAX, others: u128::MAX, links: u8::MAX };
         }
         let part = self.part_bits(at);
-        self.bits_with(at, place, reserve, part)
+        self.bits_with(at, place, part)
     }
 
     /// The same of a point of the lattice.
@@ -212,7 +213,7 @@ impl Limits<'_, '_> {
         let at = self.lattice.ground.point(index);
         match self.needs {
             Some(_) => self.bits(at, place),
-            None => self.bits_with(at, place, 0.0, self.lattice.ground.free[self.robot][index]),
+            None => self.bits_with(at, place, self.lattice.ground.free[self.robot][index]),
         }
     }
 
@@ -227,7 +228,7 @@ impl Limits<'_, '_> {
         })
     }
 
-    fn bits_with(&self, at: Point, place: usize, reserve: f64, part: u64) -> Bits {
+    fn bits_with(&self, at: Point, place: usize, part: u64) -> Bits {
         let needs = self.needs.as_ref();
         let near = minus(at, self.lattice.person_at(self.step, self.grown[place]));
         let share = self.grown[place];
@@ -235,7 +236,7 @@ impl Limits<'_, '_> {
         let person = sides.fold(0_u64, |bits, (face, (of, far))| {
             let margin = of.outside(near) + (1.0 - share) * far;
             let need = need_of(needs.map(|needs| &needs.person), face);
-            bits | u64::from(margin >= need + MARGIN + reserve) << face
+            bits | u64::from(margin >= need + MARGIN) << face
         });
         let faces = self.lattice.problem.connection.faces();
         let (mut others, mut links) = (0_u128, 0_u8);
@@ -253,7 +254,7 @@ impl Limits<'_, '_> {
         }
         let sees = (faces.iter().zip(&self.far[1]).enumerate()).all(|(face, (of, far))| {
             let need = need_of(needs.map(|needs| &needs.sees), face);
-            -of.outside(near) - share * far >= need + MARGIN + reserve
+            -of.outside(near) - share * far >= need + MARGIN
         });
         let linked = |relay: &Point| faces.iter().all(|face| -face.outside(minus(at, *relay)) >= MARGIN);
         let relayed = || self.relays.as_ref().is_some_and(|relays| relays[place].iter().any(linked));

@@ -18,9 +18,11 @@ mod turns;
 mod velocities;
 mod way_out;
 
+use std::time::Instant;
+
 use super::foresight::Foresight;
 use super::motion::State;
-use super::objective::{Costs, gain, gap, lower_bound};
+use super::objective::{Costs, gain, gap};
 use super::polygon::Point;
 use super::problem::Problem;
 use super::program::{Present, Trajectories, Visit};
@@ -45,29 +47,38 @@ const MARGIN: f64 = 3e-4;
 /// The most parts of the ground that one mask holds.
 const MOST_PARTS: usize = 64;
 
-/// Plans on the lattice; none: no motion meets all constraints.
+/// The end of the planning on the lattice.
+#[derive(Clone, Copy, Debug)]
+pub struct Aim {
+    /// A lower bound on the cost of every plan: a plan within the gap of it is good enough.
+    pub bound: f64,
+    /// The time after which no robot begins another turn.
+    pub until: Instant,
+}
+
+/// Plans on the lattice, until a plan is good enough or the time is over; none: no motion was found that meets all constraints.
 pub fn construct(
     problem: &Problem,
     ground: &Ground,
     present: &Present,
     foresight: &Foresight,
     last: Option<&Trajectories>,
+    aim: &Aim,
 ) -> Option<Trajectories> {
     let lattice = Lattice::new(problem, ground, present, foresight)?;
     let count = problem.robots.len();
-    let bound = lower_bound(problem, present, foresight);
     let mut best: Option<(f64, Trajectories)> = None;
     let starts = (0..count).filter(|first| present.active[*first]);
     let starts: Vec<(bool, usize)> = starts.flat_map(|first| [(true, first), (false, first)]).collect();
     for (ahead, first) in starts {
-        let Some(motions) = lattice.take_turns(first, ahead, last) else { continue };
+        let Some(motions) = lattice.take_turns(first, ahead, last, aim.until) else { continue };
         let trajectories = lattice.trajectories(&motions);
         let exposed = exposed(problem, ground, present, foresight, &trajectories);
         let cost = Costs::of(problem, present, foresight, &trajectories).total() + EXPOSED * exposed as f64;
         if best.as_ref().is_none_or(|(known, _)| cost < known - 1e-9) {
             best = Some((cost, trajectories));
         }
-        if best.as_ref().is_some_and(|(cost, _)| gap(*cost, bound) <= problem.planner.gap) {
+        if best.as_ref().is_some_and(|(cost, _)| gap(*cost, aim.bound) <= problem.planner.gap) {
             break;
         }
     }
@@ -121,7 +132,16 @@ impl<'p> Lattice<'p> {
 
     /// Plans the robots in turns from the one with this index on; `ahead`: it plans as if the others kept every connection. None: the
     /// motions do not meet all constraints.
-    fn take_turns(&self, first: usize, ahead: bool, last: Option<&Trajectories>) -> Option<Vec<Motion>> {
+    fn take_turns(
+        &self,
+        first: usize,
+        ahead: bool,
+        last: Option<&Trajectories>,
+        until: Instant,
+    ) -> Option<Vec<Motion>> {
+        if Instant::now() >= until {
+            return None;
+        }
         let count = self.problem.robots.len();
         let order: Vec<usize> =
             (0..count).map(|turn| (first + turn) % count).filter(|robot| self.present.active[*robot]).collect();
@@ -139,6 +159,9 @@ impl<'p> Lattice<'p> {
         let mut cost = f64::INFINITY;
         let mut since = 0;
         for robot in turns {
+            if Instant::now() >= until {
+                break;
+            }
             let limits = (0..self.periods).map(|step| self.limits(robot, step, &motions)).collect();
             let taken = self.taken_by_others(robot, &motions);
             let Some((own, motion)) = self.plan(robot, limits, &taken) else { continue };

@@ -199,9 +199,7 @@ impl Lattice<'_> {
                     (0..2).map(|i| ((b[i] - discrete.velocity_velocity * a[i]) / discrete.velocity_input).abs()).sum()
                 };
                 let effort = problem.effort * (inputs(now.velocity, first) + inputs(first, last));
-                // Whoever is too near to the person, or too far, at the end of the first period has no reserve.
-                let kept = one.bits_beyond(middle.at, 2, reserve(problem));
-                let short = if kept.person == 0 { RESERVE_COST * reserve(problem) } else { 0.0 };
+                let short = RESERVE_COST * one.missing_reserve(middle.at, reserve(problem));
                 let state = q * velocities.count() + code;
                 let later = exposed.as_ref().is_some_and(|exposed| exposed[state]);
                 let exposure = f64::from(u8::from(self.is_exposed(robot, middle))) + LATER * f64::from(u8::from(later));

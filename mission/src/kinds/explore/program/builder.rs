@@ -1,10 +1,11 @@
 //! Building the program: columns and limits of the robots, obstacles, and the person.
 
 use super::super::foresight::Foresight;
-use super::super::motion::{Discrete, Dynamics};
+use super::super::motion::Dynamics;
 use super::super::objective::{RESERVE_COST, reserve};
 use super::super::polygon::{Point, dot};
 use super::super::problem::Problem;
+use super::reach::{Reach, reach};
 use super::rows::{Place, Side};
 use super::{Binary, Blocked, Columns, Group, Present, ROUNDING, TOLERANCE, free};
 use crate::engine::Model;
@@ -39,21 +40,16 @@ impl Builder<'_> {
         let [floor, ceiling] = region.bounds();
         let (moves, most) = (self.present.active[robot], who.most_input());
         let mut columns = Columns::default();
-        let mut boxes = vec![(now.at, now.at, now.velocity, now.velocity)];
-        for step in 1..=self.periods {
-            let (low, high, slow, fast) = boxes[step - 1];
-            boxes.push(if moves {
-                reach(&d, who.speed, most, (low, high, slow, fast), [floor, ceiling])
-            } else {
-                boxes[0]
-            });
-        }
-        for (step, (low, high, slow, fast)) in boxes.iter().enumerate() {
+        let boxes = match moves {
+            true => reach(who, now, self.problem.period, self.periods, [floor, ceiling]),
+            false => vec![Reach::of(now); self.periods + 1],
+        };
+        for (step, reach) in boxes.iter().enumerate() {
             let pair = |model: &mut Model, low: Point, high: Point| [0, 1].map(|i| model.real(0.0, low[i], high[i]));
-            columns.at.push(pair(&mut self.model, *low, *high));
+            columns.at.push(pair(&mut self.model, reach.low, reach.high));
             // A plan ends with robots that stand; a lost one stands now.
             let last = step == self.periods && step > 0;
-            let (slow, fast) = if last { ([0.0; 2], [0.0; 2]) } else { (*slow, *fast) };
+            let (slow, fast) = if last { ([0.0; 2], [0.0; 2]) } else { (reach.slow, reach.fast) };
             columns.velocity.push(pair(&mut self.model, slow, fast));
         }
         for step in 0..self.periods {
@@ -86,7 +82,8 @@ impl Builder<'_> {
         }
         let mut places = Vec::new();
         for step in 0..self.periods {
-            let ((low, high, slow, fast), (low1, high1, ..)) = (boxes[step], boxes[step + 1]);
+            let Reach { low, high, slow, fast } = boxes[step];
+            let next = boxes[step + 1];
             let plain = |at: [usize; 2], low: Point, high: Point| Place { at, velocity: None, low, high };
             let third = Place {
                 at: columns.at[step],
@@ -94,7 +91,7 @@ impl Builder<'_> {
                 low: [0, 1].map(|i| f64::max(low[i] + d.middle * slow[i], floor[i].min(now.at[i]))),
                 high: [0, 1].map(|i| f64::min(high[i] + d.middle * fast[i], ceiling[i].max(now.at[i]))),
             };
-            places.push([plain(columns.at[step], low, high), third, plain(columns.at[step + 1], low1, high1)]);
+            places.push([plain(columns.at[step], low, high), third, plain(columns.at[step + 1], next.low, next.high)]);
         }
         if moves && self.has(Group::Limits) {
             for three in &places {
@@ -246,30 +243,4 @@ impl Builder<'_> {
 /// The pairs of different numbers below `count`, the smaller one first.
 pub(super) fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..count).flat_map(move |i| (i + 1..count).map(move |j| (i, j)))
-}
-
-/// Positions and velocities within boxes: least and greatest position, least and greatest velocity.
-type Boxes = (Point, Point, Point, Point);
-
-/// The boxes after one period. For these dynamics the farthest position follows from the greatest velocity.
-fn reach(d: &Discrete, speed: f64, most: f64, (low, high, slow, fast): Boxes, [floor, ceiling]: [Point; 2]) -> Boxes {
-    let end = |v: f64, sign: f64| {
-        // The greatest input that keeps the speed within its limit.
-        let input = most.min((speed - sign * d.velocity_velocity * v) / d.velocity_input);
-        let input = sign * input;
-        (d.position_velocity * v + d.position_input * input, d.velocity_velocity * v + d.velocity_input * input)
-    };
-    let mut next = (low, high, slow, fast);
-    for i in 0..2 {
-        let (down, slower) = end(slow[i], -1.0);
-        let (up, faster) = end(fast[i], 1.0);
-        next.0[i] = (low[i] + down).max(floor[i]);
-        next.1[i] = (high[i] + up).min(ceiling[i]);
-        (next.2[i], next.3[i]) = (slower.max(-speed), faster.min(speed));
-        if next.0[i] > next.1[i] {
-            // Outside of the region with no way back in one period: the rows say so.
-            (next.0[i], next.1[i]) = (low[i] + down, high[i] + up);
-        }
-    }
-    next
 }

@@ -12,6 +12,8 @@
 //! Big-M values come from the boxes that a robot can reach by then; sides of obstacles that it cannot reach have no binary.
 
 mod builder;
+mod polish;
+mod reach;
 mod rows;
 mod team;
 
@@ -24,6 +26,7 @@ use super::problem::Problem;
 use crate::engine::Model;
 
 use self::builder::Builder;
+pub use self::reach::{Reach, reach};
 use self::rows::Side;
 
 /// Slack of a test on boxes (m), for rounding.
@@ -212,9 +215,8 @@ impl Program {
         self.periods
     }
 
-    /// Values of the binaries for these motions; none: the motions do not meet the constraints.
-    pub fn start(&self, of: &Trajectories) -> Option<Vec<(usize, f64)>> {
-        // The whole reserve may be missing.
+    /// The values of the states of motions by column; all others have their greatest values, so that the whole reserve may be missing.
+    fn point(&self, of: &Trajectories) -> Vec<f64> {
         let mut point: Vec<f64> = self.model.columns.iter().map(|column| column.high).collect();
         for (columns, states) in self.columns.iter().zip(&of.states) {
             for ((at, velocity), state) in columns.at.iter().zip(&columns.velocity).zip(states) {
@@ -223,6 +225,12 @@ impl Program {
                 }
             }
         }
+        point
+    }
+
+    /// Values of the binaries for these motions; none: the motions do not meet the constraints.
+    pub fn start(&self, of: &Trajectories) -> Option<Vec<(usize, f64)>> {
+        let point = self.point(of);
         let holds = |rows: &[Side]| {
             rows.iter().all(|row| {
                 row.along.iter().map(|(column, factor)| factor * point[*column]).sum::<f64>() >= row.bound - ROUNDING
