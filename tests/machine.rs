@@ -11,6 +11,7 @@ mod faults;
 mod host;
 mod interpreter;
 mod late_ticks;
+mod interrupted_blend;
 mod letting_go;
 mod motion;
 mod semantics;

@@ -212,6 +212,19 @@ impl StackController {
         self.blend.duration > 0.0 || self.blend.locked_joints_moving
     }
 
+    /// Number of levels, from the top, that the velocity of the last tick meets as well as that of the stack itself: all,
+    /// during a blend those that hold then, and none at a late tick.
+    pub(super) fn levels_met(&self) -> usize {
+        let kept = &self.blend.kept;
+        if self.late {
+            0
+        } else if self.is_between() {
+            kept.iter().take_while(|kept| **kept).count()
+        } else {
+            kept.len()
+        }
+    }
+
     /// Returns the first limit of a hard level that the robot passed at this tick; see [`HardLimits::passed`].
     pub(super) fn passed(&mut self, tolerance: f64) -> Option<Fault> {
         self.hard_limits.passed(&self.evaluator, tolerance)

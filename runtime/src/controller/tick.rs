@@ -175,6 +175,7 @@ impl Controller {
             self.anchored = true;
         }
         let stack = &mut self.stacks[self.active];
+        let met = self.moving.map_or(0, |from| self.stacks[from].levels_met());
         stack.evaluator.model().difference(q, &self.reference, &mut self.tracking);
         if let Some(dof) = self.tracking.iter().position(|e| e.abs().is_nan() || e.abs() > TRACKING_LIMIT) {
             return Err(Fault::Tracking { dof });
@@ -190,7 +191,7 @@ impl Controller {
             stack_velocity: &self.stack_velocity,
         };
         if let Some(blend) = self.entering.take() {
-            let common = self.moving.map_or(0, |from| self.common[from][self.active]);
+            let common = self.moving.map_or(0, |from| self.common[from][self.active].min(met));
             stack.enter(&self.reference, inputs, blend, common);
         }
         self.moving = Some(self.active);
