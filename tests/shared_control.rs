@@ -113,7 +113,7 @@ fn another_stack_takes_the_hand_over_at_its_speed() {
         target: 2,
         blend: 0.0,
     });
-    program.machine = Some(MachineProgram { states, actions: Vec::new(), measured: Vec::new() });
+    program.machine = Some(MachineProgram { states, actions: Vec::new(), measured: Vec::new(), reached: Vec::new() });
     program.run.subject = Subject::Machine;
     let model = &program.robot.model;
     let places: Vec<Vector3<f64>> =

@@ -77,6 +77,9 @@ impl Motion {
         let link = |link: &LinkId| self.links.iter().find(|l| l.link == *link);
         match measure {
             Measure::Speed(dof) => self.now.get(*dof).map(|v| v.abs()),
+            Measure::LargestSpeed(dofs) => {
+                Some(dofs.iter().filter_map(|d| self.now.get(*d)).fold(0.0, |most: f64, v| most.max(v.abs())))
+            }
             Measure::PointSpeed(l) => link(l).map(|l| l.now.norm()),
             Measure::Acceleration(dof) => {
                 let (now, before) = (self.now.get(*dof)?, self.before.get(*dof)?);

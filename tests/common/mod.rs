@@ -41,6 +41,7 @@ pub const EXAMPLES: &[&str] = &[
     "beside_harvest",
     "picker",
     "carrier",
+    "completion",
     "room",
 ];
 

@@ -27,10 +27,11 @@ impl Binder<'_> {
     /// Binds a condition; `None` if it is invalid, with diagnostics.
     pub(crate) fn condition(&mut self, value: &Value, state: &mut MeasuredState) -> Option<Condition> {
         let known = Known { forms: &self.forms, axes: &self.axes };
+        let targets = state.targets;
         let mut numbers =
             |graph: &mut Graph, text: &str, measure, dimension| state.number(graph, text, measure, dimension);
         let free = TaskScope::free(self.robot, self.params, self.table, known);
-        let mut scope = TaskScope { numbers: Some(&mut numbers), ..free };
+        let mut scope = TaskScope { numbers: Some(&mut numbers), targets, ..free };
         let mut lowering = Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics };
         let typed = lowering.value(value).ok()?;
         if typed.kind != Kind::Truth {

@@ -15,6 +15,7 @@ mod postures;
 mod protects;
 mod robot_state;
 mod scope;
+pub(crate) mod settled;
 mod start;
 mod table;
 mod value;

@@ -1,5 +1,5 @@
 //! Measures of the robot's motion by name: `speed(..)`, `acceleration(..)` and `reversals(..)`. Expectations measure
-//! them in the world, conditions of a machine inside the controller.
+//! them in the world, conditions of a machine inside the controller. [`super::settled`] compares several of them.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
@@ -8,17 +8,19 @@ use runtime::program::{Interface, Measure, MeasuredProgram, Op};
 use stdlib_tasks::dimension::{ACCELERATION, Dimension, NONE, RATE, VELOCITY};
 
 use super::scope::TaskScope;
+use super::settled::{all_below, settled};
 use crate::diagnostics::refused::{Refused, refuse};
 use crate::expand::type_of;
+use crate::expr::constants::Constants;
 use crate::expr::constants::joint_dimension;
-use crate::expr::{Axes, Graph, Kind, Typed, not_measured};
+use crate::expr::{Axes, Graph, Kind, REACHED, SETTLED, Typed, not_measured};
 use crate::forms::path_of;
-use crate::robot_binding::{BoundRobot, joints, unknown_joint};
+use crate::robot_binding::{BoundRobot, is_pattern, joints, unknown_joint};
 
 /// Syntax of a measure of the motion, for messages; `None` if the function is not in [`crate::expr::MOTION`].
 pub(crate) fn form(function: &str) -> Option<&'static str> {
     Some(match function {
-        "speed" => "speed(JOINT)` or `speed(FRAME)",
+        "speed" => "speed(JOINT)`, `speed(GROUP)` or `speed(FRAME)",
         "acceleration" => "acceleration(JOINT)` or `acceleration(FRAME)",
         "reversals" => "reversals(JOINT)` or `reversals(GROUP)",
         _ => return None,
@@ -86,6 +88,7 @@ pub(crate) fn motion(
             (None, Some(link)) => Ok((Measure::PointAcceleration(link), ACCELERATION)),
             (None, None) => refuse(neither(robot, path, argument.span)),
         },
+        _ if is_group(robot, path) && link(robot, path).is_none() => speed_of_group(robot, argument, path),
         _ => match (model.dof(path).filter(|&d| model.dofs[d].q_index.is_some()), link(robot, path)) {
             (Some(dof), _) => Ok((Measure::Speed(dof), per_second(joint_dimension(model, dof))?)),
             (None, Some(link)) => Ok((Measure::PointSpeed(link), VELOCITY)),
@@ -94,18 +97,63 @@ pub(crate) fn motion(
     }
 }
 
+/// True for the name of a group of joints, or for a pattern of joint names.
+fn is_group(robot: &BoundRobot, name: &str) -> bool {
+    let groups = &robot.joint_groups;
+    groups.members.contains_key(name) || groups.failed.contains(name) || is_pattern(name)
+}
+
+/// Binds the largest speed of the joints of a group, which have one unit.
+fn speed_of_group(robot: &BoundRobot, argument: &Value, path: &str) -> Result<(Measure, Dimension), Refused> {
+    let mut said = Vec::new();
+    let Some(dofs) = joints(std::slice::from_ref(argument), &robot.model, &robot.joint_groups, &mut said) else {
+        return Err(said.pop().map(Box::new));
+    };
+    let mut dimensions: Vec<Dimension> = dofs.iter().map(|&dof| joint_dimension(&robot.model, dof)).collect();
+    dimensions.dedup();
+    match dimensions.as_slice() {
+        [one] => Ok((Measure::LargestSpeed(dofs), one.times(RATE).ok_or(None)?)),
+        [] => {
+            let d = Diagnostic::error("HQ0304", argument.span, format!("`{path}` has no joints, and no speed"));
+            refuse(d.help("name a group with joints that move"))
+        }
+        _ => {
+            let text = format!("some joints of `{path}` turn and others slide, and their speeds have no common unit");
+            let d = Diagnostic::error("HQ0304", argument.span, text);
+            refuse(d.help(format!("give a bound for each: `settled({path}, 1 deg/s, 1 mm/s)`")))
+        }
+    }
+}
+
 /// Adds a measure, with its text and dimension, to the graph, and returns its node.
 pub(crate) type Numbers<'s> = dyn FnMut(&mut Graph, &str, Measure, Dimension) -> usize + 's;
 
 impl TaskScope<'_> {
-    /// Lowers a measure of the motion, if the scope is a condition.
+    /// Lowers a measure of the motion, or the criterion that a target is reached, if the scope is a condition.
     pub(super) fn measure(
         &mut self,
         graph: &mut Graph,
         function: &Spanned<String>,
         args: &[Value],
         span: Span,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Result<Typed, Refused> {
+        let truth = |node| Typed {
+            kind: Kind::Truth,
+            dimension: NONE,
+            nodes: vec![node],
+            bare: false,
+            axes: Axes::default(),
+            span,
+        };
+        if let Some(flag) = self.targets.iter().find(|flag| flag.span == span && function.value == REACHED) {
+            return flag.node.map(truth).ok_or(None);
+        }
+        if let (SETTLED, Some(numbers)) = (function.value.as_str(), self.numbers.as_mut()) {
+            let mut constants = Constants { graph, params: self.params };
+            let bounds = settled(self.robot, args, span, &mut constants, diagnostics)?;
+            return Ok(truth(all_below(graph, bounds, numbers)));
+        }
         let (Some(form), Some(numbers)) = (form(&function.value), self.numbers.as_mut()) else {
             return refuse(not_measured(function, span));
         };
@@ -126,6 +174,16 @@ pub(crate) struct MeasuredState<'m> {
     pub interface: &'m mut Interface,
     /// Measures so far.
     pub measured: &'m mut Vec<MeasuredProgram>,
+    /// Targets that the condition asks to be reached.
+    pub targets: &'m [TargetFlag],
+}
+
+/// Criterion that a target is reached, in a condition.
+pub(crate) struct TargetFlag {
+    /// Span of the call.
+    pub span: Span,
+    /// Node of its flag in the graph; `None` if it is wrong, which is reported.
+    pub node: Option<usize>,
 }
 
 impl MeasuredState<'_> {
@@ -145,11 +203,11 @@ impl MeasuredState<'_> {
 
 #[cfg(test)]
 mod tests {
-    use crate::expr::{MEASURES, MOTION};
+    use crate::expr::{MEASURES, MOTION, SETTLED};
 
     #[test]
     fn the_words_are_those_of_conditions() {
         let known: Vec<&str> = MEASURES.iter().copied().filter(|word| super::form(word).is_some()).collect();
-        assert_eq!(known, MOTION);
+        assert_eq!([known, vec![SETTLED]].concat(), MOTION);
     }
 }

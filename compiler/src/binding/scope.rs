@@ -6,7 +6,7 @@ use dsl::tree::Value;
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use stdlib_tasks::dimension::Dimension;
 
-use super::motion::Numbers;
+use super::motion::{Numbers, TargetFlag};
 use super::{Owner, Table};
 use crate::expr::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Meaning, RobotStateTerm, Scope, Start, Typed};
@@ -34,6 +34,8 @@ pub(crate) struct TaskScope<'s> {
     pub axes: &'s BTreeMap<&'static str, Axes>,
     /// Adds a measure of the motion, in a condition of a machine.
     pub numbers: Option<&'s mut Numbers<'s>>,
+    /// Targets that a condition of a machine asks to be reached.
+    pub targets: &'s [TargetFlag],
 }
 
 /// Properties of a task that follow from its bound parameters.
@@ -66,6 +68,7 @@ impl<'s> TaskScope<'s> {
             forms,
             axes,
             numbers: None,
+            targets: &[],
         }
     }
 
@@ -175,6 +178,6 @@ impl Scope for TaskScope<'_> {
         span: Span,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Typed> {
-        self.measure(graph, function, args, span).map_err(|d| diagnostics.extend(d.map(|d| *d))).ok()
+        self.measure(graph, function, args, span, diagnostics).map_err(|d| diagnostics.extend(d.map(|d| *d))).ok()
     }
 }

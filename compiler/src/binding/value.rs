@@ -34,6 +34,7 @@ impl Binder<'_> {
             forms,
             axes,
             numbers: None,
+            targets: &[],
         };
         let typed =
             Lowering { graph: self.graph, scope: &mut scope, diagnostics: self.diagnostics }.value(value).ok()?;

@@ -1,14 +1,12 @@
 //! Copies signals, named blocks and machines, and adds the stacks that states name.
 
+use dsl::Spanned;
 use dsl::tree::{
-    Action, Call, ItemKind, Machine, NamedBlock, Signal, Stack, State, StateBody, Transition, Trigger, Value,
-    ValueKind, Variable,
+    Action, Call, ItemKind, Machine, NamedBlock, Signal, Stack, State, StateBody, Transition, Trigger, Variable,
 };
-use dsl::{Span, Spanned};
 
 use super::substitute::Frame;
 use super::{Class, Expander};
-use crate::forms::text_of;
 
 impl Expander<'_> {
     /// Copies a signal and fills its holes.
@@ -112,6 +110,7 @@ impl Expander<'_> {
         let mut copy = self.copied_machine(&machine, frame);
         copy.name.value = self.program_name(m, Class::Machine, &copy.name.value);
         self.stacks_of(&mut copy.body, "", m);
+        self.triggers_of(&mut copy.body, None, m);
         self.out.machines.push(copy);
     }
 
@@ -119,11 +118,6 @@ impl Expander<'_> {
     fn stacks_of(&mut self, body: &mut StateBody, path: &str, m: usize) {
         if let Some(call) = body.stack.take() {
             body.stack = self.stack_of(&call, path, m);
-        }
-        for t in &mut body.transitions {
-            if let Trigger::On(value) = &mut t.trigger {
-                self.tasks_of(value, m);
-            }
         }
         for state in &mut body.states {
             let name = &state.name.value;
@@ -164,22 +158,5 @@ impl Expander<'_> {
         let expanded = self.expanded_stack(m, &made, &mut Frame::of(m))?;
         self.out.stacks.push(Stack { name: name.clone(), ..expanded });
         Some(plain(name.value))
-    }
-
-    /// Renames tasks in a trigger, `reached(reach, ..)`, `fault(limit(deck))`, to their names in the program.
-    fn tasks_of(&mut self, value: &mut Value, m: usize) {
-        let ValueKind::Call(function, args) = &mut value.kind else { return };
-        match (function.value.as_str(), args.first_mut()) {
-            ("reached" | "limit", Some(task)) => {
-                let span: Span = task.span;
-                let Some(name) = text_of(task).map(str::to_string) else { return };
-                let Ok(found) = self.find(m, Class::Task, &name) else { return };
-                if let Some(name) = self.emit_task(found) {
-                    *task = Value { kind: ValueKind::Text(name), span };
-                }
-            }
-            ("fault", Some(pattern)) => self.tasks_of(pattern, m),
-            _ => {}
-        }
     }
 }

@@ -22,6 +22,7 @@ mod scenarios;
 mod stacks;
 mod substitute;
 mod tasks;
+mod triggers;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

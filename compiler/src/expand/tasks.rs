@@ -15,7 +15,7 @@ use crate::units::as_written;
 pub(super) struct Instance {
     bound: Bindings,
     /// Name of the resulting task; `None` if it failed.
-    task: Option<String>,
+    pub(super) task: Option<String>,
     /// Instance of the task's text for this use.
     source: SourceId,
 }

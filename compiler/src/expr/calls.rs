@@ -10,7 +10,7 @@ use super::errors;
 use super::functions::{self, FUNCTIONS, Family};
 use super::helps::{count, elsewhere, families};
 use super::robot_state::PRESENT;
-use super::scope::{Failed, MEASURES};
+use super::scope::{Failed, MEASURES, REACHED};
 use super::trajectories::{self, TRAJECTORIES};
 use super::{Kind, Lowering, Typed, frames, ops, unusual_angle};
 use crate::expr::constants::{bare_angle, merge_bare};
@@ -43,7 +43,7 @@ impl Lowering<'_> {
         if PRESENT.contains(&function.value.as_str()) {
             return self.present(function, args, span);
         }
-        if MEASURES.contains(&function.value.as_str()) {
+        if MEASURES.contains(&function.value.as_str()) || function.value == REACHED {
             return self.scope.measured(self.graph, function, args, span, self.diagnostics).ok_or(Failed);
         }
         let Some(known) = functions::function(&function.value) else {
@@ -52,7 +52,8 @@ impl Lowering<'_> {
                 .map(|f| f.name)
                 .chain(["initial", "present", "uncertainty"])
                 .chain(PRESENT.iter().copied())
-                .chain(MEASURES.iter().copied());
+                .chain(MEASURES.iter().copied())
+                .chain([REACHED]);
             let names = names.chain(TRAJECTORIES.iter().map(|t| t.name));
             let mut d = Diagnostic::undeclared("function", &function.value, function.span);
             d = match (elsewhere(&function.value), suggest(&function.value, names)) {

@@ -38,7 +38,7 @@ pub(crate) use poses::root;
 pub(crate) use robot_state::PRESENT;
 pub use robot_state::{Plane, RobotStateTerm};
 pub(crate) use scope::not_measured;
-pub use scope::{MEASURES, MOTION, Meaning, Scope, Symbol};
+pub use scope::{MEASURES, MOTION, Meaning, REACHED, SETTLED, Scope, Symbol};
 pub(crate) use signals::{VELOCITIES, part_of_signal};
 pub(crate) use task_outputs::output_symbol;
 pub use trajectories::{Named, Start, TRAJECTORIES, Trajectory, needs_from};

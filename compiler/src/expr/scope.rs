@@ -123,6 +123,11 @@ pub trait Scope {
 /// Diagnostic for a measure outside of its context.
 pub(crate) fn not_measured(function: &Spanned<String>, span: Span) -> Diagnostic {
     let d = Diagnostic::error("HQ0312", span, format!("`{}(..)` has no meaning here", function.value));
+    if function.value == REACHED {
+        return d.note("the controller measures it for the transitions of its machine").help(
+            "use it after `on` or `when` in a machine; in an expectation compare the error: `error(TASK) < 5 mm`",
+        );
+    }
     if MOTION.contains(&function.value.as_str()) {
         return d
             .note("it is measured in scenarios, and by the controller for the conditions of its machine")
@@ -133,10 +138,16 @@ pub(crate) fn not_measured(function: &Spanned<String>, span: Span) -> Diagnostic
 }
 
 /// Functions in expectations that are measured while a scenario runs.
-pub const MEASURES: &[&str] = &["margin", "error", "in", "fault", "speed", "acceleration", "reversals"];
+pub const MEASURES: &[&str] = &["margin", "error", "in", "fault", "speed", "acceleration", "reversals", SETTLED];
 
 /// Those of [`MEASURES`] that conditions of a machine may use too: measures of the motion that the controller chooses.
-pub const MOTION: &[&str] = &["speed", "acceleration", "reversals"];
+pub const MOTION: &[&str] = &["speed", "acceleration", "reversals", SETTLED];
+
+/// Truth value that joints are slower than bounds, one of [`MOTION`].
+pub const SETTLED: &str = "settled";
+
+/// Truth value that a target is reached, in triggers and conditions of a machine.
+pub const REACHED: &str = "reached";
 
 /// A value that cannot be typed; the diagnostics report the reason.
 pub struct Failed;

@@ -17,9 +17,14 @@ use super::shapes::Shape;
 use super::states::state;
 use crate::binding::TaskScope;
 use crate::binding::motion;
+use crate::binding::settled::{all_below, settled};
 use crate::diagnostics::examples;
 use crate::diagnostics::refused::{Refused, refuse};
-use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Meaning, RobotStateTerm, Scope, Start, Symbol, Typed};
+use crate::expr::constants::Constants;
+use crate::expr::{
+    Axes, Frame, Graph, Kind, Lowering, Meaning, REACHED, RobotStateTerm, SETTLED, Scope, Start, Symbol, Typed,
+    not_measured,
+};
 
 /// The scope of an expectation.
 pub(super) struct Watch<'s> {
@@ -253,6 +258,24 @@ impl Scope for Watch<'_> {
         span: Span,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Typed> {
+        if function.value == SETTLED {
+            let mut constants = Constants { graph: &mut *graph, params: &mut *self.inner.params };
+            let limits = match settled(self.inner.robot, args, span, &mut constants, diagnostics) {
+                Ok(limits) => limits,
+                Err(d) => {
+                    diagnostics.extend(d.map(|d| *d));
+                    return None;
+                }
+            };
+            let (width, measures) = (self.program.interface.width(), &mut *self.measures);
+            let mut number = |graph: &mut Graph, _: &str, wanted, _| measure(graph, width, measures, wanted);
+            let node = all_below(graph, limits, &mut number);
+            return Some(typed(node, Kind::Truth, NONE, span));
+        }
+        if function.value == REACHED {
+            diagnostics.push(not_measured(function, span));
+            return None;
+        }
         match self.of(function, args, span) {
             Ok((wanted, kind, dimension)) => {
                 let mixed = matches!(&wanted, Measure::Margin(t) if self.shapes[*t].as_ref().is_some_and(|s| s.margin.is_none()));

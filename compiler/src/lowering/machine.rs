@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use blocks::Block;
 use dsl::tree::{Action, Machine, Moment, StateBody, TaskDefinition};
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
-use runtime::program::{ActionProgram, MachineProgram, MeasuredProgram, StateProgram};
+use runtime::program::{ActionProgram, MachineProgram, MeasuredProgram, ReachedProgram, StateProgram};
 
 use super::Lowerer;
 use super::actions::{Verb, verb};
@@ -90,6 +90,8 @@ pub(super) struct MachineLowering<'m, 'l> {
     pub settings: Vec<StateBlock>,
     /// Measured values of its conditions so far.
     pub measured: Vec<MeasuredProgram>,
+    /// Targets that its conditions ask to be reached, so far.
+    pub reached: Vec<ReachedProgram>,
 }
 
 impl Lowerer<'_> {
@@ -103,7 +105,8 @@ impl Lowerer<'_> {
         let root = Flat { name: m.name.value.clone(), at: m.name.span, parent: None, is_final: false, body: &m.body };
         let mut flat = vec![root];
         flatten(&m.body, 0, &mut flat);
-        MachineLowering { lowerer: self, around, variables, flat, settings: Vec::new(), measured: Vec::new() }.lower()
+        let (settings, measured, reached) = (Vec::new(), Vec::new(), Vec::new());
+        MachineLowering { lowerer: self, around, variables, flat, settings, measured, reached }.lower()
     }
 
     pub(super) fn errors(&self) -> usize {
@@ -141,7 +144,7 @@ impl MachineLowering<'_, '_> {
                 transitions,
             });
         }
-        let program = MachineProgram { states, actions: all, measured: self.measured };
+        let program = MachineProgram { states, actions: all, measured: self.measured, reached: self.reached };
         (self.lowerer.errors() == before).then_some((program, places))
     }
 

@@ -21,6 +21,7 @@ mod obstacles;
 mod params;
 mod predicates;
 mod properties;
+mod reached;
 mod run;
 mod scenario;
 mod sensors;

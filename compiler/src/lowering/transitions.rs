@@ -3,17 +3,13 @@
 use dsl::tree::{Transition, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use names::{list, suggest};
-use quantities::usual::{ANGLE_TOLERANCE, TOLERANCE};
 use runtime::program::{FaultPattern, TransitionProgram, Trigger};
-use stdlib_tasks::dimension::ANGLE;
 use stdlib_tasks::task::RowKind;
 
 use super::machine::{MachineLowering, unknown_state};
 use super::triggers::{self, Known};
 use crate::binding::Condition;
 use crate::binding::motion::MeasuredState;
-use crate::expr::constants::Constants;
-use crate::expr::unusual;
 use crate::forms::text_of;
 use crate::sections::{TRANSITION, TransitionBlock};
 use crate::source_map::TransitionPlace;
@@ -100,12 +96,14 @@ impl MachineLowering<'_, '_> {
                     Some(value) => self.lowerer.read_word(&TRANSITION, "for", value)?,
                     None => 0.0,
                 };
+                let targets = self.target_flags(condition);
                 let mut interface = std::mem::take(&mut self.lowerer.interface);
                 let mut state = MeasuredState {
                     index: i,
                     name: &self.flat[i].name,
                     interface: &mut interface,
                     measured: &mut self.measured,
+                    targets: &targets,
                 };
                 let found = self.lowerer.binder(self.around.robot).condition(condition, &mut state);
                 self.lowerer.interface = interface;
@@ -123,7 +121,9 @@ impl MachineLowering<'_, '_> {
                 let pattern = self.pattern(args, value.span)?;
                 Some(Trigger::Fault(pattern))
             }
-            ValueKind::Call(function, args) if function.value == "reached" => self.reached(args, value.span),
+            ValueKind::Call(function, args) if function.value == "reached" => {
+                self.reached(args, value.span).map(Trigger::Reached)
+            }
             ValueKind::Call(function, _) => {
                 let text = format!("`{}(..)` is nothing that happens", function.value);
                 let d = Diagnostic::unknown_name(function.span, text);
@@ -179,52 +179,5 @@ impl MachineLowering<'_, '_> {
                 .collect(),
         };
         triggers::pattern(args, at, &known).map_err(|d| self.lowerer.diagnostics.extend(d.map(|d| *d))).ok()
-    }
-
-    fn reached(&mut self, args: &[Value], at: Span) -> Option<Trigger> {
-        let task = match triggers::task_of(args.first(), at, &self.around.tasks) {
-            Ok(task) => task,
-            Err(d) => {
-                self.lowerer.push(*d);
-                return None;
-            }
-        };
-        let bound = self.around.bound.get(task)?.as_ref()?;
-        if bound.kind.row_kind == RowKind::Inequality {
-            let text = format!("`{}` is a limit, and has no target that could be reached", self.around.tasks[task]);
-            let d = Diagnostic::error("HQ0703", args[0].span, text).label(bound.span, "declared here");
-            self.lowerer.push(d.help(Help::with(
-                "name a task with a target; for a limit write {}",
-                [Snippet::entry("on", "fault(limit(TASK))")],
-            )));
-            return None;
-        }
-        let measures = self.measures(bound)?;
-        let mut constants = Constants { graph: &mut self.lowerer.graph, params: &mut self.lowerer.params };
-        let given: Option<Vec<_>> = (args[1..].iter())
-            .map(|v| constants.constant(v, self.lowerer.diagnostics).map(|typed| (typed, v)))
-            .collect();
-        let given = given?;
-        let numbers: Vec<_> = (given.iter())
-            .map(|(typed, v)| {
-                (typed.clone(), typed.nodes.first().and_then(|&n| self.lowerer.graph.constant(n)), v.span)
-            })
-            .collect();
-        match triggers::tolerances(&numbers, &measures, self.around.tasks[task], at) {
-            Ok(tolerances) => {
-                for ((typed, x, _), (_, written)) in numbers.iter().zip(&given) {
-                    let q = if typed.dimension == ANGLE { ANGLE_TOLERANCE } else { TOLERANCE };
-                    if typed.dimension == q.dimension {
-                        let found = x.and_then(|x| unusual(written, "a tolerance", &[x], &q));
-                        self.lowerer.diagnostics.extend(found);
-                    }
-                }
-                Some(Trigger::Reached { task, tolerances })
-            }
-            Err(d) => {
-                self.lowerer.push(*d);
-                None
-            }
-        }
     }
 }

@@ -1,16 +1,13 @@
-//! Arguments of `fault(..)` and `reached(..)`.
+//! Arguments of `fault(..)`, and tasks that triggers name.
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Span};
 use names::list;
 use runtime::FaultKind;
 use runtime::program::FaultPattern;
-use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
-use stdlib_tasks::task::Measure;
 
 use crate::diagnostics::examples;
 use crate::diagnostics::refused::{Refused, refuse};
-use crate::expr::{Kind, Typed};
 use crate::forms::{path_of, text_of};
 
 /// Names in scope of a pattern of faults.
@@ -107,67 +104,18 @@ fn no_hard_level(name: &str, at: Span, all: &[(&str, bool)]) -> Option<Diagnosti
 
 /// Index of the task that a trigger names.
 pub(super) fn task_of(value: Option<&Value>, at: Span, tasks: &[&str]) -> Result<usize, Box<Diagnostic>> {
-    let Some((value, name)) = value.and_then(|v| Some((v, text_of(v)?))) else {
+    let Some((value, name)) = value.and_then(|v| Some((v, path_of(v)?))) else {
         let d = Diagnostic::error("HQ0310", at, "the name of a task is needed here");
-        return Err(Box::new(d.help("write for instance `reached(reach, 5 mm, 2 deg)`")));
+        return Err(Box::new(match value.map(|v| &v.kind) {
+            Some(ValueKind::Call(..)) => {
+                d.help("declare the task, `task NAME = ..`, and write its name here and in the stack")
+            }
+            _ => d.help("write for instance `reached(reach, 5 mm, 2 deg)`"),
+        }));
     };
     if let Some(task) = tasks.iter().position(|t| *t == name) {
         return Ok(task);
     }
-    let d = Diagnostic::undeclared("task", name, value.span);
-    Err(Box::new(d.one_of("declared are", name, tasks.iter().copied())))
-}
-
-/// Returns a tolerance for each error of a task, from the given ones by dimension.
-pub(super) fn tolerances(
-    given: &[(Typed, Option<f64>, Span)],
-    measures: &[Measure],
-    task: &str,
-    at: Span,
-) -> Result<Vec<f64>, Box<Diagnostic>> {
-    let accepts = |wanted: Dimension, typed: &Typed| {
-        typed.kind == Kind::Scalar && (wanted == typed.dimension || (wanted != ANGLE && typed.bare))
-    };
-    let form = || {
-        let mut units: Vec<&str> = Vec::new();
-        for m in measures {
-            let unit = match m.dimension {
-                LENGTH => "5 mm",
-                ANGLE => "2 deg",
-                NONE => "0.01",
-                _ => "a tolerance in its unit",
-            };
-            if !units.contains(&unit) {
-                units.push(unit);
-            }
-        }
-        format!("write `reached({task}, {})`", units.join(", "))
-    };
-    for (typed, value, span) in given {
-        if !measures.iter().any(|m| accepts(m.dimension, typed)) {
-            let text = format!("`{task}` has no error of this dimension");
-            return Err(Box::new(
-                Diagnostic::error("HQ0301", *span, text).here(typed.dimension.describe()).help(form()),
-            ));
-        }
-        if value.is_some_and(|x| x <= 0.0) {
-            let d = Diagnostic::error("HQ0308", *span, "a tolerance must be more than zero");
-            return Err(Box::new(
-                d.help("an error is rarely exactly zero: write the largest error that is acceptable"),
-            ));
-        }
-    }
-    let mut out = Vec::with_capacity(measures.len());
-    for m in measures {
-        let found = given.iter().find(|(typed, ..)| accepts(m.dimension, typed));
-        if let Some(x) = found.and_then(|(_, value, _)| *value) {
-            out.push(x);
-            continue;
-        }
-        let name = if m.name.is_empty() { "its error".to_string() } else { format!("its error `{}`", m.name) };
-        let text = format!("`reached` has no tolerance for {name}");
-        let d = Diagnostic::error("HQ0703", at, text);
-        return Err(Box::new(d.note(format!("it is {}", m.dimension.describe())).help(form())));
-    }
-    Ok(out)
+    let d = Diagnostic::undeclared("task", &name, value.span);
+    Err(Box::new(d.one_of("declared are", &name, tasks.iter().copied())))
 }

@@ -2,6 +2,7 @@
 
 use dsl::tree::{Transition, Trigger, Value, ValueKind};
 
+use crate::expr::REACHED;
 use crate::forms::written;
 
 /// Formats a trigger as the formatter does, equally for both syntaxes: `when x < 3 N for 3 s`.
@@ -13,6 +14,7 @@ pub(super) fn trigger(t: &Transition) -> String {
             names(value);
         }
         Trigger::When { condition, hold } => {
+            targets(condition);
             names(condition);
             hold.iter_mut().for_each(names);
         }
@@ -20,6 +22,28 @@ pub(super) fn trigger(t: &Transition) -> String {
         Trigger::Missing => {}
     }
     dsl::trigger_text(&t)
+}
+
+/// Formats a call of a condition in the same way: `reached(reach, 5 mm)`.
+pub(super) fn call(value: &Value) -> String {
+    let mut value = value.clone();
+    targets(&mut value);
+    names(&mut value);
+    dsl::expression_text(&value)
+}
+
+/// Restores the names of tasks in all calls of `reached` in a condition.
+fn targets(value: &mut Value) {
+    match &mut value.kind {
+        ValueKind::Call(function, _) if function.value == REACHED => tasks(value),
+        ValueKind::Not(inner) | ValueKind::Negate(inner) => targets(inner),
+        ValueKind::Binary(_, left, right) => {
+            targets(left);
+            targets(right);
+        }
+        ValueKind::Call(_, all) => all.iter_mut().for_each(targets),
+        _ => {}
+    }
 }
 
 /// Restores the names of tasks, which the expansion stores as texts.

@@ -8,7 +8,7 @@ use super::symbols::SymbolKind as K;
 use super::vocabulary::{CALLED, FRAME_FIELDS, TRACKED_FIELDS, VALUE_FIELDS, WRENCH_FIELDS, built_in};
 use super::{Around, CURSOR, CompletionContext as C, Meaning, Reference, Resolver};
 use crate::expand::Class;
-use crate::expr::{MEASURES, TRAJECTORIES, Trajectory};
+use crate::expr::{MEASURES, REACHED, SETTLED, TRAJECTORIES, Trajectory};
 
 impl Resolver<'_> {
     /// Resolves an expression outside of tasks, which have no values to capture.
@@ -58,6 +58,11 @@ impl Resolver<'_> {
                     ("field", [one]) => self.name_in(one, Class::Value, K::SafetyField, &[K::SafetyField]),
                     ("frame", [one]) => self.frame(one, &[K::Link, K::Arm]),
                     ("joint", [one]) => self.joints(one),
+                    (SETTLED, [one, bounds @ ..]) => {
+                        self.joints(one);
+                        bounds.iter().for_each(|v| self.typed(v, current_values));
+                    }
+                    (REACHED, [task, bounds @ ..]) => self.target_task(task, bounds),
                     (name, [one]) if MEASURES.contains(&name) => self.measured(name, one),
                     ("point", [frame, offset]) => {
                         self.frame(frame, &[K::Link, K::Arm]);

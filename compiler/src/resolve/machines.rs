@@ -1,12 +1,13 @@
 //! References in machines: states, events, actions and triggers.
 
-use dsl::tree::{Action, Expect, Machine, State, StateBody, Transition, Trigger, Value, ValueKind};
+use dsl::tree::{Action, Entry, Expect, Machine, State, StateBody, Transition, Trigger, Value, ValueKind};
 use dsl::{Span, Spanned, Syntax};
 
 use super::symbols::{FileId, SymbolId, SymbolKind as K};
 use super::walk::place_of;
 use super::{Around, CompletionContext as C, Meaning, Offered, Reference, Resolver};
 use crate::expand::Class;
+use crate::expr::REACHED;
 use crate::lowering::VERBS;
 use crate::sections::{BlockSchema, InSyntax, MACHINE, STATE, TRANSITION};
 
@@ -149,10 +150,7 @@ impl Resolver<'_> {
             ValueKind::Call(function, args) => {
                 self.note_built_in(function);
                 match (function.value.as_str(), args.as_slice()) {
-                    ("reached", [task, tolerances @ ..]) => {
-                        self.name_in(task, Class::Task, K::Task, &[K::Task]);
-                        tolerances.iter().for_each(|v| self.expression(v));
-                    }
+                    (REACHED, [task, bounds @ ..]) => self.target_task(task, bounds),
                     ("fault", [pattern]) => self.fault(pattern),
                     (_, args) => args.iter().for_each(|v| self.expression(v)),
                 }
@@ -163,6 +161,33 @@ impl Resolver<'_> {
                 }
             }
         }
+    }
+
+    /// Resolves the arguments of `reached(..)`: a task, or a use of one with parameters, and numbers.
+    pub(super) fn target_task(&mut self, task: &Value, bounds: &[Value]) {
+        match &task.kind {
+            ValueKind::Call(function, args) => {
+                let owner = self.declared(Class::Task, &function.value);
+                self.spanned_name(&function.value, function.span, Class::Task, K::Task, &[K::Task]);
+                let (named, positional): (Vec<&Value>, Vec<&Value>) =
+                    args.iter().partition(|a| matches!(a.kind, ValueKind::Named(..)));
+                let entry = |value: &Value| match &value.kind {
+                    ValueKind::Named(key, value) => {
+                        Some(Entry { key: key.clone(), value: (**value).clone(), comments: Default::default() })
+                    }
+                    _ => None,
+                };
+                let named: Vec<Entry> = named.into_iter().filter_map(entry).collect();
+                let positional: Vec<Value> = positional.into_iter().cloned().collect();
+                self.arguments(owner, &positional, &named);
+            }
+            // The name of a use, `reach.left`.
+            ValueKind::Field(inner, _) if inner.word().is_some() => {
+                self.name_in(inner, Class::Task, K::Task, &[K::Task]);
+            }
+            _ => self.name_in(task, Class::Task, K::Task, &[K::Task]),
+        }
+        bounds.iter().for_each(|v| self.expression(v));
     }
 
     /// Resolves the kind of a fault, with its argument.

@@ -75,7 +75,8 @@ pub static BUILT_IN: &[Word] = &[
 pub static TRIGGERS: &[Word] = &[
     word(
         "reached",
-        "`reached(TASK, 5 mm, 2 deg)`: the target of the task is at rest, and each of its errors is at most its tolerance.",
+        "`reached(TASK, 5 mm, 2 deg)`: the target of the task is at rest, and each of its errors is at most its tolerance. \
+         `reached(TASK, 5 mm, 1 mm/s)`: the robot moves along its rows no faster than that, too. Conditions after `when` know it as well.",
     ),
     word(
         "fault",
@@ -115,7 +116,7 @@ pub static MEASURED: &[Word] = &[
     word("fault", "`fault`, `fault(KIND)`: true while there is a fault, or one of a kind."),
     word(
         "speed",
-        "`speed(JOINT)`, `speed(FRAME)`: how fast a joint moves, or the origin of a frame; never negative. Conditions of a machine know it too.",
+        "`speed(JOINT)`, `speed(GROUP)`, `speed(FRAME)`: how fast a joint moves, the fastest joint of a group, or the origin of a frame; never negative. Conditions of a machine know it too.",
     ),
     word(
         "acceleration",
@@ -126,6 +127,11 @@ pub static MEASURED: &[Word] = &[
         "reversals",
         "`reversals(JOINT)`, `reversals(GROUP)`, `reversals(all)`: how often joints have turned round and back within 0.2 s so far; in a condition of a \
          machine since its state was entered.",
+    ),
+    word(
+        "settled",
+        "`settled(all, 1 deg/s, 1 mm/s)`, `settled(GROUP, 1 deg/s)`: true while none of the joints is faster than the bound in its unit. \
+         Conditions of a machine know it too.",
     ),
 ];
 

@@ -26,6 +26,7 @@ use crate::sections::RobotBlock;
 
 use home::Home;
 
+pub(crate) use lookup::is_pattern;
 pub use lookup::{joints, unknown_geometry, unknown_joint, unknown_link};
 pub use postures::Postures;
 pub(crate) use srdf::RobotSrdf;

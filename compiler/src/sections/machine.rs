@@ -145,7 +145,7 @@ block! {
         Key::optional(
             "on",
             ValueType::Declarations,
-            "A transition at an event: `on EVENT -> STATE`, `on reached(TASK, 5 mm, 2 deg) -> STATE`, `on fault(KIND) \
+            "A transition at an event: `on EVENT -> STATE`, `on reached(TASK, 5 mm, 2 deg, 1 mm/s) -> STATE`, `on fault(KIND) \
              -> STATE`.",
         )
         .at(super::Place::Hq),

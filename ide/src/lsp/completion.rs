@@ -198,6 +198,7 @@ impl List<'_> {
             }
             C::Condition => {
                 self.built_in(compiler::expr::MOTION, 0);
+                self.built_in(&[compiler::expr::REACHED], 0);
                 self.expression(names, false, true);
             }
             C::Captured(values, prefix) => {

@@ -271,9 +271,10 @@ impl Values<'_> {
         match trigger {
             Trigger::When { condition, hold } => format!("when {} for {}", self.expression(condition), number(*hold)),
             Trigger::After(time) => format!("after {}", number(*time)),
-            Trigger::Reached { task, tolerances } => {
-                let tolerances: Vec<String> = tolerances.iter().map(|x| number(*x)).collect();
-                format!("reached {} {}", self.task(*task), tolerances.join(" "))
+            Trigger::Reached(criterion) => {
+                let speeds = criterion.speeds.iter().map(|s| s.most);
+                let bounds: Vec<String> = criterion.tolerances.iter().copied().chain(speeds).map(number).collect();
+                format!("reached {} {}", self.task(criterion.task), bounds.join(" "))
             }
             Trigger::Event(event) => {
                 self.program.interface.events.get(*event).map_or_else(String::new, |event| format!("on {event}"))

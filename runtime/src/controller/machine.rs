@@ -22,7 +22,7 @@ use super::machine_actions::{Kinematics, ObservedState, ReadyAction};
 use super::stack_controller::StackController;
 use crate::evaluator::TickInputs;
 use crate::fault::Fault;
-use crate::program::{FaultPattern, MachineProgram, Program, Times, TransitionProgram, Trigger};
+use crate::program::{FaultPattern, MachineProgram, Program, ReachedProgram, Times, TransitionProgram, Trigger};
 use crate::signals::Signals;
 use crate::values::ValueTable;
 
@@ -180,6 +180,16 @@ impl Machine {
         needs.copied().find(|&s| is_stale(s)).map(|signal| Fault::Stale { signal })
     }
 
+    /// Sets the flags of targets that conditions ask to be reached, by the last tick of `stack`; none is reached at the
+    /// first tick of a run. Never allocates.
+    pub fn observe_targets(&self, signals: &mut Signals, stack: &StackController, first: bool) {
+        let runs = !first && self.runs(stack);
+        for ReachedProgram { signal, criterion } in &self.program.reached {
+            let truth = if runs && stack.has_reached(criterion) { 1.0 } else { -1.0 };
+            signals.assign(*signal, &[truth]);
+        }
+    }
+
     /// Responds to a fault of `stack`.
     pub fn fault(&mut self, fault: &Fault, stack: &StackController, time: f64) -> FaultResponse {
         let mut level = self.current;
@@ -252,7 +262,7 @@ impl Machine {
     fn arm(&mut self, state: usize, time: f64, stack: &StackController) {
         for i in 0..self.guards[state].ways.len() {
             let t = &self.program.states[state].transitions[i];
-            let known = !matches!(t.trigger, Trigger::Reached { .. }) || self.runs(stack);
+            let known = !matches!(t.trigger, Trigger::Reached(_)) || self.runs(stack);
             let passes = matches!(t.trigger, Trigger::After(_)) && self.stays(state, t);
             if self.guards[state].ways[i].waits || passes {
                 self.guards[state].ways[i].waits = !known || self.holds(state, i, &[], time, stack);
@@ -310,17 +320,7 @@ impl Machine {
             // Tolerates half a microsecond, for the rounding error of a sum of periods.
             Trigger::When { hold, .. } => time - self.guards[state].ways[i].since >= hold - 5e-7,
             Trigger::After(d) => time - self.entered[state] >= d - 5e-7,
-            Trigger::Reached { task, tolerances } => {
-                let member = stack.evaluator.members().iter().find(|m| m.program_index == *task);
-                self.runs(stack)
-                    && member.is_some_and(|m| {
-                        if !m.slots.iter().all(|&at| stack.evaluator.is_settled(at)) {
-                            return false;
-                        }
-                        let errors = &stack.evaluator.measures()[m.measures.clone()];
-                        errors.len() == tolerances.len() && errors.iter().zip(tolerances).all(|(e, t)| e.abs() <= *t)
-                    })
-            }
+            Trigger::Reached(criterion) => self.runs(stack) && stack.has_reached(criterion),
             Trigger::Fault(_) => false,
         }
     }

@@ -17,6 +17,7 @@ mod look_ahead;
 mod machine;
 mod machine_actions;
 mod measured;
+mod reached;
 mod stack_controller;
 mod tick;
 
@@ -124,7 +125,7 @@ fn single(stack: usize) -> MachineProgram {
         exit: Vec::new(),
         transitions: Vec::new(),
     };
-    MachineProgram { states: vec![state], actions: Vec::new(), measured: Vec::new() }
+    MachineProgram { states: vec![state], actions: Vec::new(), measured: Vec::new(), reached: Vec::new() }
 }
 
 impl Controller {

@@ -196,6 +196,11 @@ impl StackController {
         self.blend.duration > 0.0 || self.blend.goes_on
     }
 
+    /// Returns true if a joint that the stack locks still moved at the last tick.
+    pub(super) fn has_moving_locked_joints(&self) -> bool {
+        self.blend.locked_joints_moving
+    }
+
     /// Returns true if the hierarchy was not solved in time at the last tick.
     pub(super) fn is_late(&self) -> bool {
         self.late
@@ -205,11 +210,6 @@ impl StackController {
     /// been passed otherwise.
     pub fn is_slowed(&self) -> bool {
         self.look_ahead.slowed
-    }
-
-    /// Returns true if the velocity of the last tick is a blended one.
-    fn is_between(&self) -> bool {
-        self.blend.duration > 0.0 || self.blend.locked_joints_moving
     }
 
     /// Number of levels, from the top, that the velocity of the last tick meets as well as that of the stack itself: all,
@@ -223,6 +223,11 @@ impl StackController {
         } else {
             kept.len()
         }
+    }
+
+    /// Returns true if the velocity of the last tick is a blended one.
+    fn is_between(&self) -> bool {
+        self.blend.duration > 0.0 || self.blend.locked_joints_moving
     }
 
     /// Returns the first limit of a hard level that the robot passed at this tick; see [`HardLimits::passed`].

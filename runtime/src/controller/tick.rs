@@ -38,6 +38,7 @@ impl Controller {
             self.machine.start(time);
             self.enter(StateChange { blend: 0.0, stack: true });
         }
+        self.machine.observe_targets(&mut self.signals, &self.stacks[self.active], first);
         let seen = self.look(o);
         self.last = time;
         match seen.or(self.raised.take()) {
@@ -174,8 +175,8 @@ impl Controller {
             self.reference.copy_from_slice(q);
             self.anchored = true;
         }
-        let stack = &mut self.stacks[self.active];
         let met = self.moving.map_or(0, |from| self.stacks[from].levels_met());
+        let stack = &mut self.stacks[self.active];
         stack.evaluator.model().difference(q, &self.reference, &mut self.tracking);
         if let Some(dof) = self.tracking.iter().position(|e| e.abs().is_nan() || e.abs() > TRACKING_LIMIT) {
             return Err(Fault::Tracking { dof });

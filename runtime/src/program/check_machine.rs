@@ -2,8 +2,8 @@
 
 use super::check::{ProgramError, ensure, error};
 use super::{
-    FaultPattern, Lost, MAX_SIGNAL, MachineAction, MachineProgram, Measure, MeasuredProgram, Program, SignalProgram,
-    StateProgram, Trigger, Velocity,
+    FaultPattern, Lost, MAX_SIGNAL, MachineAction, MachineProgram, Measure, MeasuredProgram, Program, Reached,
+    SignalProgram, StateProgram, Trigger, Velocity,
 };
 
 /// Largest number of states that may be nested.
@@ -79,7 +79,20 @@ impl Program {
         for (i, measured) in machine.measured.iter().enumerate() {
             self.check_measured(machine, measured, &format!("machine.measured[{i}]"))?;
         }
+        for (i, reached) in machine.reached.iter().enumerate() {
+            let place = format!("machine.reached[{i}]");
+            let flag = self.interface.signals.get(reached.signal);
+            let fits = flag.is_some_and(|s| s.is_variable() && s.optional && s.len == 1 && s.kind == "flag");
+            ensure(fits, &place, "sets what is no flag that may be absent")?;
+            self.check_reached(&reached.criterion, &place)?;
+        }
         Ok(())
+    }
+
+    fn check_reached(&self, reached: &Reached, place: &str) -> Result<(), ProgramError> {
+        ensure(reached.task < self.tasks.len(), place, "a task does not exist")?;
+        ensure(reached.tolerances.iter().all(|x| *x >= 0.0), place, "a tolerance is negative")?;
+        ensure(reached.speeds.iter().all(|s| s.most >= 0.0), place, "a bound of a speed is negative")
     }
 
     fn check_measured(&self, machine: &MachineProgram, m: &MeasuredProgram, place: &str) -> Result<(), ProgramError> {
@@ -89,6 +102,7 @@ impl Program {
         let (dofs, links) = (self.robot.model.nv(), self.robot.model.links.len());
         let exists = match &m.measure {
             Measure::Speed(dof) | Measure::Acceleration(dof) => *dof < dofs,
+            Measure::LargestSpeed(all) => all.iter().all(|dof| *dof < dofs),
             Measure::PointSpeed(link) | Measure::PointAcceleration(link) => link.index() < links,
             Measure::Reversals(all) => all.iter().all(|dof| *dof < dofs),
             Measure::Margin(_) | Measure::Error { .. } | Measure::In(_) | Measure::Fault(_) | Measure::Initial(_) => {
@@ -153,10 +167,7 @@ impl Program {
                 ensure(hold.is_finite() && *hold >= 0.0, place, "a time is negative or not finite")
             }
             Trigger::After(d) => ensure(d.is_finite() && *d >= 0.0, place, "a time is negative or not finite"),
-            Trigger::Reached { task: t, tolerances } => {
-                task(t)?;
-                ensure(tolerances.iter().all(|x| *x >= 0.0), place, "a tolerance is negative")
-            }
+            Trigger::Reached(reached) => self.check_reached(reached, place),
             Trigger::Fault(FaultPattern::StaleAmong(all)) => {
                 ensure(all.iter().all(|s| *s < self.interface.signals.len()), place, "a signal does not exist")
             }

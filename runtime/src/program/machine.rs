@@ -17,6 +17,20 @@ pub struct MachineProgram {
     /// Measures of the motion that conditions read.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub measured: Vec<MeasuredProgram>,
+    /// Targets that conditions ask to be reached.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reached: Vec<ReachedProgram>,
+}
+
+/// Target that conditions ask to be reached: a flag that only the controller sets, before it tests the transitions of a
+/// tick. It is false while the stack of the task does not run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReachedProgram {
+    /// Index of the flag among the signals.
+    pub signal: usize,
+    /// The criterion.
+    #[serde(flatten)]
+    pub criterion: Reached,
 }
 
 /// Measure of the motion that conditions read: a variable that only the controller sets, at the end of each tick.
@@ -24,7 +38,7 @@ pub struct MachineProgram {
 pub struct MeasuredProgram {
     /// Index of the variable among the signals; it has one number.
     pub signal: usize,
-    /// A speed, an acceleration or reversals, of the velocity that the hierarchy chose.
+    /// Speeds, an acceleration or reversals, of the velocity that the hierarchy chose.
     pub measure: Measure,
     /// State since whose last entry a count runs; `None` for measures that are not counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -83,16 +97,43 @@ pub enum Trigger {
     },
     /// This time has passed since the state was entered, in s.
     After(f64),
-    /// A target is reached: it does not move, and each of the errors is at most its tolerance. A target that signals
-    /// move counts as one that does not move.
-    Reached {
-        /// The task.
-        task: usize,
-        /// Tolerance of each of the task's errors, in the order of [`stdlib_tasks::task::Task::measures`].
-        tolerances: Vec<f64>,
-    },
+    /// A target is reached.
+    Reached(Reached),
     /// A fault occurred.
     Fault(FaultPattern),
+}
+
+/// Criterion that a target is reached: it does not move, each of the errors is at most its tolerance, and the rows are
+/// slow enough. A target that signals move counts as one that does not move.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reached {
+    /// The task.
+    pub task: usize,
+    /// Tolerance of each of the task's errors, in the order of [`stdlib_tasks::task::Task::measures`].
+    pub tolerances: Vec<f64>,
+    /// Bounds on the speed with which the robot moves along the task's rows.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub speeds: Vec<SpeedBound>,
+}
+
+/// Bound on the norm of `J v` over some rows of a task.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SpeedBound {
+    /// The rows, in the order of [`stdlib_tasks::task::Task::rows`].
+    pub rows: Vec<usize>,
+    /// The largest norm, in the unit of the rows per second.
+    pub most: f64,
+}
+
+impl Reached {
+    /// Returns true if this criterion holds whenever the other one does.
+    pub fn follows_from(&self, other: &Reached) -> bool {
+        let looser = |(mine, theirs): (&f64, &f64)| mine >= theirs;
+        let bounded = |mine: &SpeedBound| other.speeds.iter().any(|o| o.rows == mine.rows && mine.most >= o.most);
+        self.task == other.task
+            && self.tolerances.iter().zip(&other.tolerances).all(looser)
+            && self.speeds.iter().all(bounded)
+    }
 }
 
 /// Faults that trigger a transition.
@@ -172,7 +213,7 @@ impl MachineProgram {
     /// Returns true if a transition re-enters the state that defines it for a trigger that may continue to hold: a
     /// condition, or a target that is reached. A time restarts with the state.
     pub fn restarts(&self, state: usize, transition: &TransitionProgram) -> bool {
-        let lasts = matches!(transition.trigger, Trigger::When { .. } | Trigger::Reached { .. });
+        let lasts = matches!(transition.trigger, Trigger::When { .. } | Trigger::Reached(_));
         let left = self.path(state).any(|s| s == transition.target);
         lasts && left && self.path(self.leaf(transition.target)).any(|s| s == state)
     }

@@ -270,6 +270,8 @@ pub enum Measure {
     Fault(Option<FaultKind>),
     /// Speed of a degree of freedom since the previous tick, in rad/s or m/s; never negative.
     Speed(usize),
+    /// Largest speed of these degrees of freedom since the previous tick, all in rad/s or all in m/s; never negative.
+    LargestSpeed(Vec<usize>),
     /// Speed of the origin of a link in the world since the previous tick, in m/s; never negative.
     PointSpeed(LinkId),
     /// Magnitude of the change of the velocity that the hierarchy chose for a degree of freedom since the previous
@@ -292,6 +294,7 @@ impl Measure {
             Measure::In(_)
             | Measure::Fault(_)
             | Measure::Speed(_)
+            | Measure::LargestSpeed(_)
             | Measure::PointSpeed(_)
             | Measure::Acceleration(_)
             | Measure::PointAcceleration(_)

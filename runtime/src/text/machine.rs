@@ -54,10 +54,11 @@ pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
     Ok(())
 }
 
-/// Returns true if a signal is a measure of the motion.
+/// Returns true if a signal is a measure of the motion, or the flag of a target that is reached.
 fn is_measured(p: &Program, s: &SignalProgram) -> bool {
-    let measured = p.machine.iter().flat_map(|m| &m.measured);
-    measured.filter_map(|m| p.interface.signals.get(m.signal)).any(|of| of.at == s.at)
+    let measured = p.machine.iter().flat_map(|m| m.measured.iter().map(|m| m.signal));
+    let reached = p.machine.iter().flat_map(|m| m.reached.iter().map(|r| r.signal));
+    measured.chain(reached).filter_map(|signal| p.interface.signals.get(signal)).any(|of| of.at == s.at)
 }
 
 /// Writes the motion of a tracked signal, and the indices of its numbers.

@@ -167,7 +167,10 @@ impl Measures {
                 Measure::Fault(None) => truth(tick.fault.is_some()),
                 Measure::Fault(Some(kind)) => truth(tick.fault.is_some_and(|f| f.kind() == *kind)),
                 Measure::Speed(dof) if elapsed > 0.0 => self.way[*dof].abs() / elapsed,
-                Measure::Speed(_) => 0.0,
+                Measure::LargestSpeed(dofs) if elapsed > 0.0 => {
+                    dofs.iter().fold(0.0, |most: f64, dof| most.max(self.way[*dof].abs())) / elapsed
+                }
+                Measure::Speed(_) | Measure::LargestSpeed(_) => 0.0,
                 Measure::PointSpeed(link) => {
                     let now = self.data.pose(*link).translation.vector;
                     let way = place.replace(now).map_or(0.0, |before| (now - before).norm());

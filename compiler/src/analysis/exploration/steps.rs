@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use runtime::program::Trigger;
+use runtime::program::{Reached, Trigger};
 
 use super::{Exploration, Way};
 use crate::analysis::conditions::{CLOCK, Claim, Formula, Key, Value};
@@ -156,7 +156,7 @@ impl Exploration<'_> {
             // A fault never re-enters an active state.
             Trigger::Fault(_) => return !self.machine.path(leaf).any(|s| s == target),
             Trigger::Event(e) if !raised.contains(e) && !self.may_occur(leaf, *e) => return false,
-            Trigger::Reached { task, .. } if self.is_elsewhere(leaf, way, *task) => return false,
+            Trigger::Reached(Reached { task, .. }) if self.is_elsewhere(leaf, way, *task) => return false,
             _ if self.stays(leaf, way) => return false,
             _ => {}
         }
@@ -180,7 +180,7 @@ impl Exploration<'_> {
         let mut nodes = self.nodes_of(leaf).map(|n| &self.nodes[n]);
         match self.trigger(way) {
             Trigger::Event(e) if !self.may_occur(leaf, *e) && !nodes.any(|n| n.raised.contains(e)) => Refusal::Event,
-            Trigger::Reached { task, .. } if self.is_elsewhere(leaf, way, *task) => Refusal::Task,
+            Trigger::Reached(Reached { task, .. }) if self.is_elsewhere(leaf, way, *task) => Refusal::Task,
             _ if self.stays(leaf, way) => Refusal::Active,
             _ => {
                 let never = |node: &super::Node| {

@@ -97,6 +97,7 @@ impl<'p> Played<'p> {
             Measure::Margin(_) | Measure::Initial(_) => Interval::ALL,
             Measure::Error { .. }
             | Measure::Speed(_)
+            | Measure::LargestSpeed(_)
             | Measure::PointSpeed(_)
             | Measure::Acceleration(_)
             | Measure::PointAcceleration(_)

@@ -120,7 +120,7 @@ impl Played<'_> {
             Trigger::Fault(FaultPattern::Kind(FaultKind::Deadline)) if !self.misses_the_deadline() => {
                 return Err(Missing::Condition);
             }
-            Trigger::Reached { .. } | Trigger::Fault(_) => since,
+            Trigger::Reached(_) | Trigger::Fault(_) => since,
         };
         if time <= end { Ok(time) } else { Err(Missing::Time) }
     }

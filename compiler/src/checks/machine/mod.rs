@@ -22,7 +22,8 @@ mod task_outputs;
 use std::collections::BTreeSet;
 
 use dsl::{Diagnostic, Help, Snippet};
-use runtime::program::{MachineProgram, Program, Subject, TransitionProgram, Trigger};
+use runtime::program::{MachineProgram, Program, ReachedProgram, Subject, TransitionProgram, Trigger};
+use stdlib_tasks::expression::Expression;
 
 use crate::analysis::conditions::Conditions;
 use crate::analysis::exploration::{Exploration, Way};
@@ -210,13 +211,20 @@ impl Checked<'_> {
     fn waiting(&self, diagnostics: &mut Vec<Diagnostic>) {
         for &s in &self.reached {
             for (i, t) in self.machine.states[s].transitions.iter().enumerate() {
-                let Trigger::Reached { task, .. } = t.trigger else { continue };
+                let tasks: Vec<usize> = match &t.trigger {
+                    Trigger::Reached(criterion) => vec![criterion.task],
+                    Trigger::When { condition, .. } => {
+                        self.targets_of(condition).iter().map(|r| r.criterion.task).collect()
+                    }
+                    _ => continue,
+                };
                 let leaves = self.reached.iter().copied().filter(|&l| self.machine.states[l].initial.is_none());
                 let inside: Vec<usize> = leaves.filter(|&l| self.machine.path(l).any(|p| p == s)).collect();
-                let runs = |l: &usize| self.machine.stack(*l).is_some_and(|k| self.holds(k, task));
-                if inside.iter().any(runs) || inside.is_empty() {
+                let runs =
+                    |task: usize| inside.iter().any(|l| self.machine.stack(*l).is_some_and(|k| self.holds(k, task)));
+                let Some(task) = tasks.into_iter().find(|task| !runs(*task)).filter(|_| !inside.is_empty()) else {
                     continue;
-                }
+                };
                 let name = &self.program.tasks[task].name;
                 let text = format!("`{name}` does not run in state `{}`, so it is never reached there", self.name(s));
                 let mut d = Diagnostic::error("HQ0703", self.places.transitions[s][i].trigger, text);
@@ -226,6 +234,14 @@ impl Checked<'_> {
                 diagnostics.push(d.help("name a task of the state's own stack, or add this one to it"));
             }
         }
+    }
+
+    /// Targets that a condition asks to be reached.
+    fn targets_of(&self, condition: &Expression) -> Vec<&ReachedProgram> {
+        let read: BTreeSet<usize> = condition.inputs.iter().copied().collect();
+        let signals = self.program.values.tape.only(&read).signals();
+        let signals: Vec<usize> = signals.into_iter().filter_map(|at| self.program.interface.signal_of(at)).collect();
+        self.machine.reached.iter().filter(|r| signals.contains(&r.signal)).collect()
     }
 
     fn holds(&self, stack: usize, task: usize) -> bool {

@@ -194,9 +194,7 @@ fn covers(first: &Trigger, second: &Trigger) -> bool {
         (Trigger::Event(a), Trigger::Event(b)) => a == b,
         (Trigger::After(a), Trigger::After(b)) => a <= b,
         (Trigger::When { condition: a, hold: x }, Trigger::When { condition: b, hold: y }) => a == b && x <= y,
-        (Trigger::Reached { task: a, tolerances: x }, Trigger::Reached { task: b, tolerances: y }) => {
-            a == b && x.iter().zip(y).all(|(x, y)| x >= y)
-        }
+        (Trigger::Reached(a), Trigger::Reached(b)) => a.follows_from(b),
         (Trigger::Fault(a), Trigger::Fault(b)) => match (a, b) {
             (FaultPattern::Any, _) => true,
             (FaultPattern::Kind(kind), FaultPattern::Stale(_)) => *kind == runtime::FaultKind::Stale,

@@ -55,7 +55,7 @@ impl Checked<'_> {
             }
             for state in self.machine.path(leaf) {
                 for (index, t) in self.machine.states[state].transitions.iter().enumerate() {
-                    let alone = matches!(t.trigger, Trigger::After(_) | Trigger::Reached { .. });
+                    let alone = matches!(t.trigger, Trigger::After(_) | Trigger::Reached(_));
                     if !alone || self.is_dead(state, index) {
                         continue;
                     }
@@ -78,7 +78,7 @@ impl Checked<'_> {
     fn decides(&self, leaf: usize) -> bool {
         let by = |t: &Trigger| match t {
             Trigger::When { .. } | Trigger::Event(_) => true,
-            Trigger::After(_) | Trigger::Reached { .. } | Trigger::Fault(_) => false,
+            Trigger::After(_) | Trigger::Reached(_) | Trigger::Fault(_) => false,
         };
         let inside = || self.machine.path(leaf).filter(|&p| p != 0);
         self.counts_at(leaf) || inside().any(|p| self.machine.states[p].transitions.iter().any(|t| by(&t.trigger)))

@@ -37,8 +37,7 @@ impl Checked<'_> {
                 .filter_map(|(i, t)| if let Trigger::After(time) = t.trigger { Some((time, i)) } else { None });
             let end = end.min_by(|a, b| a.0.total_cmp(&b.0));
             for (i, t) in transitions.iter().enumerate() {
-                let Trigger::Reached { task, tolerances } = &t.trigger else { continue };
-                let task = *task;
+                let Some((task, tolerances)) = self.awaited(s, i, &t.trigger) else { continue };
                 let leaves: Vec<usize> = self.leaves(s).collect();
                 let until = end.map_or(LONG, |e| e.0);
                 let rests =
@@ -73,6 +72,19 @@ impl Checked<'_> {
                 }));
             }
         }
+    }
+
+    /// Task, with its tolerances, that must be reached for a transition to be taken, alone or together with others.
+    fn awaited<'t>(&'t self, state: usize, index: usize, trigger: &'t Trigger) -> Option<(usize, &'t [f64])> {
+        let criterion = match trigger {
+            Trigger::Reached(criterion) => criterion,
+            Trigger::When { .. } => {
+                let demands = &self.places.transitions[state][index].demands;
+                &self.machine.reached.iter().find(|r| demands.contains(&r.signal))?.criterion
+            }
+            _ => return None,
+        };
+        Some((criterion.task, &criterion.tolerances))
     }
 
     /// False if a target depends on the time since the entry and moves at all times until `until` (s). Nothing is claimed of
