@@ -57,6 +57,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("obstacles_yaml", include_str!("cases/obstacles_yaml.txt"), Syntax::Yaml),
     ("coverage_yaml", include_str!("cases/coverage_yaml.txt"), Syntax::Yaml),
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Syntax::Yaml),
+    ("motions", include_str!("cases/motions.txt"), Syntax::Native),
+    ("motions_yaml", include_str!("cases/motions_yaml.txt"), Syntax::Yaml),
     ("sampled", include_str!("cases/sampled.txt"), Syntax::Native),
     ("sampled_yaml", include_str!("cases/sampled_yaml.txt"), Syntax::Yaml),
 ];
@@ -121,6 +123,16 @@ fn allowances() {
 #[test]
 fn allowances_yaml() {
     check("allowances_yaml");
+}
+
+#[test]
+fn motions() {
+    check("motions");
+}
+
+#[test]
+fn motions_yaml() {
+    check("motions_yaml");
 }
 
 #[test]

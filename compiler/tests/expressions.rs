@@ -130,6 +130,7 @@ const MOVING: &[&str] = &[
     "norm([t, 2*t, 1 s])",
     "dot([t, 1 s, 2 s], [1, t/(1 s), 3])",
     "cross([t, 1 s, 2 s], [1, t/(1 s), 3])",
+    "angle_between([t, 1 s, 2 s], [1, t/(1 s), 3])",
     "rpy(t*0.2 rad/s, 0.1 rad, -t*0.3 rad/s)",
     "axis_angle([1, 2, t/(1 s)], 0.4 rad/s * t)",
     "quaternion(1, t/(1 s), 0.5, -0.25)",

@@ -24,6 +24,10 @@ const VALUES: &[(usize, &str)] = &[
     (1, "distance(plane([0.1, 0.2, 0.3] m in @B, [1, 2, -0.5]), finger)"),
     (1, "distance([elbow, upper], plane([0.1, 0, 0] m, [0, 0.6, 0.8] in @B))"),
     (3, "com"),
+    (1, "manipulability(@A)"),
+    (1, "manipulability(@A, linear)"),
+    (1, "manipulability(@A, angular)"),
+    (1, "angle_between(frame(@A).orientation*[0, 0, 1], point(@B, [0.1, 0.2, 0.3] m) - frame(@A).position)"),
     (3, "com in @A"),
     (1, "norm(com - frame(@B).position) + 2*dot(com, [0, 0.6, 0.8])"),
     (3, "frame(@A).position - frame(@B).position"),
@@ -81,7 +85,9 @@ fn close(a: f64, b: f64, scale: f64) -> bool {
 #[test]
 fn every_function_and_leaf_is_tried() {
     let tried = |name: &str| VALUES.iter().any(|(_, v)| v.contains(&format!("{name}(")));
-    for name in FUNCTIONS.iter().map(|f| f.name).chain(["frame", "point", "joint", "distance", "plane"]) {
+    for name in
+        FUNCTIONS.iter().map(|f| f.name).chain(["frame", "point", "joint", "distance", "plane", "manipulability"])
+    {
         assert!(tried(name), "`{name}` is not tried");
     }
     assert!(VALUES.iter().any(|(_, v)| *v == "com"));

@@ -95,6 +95,7 @@ pub fn describe(ty: &ParamType) -> String {
         ParamType::JointVelocities => joint_values("value", [JOINT_SPEED, JOINT_TRAVEL_SPEED]),
         ParamType::JointAccelerations => joint_values("value", [JOINT_ACCELERATION, JOINT_TRAVEL_ACCELERATION]),
         ParamType::PerArm(d) => format!("`{{ ARM value .. }}` in {d}{}", usual(&of_joint(*d))),
+        ParamType::Axes => "some of the axes `x`, `y`, `z`".to_string(),
         ParamType::Choice(words) => words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "),
         ParamType::Expression(form) => expression(form),
         ParamType::Group(_) => "block".to_string(),

@@ -139,6 +139,7 @@ fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
             Some(list.iter().map(|(a, s)| format!("{} {}", a.name, slot(p, s))).collect::<Vec<_>>().join(", "))
         }
         Bound::Choice(word) => Some(word.clone()),
+        Bound::Axes(chosen) => Some(stdlib_tasks::axis_rows::Axes(*chosen).names().collect::<Vec<_>>().join(", ")),
         Bound::Task(task) => p.tasks.get(*task).map(|t| t.name.clone()),
         Bound::Field(field) => p.fields.get(*field).map(|f| f.name.clone()),
         Bound::Expression(e) => {

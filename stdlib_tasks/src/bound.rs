@@ -75,6 +75,8 @@ pub enum Bound {
     PerArm(Vec<(Arm, Slot)>),
     /// One of the words that the parameter allows.
     Choice(String),
+    /// Axes, true for each of x, y and z that is chosen; at least one.
+    Axes([bool; 3]),
     /// An expression of the robot's present state.
     Expression(Expression),
     /// Parameters inside a parameter.

@@ -98,6 +98,7 @@ fn check_one(bound: &Bound, ctx: &Context) -> Result<(), &'static str> {
         Bound::Joints(list) => list.iter().try_for_each(dof),
         Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| one(s))),
         Bound::PerArm(list) => list.iter().try_for_each(|(a, s)| arm(a).and_then(|()| one(s))),
+        Bound::Axes(chosen) => ensure(chosen.contains(&true), "no axis is chosen"),
         // Only the program can check these.
         Bound::Choice(_) | Bound::Task(_) | Bound::Field(_) => Ok(()),
         Bound::Expression(e) => e.check(ctx.model, ctx.slot_count()),

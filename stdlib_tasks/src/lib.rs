@@ -4,6 +4,7 @@
 //! the type's `build` turns them into a [`task::Task`]; the controller computes the task's rows at every tick. This
 //! crate depends on robots, but not on the language, solvers or state machines.
 
+pub mod axis_rows;
 pub mod bound;
 pub mod build;
 pub mod clearance;

@@ -52,6 +52,8 @@ pub enum ParamType {
     PerArm(Dimension),
     /// One of these words.
     Choice(&'static [&'static str]),
+    /// Some of the axes x, y and z.
+    Axes,
     /// An expression that may read the robot's present state.
     Expression(Form),
     /// Parameters inside a parameter.

@@ -110,6 +110,7 @@ fn links(leaf: &Leaf) -> Vec<LinkId> {
     match leaf {
         Leaf::Point { link, .. } | Leaf::Orientation(link) => vec![*link],
         Leaf::Distance(pair) => vec![pair.0.link, pair.1.link],
+        Leaf::Manipulability(of) => vec![of.link],
         Leaf::PlaneDistance(above) => vec![above.part.link],
         Leaf::PointDistance(away) => vec![away.part.link],
         Leaf::Field(field) => field.links.clone(),

@@ -280,6 +280,11 @@ pub trait Task: Send {
         false
     }
 
+    /// Weights of the squared slacks of its rows, which multiply that of the task in its level; empty if all are 1.
+    fn row_weights(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// Gains of its rows in 1/s; empty without gains. The compiler checks them against the control period.
     fn gains(&self, _values: &[f64]) -> Vec<f64> {
         Vec::new()

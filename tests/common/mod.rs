@@ -24,6 +24,7 @@ pub const EXAMPLES: &[&str] = &[
     "swivel_angle",
     "own_tasks",
     "balance",
+    "dexterity",
     "both_arms",
     "compliance",
     "tested",

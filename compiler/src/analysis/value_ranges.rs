@@ -312,6 +312,7 @@ impl<'a> RangeContext<'a> {
                 if bounded { Interval::new(centre[k - at] - radius, centre[k - at] + radius) } else { Interval::ALL }
             }
             Leaf::Distance(_) => self.leaves.get(&at).map_or(Interval::ALL, |l| l.1),
+            Leaf::Manipulability(_) => Interval::new(0.0, f64::INFINITY),
             Leaf::PlaneDistance(_) | Leaf::PointDistance(_) => Interval::ALL,
             Leaf::Field(field) => of_field(field),
         }

@@ -193,7 +193,7 @@ impl TaskScope<'_> {
         match &value.kind {
             // The arguments of these calls are names of frames, joints, parts and fields, not values.
             ValueKind::Call(function, _)
-                if ["frame", "joint", "distance", "field"].contains(&function.value.as_str()) =>
+                if ["frame", "joint", "distance", "manipulability", "field"].contains(&function.value.as_str()) =>
             {
                 None
             }

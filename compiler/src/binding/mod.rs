@@ -1,10 +1,12 @@
 //! Binds the parameters of tasks to numbers, indices and places in the table of values.
 
 mod along;
+mod axes;
 mod capture;
 mod condition;
 mod expression;
 pub(crate) mod gain;
+mod manipulability;
 pub(crate) mod motion;
 mod pairs;
 mod partition;
@@ -364,6 +366,7 @@ impl Binder<'_> {
             ParamType::JointVelocities => self.per_joint(owner, value, info, RATE),
             ParamType::JointAccelerations => self.per_joint(owner, value, info, PER_SQUARE_SECOND),
             ParamType::PerArm(d) => self.per_arm(owner, value, info, d),
+            ParamType::Axes => self.axes_chosen(value, info).map(Bound::Axes),
             ParamType::Choice(words) => match text_of(value) {
                 Some(word) if words.contains(&word) => Some(Bound::Choice(word.to_string())),
                 other => {

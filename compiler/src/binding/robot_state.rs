@@ -91,6 +91,9 @@ impl TaskScope<'_> {
                 let parts = parts::geometries(self.robot, part, diagnostics)?;
                 self.above(graph, &parts, plane, span).map_err(Some).map(Some)
             }
+            RobotStateTerm::Manipulability(frame, part, by) => {
+                self.link(frame).and_then(|link| self.manipulability(graph, link, *part, *by, span)).map(Some)
+            }
             RobotStateTerm::Field(field) => self.safety_field(field, span).map(Some),
             RobotStateTerm::Com => self.center_of_mass(graph, span).map_err(Some).map(Some),
         };
@@ -177,7 +180,7 @@ impl TaskScope<'_> {
     }
 
     /// Nodes of a leaf. Each leaf is stored only once in the numbers of the state.
-    fn leaf(&mut self, graph: &mut Graph, leaf: Leaf) -> Vec<usize> {
+    pub(super) fn leaf(&mut self, graph: &mut Graph, leaf: Leaf) -> Vec<usize> {
         let (width, reads) = (leaf.width(), leaf.reads().as_flattened().to_vec());
         let at = self.table.leaf(leaf);
         (at..at + width)

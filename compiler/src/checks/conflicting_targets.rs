@@ -16,6 +16,10 @@ fn target(program: &Program, task: usize) -> Option<(LinkId, [f64; 3])> {
     if !matches!(t.kind.as_str(), "frame_position" | "frame_pose") {
         return None;
     }
+    // Frames that share some of the coordinates only, such as their heights, are not at one place.
+    if t.params.contains_key("axes") {
+        return None;
+    }
     let (Some(Bound::Frame(_, link)), Some(Bound::Value(slot))) = (t.params.get("frame"), t.params.get("position"))
     else {
         return None;

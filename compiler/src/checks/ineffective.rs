@@ -98,6 +98,7 @@ fn twice(stack: &Stack, tasks: &BTreeMap<&str, &TaskDefinition>, diagnostics: &m
 
 /// Warnings that follow from the finished program only. Returns the tasks that have one.
 pub(super) fn program(c: &Checked, diagnostics: &mut Vec<Diagnostic>) -> BTreeSet<usize> {
+    hard_axis_weights(c.program, c.places, diagnostics);
     let mut told = targets(c.program, c.places, diagnostics);
     for stack in 0..c.stacks.len() {
         for index in unmoved_targets(c, stack, diagnostics) {
@@ -105,6 +106,27 @@ pub(super) fn program(c: &Checked, diagnostics: &mut Vec<Diagnostic>) -> BTreeSe
         }
     }
     told
+}
+
+/// Warns of weights of axes in tasks of hard levels.
+fn hard_axis_weights(program: &Program, places: &SourceMap, diagnostics: &mut Vec<Diagnostic>) {
+    let mut told = BTreeSet::new();
+    for level in program.stacks.iter().flat_map(|s| &s.levels).filter(|l| l.hard) {
+        for m in &level.members {
+            let Some(at) = places.tasks.get(m.task).and_then(|t| t.spans.get("axis_weights")) else { continue };
+            if !told.insert(m.task) {
+                continue;
+            }
+            diagnostics.push(
+                Diagnostic::warning("HQ0625", *at, "weights of axes have no effect on a hard level")
+                    .note(format!(
+                        "`{}` is on the hard level `{}`, which has no error to share",
+                        program.tasks[m.task].name, level.name
+                    ))
+                    .help("remove the weights; to let an axis go, leave it out of `axes`"),
+            );
+        }
+    }
 }
 
 /// Warns of constant joint targets beyond the joints' limits. Returns their tasks.

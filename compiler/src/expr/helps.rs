@@ -21,7 +21,8 @@ pub(super) fn elsewhere(name: &str) -> Option<&'static str> {
     let known: &[(&[&str], &'static str)] = &[
         (&["arcsin"], "asin(number)"),
         (&["arccos"], "acos(number)"),
-        (&["arctan", "atan", "arctan2", "angle"], "atan2(y, x)"),
+        (&["arctan", "atan", "arctan2"], "atan2(y, x)"),
+        (&["angle"], "angle_between(vector, vector)` or `atan2(y, x)"),
         (&["ln", "log10", "log2"], "log(number)"),
         (&["pow", "power", "square", "sqr"], "x^2"),
         (&["length", "magnitude", "len", "norm2"], "norm(vector)"),
@@ -41,6 +42,7 @@ pub(super) fn elsewhere(name: &str) -> Option<&'static str> {
         (&["vector", "vec", "vec3"], "[x, y, z]"),
         (&["radians", "deg2rad", "degrees"], "(x) deg"),
         (&["dist", "gap"], "distance(a, b)"),
+        (&["vangle", "vector_angle", "anglebetween"], "angle_between(vector, vector)"),
         (&["trapezoidal", "profile", "lspb", "move", "moveto", "go"], TRAJECTORIES[0].form),
         (&["scurve", "jerk_limited", "quintic", "min_jerk"], TRAJECTORIES[1].form),
         (&["via", "points", "route", "polyline", "path", "waypoint"], TRAJECTORIES[2].form),

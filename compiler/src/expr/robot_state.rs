@@ -3,13 +3,14 @@
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Spanned};
 use stdlib_tasks::dimension::{Dimension, LENGTH};
+use stdlib_tasks::expression::MotionPart;
 
 use super::scope::Failed;
 use super::{Axes, Frame, Kind, Lowering, Typed, frames};
 use crate::expr::constants::check_dimension;
 
 /// Functions of the robot's current state.
-pub(crate) const PRESENT: &[&str] = &["frame", "point", "joint", "distance", "plane", "com", "field"];
+pub(crate) const PRESENT: &[&str] = &["frame", "point", "joint", "distance", "plane", "com", "manipulability", "field"];
 
 /// A part of the robot's current state, with the values that name it.
 #[derive(Clone, Debug)]
@@ -26,6 +27,8 @@ pub enum RobotStateTerm<'v> {
     Above(&'v Value, Plane),
     /// `com`.
     Com,
+    /// `manipulability(F, linear, JOINTS)`: the frame, its velocities that count, and the joints, if they are named.
+    Manipulability(&'v Value, MotionPart, Option<&'v [Value]>),
     /// `field(F)`.
     Field(&'v Value),
 }
@@ -41,6 +44,21 @@ pub struct Plane {
     pub axes: Frame,
     /// Source span.
     pub span: Span,
+}
+
+/// Velocities that count, and the names of joints behind them.
+fn velocities(args: &[Value]) -> (MotionPart, Option<&[Value]>) {
+    let part = match args.first().and_then(crate::forms::text_of) {
+        Some("linear") => MotionPart::Linear,
+        Some("angular") => MotionPart::Angular,
+        _ => MotionPart::Whole,
+    };
+    let joints = if part == MotionPart::Whole { args } else { args.get(1..).unwrap_or_default() };
+    let joints = match joints {
+        [one] => one.items(),
+        several => several,
+    };
+    (part, (!joints.is_empty()).then_some(joints))
 }
 
 /// Arguments of `plane(..)`, if the value is such a call.
@@ -116,7 +134,7 @@ impl Lowering<'_> {
         }
         self.fail(
             Diagnostic::unknown_name(span, "the value of a task can be used only inside `initial(..)`")
-                .note("the robot's state is read by `frame(F).position`, `.orientation`, `.pose`, `point(F, ..)`, `joint(J)`, `distance(a, b)`, `com`, `field(F)`")
+                .note("the robot's state is read by `frame(F).position`, `.orientation`, `.pose`, `point(F, ..)`, `joint(J)`, `distance(a, b)`, `com`, `manipulability(F)`, `field(F)`")
                 .help("write `initial(..)` around it for its value at the moment the stack becomes active"),
         )
     }
@@ -131,6 +149,10 @@ impl Lowering<'_> {
                 );
             }
             ("field", [field]) => return self.now(&RobotStateTerm::Field(field), span),
+            ("manipulability", [frame, rest @ ..]) => {
+                let (part, by) = velocities(rest);
+                return self.now(&RobotStateTerm::Manipulability(frame, part, by), span);
+            }
             ("joint", [joint]) => return self.now(&RobotStateTerm::Joint(joint), span),
             ("plane", _) => {
                 return self.fail(
@@ -172,6 +194,9 @@ impl Lowering<'_> {
                 return self.now(&RobotStateTerm::Point(frame, offset), span);
             }
             ("field", _) => "field(NAME)",
+            ("manipulability", _) => {
+                "manipulability(FRAME)`, `manipulability(FRAME, linear)` or `manipulability(FRAME, angular, JOINTS)"
+            }
             ("joint", _) => "joint(NAME)",
             ("distance", _) => "distance(PART, PART)` or `distance(PART, plane(POINT, NORMAL))",
             _ => "point(FRAME, [x, y, z] m)",

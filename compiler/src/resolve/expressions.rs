@@ -63,6 +63,12 @@ impl Resolver<'_> {
                         bounds.iter().for_each(|v| self.typed(v, current_values));
                     }
                     (REACHED, [task, bounds @ ..]) => self.target_task(task, bounds),
+                    ("manipulability", [frame, rest @ ..]) => {
+                        self.frame(frame, &[K::Link, K::Arm]);
+                        let part = |v: &&Value| matches!(v.word(), Some("linear" | "angular"));
+                        let skipped = usize::from(rest.first().filter(part).is_some());
+                        rest[skipped..].iter().for_each(|joint| self.joints(joint));
+                    }
                     (name, [one]) if MEASURES.contains(&name) => self.measured(name, one),
                     ("point", [frame, offset]) => {
                         self.frame(frame, &[K::Link, K::Arm]);

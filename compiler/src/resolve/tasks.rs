@@ -2,6 +2,7 @@
 
 use dsl::Spanned;
 use dsl::tree::{Block, Entry, TaskDefinition, Value, ValueKind};
+use stdlib_tasks::axis_rows::AXES;
 use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
 use stdlib_tasks::params::{ParamInfo, ParamType};
 use stdlib_tasks::task::TaskKind;
@@ -122,6 +123,9 @@ impl Resolver<'_> {
                 }
                 _ => self.typed(value, kind.current_values),
             },
+            ParamType::Axes => value.items().iter().for_each(|axis| {
+                self.cursor_in(axis, |_| C::Words(AXES));
+            }),
             ParamType::Choice(words) => {
                 self.cursor_in(value, |_| C::Words(words));
             }

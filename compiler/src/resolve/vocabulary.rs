@@ -54,6 +54,11 @@ pub static BUILT_IN: &[Word] = &[
          `track`, and in `initial(..)`.",
     ),
     word(
+        "manipulability",
+        "`manipulability(FRAME)`, `manipulability(FRAME, linear)`, `manipulability(FRAME, angular, JOINTS)`: how well joints move a \
+         frame in all directions, zero at a singularity; in `keep` and `track`, conditions and expectations.",
+    ),
+    word(
         "field",
         "`field(NAME)`: the value of a safety field, which says how far the robot is from people: in `keep`, conditions and \
          expectations.",
@@ -100,10 +105,11 @@ pub static FAULTS: &[Word] = &[
 ];
 
 /// Functions of the robot's current state.
-pub static PRESENT: &[&str] = &["frame", "joint", "point", "distance", "plane", "com", "field"];
+pub static PRESENT: &[&str] = &["frame", "joint", "point", "distance", "plane", "com", "manipulability", "field"];
 
 /// Functions that need brackets: without them, such a name refers to something else.
-pub static CALLED: &[&str] = &["frame", "joint", "point", "distance", "plane", "present", "uncertainty", "field"];
+pub static CALLED: &[&str] =
+    &["frame", "joint", "point", "distance", "plane", "manipulability", "present", "uncertainty", "field"];
 
 /// Measures in expectations of a running scenario.
 pub static MEASURED: &[Word] = &[

@@ -3,6 +3,7 @@
 use compiler::sections::MEMBER;
 use serde_json::{Map, Value, json};
 use stdlib_tasks::KINDS;
+use stdlib_tasks::axis_rows::AXES;
 use stdlib_tasks::dimension::RATE;
 use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
 use stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence, Quantity};
@@ -72,6 +73,9 @@ fn parameter(p: &ParamInfo) -> Value {
         }
         ParamType::PerArm(d) => values::per_arm(*d),
         ParamType::Choice(words) => json!({ "enum": words }),
+        ParamType::Axes => json!({
+            "anyOf": [{ "enum": AXES }, { "type": "array", "minItems": 1, "maxItems": 3, "items": { "enum": AXES } }],
+        }),
         ParamType::Expression(Form::Number(q)) => values::scalar(q),
         ParamType::Expression(Form::Vector(d)) => values::vector(*d),
         ParamType::Expression(_) => values::any(),

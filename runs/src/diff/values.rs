@@ -2,8 +2,9 @@
 
 use runtime::program::{CaptureSource, Op, Program};
 use runtime::text::number;
+use stdlib_tasks::axis_rows::Axes;
 use stdlib_tasks::bound::{Bound, ExceptedPair, Exception, Obstacle, Slot};
-use stdlib_tasks::expression::{Expression, Leaf};
+use stdlib_tasks::expression::{Expression, Leaf, MotionPart};
 
 use super::facts::digest;
 
@@ -133,6 +134,15 @@ impl<'p> Values<'p> {
             Leaf::Joint(dof) => format!("joint({})", model.dofs.get(*dof).map_or("?", |d| d.name.as_str())),
             Leaf::Distance(pair) => format!("distance({}, {})", pair.0.name, pair.1.name),
             Leaf::Com => "com".into(),
+            Leaf::Manipulability(of) => {
+                let part = match of.part {
+                    MotionPart::Whole => "",
+                    MotionPart::Linear => ", linear",
+                    MotionPart::Angular => ", angular",
+                };
+                let joints = of.dofs.iter().filter_map(|&d| model.dofs.get(d)).map(|d| d.name.as_str());
+                format!("manipulability({}{part}, [{}])", link(of.link), joints.collect::<Vec<_>>().join(", "))
+            }
             Leaf::Field(field) => format!("field({})", field.name),
             // Their operands are operations of the expression, which the digest holds.
             Leaf::PlaneDistance(_) | Leaf::PointDistance(_) => {
@@ -188,6 +198,7 @@ impl<'p> Values<'p> {
                 join(list.iter().map(|(arm, slot)| format!("{} {}", arm.name, self.slot(slot))).collect())
             }
             Bound::Choice(word) => word.clone(),
+            Bound::Axes(chosen) => join(Axes(*chosen).names().map(str::to_string).collect()),
             Bound::Expression(e) => self.expression(e),
             Bound::Group(map) => {
                 let inner: Vec<String> = map.iter().map(|(key, of)| format!("{key} {}", self.bound(of))).collect();

@@ -113,8 +113,10 @@ impl Layout {
         let mut problem = Problem::new(nv, &self.shapes);
         let weights =
             stack.levels.iter().flat_map(|l| &l.members).filter(|m| only.is_none_or(|o| o == m.task)).map(|m| m.weight);
-        for (member, weight) in self.members.iter().zip(weights) {
-            problem.levels[member.level].weight[member.rows.clone()].fill(weight);
+        for ((member, task), weight) in self.members.iter().zip(&self.tasks).zip(weights) {
+            let of_rows = &mut problem.levels[member.level].weight[member.rows.clone()];
+            of_rows.fill(weight);
+            of_rows.iter_mut().zip(task.row_weights()).for_each(|(of_row, factor)| *of_row *= factor);
         }
         for (member, task) in self.members.iter().zip(&self.tasks) {
             write_constant(task.as_ref(), member, &stack.locked, &mut problem);

@@ -188,6 +188,7 @@ impl Program {
             Bound::PerJoint(list) => list.iter().try_for_each(|(d, s)| dof(d).and_then(|()| slot(s))),
             Bound::PerArm(list) => list.iter().try_for_each(|(a, s)| arm(a).and_then(|()| slot(s))),
             Bound::Choice(_) => Ok(()),
+            Bound::Axes(chosen) => ensure(chosen.contains(&true), place, "no axis is chosen"),
             Bound::Task(t) => ensure(*t < self.tasks.len(), place, "a task does not exist"),
             Bound::Field(f) => ensure(*f < self.fields.len(), place, "a safety field does not exist"),
             Bound::Expression(e) => {

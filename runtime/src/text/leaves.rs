@@ -1,6 +1,6 @@
 //! Leaves of expressions of the robot's state, in words.
 
-use stdlib_tasks::expression::{Expression, Leaf};
+use stdlib_tasks::expression::{Expression, Leaf, MotionPart};
 
 use super::number;
 use crate::program::{Op, Program};
@@ -45,6 +45,15 @@ fn words(p: &Program, leaf: &Leaf) -> String {
             format!("the distance from {} to {what}", away.part.name)
         }
         Leaf::Com => "the centre of mass".to_string(),
+        Leaf::Manipulability(of) => {
+            let part = match of.part {
+                MotionPart::Whole => "",
+                MotionPart::Linear => "linear ",
+                MotionPart::Angular => "angular ",
+            };
+            let joints = of.dofs.iter().filter_map(|&d| p.robot.model.dofs.get(d)).map(|d| d.name.as_str());
+            format!("the {part}manipulability of {} by {}", name(of.link), joints.collect::<Vec<_>>().join(", "))
+        }
         Leaf::Field(field) => {
             let points: Vec<String> =
                 field.points.iter().map(|p| format!("[{}]", p.map(|i| format!("${i}")).join(", "))).collect();

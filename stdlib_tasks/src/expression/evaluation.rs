@@ -21,6 +21,7 @@ use robot::Model;
 
 use super::center_of_mass::CenterOfMass;
 use super::human_field::HumanField;
+use super::manipulability;
 use super::plane_distance::{Lowest, PlaneDistance};
 use super::point_distance;
 use super::{Expression, Leaf, Op};
@@ -37,6 +38,7 @@ enum Found {
     Distance { pair: Box<Pair>, apart: Option<Separation> },
     PlaneDistance { above: Box<PlaneDistance>, lowest: Option<Lowest> },
     Com(CenterOfMass),
+    Manipulability(Box<manipulability::Ready>),
     Field(Box<HumanField>),
     PointDistance(Box<point_distance::Ready>),
 }
@@ -78,6 +80,7 @@ impl Evaluation {
                 }
                 Leaf::PlaneDistance(above) => Found::PlaneDistance { above: above.clone(), lowest: None },
                 Leaf::Com => Found::Com(CenterOfMass::new(model)),
+                Leaf::Manipulability(of) => Found::Manipulability(Box::new(manipulability::Ready::new(of, model))),
                 Leaf::Field(field) => Found::Field(Box::new(HumanField::new(field, model))),
                 Leaf::PointDistance(away) => Found::PointDistance(Box::new(point_distance::Ready::new(away))),
             };
@@ -146,6 +149,10 @@ impl Evaluation {
                     *lowest = Some(now);
                 }
                 Found::Com(com) => write_vector(&com.position(state.data), numbers),
+                Found::Manipulability(of) => {
+                    of.find(state.model, state.data);
+                    numbers[0] = of.value;
+                }
                 // Their points are operations, which are evaluated below.
                 Found::Field(_) | Found::PointDistance(_) => {}
             }
@@ -245,6 +252,7 @@ impl Evaluation {
                     self.size += n.norm() * (1.0 + p.norm());
                     com.add_row(state, &n, row);
                 }
+                Found::Manipulability(of) => self.size += of.add_row(state.model, a[0], row),
                 Found::Field(people) => self.size += people.add_row(a[0], row),
                 Found::PointDistance(away) => self.size += away.add_row(state, a[0], row),
             }

@@ -9,6 +9,7 @@ mod bounded;
 mod center_of_mass;
 mod evaluation;
 mod human_field;
+mod manipulability;
 mod operand;
 mod plane_distance;
 mod point_distance;
@@ -27,6 +28,7 @@ pub use bounded::{BoundedPart, BoundedSide, bounded_parts};
 pub use center_of_mass::center_of_mass;
 pub use evaluation::Evaluation;
 pub use expressions::{Op, ROUNDING};
+pub use manipulability::{Manipulability, MotionPart};
 pub use operand::Operand;
 pub use plane_distance::{Plane, PlaneDistance};
 pub use point_distance::PointDistance;
@@ -53,6 +55,8 @@ pub enum Leaf {
     PlaneDistance(Box<PlaneDistance>),
     /// The position in the world of the robot's centre of mass, in m: three numbers.
     Com,
+    /// The manipulability of a frame, in m³ or, for its axes alone, as a number: one number.
+    Manipulability(Box<Manipulability>),
     /// A safety field, whose points are operations of the expression: one number.
     Field(Box<FieldProgram>),
     /// The distance from a part of the robot to a point or a segment, whose ends are operations of the expression, in
@@ -66,7 +70,12 @@ impl Leaf {
         match self {
             Leaf::Point { .. } | Leaf::Com => 3,
             Leaf::Orientation(_) => 4,
-            Leaf::Joint(_) | Leaf::Distance(_) | Leaf::PlaneDistance(_) | Leaf::Field(_) | Leaf::PointDistance(_) => 1,
+            Leaf::Joint(_)
+            | Leaf::Distance(_)
+            | Leaf::PlaneDistance(_)
+            | Leaf::Manipulability(_)
+            | Leaf::Field(_)
+            | Leaf::PointDistance(_) => 1,
         }
     }
 
@@ -86,6 +95,7 @@ impl Leaf {
             Leaf::Distance(pair) => [&pair.0, &pair.1].into_iter().try_for_each(|g| g.check(model)),
             Leaf::PlaneDistance(above) => above.check(model),
             Leaf::Com => ensure(center_of_mass::exists(model), "no link has a mass, and there is no centre of mass"),
+            Leaf::Manipulability(of) => of.check(model),
             Leaf::Field(field) => field.check(model, ops),
             Leaf::PointDistance(away) => away.check(model, ops),
         }

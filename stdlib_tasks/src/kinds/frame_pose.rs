@@ -2,9 +2,11 @@
 
 use robot::LinkId;
 
+use crate::axis_rows::{AXIS_WEIGHT, Axes, AxisRows};
 use crate::bound::BoundParams;
 use crate::build::check;
 use crate::clik;
+use crate::compliance::read;
 use crate::dimension::{ANGLE, LENGTH};
 use crate::numbers;
 use crate::params::{Input, ParamType, Presence};
@@ -12,6 +14,26 @@ use crate::task::{
     BuildError, Context, CurrentValue, CurrentValueType, Measure, RowInfo, RowKind, Rows, State, Task, TaskFault,
     TaskKind,
 };
+
+crate::params! {
+    /// Controlled axes of a pose.
+    pub struct PoseAxes {
+        /// Axes along which the position is controlled. Without it, all three.
+        linear: Option<Axes> = ParamType::Axes, Presence::Optional;
+        /// Axes about which the orientation is controlled. Without it, all three.
+        angular: Option<Axes> = ParamType::Axes, Presence::Optional;
+    }
+}
+
+crate::params! {
+    /// Weights of the axes of a pose.
+    pub struct PoseAxisWeights {
+        /// Weights of the squared errors along the three axes, or one for all.
+        linear: Option<Input<3>> = ParamType::PerAxis(AXIS_WEIGHT), Presence::Optional;
+        /// Weights of the squared errors about the three axes, or one for all.
+        angular: Option<Input<3>> = ParamType::PerAxis(AXIS_WEIGHT), Presence::Optional;
+    }
+}
 
 crate::params! {
     /// Parameters of `frame_pose`.
@@ -24,6 +46,12 @@ crate::params! {
         orientation: Input<4> = ParamType::Rotation, Presence::Default("initial(orientation)");
         /// K: how fast the errors decay.
         gain: Input<2> = ParamType::Gains(&["linear", "angular"]), Presence::Default("2 /s");
+        /// Controlled axes; the other ones are free. Without it, all.
+        axes: Option<BoundParams> = ParamType::Group(PoseAxes::INFO), Presence::Optional;
+        /// Frame whose axes these are; without it, those of the world.
+        axes_of: Option<(String, LinkId)> = ParamType::Frame, Presence::Optional;
+        /// Weights of the squared errors along and about the axes, relative to other rows of the level.
+        axis_weights: Option<BoundParams> = ParamType::Group(PoseAxisWeights::INFO), Presence::Optional;
     }
 }
 
@@ -46,7 +74,10 @@ K          1/s                       gain\n\
 ```\n\n\
 The task reports the errors `|p_d - p|` in m and `|log(R_d R^T)|` in rad. `initial(position)` and \
 `initial(orientation)` are the frame's own pose at the moment the stack became active.\n\n\
-Source: thesis (2.5), (3.33), (3.34).",
+`axes { linear [x, y]  angular z }` leaves the other axes free, as the mask of TSID does; with `axes_of FRAME` they are \
+the axes of that frame. `axis_weights { linear [1, 1, 0.1]  angular 0.5 }`, as the costs of Pink, has an effect where \
+not all rows of a level can be met. `frame_position` and `frame_orientation` describe both.\n\n\
+Source: thesis (2.5), (3.33), (3.34); chosen axes are ours.",
     example: "task reach = frame_pose(tool) { position initial(position) + [0, 0, 0.1] m  gain { linear 5 /s  angular 2 /s } }",
     positional: &["frame"],
     current_values: &[
@@ -59,12 +90,23 @@ Source: thesis (2.5), (3.33), (3.34).",
 struct FramePose {
     link: LinkId,
     params: Params,
+    linear: AxisRows,
+    angular: AxisRows,
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
     let params = Params::from_bound(bound)?;
-    Ok(Box::new(FramePose { link: params.frame.1, params }))
+    let none = BoundParams::new();
+    let axes = read("axes", params.axes.as_ref().unwrap_or(&none), PoseAxes::from_bound)?;
+    let weights = read("axis_weights", params.axis_weights.as_ref().unwrap_or(&none), PoseAxisWeights::from_bound)?;
+    let of = params.axes_of.as_ref().map(|f| f.1);
+    Ok(Box::new(FramePose {
+        link: params.frame.1,
+        linear: AxisRows::new(axes.linear, of, weights.linear, ctx),
+        angular: AxisRows::new(axes.angular, of, weights.angular, ctx),
+        params,
+    }))
 }
 
 /// Names and dimensions of the six rows of a pose, with a prefix such as `left.`.
@@ -97,7 +139,12 @@ pub(crate) fn current_pose(part: &str, link: LinkId, state: &State, out: &mut [f
 
 impl Task for FramePose {
     fn rows(&self) -> Vec<RowInfo> {
-        pose_rows("")
+        let all = pose_rows("");
+        [self.linear.of_all(&all[..3]), self.angular.of_all(&all[3..])].concat()
+    }
+
+    fn row_weights(&self) -> Vec<f64> {
+        [self.linear.weights(), self.angular.weights()].concat()
     }
 
     fn measures(&self) -> Vec<Measure> {
@@ -111,9 +158,9 @@ impl Task for FramePose {
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let [linear, angular] = self.params.gain.of(state.values);
         let target = clik::position_target(state, self.params.position);
-        rows.measures[0] = clik::position(state, rows, 0, self.link, &target, linear);
+        rows.measures[0] = self.linear.position(state, rows, 0, self.link, &target, linear);
         let target = clik::orientation_target(state, self.params.orientation);
-        rows.measures[1] = clik::orientation(state, rows, 3, self.link, &target, angular);
+        rows.measures[1] = self.angular.orientation(state, rows, self.linear.len(), self.link, &target, angular);
         Ok(())
     }
 

@@ -53,7 +53,7 @@ v                  n×1  rad/s or m/s          velocity of the n degrees of free
 φ                  1/s                        gain\n\
 ```\n\n\
 `value` is any expression that contains the present state of the robot: `frame(F).position`, \
-`frame(F).orientation`, `point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`, `com`. `min`, `max` and `gain` \
+`frame(F).orientation`, `point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`, `com`, `manipulability(F)`. `min`, `max` and `gain` \
 may contain the state too. A value with two limits, one of which depends on the state, has a separate row for \
 each limit.\n\n\
 If the value has no derivative (`norm` of zero, the corner of a `min`), the row is that of the branch that the \

@@ -16,6 +16,7 @@ pub mod joint_velocity;
 pub mod joint_velocity_limits;
 pub mod keep;
 pub mod keep_clear;
+pub mod look_at;
 pub mod safety_planner;
 pub mod self_collision;
 pub mod speed_separation;
@@ -39,6 +40,7 @@ pub static KINDS: &[&TaskKind] = &[
     &frame_pose::KIND,
     &frame_position::KIND,
     &frame_orientation::KIND,
+    &look_at::KIND,
     &cooperative_motion::KIND,
     &uncooperative_motion::KIND,
     &admittance::KIND,

@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 use hierarq_stdlib_tasks::KINDS;
 use hierarq_stdlib_tasks::bound::{Arm, Bound, Geometry, Obstacle, Slot};
 use hierarq_stdlib_tasks::dimension::LENGTH;
-use hierarq_stdlib_tasks::expression::{Expression, Leaf, Op, Plane, PlaneDistance, PointDistance};
+use hierarq_stdlib_tasks::expression::{
+    Expression, Leaf, Manipulability, MotionPart, Op, Plane, PlaneDistance, PointDistance,
+};
 use hierarq_stdlib_tasks::obstacle::Form;
-use hierarq_stdlib_tasks::params::{Input, Presence};
+use hierarq_stdlib_tasks::params::{Input, ParamInfo, ParamType, Presence};
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use robot::{Base, LinkId, Model, Shape};
@@ -78,8 +80,17 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
             .with("frame", carrier)
             .number("position", &[0.1, 0.2, 0.3])
             .number("orientation", &[1.0, 0.0, 0.0, 0.0])
-            .number("gain", &[2.0, 2.0]),
-        "frame_position" => case.with("frame", carrier).number("position", &[0.1, 0.2, 0.3]).number("gain", &[2.0]),
+            .number("gain", &[2.0, 2.0])
+            .with("axes", Bound::Group([("linear".to_string(), Bound::Axes([true; 3]))].into()))
+            .with("axes_of", Bound::Frame("f".to_string(), left.tip))
+            .group("axis_weights", &[("angular", &[1.0, 2.0, 3.0])]),
+        "frame_position" => case
+            .with("frame", carrier)
+            .number("position", &[0.1, 0.2, 0.3])
+            .number("gain", &[2.0])
+            .with("axes", Bound::Axes([true, false, true]))
+            .with("axes_of", Bound::Frame("f".to_string(), left.tip))
+            .number("axis_weights", &[1.0, 2.0, 3.0]),
         "joint_acceleration_limits" => {
             let max = case.slot(&[5.0], &[0.0]);
             case.with("joints", Bound::Joints(vec![dof])).with("max", Bound::PerJoint(vec![(dof, max)]))
@@ -93,9 +104,18 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
             let body = [&[20.0, 3.0][..], &[253.0, 27.0], &[]];
             case.with("frame", carrier).body(body, [&[1.0, 2.0, 3.0], &[0.1, 0.2, 0.3]])
         }
-        "frame_orientation" => {
-            case.with("frame", carrier).number("orientation", &[1.0, 0.0, 0.0, 0.0]).number("gain", &[2.0])
-        }
+        "frame_orientation" => case
+            .with("frame", carrier)
+            .number("orientation", &[1.0, 0.0, 0.0, 0.0])
+            .number("gain", &[2.0])
+            .with("axes", Bound::Axes([true; 3]))
+            .with("axes_of", Bound::Frame("f".to_string(), left.tip))
+            .number("axis_weights", &[1.0, 2.0, 3.0]),
+        "look_at" => case
+            .with("frame", Bound::Frame("f".to_string(), left.tip))
+            .number("target", &[0.5, 0.6, 0.7])
+            .number("axis", &[0.0, 0.0, 1.0])
+            .number("gain", &[2.0]),
         "cooperative_motion" => both(case)
             .number("alpha", &[0.5])
             .number("beta", &[1.0])
@@ -237,6 +257,9 @@ fn anything(model: &Model) -> impl Strategy<Value = Bound> + use<> {
             }
         ),
         1 => Just(Leaf::Com),
+        1 => (link.clone(), prop::collection::vec(index.clone(), 0..9)).prop_map(|(link, dofs)| {
+            Leaf::Manipulability(Box::new(Manipulability { link, part: MotionPart::Linear, dofs }))
+        }),
         1 => (geometry.clone(), prop::array::uniform2(prop::array::uniform3(0usize..9)))
             .prop_map(|(part, ends)| Leaf::PointDistance(Box::new(PointDistance { part, ends }))),
     ];
@@ -268,6 +291,7 @@ fn anything(model: &Model) -> impl Strategy<Value = Bound> + use<> {
         prop::collection::vec((index, slot.clone()), few.clone()).prop_map(Bound::PerJoint),
         prop::collection::vec((arm, slot.clone()), few).prop_map(Bound::PerArm),
         word.prop_map(Bound::Choice),
+        prop::array::uniform3(any::<bool>()).prop_map(Bound::Axes),
         expression.prop_map(Bound::Expression),
     ];
     let group = (slot.clone(), slot).prop_map(|(p, o)| {
@@ -340,7 +364,9 @@ fn a_wrong_form_is_an_error_that_names_the_parameter() {
                 // Good ones: any frame, any arm, and no exception from the robot's limits.
                 let alike = std::mem::discriminant(form) == own;
                 let none_replaced = matches!(form, Bound::PerJoint(_)) && p.presence == Presence::Optional;
-                if alike && (matches!(form, Bound::Frame(..) | Bound::Arm(_)) || none_replaced) {
+                let optional = |infos: &[ParamInfo]| infos.iter().all(|i| i.presence == Presence::Optional);
+                let none_needed = matches!(p.ty, ParamType::Group(infos) if optional(infos));
+                if alike && (matches!(form, Bound::Frame(..) | Bound::Arm(_)) || none_replaced || none_needed) {
                     continue;
                 }
                 let mut case = good.clone().with(p.name, form.clone());

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use hierarq_stdlib_tasks::dimension::NONE;
 use hierarq_stdlib_tasks::kinds::safety_planner;
 use hierarq_stdlib_tasks::params::{Form, ParamInfo, ParamType, Presence};
 use hierarq_stdlib_tasks::task::{RowKind, TaskKind};
@@ -109,6 +110,8 @@ fn defaults_fit_their_types() {
                 ParamType::Group(inner) => {
                     assert!(text == "{}" && inner.iter().all(|p| p.presence != Presence::Required), "{what}");
                 }
+                // A direction of a frame.
+                ParamType::Vector(d) if d == NONE => assert_eq!(text, "[0, 0, 1]", "{what}"),
                 ParamType::Rotation | ParamType::Vector(_) => {
                     let captured = text.strip_prefix("initial(").and_then(|t| t.strip_suffix(')'));
                     // Inside a group the group's name comes first.

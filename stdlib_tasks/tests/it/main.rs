@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests too")]
 
 mod accelerations;
+mod axes;
 mod barriers;
 mod bound;
 mod bounded_parts;
@@ -16,7 +17,9 @@ mod degenerate;
 mod gradient_bound;
 mod keep_clear;
 mod limits;
+mod look_at;
 mod loops;
+mod manipulability;
 mod one_side;
 mod people;
 mod speed_separation;

@@ -116,6 +116,7 @@ pub static FUNCTIONS: &[&Function] = &[
     &vectors::NORM,
     &vectors::DOT,
     &vectors::CROSS,
+    &vectors::ANGLE_BETWEEN,
     &vectors::NORMALIZE,
     &orientations::RPY,
     &orientations::AXIS_ANGLE,

@@ -1,7 +1,7 @@
 //! Functions of vectors.
 
 use runtime::program::Op;
-use stdlib_tasks::dimension::{Dimension, NONE};
+use stdlib_tasks::dimension::{ANGLE, Dimension, NONE};
 
 use super::super::arguments::{CallError, vector};
 use super::super::ops::{cross, dot};
@@ -68,6 +68,22 @@ pub(super) static CROSS: Function = Function {
         let nodes = cross(g, &of.first.nodes, &of.second.nodes);
         let (kind, dimension) = (Kind::Vector, of.dimension);
         Ok(Typed { kind, dimension, nodes, bare: false, axes: of.axes.derived(), span })
+    },
+    ..VECTORS
+};
+
+pub(super) static ANGLE_BETWEEN: Function = Function {
+    name: "angle_between",
+    form: "angle_between(vector, vector)",
+    takes: "two vectors of any length",
+    gives: "the angle between them, from 0 to pi; 0 if one of them is zero",
+    arity: 2..=2,
+    apply: |g, args, span| {
+        let of = factors(args)?;
+        let normal = cross(g, &of.first.nodes, &of.second.nodes);
+        let square = dot(g, &normal, &normal);
+        let (sine, cosine) = (g.push(Op::Sqrt(square)), dot(g, &of.first.nodes, &of.second.nodes));
+        Ok(Typed::scalar(g.push(Op::Atan2(sine, cosine)), ANGLE, span))
     },
     ..VECTORS
 };
