@@ -59,6 +59,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("reuse_yaml", include_str!("cases/reuse_yaml.txt"), Syntax::Yaml),
     ("motions", include_str!("cases/motions.txt"), Syntax::Native),
     ("motions_yaml", include_str!("cases/motions_yaml.txt"), Syntax::Yaml),
+    ("other_frameworks", include_str!("cases/other_frameworks.txt"), Syntax::Native),
+    ("other_frameworks_yaml", include_str!("cases/other_frameworks_yaml.txt"), Syntax::Yaml),
     ("sampled", include_str!("cases/sampled.txt"), Syntax::Native),
     ("sampled_yaml", include_str!("cases/sampled_yaml.txt"), Syntax::Yaml),
 ];
@@ -133,6 +135,16 @@ fn motions() {
 #[test]
 fn motions_yaml() {
     check("motions_yaml");
+}
+
+#[test]
+fn other_frameworks() {
+    check("other_frameworks");
+}
+
+#[test]
+fn other_frameworks_yaml() {
+    check("other_frameworks_yaml");
 }
 
 #[test]

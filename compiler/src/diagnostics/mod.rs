@@ -4,6 +4,7 @@ pub(crate) mod allowances;
 pub(crate) mod cascading_errors;
 pub mod codes;
 pub(crate) mod examples;
+pub(crate) mod other_frameworks;
 pub(crate) mod refused;
 pub mod report;
 mod window;

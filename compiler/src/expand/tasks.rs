@@ -8,6 +8,7 @@ use dsl::{Diagnostic, Help, Snippet, SourceId, Span, Spanned};
 use super::arguments::{Arguments, Taker};
 use super::substitute::{Bindings, Bound, Frame};
 use super::{Class, Expander, MAX_DEPTH};
+use crate::diagnostics::other_frameworks::known_elsewhere;
 use crate::forms::text_of;
 use crate::units::as_written;
 
@@ -264,6 +265,9 @@ fn task_words(bound: &Bindings, order: &[String]) -> Vec<String> {
 /// Diagnostic for a task type that neither the library nor the spec declares.
 fn unknown_kind(kind: &Spanned<String>, own: &[String]) -> Diagnostic {
     let d = Diagnostic::error("HQ0204", kind.span, format!("there is no task type `{}`", kind.value));
+    if let Some(here) = known_elsewhere(&kind.value) {
+        return d.help(here);
+    }
     let library = stdlib_tasks::KINDS.iter().map(|k| k.name);
     d.help("`hierarq tasks` lists all types").nearest(&kind.value, library.chain(own.iter().map(String::as_str)))
 }

@@ -15,6 +15,7 @@ use super::inline_tasks::in_place;
 use crate::binding::{Binder, BoundTask};
 use crate::block_binding::Scope;
 use crate::diagnostics::examples;
+use crate::diagnostics::other_frameworks::known_elsewhere;
 use crate::forms::unknown_key;
 use crate::robot_binding::{BoundRobot, joints};
 use crate::sections::{LevelBlock, MEMBER, STACK, StackBlock};
@@ -203,6 +204,8 @@ impl Stacks<'_, '_> {
             // The suggested task must not be reported as unused.
             self.lowerer.used_tasks.insert(near.to_string());
             d.meant(near)
+        } else if let Some(here) = known_elsewhere(&name.value) {
+            d.help(here)
         } else if let Some(near) = suggest(&name.value, stdlib_tasks::KINDS.iter().map(|k| k.name)) {
             d.meant_as("the task type", near)
         } else if names.is_empty() {
