@@ -187,9 +187,9 @@ impl Ready {
         let mut r = [[0.0; 6]; 6];
         let mut lengths = [0.0; 6];
         let mut volume = 1.0;
-        for i in 0..m {
+        for (i, length) in lengths.iter_mut().enumerate().take(m) {
             self.order[i] = i;
-            lengths[i] = self.dot(i, i).sqrt();
+            *length = self.dot(i, i).sqrt();
         }
         for i in 0..m {
             // The row with the largest remainder, relative to its own length, comes next.
@@ -209,9 +209,9 @@ impl Ready {
                 }
             }
             // The remainder lost digits when the earlier rows were taken out; once more restores orthogonality.
-            for j in 0..i {
+            for (j, of_earlier) in r.iter_mut().enumerate().take(i) {
                 let share = self.dot(j, i);
-                r[j][i] += share;
+                of_earlier[i] += share;
                 self.subtract(i, j, share);
             }
             let length = self.dot(i, i).sqrt();
@@ -221,16 +221,15 @@ impl Ready {
             r[i][i] = length;
             volume *= length;
             self.rows[i * n..(i + 1) * n].iter_mut().for_each(|x| *x /= length);
-            for k in i + 1..m {
-                let share = self.dot(i, k);
-                r[i][k] = share;
-                self.subtract(k, i, share);
+            for (k, share) in r[i].iter_mut().enumerate().take(m).skip(i + 1) {
+                *share = self.dot(i, k);
+                self.subtract(k, i, *share);
             }
         }
         // R C = Q, from the last row upwards.
         for i in (0..m).rev() {
-            for j in i + 1..m {
-                self.subtract(i, j, r[i][j]);
+            for (j, share) in r[i].iter().enumerate().take(m).skip(i + 1) {
+                self.subtract(i, j, *share);
             }
             self.rows[i * n..(i + 1) * n].iter_mut().for_each(|x| *x /= r[i][i]);
         }
