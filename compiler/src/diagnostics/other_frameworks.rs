@@ -1,9 +1,7 @@
 //! Words of other frameworks for whole-body control, and the words for the same thing here.
 //!
 //! Names are compared without case, separators, `add`, `task`, `constraint` and `limit`, so that `ComTask` of Pink,
-//! `add_com_task` of PlaCo, `CoMTask` of mc_rtc and `com` are one word. Sources: the documentation of Pink 3, TSID
-//! (`tsid/tasks`), OpenSoT (`tasks/velocity`, `constraints/velocity`), PlaCo (`KinematicsSolver`) and mc_rtc (`mc_tasks`,
-//! `mc_solver`).
+//! `add_com_task` of PlaCo, `CoMTask` of mc_rtc and `com` are one word.
 
 /// A word of other frameworks.
 struct Word {
