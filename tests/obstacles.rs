@@ -26,7 +26,7 @@ scenario s {{ duration 4.6 s  signals {{ at {{ path [{{ at 0 s  value [1.7, 0, 0
     ))
 }
 
-/// What happens at each tick.
+/// Margins, commands and faults of each tick.
 #[derive(Default)]
 struct Seen {
     margins: Vec<f64>,

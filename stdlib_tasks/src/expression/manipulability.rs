@@ -21,7 +21,7 @@
 //! ```
 //!
 //! Orthogonalising the rows of J, the one with the largest remainder first, loses half as many digits as `det(J J^T)`.
-//! Where J loses rank, w has no derivative, as `|x|` at zero: there w is 0, and its row is zero.
+//! If J loses rank, w has no derivative, as `|x|` at zero: there w is 0, and its row is zero.
 //!
 //! Source: Yoshikawa, Manipulability of robotic mechanisms, IJRR 4(2), 1985, (9); the derivative of the Jacobian as in
 //! Haviland, Corke, A systematic approach to computing the manipulator Jacobian and Hessian using the elementary

@@ -1,4 +1,4 @@
-//! What a robot pays at least for taking a set of targets: the best of all orders, each target at the earliest end of a period that the order
+//! The least cost of a robot for taking a set of targets: the best of all orders, each target at the earliest end of a period that the order
 //! leaves, and the effort of the visit that needs most.
 
 use super::super::motion::State;

@@ -56,7 +56,7 @@ fn passes_through(hole: &Convex, from: Point, to: Point) -> bool {
     enter < leave
 }
 
-/// What is left of an obstacle that overlaps a target: the largest part on the outer side of a face of the target. None: nothing.
+/// The remaining part of an obstacle that overlaps a target: the largest one on the outer side of a face of the target. None: nothing.
 fn cut_back(hole: Convex, target: &Convex) -> Option<Convex> {
     if hole.gap(target) >= 0.0 {
         return Some(hole);

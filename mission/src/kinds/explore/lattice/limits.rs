@@ -193,7 +193,7 @@ impl Limits<'_, '_> {
         }
     }
 
-    /// What the end of the motion lacks of a reserve (m) to the person.
+    /// Length by which the end of the motion falls short of a reserve (m) to the person.
     pub(super) fn missing_reserve(&self, end: Point, reserve: f64) -> f64 {
         let near = minus(end, self.lattice.person_at(self.step, 1.0));
         (reserve - self.person.outside(near)).clamp(0.0, reserve)
