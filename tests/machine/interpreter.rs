@@ -61,6 +61,7 @@ struct State {
     transitions: Vec<(Trigger, usize)>,
     /// Actions on entry and on exit, as indices into [`CHANGES`].
     changes: [usize; 2],
+    is_final: bool,
 }
 
 /// A machine: states with their paths, in the order of the text; the first child of each is its initial state.
@@ -90,7 +91,9 @@ fn random() -> impl Strategy<Value = Random> {
         let n = shape.len();
         let ways = || prop::collection::vec((trigger(), 0..n), 0..3);
         let changes = prop::collection::vec(prop::array::uniform2(0..CHANGES.len()), n);
-        (Just(shape), prop::collection::vec(ways(), n), ways(), changes).prop_map(|(shape, ways, root, changes)| {
+        let finals = prop::collection::vec(prop::bool::weighted(0.2), n);
+        let all = (Just(shape), prop::collection::vec(ways(), n), ways(), changes, finals);
+        all.prop_map(|(shape, ways, root, changes, finals)| {
             let mut paths: Vec<String> = Vec::new();
             for (i, pick) in shape.iter().enumerate() {
                 let parent = if *pick == 0 || i == 0 { None } else { Some(&paths[(pick - 1) % i]) };
@@ -101,8 +104,10 @@ fn random() -> impl Strategy<Value = Random> {
                 };
                 paths.push(path);
             }
-            let all = paths.into_iter().zip(ways).zip(changes);
-            let states = all.map(|((path, transitions), changes)| State { path, transitions, changes }).collect();
+            let all = paths.into_iter().zip(ways).zip(changes).zip(finals);
+            let states =
+                all.map(|(((path, transitions), changes), is_final)| State { path, transitions, changes, is_final });
+            let states = states.collect();
             Random { states, root }
         })
     })
@@ -126,7 +131,8 @@ impl Random {
 
     fn state(&self, s: &State, out: &mut String) {
         let name = s.path.rsplit('.').next().unwrap_or(&s.path);
-        out.push_str(&format!("state {name} {{ enter log \"in {0}\"  exit log \"out {0}\"\n", s.path));
+        let word = if s.is_final { "final state" } else { "state" };
+        out.push_str(&format!("{word} {name} {{ enter log \"in {0}\"  exit log \"out {0}\"\n", s.path));
         for (word, change) in ["enter", "exit"].iter().zip(s.changes) {
             if change > 0 {
                 out.push_str(&format!("{word} {}\n", CHANGES[change].1));
@@ -211,6 +217,11 @@ impl<'r> Naive<'r> {
         depth.checked_sub(1).map_or(0, |i| self.entered[i])
     }
 
+    /// Returns true if the machine has ended at a path: a state along it is final.
+    fn ends(&self, path: &str) -> bool {
+        self.machine.states.iter().any(|s| s.is_final && prefixes(path).contains(&s.path))
+    }
+
     fn first_leaf(&self, path: &str) -> String {
         self.machine.children(path).next().map_or(path.to_string(), |first| self.first_leaf(&first.path))
     }
@@ -242,6 +253,10 @@ impl<'r> Naive<'r> {
             for (place, way) in ways.iter().enumerate() {
                 let target = &self.machine.states[way.1].path;
                 let (here, inside) = (self.within(target), self.leads_in(&state, way.1));
+                // Nothing leads out of an end, except to another one.
+                if self.path.last().is_some_and(|p| self.ends(p)) && !self.ends(&self.first_leaf(target)) {
+                    continue;
+                }
                 let (holds, event) = match &way.0 {
                     Trigger::Event(k) => (events[*k], true),
                     Trigger::After(n) => (tick - since >= *n, false),
@@ -312,6 +327,7 @@ proptest! {
             naive.step(events, i + 1);
             prop_assert_eq!(&seen.asked, &naive.log, "tick {} of\n{}", i + 1, machine.text());
             prop_assert_eq!(Some(&seen.state), naive.path.last());
+            prop_assert_eq!(host.controller.is_final(), naive.ends(&seen.state));
             prop_assert_eq!(held(&mut host), naive.held, "tick {} of\n{}", i + 1, machine.text());
         }
     }

@@ -37,6 +37,58 @@ fn one_transition_a_tick_in_declared_order() {
 }
 
 #[test]
+fn a_final_state_is_left_only_for_another_one() {
+    let mut host = Host::new(
+        "signal go : event
+         signal halt : event
+         machine m {
+           initial a  stack still
+           on go -> a
+           on halt -> stopped
+           on fault(stale) -> a
+           on fault(any) -> stopped
+           when t > 20 ms -> b
+           state a { after 30 ms -> done }
+           state b { after 10 ms -> done }
+           final state done { initial first
+             state first { on go -> second }
+             state second }
+           final state stopped
+         }",
+    );
+    host.step();
+    assert_eq!(host.steps(5), "done.first");
+    assert!(host.controller.is_final());
+    host.raise("go");
+    assert_eq!(host.step().state, "done.second", "states inside a final state may change");
+    host.raise("go");
+    // The condition holds and the event arrives, but `a` and `b` are not final.
+    assert_eq!(host.steps(3), "done.second");
+    host.raise("halt");
+    assert_eq!(host.step().state, "stopped");
+    host.raise("go");
+    assert_eq!(host.steps(3), "stopped");
+    assert!(host.controller.is_final());
+}
+
+#[test]
+fn a_fault_in_a_final_state_leads_only_to_another_one() {
+    let mut host = Host::new(
+        "machine m {
+           initial done  stack still
+           on fault(not_finite) -> again
+           state again { after 10 ms -> done }
+           final state done
+         }",
+    );
+    assert_eq!(host.step().state, "done");
+    let q = host.robot.measure().to_vec();
+    let seen = host.step_at(f64::NAN, &q);
+    assert_eq!((seen.state.as_str(), seen.fault), ("done", Some(FaultKind::NotFinite)));
+    assert!(host.controller.is_halted(), "no transition answers the fault");
+}
+
+#[test]
 fn an_event_that_nobody_waits_for_is_gone() {
     let mut host = Host::new(
         "signal go : event

@@ -132,7 +132,10 @@ impl Machine {
                 } else if passes {
                     s.waits.insert((state, i));
                 }
-                let blocked = s.waits.contains(&(state, i)) || (kept && !event);
+                // The last state is final: nothing leads out of it.
+                let last = self.states.len() - 1;
+                let ended = s.leaf == last && t.to != last;
+                let blocked = ended || s.waits.contains(&(state, i)) || (kept && !event);
                 if blocked || !holds[i] || own.is_some() {
                     continue;
                 }

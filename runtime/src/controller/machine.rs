@@ -11,6 +11,8 @@
 //! than events. A time is taken once. An event enters the target again. A condition or `reached` that re-enters the
 //! state that defines it must first have been false there.
 //!
+//! In a final state, only transitions to final states are tested: a machine that has ended does not begin again.
+//!
 //! A fault never re-enters the state in which it occurred. If its transition leads to a state that is active already, and
 //! the stack that runs has a target, the robot stands still until the machine leaves that state.
 
@@ -123,7 +125,7 @@ impl Machine {
 
     /// Returns true if the machine is in a final state.
     pub fn is_final(&self) -> bool {
-        self.program.path(self.current).any(|s| self.program.states[s].is_final)
+        self.program.ends(self.current)
     }
 
     /// Index of the stack that runs, or `None` if the robot stands still.
@@ -197,7 +199,7 @@ impl Machine {
             for i in 0..self.program.states[level].transitions.len() {
                 let t = &self.program.states[level].transitions[i];
                 let Trigger::Fault(pattern) = &t.trigger else { continue };
-                if !matches_fault(pattern, fault, stack) {
+                if !self.permits(t) || !matches_fault(pattern, fault, stack) {
                     continue;
                 }
                 let (target, blend) = (t.target, t.blend);
@@ -221,7 +223,7 @@ impl Machine {
     /// Returns true if a transition of an active state is triggered by the violation of this limit task.
     pub fn watches(&self, task: usize) -> bool {
         let all = self.program.path(self.current).flat_map(|s| &self.program.states[s].transitions);
-        all.into_iter().any(|t| match &t.trigger {
+        all.filter(|t| self.permits(t)).any(|t| match &t.trigger {
             Trigger::Fault(FaultPattern::Limit(l)) => *l == task,
             Trigger::Fault(FaultPattern::Kind(k)) => *k == crate::fault::FaultKind::Limit,
             _ => false,
@@ -270,6 +272,11 @@ impl Machine {
         }
     }
 
+    /// Returns true if a transition can be taken in the current state.
+    fn permits(&self, t: &TransitionProgram) -> bool {
+        self.program.permits(self.current, t)
+    }
+
     /// Returns true if a transition keeps the machine in its target, which is already active.
     fn stays(&self, state: usize, t: &TransitionProgram) -> bool {
         self.program.keeps(state, t) && self.program.path(self.current).any(|s| s == t.target)
@@ -280,7 +287,11 @@ impl Machine {
         let mut kept = false;
         for (i, t) in self.program.states[state].transitions.iter().enumerate() {
             let event = matches!(t.trigger, Trigger::Event(_));
-            if (kept && !event) || self.guards[state].ways[i].waits || !self.holds(state, i, events, time, stack) {
+            if !self.permits(t)
+                || (kept && !event)
+                || self.guards[state].ways[i].waits
+                || !self.holds(state, i, events, time, stack)
+            {
                 continue;
             }
             if !self.stays(state, t) {

@@ -218,6 +218,17 @@ impl MachineProgram {
         lasts && left && self.path(self.leaf(transition.target)).any(|s| s == state)
     }
 
+    /// Returns true if the machine has ended in a state: the state, or one around it, is final.
+    pub fn ends(&self, state: usize) -> bool {
+        self.path(state).any(|s| self.states[s].is_final)
+    }
+
+    /// Returns true if a transition can be taken in an innermost state: a machine that has ended goes only to states in
+    /// which it has ended too.
+    pub fn permits(&self, leaf: usize, transition: &TransitionProgram) -> bool {
+        !self.ends(leaf) || self.ends(self.leaf(transition.target))
+    }
+
     /// State whose stack runs in a state.
     pub fn owner(&self, state: usize) -> Option<usize> {
         self.path(state).find(|&s| self.states[s].stack.is_some())

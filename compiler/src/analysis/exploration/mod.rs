@@ -221,9 +221,12 @@ impl<'e> Exploration<'e> {
 
     /// Transitions that are examined in an innermost state, in their order.
     pub fn ways(&self, leaf: usize) -> Vec<Way> {
-        let of =
-            |state: usize| (0..self.machine.states[state].transitions.len()).map(move |index| Way { state, index });
-        self.machine.path(leaf).flat_map(of).collect()
+        let m = self.machine;
+        let of = |state: usize| {
+            let all = m.states[state].transitions.iter().enumerate().filter(move |(_, t)| m.permits(leaf, t));
+            all.map(move |(index, _)| Way { state, index })
+        };
+        m.path(leaf).flat_map(of).collect()
     }
 
     /// Takes a transition in an innermost state.

@@ -52,7 +52,7 @@ impl Played<'_> {
         let mut out: Vec<Untaken> = Vec::new();
         for (&leaf, &since) in &self.entered {
             for s in m.path(leaf) {
-                for (index, t) in m.states[s].transitions.iter().enumerate() {
+                for (index, t) in m.states[s].transitions.iter().enumerate().filter(|(_, t)| m.permits(leaf, t)) {
                     let inside = m.path(m.leaf(t.target)).any(|p| p == state);
                     if inside
                         && !out.iter().any(|u| u.state == s && u.index == index)
@@ -75,7 +75,7 @@ impl Played<'_> {
             let mut changed = false;
             for (leaf, since) in entered.clone() {
                 for s in m.path(leaf) {
-                    for (index, t) in m.states[s].transitions.iter().enumerate() {
+                    for (index, t) in m.states[s].transitions.iter().enumerate().filter(|(_, t)| m.permits(leaf, t)) {
                         let Ok(time) = self.taken(m, leaf, since, s, index, &entered) else { continue };
                         let known = entered.entry(m.leaf(t.target)).or_insert(f64::INFINITY);
                         if time < *known - ROUNDING {

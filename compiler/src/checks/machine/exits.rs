@@ -15,13 +15,12 @@ impl Checked<'_> {
     pub(super) fn no_exit_possible(&self, diagnostics: &mut Vec<Diagnostic>) {
         let Some(explored) = self.exploration else { return };
         for leaf in explored.leaves() {
-            let ended = self.machine.path(leaf).any(|p| self.machine.states[p].is_final);
             let left = explored.nodes_of(leaf).any(|n| {
                 let exits = explored.steps[n].iter();
                 exits.into_iter().any(|s| !is_fault(self.trigger(s.way)))
             });
             // A state without a transition that could hold was reported.
-            if ended || left || !self.has_exit(leaf) {
+            if self.machine.ends(leaf) || left || !self.has_exit(leaf) {
                 continue;
             }
             let text = format!("state `{}` is entered and never left", self.name(leaf));

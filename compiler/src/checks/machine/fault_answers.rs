@@ -62,7 +62,7 @@ impl Checked<'_> {
                             .help(stand()),
                     );
                 } else if !work.contains(&target)
-                    && (self.ends(target) || (*pattern == FaultPattern::Any && self.works(target, &work)))
+                    && (self.machine.ends(target) || (*pattern == FaultPattern::Any && self.works(target, &work)))
                     && moves()
                 {
                     let owner = self.machine.owner(target).unwrap_or(target);
@@ -72,11 +72,6 @@ impl Checked<'_> {
                 }
             }
         }
-    }
-
-    /// True for a state in which the machine ends.
-    fn ends(&self, leaf: usize) -> bool {
-        self.machine.path(leaf).any(|p| self.machine.states[p].is_final)
     }
 
     /// True for a state that has the stack of a state of the work.
@@ -90,7 +85,7 @@ impl Checked<'_> {
     fn moving_stop(&self, target: usize, owner: usize, fault: Span) -> Diagnostic {
         let name = self.name(target);
         let at = self.places.stacks[owner].unwrap_or(self.places.states[owner]);
-        let note = match self.ends(target) {
+        let note = match self.machine.ends(target) {
             true => format!("the machine ends in `{name}`, so the robot moves there for good"),
             false => {
                 "after a fault, also one of a sensor or of the solver, the robot moves as it does at work".to_string()
@@ -104,19 +99,7 @@ impl Checked<'_> {
 
     /// States that the machine can be in although no fault has occurred.
     pub(super) fn reached_without_faults(&self) -> BTreeSet<usize> {
-        let mut reached = BTreeSet::new();
-        let mut open = vec![self.machine.leaf(0)];
-        while let Some(state) = open.pop() {
-            for s in self.machine.path(state).collect::<Vec<_>>() {
-                if !reached.insert(s) {
-                    continue;
-                }
-                let all = self.machine.states[s].transitions.iter().enumerate();
-                let alive = all.filter(|(i, t)| !is_fault(&t.trigger) && !self.is_dead(s, *i));
-                open.extend(alive.map(|(_, t)| self.machine.leaf(t.target)));
-            }
-        }
-        reached
+        self.connected_by(|trigger| !is_fault(trigger))
     }
 }
 

@@ -3,6 +3,7 @@
 mod counts;
 mod exits;
 mod fault_answers;
+mod finals;
 mod flips;
 mod hysteresis;
 mod lost_events;
@@ -22,7 +23,7 @@ mod task_outputs;
 use std::collections::BTreeSet;
 
 use dsl::{Diagnostic, Help, Snippet};
-use runtime::program::{MachineProgram, Program, ReachedProgram, Subject, TransitionProgram, Trigger};
+use runtime::program::{MachineProgram, Program, ReachedProgram, TransitionProgram, Trigger};
 use stdlib_tasks::expression::Expression;
 
 use crate::analysis::conditions::Conditions;
@@ -79,7 +80,7 @@ pub(super) fn checks(c: &super::Checked, diagnostics: &mut Vec<Diagnostic>) {
     c.separation_stops(context.graph, diagnostics);
     c.outcomes(diagnostics);
     c.one_target(diagnostics);
-    c.targets(diagnostics);
+    c.finals(diagnostics);
     c.stacks(diagnostics);
     c.absent(diagnostics);
 }
@@ -100,15 +101,22 @@ impl Checked<'_> {
 
     /// States to which transitions lead whose own conditions can hold, with their enclosing states.
     fn connected(&self) -> BTreeSet<usize> {
+        self.connected_by(|_| true)
+    }
+
+    /// States to which transitions lead whose own conditions can hold and whose triggers count, with their enclosing states.
+    fn connected_by(&self, counts: impl Fn(&Trigger) -> bool) -> BTreeSet<usize> {
         let m = self.machine;
         let mut reached = BTreeSet::new();
         let mut open = vec![m.leaf(0)];
-        while let Some(state) = open.pop() {
-            for s in m.path(state).collect::<Vec<_>>() {
-                if !reached.insert(s) {
-                    continue;
-                }
-                let alive = m.states[s].transitions.iter().enumerate().filter(|(i, _)| !self.is_dead(s, *i));
+        while let Some(leaf) = open.pop() {
+            if !reached.insert(leaf) {
+                continue;
+            }
+            for s in m.path(leaf) {
+                reached.insert(s);
+                let all = m.states[s].transitions.iter().enumerate();
+                let alive = all.filter(|(i, t)| counts(&t.trigger) && !self.is_dead(s, *i) && m.permits(leaf, t));
                 open.extend(alive.map(|(_, t)| m.leaf(t.target)));
             }
         }
@@ -168,8 +176,7 @@ impl Checked<'_> {
     fn traps(&self, diagnostics: &mut Vec<Diagnostic>) {
         for &s in &self.reached {
             let own = &self.machine.states[s];
-            let ended = self.machine.path(s).any(|p| self.machine.states[p].is_final);
-            if s == 0 || own.initial.is_some() || ended || self.has_exit(s) {
+            if s == 0 || own.initial.is_some() || self.machine.ends(s) || self.has_exit(s) {
                 continue;
             }
             let text = format!("state `{}` has no exit", self.name(s));
@@ -246,24 +253,6 @@ impl Checked<'_> {
 
     fn holds(&self, stack: usize, task: usize) -> bool {
         self.program.stacks[stack].levels.iter().flat_map(|l| &l.members).any(|m| m.task == task)
-    }
-
-    /// Warns of transitions out of final states.
-    fn targets(&self, diagnostics: &mut Vec<Diagnostic>) {
-        if self.program.run.subject != Subject::Machine {
-            return;
-        }
-        for (s, state) in self.machine.states.iter().enumerate().filter(|(_, s)| s.is_final) {
-            let all = state.transitions.iter().enumerate().filter(|(_, t)| !is_fault(&t.trigger));
-            for (i, _) in all {
-                let d = Diagnostic::warning(
-                    "HQ0706",
-                    self.places.transitions[s][i].trigger,
-                    format!("`{}` is final, and has a transition", self.name(s)),
-                );
-                diagnostics.push(d.help("remove it, or remove `final`"));
-            }
-        }
     }
 }
 

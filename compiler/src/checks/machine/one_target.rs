@@ -76,9 +76,8 @@ impl Checked<'_> {
 
     /// True for a state that relies on the success of what led to it: it is not final, and does not examine a signal itself.
     fn relies(&self, leaf: usize) -> bool {
-        let path = || self.machine.path(leaf).filter(|&p| p != 0);
         let examines = |p: usize| (0..self.machine.states[p].transitions.len()).any(|i| self.measures(p, i));
-        !path().any(|p| self.machine.states[p].is_final || examines(p))
+        !self.machine.ends(leaf) && !self.machine.path(leaf).filter(|&p| p != 0).any(examines)
     }
 
     /// True for a state that asks for an action on an object.

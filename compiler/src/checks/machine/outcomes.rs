@@ -155,7 +155,7 @@ impl Checked<'_> {
         let Some((at, i)) = own.iter().find_map(|&p| Some((p, self.on(p, done)?))) else { return };
         let target = self.machine.states[at].transitions[i].target;
         // In a final state nothing relies on the success any more.
-        if self.machine.path(self.machine.leaf(target)).any(|p| self.machine.states[p].is_final) {
+        if self.machine.ends(self.machine.leaf(target)) {
             return;
         }
         for &p in &own {

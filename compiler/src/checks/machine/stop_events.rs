@@ -26,8 +26,7 @@ impl Checked<'_> {
             let Some(&(s, i)) = waiting.first().filter(|_| waiting.iter().all(stops)) else { continue };
             let deaf = |&l: &usize| {
                 let innermost = m.states[l].initial.is_none() && work.contains(&l) && !of_faults.contains(&l);
-                let ended = m.path(l).any(|p| m.states[p].is_final);
-                innermost && !ended && !self.hears(l, event)
+                innermost && !m.ends(l) && !self.hears(l, event)
             };
             let found = self.reached.iter().copied().filter(deaf);
             let mut moving = found.filter(|&l| m.stack(l).is_some_and(|stack| moves(self.program, self.stacks, stack)));

@@ -244,7 +244,7 @@ fn reads(machine: &MachineProgram, program: &Program, at: usize) -> bool {
 /// True where a transition that answers no fault leads out of a state.
 fn is_left(machine: &MachineProgram, state: usize) -> bool {
     let holds = |outer: usize, inner: usize| machine.path(inner).any(|s| s == outer);
-    if machine.path(state).any(|s| machine.states[s].is_final) {
+    if machine.ends(state) {
         return false;
     }
     let inside = (0..machine.states.len()).filter(|&s| holds(state, s) || holds(s, state));
