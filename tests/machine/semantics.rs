@@ -52,7 +52,7 @@ fn a_final_state_is_left_only_for_another_one() {
            state b { after 10 ms -> done }
            final state done { initial first
              state first { on go -> second }
-             state second }
+             state second {} }
            final state stopped
          }",
     );

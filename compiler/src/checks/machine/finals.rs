@@ -18,7 +18,7 @@ impl Checked<'_> {
                 diagnostics.push(self.never_leaves(s, i, t));
             }
             if self.reached.contains(&s) && state.initial.is_none() {
-                diagnostics.extend(self.unanswered(s));
+                diagnostics.extend(self.moving_end(s));
             }
         }
     }
@@ -26,7 +26,8 @@ impl Checked<'_> {
     /// Warning of a transition of a final state to one that is not.
     fn never_leaves(&self, s: usize, i: usize, t: &TransitionProgram) -> Diagnostic {
         let place = &self.places.transitions[s][i];
-        let text = format!("`{}` is final, and a final state is left only for another one", self.name(s));
+        let of = self.machine.path(s).find(|&p| self.machine.states[p].is_final).unwrap_or(s);
+        let text = format!("`{}` is final, and a final state is left only for another one", self.name(of));
         Diagnostic::warning("HQ0706", place.trigger, "this transition is never taken")
             .label(place.target, format!("`{}` is not final", self.name(t.target)))
             .note(text)
@@ -35,7 +36,7 @@ impl Checked<'_> {
 
     /// Warning of an innermost final state in which the robot moves, and where transitions of states around it are not
     /// taken. A fault without a transition stops the robot; times and targets do not protect anybody.
-    fn unanswered(&self, leaf: usize) -> Option<Diagnostic> {
+    fn moving_end(&self, leaf: usize) -> Option<Diagnostic> {
         let m = self.machine;
         let answers = |t: &TransitionProgram| matches!(t.trigger, Trigger::Event(_) | Trigger::When { .. });
         let mut around = m.path(leaf).filter(|&s| !m.ends(s)).flat_map(|s| {
