@@ -13,9 +13,9 @@ use hierarq::{outputs, project, report, scenario_runner};
 use indicatif::{ProgressBar, ProgressStyle};
 use runtime::program::ScenarioProgram;
 use runtime::record::All;
+use runtime::record::columns::Columns;
 use runtime::record::csv::{CsvRecorder, header};
 use runtime::record::expectations::{is_good, records};
-use runtime::record::roster::Roster;
 use runtime::record::series::SeriesRecorder;
 use runtime::record::summary::{Summary, SummaryRecorder};
 use runtime::record::verify::{UNPROVEN, Verifier};
@@ -130,7 +130,7 @@ fn execute(
     let mut problems = problems.map(|output| ProblemRecorder::new(BufWriter::with_capacity(1 << 16, output)));
     let mut rows = BufWriter::with_capacity(1 << 16, results.part("log.csv")?);
     let controller = simulation.controller();
-    let columns = header(program, &Roster::new(controller).members).len();
+    let columns = header(program, &Columns::new(program, controller)).len();
     if let Some(warning) = large_log(ticks, columns) {
         output::error_line(&warning);
     }

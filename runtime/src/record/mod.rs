@@ -1,5 +1,6 @@
 //! Records of a run: every tick as CSV, a summary, and thinned series for plots.
 
+pub mod columns;
 pub mod csv;
 pub mod expectations;
 pub mod held_back;

@@ -14,7 +14,7 @@ use crate::evaluator::Member;
 use crate::fault::FaultKind;
 use crate::program::{Program, Subject};
 use crate::quantity::quantity;
-use crate::record::csv;
+use crate::record::columns;
 use crate::record::held_back::HeldBackRecorder;
 use crate::record::joint_motion::JointMotionRecorder;
 use crate::record::remarks::RemarksRecorder;
@@ -347,7 +347,7 @@ fn task(s: &mut TaskStatistics, place: usize, m: &Member, tick: &Tick, frozen: b
                     (s.worst, s.worst_row, s.at) = (h, row, tick.time);
                 }
             }
-            s.last = csv::margin(e, m);
+            s.last = columns::margin(e, m);
             let active = &tick.solution.levels[m.level].active;
             let mut any = false;
             for (row, r) in m.rows.clone().enumerate() {
@@ -358,7 +358,7 @@ fn task(s: &mut TaskStatistics, place: usize, m: &Member, tick: &Tick, frozen: b
             s.active += usize::from(any);
         }
         RowKind::Equality => {
-            let error = csv::error(e, m);
+            let error = columns::error(e, m);
             s.last = error;
             if error > s.worst {
                 (s.worst, s.at) = (error, tick.time);
