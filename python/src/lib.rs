@@ -7,10 +7,12 @@ mod batch;
 mod command;
 mod controller;
 mod inputs;
+mod interruption;
 mod program;
 mod reading;
 mod robot;
 mod simulation;
+mod sweep;
 
 use pyo3::prelude::*;
 
@@ -30,4 +32,6 @@ mod _hierarq {
     use super::robot::Robot;
     #[pymodule_export]
     use super::simulation::{plan, simulate, test};
+    #[pymodule_export]
+    use super::sweep::{merged, sweep, sweep_runs};
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use compiler::{Compiled, Style};
+use compiler::{Compiled, Report, Style};
 use dsl::Syntax;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -51,7 +51,22 @@ pub(crate) fn compiled(source: &Source, settings: &Settings) -> Compiled {
     compiled
 }
 
-/// The program of a spec without errors, its diagnostics as JSON, and all of them rendered.
+/// Diagnostics of a spec, as data and as text.
+#[derive(IntoPyObject)]
+pub(crate) struct Rendered {
+    /// JSON, as of `hierarq check --json`.
+    pub json: String,
+    /// What `hierarq check` prints.
+    pub text: String,
+}
+
+impl Rendered {
+    pub(crate) fn new(report: &Report) -> Rendered {
+        Rendered { json: report.to_json().to_string(), text: report.render(Style::Plain, WIDTH) }
+    }
+}
+
+/// The program of a spec, unless it has errors, and its diagnostics.
 ///
 /// # Errors
 /// There is no such syntax.
@@ -61,13 +76,13 @@ pub(crate) fn compile(
     source: Source,
     set: Vec<(String, String)>,
     package_paths: Vec<PathBuf>,
-) -> PyResult<(Option<Program>, String, String)> {
+) -> PyResult<(Option<Program>, Rendered)> {
     if !matches!(source.syntax.as_str(), "hq" | "yaml") {
         return Err(PyValueError::new_err(format!("`{}` is no syntax: hq or yaml", source.syntax)));
     }
     let settings = settings(set, package_paths);
     let compiled = py.detach(|| compiled(&source, &settings));
-    let (json, text) = (compiled.report.to_json().to_string(), compiled.report.render(Style::Plain, WIDTH));
+    let rendered = Rendered::new(&compiled.report);
     let program = compiled.is_good().then(|| Program::new(source.name.display().to_string(), compiled));
-    Ok((program, json, text))
+    Ok((program, rendered))
 }

@@ -19,8 +19,9 @@ use runtime::record::summary::SummaryRecorder;
 use runtime::{ExpectationMonitors, Recorder, Simulation, Tick};
 use views::{gantt, report};
 
+use crate::interruption::interruptible;
 use crate::program::{Program, refused};
-use crate::reading::settings;
+use crate::reading::{Rendered, settings};
 
 /// Records the numbers of all ticks, with states and faults.
 struct Table {
@@ -64,7 +65,7 @@ pub(crate) fn simulate<'py>(
     seed: Option<u64>,
     duration: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let ran = py.detach(|| run(program, scenario, seed, duration))?;
+    let ran = interruptible(py, |go_on| run(program, scenario, seed, duration, go_on))??;
     let out = PyDict::new(py);
     let width = ran.names.len();
     let rows = ran.table.numbers.len().checked_div(width).unwrap_or(0);
@@ -79,7 +80,13 @@ pub(crate) fn simulate<'py>(
     Ok(out)
 }
 
-fn run(of: &Program, scenario: Option<&str>, seed: Option<u64>, duration: Option<f64>) -> PyResult<Ran> {
+fn run(
+    of: &Program,
+    scenario: Option<&str>,
+    seed: Option<u64>,
+    duration: Option<f64>,
+    go_on: &dyn Fn() -> bool,
+) -> PyResult<Ran> {
     let mut program = (**of.of_robot()?).clone();
     let mut scenario = match scenario {
         Some(name) => match scenario_runner::find(Some(&program), &of.missions, name).map_err(refused)? {
@@ -118,7 +125,7 @@ fn run(of: &Program, scenario: Option<&str>, seed: Option<u64>, duration: Option
     if let Some(monitors) = &mut monitors {
         all.0.push(monitors);
     }
-    simulation.run(&mut all, &mut || 0.0, &mut |_| true).map_err(refused)?;
+    simulation.run(&mut all, &mut || 0.0, &mut |_| go_on()).map_err(refused)?;
     let mut summary = statistics.summary(&program, simulation.controller(), Vec::new());
     let mut ok = summary.ok;
     if let Some((monitors, scenario)) = monitors.zip(scenario.as_ref()) {
@@ -141,12 +148,12 @@ pub(crate) fn test(
     scenario: Option<String>,
     seed: Option<u64>,
     set: Vec<(String, String)>,
-) -> PyResult<(String, Vec<String>)> {
+) -> PyResult<(String, Vec<Rendered>)> {
     py.detach(|| {
         let specs = scenario_runner::specs(&paths).map_err(refused)?;
         let tested = scenario_runner::compiled(&specs, &settings(set, Vec::new()));
         let wrong = tested.iter().filter(|t| t.report.errors() > 0);
-        let wrong: Vec<String> = wrong.map(|t| t.report.render(compiler::Style::Plain, 100)).collect();
+        let wrong = wrong.map(|t| Rendered::new(&t.report)).collect();
         let results = scenario_runner::all(&tested, scenario.as_deref(), seed).map_err(refused)?;
         Ok((serde_json::to_string(&results).map_err(refused)?, wrong))
     })

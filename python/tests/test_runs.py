@@ -12,6 +12,7 @@ def test_a_run_is_a_table(examples):
     assert np.allclose(np.diff(run.q, axis=0), run.v[:-1] * 0.01, atol=1e-9)
     frame = run.to_pandas()
     assert list(frame["state"]) == run.states and frame["fault"].eq("").all()
+    assert run.to_polars().columns == list(frame.columns)
     assert "<iframe" in run._repr_html_() and "<html" in run.to_html()
     with pytest.raises(KeyError, match="no column"):
         run["margin.nothing"]

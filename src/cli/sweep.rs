@@ -4,16 +4,15 @@ use std::fmt::Write;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use clap::Args;
-use hierarq::project;
 use hierarq::scenario_runner::MAX_SEED;
 use hierarq::sweep::axis::{Axis, axis};
 use hierarq::sweep::digest::{Figure, Spread, Worst};
-use hierarq::sweep::journal::{self, Journal};
+use hierarq::sweep::journal;
 use hierarq::sweep::plan::MAX_RUNS;
-use hierarq::sweep::{Digest, Head, Plan, Refusal, Request, Row, Shard, execute, merge, row, table};
+use hierarq::sweep::stored::{self, Execution};
+use hierarq::sweep::{Digest, Head, Plan, Refusal, Request, Row, Shard, merge, row, table};
 use indicatif::{ProgressBar, ProgressStyle};
 use runtime::expect::Verdict;
 use runtime::quantity::quantity;
@@ -81,7 +80,7 @@ fn merged(a: &Arguments) -> Result<Outcome, String> {
     let out = a.out.clone().unwrap_or_default();
     let target = table::target(&out, &a.merge)?;
     let (head, rows) = merge::merge(&a.merge)?;
-    folder(&out)?;
+    stored::folder(&out)?;
     table::write(target, &head, &rows)?;
     Ok(show(a, &head, &rows, &out, None))
 }
@@ -105,43 +104,27 @@ fn sweep(a: &Arguments, spec: &Path) -> Result<Outcome, String> {
     };
     output::show(&plan.report);
     let out = a.out.clone().unwrap_or_else(|| default(&plan.head));
-    folder(&out)?;
-    // A completed sweep only needs to be shown.
-    if a.resume && !journal::path(&out).exists() && out.exists() {
-        let (head, rows) = table::read(&out)?;
-        return match plan.head.differs(&head) {
-            Some(why) => Err(format!("{} belongs to another sweep, {why}; choose another `--out`", out.display())),
-            None => Ok(show(a, &head, &rows, &out, None)),
-        };
-    }
-    // Checked before any run.
-    let target = table::target(&out, &project::sources(spec, &plan.report))?;
-    let (mut journal, mut rows) = Journal::open(&out, &plan.head, a.resume)?;
-    let done: std::collections::BTreeSet<u64> = rows.iter().map(|r| r.run).collect();
-    let pending: Vec<u64> = plan.head.own().filter(|run| !done.contains(run)).collect();
     let jobs = a.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
-
-    let bar = progress(done.len() + pending.len(), done.len());
+    let bar = progress();
     let interrupted = super::interruption::flag();
-    let started = Instant::now();
-    let go_on = || !interrupted.load(Ordering::Relaxed);
-    let mut finished = |row: Row| {
-        journal.add(&row)?;
-        rows.push(row);
-        bar.inc(1);
-        Ok(())
+    let execution = Execution {
+        jobs,
+        resume: a.resume,
+        go_on: &|| !interrupted.load(Ordering::Relaxed),
+        progress: &mut |done, all| {
+            let first = bar.length() != Some(all as u64);
+            bar.set_length(all as u64);
+            bar.set_position(done as u64);
+            if first {
+                // Runs of an earlier execution say nothing of the speed of this one.
+                bar.reset_eta();
+            }
+        },
     };
-    let result = execute::execute(&plan, &pending, jobs, &go_on, &mut finished);
+    let stored = stored::run(&plan, &out, execution);
     bar.finish_and_clear();
-    result?;
-    let took = started.elapsed().as_secs_f64();
-    rows.sort_by_key(|r| r.run);
-    if rows.len() == done.len() + pending.len() {
-        table::write(target, &plan.head, &rows)?;
-        journal.remove()?;
-    }
-    let speed = (rows.len() - done.len()) as f64 / took.max(1e-9);
-    Ok(show(a, &plan.head, &rows, &out, Some(speed)))
+    let stored = stored?;
+    Ok(show(a, &stored.head, &stored.rows, &out, stored.speed))
 }
 
 /// Returns the default path of the output file.
@@ -154,24 +137,16 @@ fn default(head: &Head) -> PathBuf {
     Path::new("out").join(name).join(file)
 }
 
-fn folder(out: &Path) -> Result<(), String> {
-    match out.parent().filter(|p| !p.as_os_str().is_empty()) {
-        Some(folder) => std::fs::create_dir_all(folder).map_err(|e| format!("cannot create {}: {e}", folder.display())),
-        None => Ok(()),
-    }
-}
-
-fn progress(runs: usize, done: usize) -> ProgressBar {
+fn progress() -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
-    let bar = ProgressBar::new(runs as u64).with_position(done as u64);
+    let bar = ProgressBar::new(0);
     if let Ok(style) =
         ProgressStyle::with_template("  {bar:40.cyan/black} {percent:>3} %  {pos} of {len} runs, {eta} left")
     {
         bar.set_style(style);
     }
-    bar.reset_eta();
     bar
 }
 

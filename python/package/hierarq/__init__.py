@@ -24,8 +24,9 @@ from typing import Any
 
 from . import _hierarq
 from ._hierarq import Batch, Command, Controller, Program, Robot
-from .diagnostics import Diagnostic, Edit, Fix, SpecError
+from .diagnostics import Diagnostic, Edit, Fix, SpecError, _all
 from .results import Plan, Result, ScenarioResult
+from .sweeps import Sweep, merge, sweep
 
 __all__ = [
     "Batch",
@@ -40,10 +41,13 @@ __all__ = [
     "Robot",
     "ScenarioResult",
     "SpecError",
+    "Sweep",
     "check",
     "load",
+    "merge",
     "plan",
     "simulate",
+    "sweep",
     "test",
 ]
 
@@ -71,10 +75,9 @@ def _compiled(
     package_paths: Iterable[Spec],
     syntax: str | None,
     folder: Spec | None,
-) -> tuple[Program | None, list[Diagnostic], str]:
+) -> tuple[Program | None, dict[str, str]]:
     paths = [os.fspath(p) for p in package_paths]
-    program, report, text = _hierarq.compile(_source(spec, syntax, folder), _settings(set), paths)
-    return program, [Diagnostic._of(d) for d in json.loads(report)["diagnostics"]], text
+    return _hierarq.compile(_source(spec, syntax, folder), _settings(set), paths)
 
 
 def check(
@@ -91,7 +94,7 @@ def check(
     ``syntax`` ``"hq"`` (default) or ``"yaml"``, and its files are found from ``folder``, by default the current one. ``set`` overrides
     params, as ``--set`` does: ``{"approach": "0.2 m"}``.
     """
-    return _compiled(spec, set, package_paths, syntax, folder)[1]
+    return _all(_compiled(spec, set, package_paths, syntax, folder)[1])
 
 
 def load(
@@ -106,9 +109,9 @@ def load(
 
     Raises :class:`SpecError`, whose text is the rendered diagnostics, if the spec has errors.
     """
-    program, diagnostics, text = _compiled(spec, set, package_paths, syntax, folder)
+    program, report = _compiled(spec, set, package_paths, syntax, folder)
     if program is None:
-        raise SpecError(text, diagnostics)
+        raise SpecError._of([report])
     return program
 
 
@@ -145,7 +148,7 @@ def test(
     paths = [specs] if isinstance(specs, (str, os.PathLike)) else list(specs)
     results, wrong = _hierarq.test([Path(p) for p in paths], scenario, seed, _settings(set))
     if wrong:
-        raise SpecError("\n".join(wrong), [])
+        raise SpecError._of(wrong)
     return [ScenarioResult(r) for r in json.loads(results)]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,6 +69,11 @@ class Diagnostic:
         return f"{self.file}:{self.line}:{self.column}: {self.severity} {self.code}: {self.message}"
 
 
+def _all(report: dict[str, str]) -> list[Diagnostic]:
+    """The diagnostics of a report of the extension."""
+    return [Diagnostic._of(d) for d in json.loads(report["json"])["diagnostics"]]
+
+
 def _fix(data: dict[str, Any]) -> Fix:
     edits = (Edit(e["place"]["file"], e["place"]["start"], e["place"]["end"], e["new"]) for e in data["edits"])
     return Fix(data["title"], data["certain"], tuple(edits))
@@ -78,3 +85,12 @@ class SpecError(Exception):
     def __init__(self, text: str, diagnostics: list[Diagnostic]) -> None:
         super().__init__(text)
         self.diagnostics = diagnostics
+
+    @classmethod
+    def _of(cls, reports: Iterable[dict[str, str]]) -> SpecError:
+        reports = list(reports)
+        return cls("\n".join(r["text"] for r in reports), [d for r in reports for d in _all(r)])
+
+    def __reduce__(self) -> tuple[type[SpecError], tuple[str, list[Diagnostic]]]:
+        # Otherwise a copy, as another process gets it, would be made of the text alone.
+        return SpecError, (str(self), self.diagnostics)

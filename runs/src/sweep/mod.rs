@@ -13,6 +13,7 @@
 //! | [`head`] | metadata of a file, and the command lines of the sweep and of its runs |
 //! | [`row`] | a run as a row; the columns |
 //! | [`execute`] | parallel execution of runs |
+//! | [`stored`] | a sweep in a file: continued, executed, written |
 //! | [`journal`] | finished runs on the disk, until all are complete |
 //! | [`table`] | the Parquet file |
 //! | [`merge`] | merge of shards |
@@ -27,6 +28,7 @@ pub mod journal;
 pub mod merge;
 pub mod plan;
 pub mod row;
+pub mod stored;
 mod subject;
 pub mod table;
 
