@@ -8,6 +8,7 @@ mod command;
 mod controller;
 mod inputs;
 mod interruption;
+mod mission;
 mod program;
 mod reading;
 mod robot;
@@ -24,6 +25,8 @@ mod _hierarq {
     use super::command::Command;
     #[pymodule_export]
     use super::controller::Controller;
+    #[pymodule_export]
+    use super::mission::Mission;
     #[pymodule_export]
     use super::program::Program;
     #[pymodule_export]

@@ -5,10 +5,12 @@ use std::sync::Arc;
 use compiler::Compiled;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use runs::project;
 use runtime::program::{CompiledFile, MissionProgram};
 
 use crate::batch::Batch;
 use crate::controller::Controller;
+use crate::mission::Mission;
 use crate::robot::Robot;
 
 /// A compiled spec: data that nothing changes.
@@ -121,6 +123,20 @@ impl Program {
     #[pyo3(signature = (n, threads = None))]
     fn batch(&self, py: Python<'_>, n: usize, threads: Option<usize>) -> PyResult<Batch> {
         Batch::new(py, self.of_robot()?, n, threads)
+    }
+
+    /// A mission under way, planned, at its start. Members that are `reporting` end their work when they say so; `seed` draws the true durations
+    /// of the others, which are as planned without it.
+    #[pyo3(signature = (name = None, *, reporting = Vec::new(), seed = None))]
+    fn mission(
+        &self,
+        py: Python<'_>,
+        name: Option<&str>,
+        reporting: Vec<String>,
+        seed: Option<u64>,
+    ) -> PyResult<Mission> {
+        let chosen = project::mission(&self.missions, name).map_err(|e| refused(format!("{}: {e}", self.spec)))?;
+        Mission::new(py, chosen, &reporting, seed)
     }
 
     fn __repr__(&self) -> String {

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _hierarq
-from ._hierarq import Batch, Command, Controller, Program, Robot
+from ._hierarq import Batch, Command, Controller, Mission, Program, Robot
 from .diagnostics import Diagnostic, Edit, Fix, SpecError, _all
 from .results import Plan, Result, ScenarioResult
 from .sweeps import Sweep, merge, sweep
@@ -35,6 +35,7 @@ __all__ = [
     "Diagnostic",
     "Edit",
     "Fix",
+    "Mission",
     "Plan",
     "Program",
     "Result",

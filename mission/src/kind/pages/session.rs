@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use crate::kind::{Event, EventInfo, Mission};
+use crate::kind::{Event, EventInfo, Execution, Mission};
 
 use super::message_log::MessageLog;
 use super::request::EventRequest;
@@ -69,6 +69,16 @@ impl MissionSession {
             events: MessageLog::new(EVENTS),
             seen: 0,
         })
+    }
+
+    /// The mission.
+    pub fn mission(&self) -> &dyn Mission {
+        &*self.mission
+    }
+
+    /// The mission as it is executed.
+    pub fn execution(&self) -> &dyn Execution {
+        self.pages.execution()
     }
 
     /// Makes messages of new log entries.
