@@ -2,6 +2,7 @@
 //! binary of their own, since they count in all threads.
 
 mod baselines;
+mod coming;
 mod command_line;
 mod common;
 mod context;
