@@ -10,7 +10,8 @@ use runtime::expect::Verdict;
 use runtime::record::All;
 
 /// Specs in `examples/coming`; each exists in both syntaxes.
-const EXAMPLES: &[&str] = &["pink_arm_ur5", "pink_barriers_ur5", "pink_dual_ur3", "pink_humanoid_com"];
+const EXAMPLES: &[&str] =
+    &["mc_rtc_com", "mc_rtc_fsm", "pink_arm_ur5", "pink_barriers_ur5", "pink_dual_ur3", "pink_humanoid_com"];
 
 #[test]
 fn no_spec_of_another_framework_is_forgotten() {
