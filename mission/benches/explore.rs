@@ -8,13 +8,13 @@
 mod explored;
 
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use divan::{Bencher, black_box};
 use hierarq_mission::kinds::explore::bound::{Ways, lower_bound};
 use hierarq_mission::kinds::explore::execution::{ExploreExecution, Settings};
 use hierarq_mission::kinds::explore::foresight::Foresight;
-use hierarq_mission::kinds::explore::lattice::{Aim, Ground, construct, way_out};
+use hierarq_mission::kinds::explore::lattice::{Aim, Deadline, Ground, construct, way_out};
 use hierarq_mission::kinds::explore::problem::Problem;
 use hierarq_mission::kinds::explore::program::{Present, build};
 use hierarq_mission::kinds::explore::validate::validate;
@@ -32,16 +32,18 @@ fn start() -> (Problem, Present, Foresight) {
     (problem, present, foresight)
 }
 
-/// No plan is good enough, and the time is never over.
-fn thorough() -> Aim {
-    Aim { bound: f64::NEG_INFINITY, until: Instant::now() + Duration::from_secs(3600) }
+/// No plan is good enough.
+fn thorough(until: &Deadline) -> Aim<'_> {
+    Aim { bound: f64::NEG_INFINITY, until }
 }
 
 #[divan::bench(sample_count = 20)]
 fn lattice(bencher: Bencher) {
     let (problem, present, foresight) = start();
     let ground = Ground::new(&problem).unwrap();
-    bencher.bench_local(|| construct(black_box(&problem), &ground, &present, &foresight, None, &thorough()));
+    bencher.bench_local(|| {
+        construct(black_box(&problem), &ground, &present, &foresight, None, &thorough(&Deadline::never()))
+    });
 }
 
 /// Once for an execution: the free ground, and the states from which a robot can always give way.
@@ -62,7 +64,7 @@ fn bound(bencher: Bencher) {
 fn polish(bencher: Bencher) {
     let (problem, present, foresight) = start();
     let ground = Ground::new(&problem).unwrap();
-    let plan = construct(&problem, &ground, &present, &foresight, None, &thorough()).expect("a plan");
+    let plan = construct(&problem, &ground, &present, &foresight, None, &thorough(&Deadline::never())).expect("a plan");
     let program = build(&problem, &present, &foresight, None).expect("a program");
     bencher.bench_local(|| program.polished(black_box(&problem), &present, &plan, Duration::from_secs(60)));
 }
@@ -70,14 +72,14 @@ fn polish(bencher: Bencher) {
 #[divan::bench(sample_count = 20)]
 fn fallback_way_out(bencher: Bencher) {
     let (problem, present, foresight) = start();
-    bencher.bench_local(|| way_out(black_box(&problem), None, &present, &foresight));
+    bencher.bench_local(|| way_out(black_box(&problem), None, &present, &foresight, &Deadline::never()));
 }
 
 #[divan::bench]
 fn validator(bencher: Bencher) {
     let (problem, present, foresight) = start();
     let ground = Ground::new(&problem).unwrap();
-    let plan = construct(&problem, &ground, &present, &foresight, None, &thorough()).expect("a plan");
+    let plan = construct(&problem, &ground, &present, &foresight, None, &thorough(&Deadline::never())).expect("a plan");
     bencher.bench_local(|| validate(black_box(&problem), &present, &foresight, &plan));
 }
 

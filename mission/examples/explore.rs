@@ -1,20 +1,25 @@
 //! Executes an exploration with many seeds, and prints the measures of Tables 1 and 2 of the paper the times of planning and the gaps of plans.
 //!
-//! `cargo run --release -p hierarq-mission --example explore -- MISSION.json SEEDS [open]`, with a mission as `hierarq compile --format json`
-//! has it.
+//! `cargo run --release -p hierarq-mission --example explore -- MISSION.json SEEDS [open|hunted]`, with a mission as `hierarq compile --format json`
+//! has it. `open` keeps the first plan. With `hunted` the person walks to a robot, in nine of ten seconds to the nearest one, for half a minute or until
+//! the exit.
 
 use std::time::Instant;
 
 use hierarq_mission::execution::Replan;
-use hierarq_mission::kind::{Cell, ReportPart, Run};
+use hierarq_mission::kind::{Cell, Detail, Event, Execution, ReportPart, Run};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let path = arguments.next().expect("the path of a mission");
     let seeds: u64 = arguments.next().and_then(|seeds| seeds.parse().ok()).unwrap_or(10);
-    let open = arguments.next().is_some();
+    let how = arguments.next();
+    let (open, hunted) = (how.as_deref() == Some("open"), how.as_deref() == Some("hunted"));
     let text = std::fs::read_to_string(&path).expect("a readable file");
     let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let robots = value["problem"]["robots"].as_array().map_or(0, Vec::len);
     let kind = hierarq_mission::kinds::find("explore").expect("the kind");
     let mission = (kind.read)(value).expect("a mission");
     mission.check().expect("a sound mission");
@@ -39,7 +44,11 @@ fn main() {
         let replan = if open { Replan::None } else { Replan::Both };
         let mut run = mission.execute(&Run { sampled: Some(seed), replan, ..Run::default() }).expect("a plan");
         run.advance(0.0);
-        while run.done().is_none() && run.time() < 100.0 {
+        let mut draws = Pcg64::seed_from_u64(seed);
+        while run.done().is_none() && run.time() < if hunted { 30.0 } else { 100.0 } {
+            if hunted {
+                hunt(run.as_mut(), robots, &mut draws);
+            }
             let begun = Instant::now();
             run.advance(run.time() + 1.0);
             times.push(begun.elapsed().as_secs_f64());
@@ -67,6 +76,17 @@ fn main() {
     gaps.sort_by(f64::total_cmp);
     let at = |share: f64| gaps[((gaps.len() - 1) as f64 * share) as usize];
     println!("{} plans: gap median {:.3}, p95 {:.3}, worst {:.3}", gaps.len(), at(0.5), at(0.95), at(1.0));
+}
+
+/// Sends the person to a robot.
+fn hunt(run: &mut dyn Execution, robots: usize, draws: &mut Pcg64) {
+    let at = run.measure("position", Some(robots));
+    let places: Vec<[f64; 3]> = (0..robots).map(|robot| run.measure("position", Some(robot))).collect();
+    let far = |of: &[f64; 3]| f64::hypot(of[0] - at[0], of[1] - at[1]);
+    let nearest = places.iter().min_by(|a, b| far(a).total_cmp(&far(b))).copied().expect("a robot");
+    let to = if draws.next_u64() % 10 > 0 { nearest } else { places[(draws.next_u64() % robots as u64) as usize] };
+    // Cells that no way leads to are refused.
+    let _ = run.handle(&Event::of("strays", robots).and("to", Detail::Point([to[0], to[1]])));
 }
 
 /// Gaps of the plans of a run to the lower bound.

@@ -1,11 +1,9 @@
 //! Plans of explorations on the lattice: a robot that goes ahead, ways out, and predictions that lead in a circle.
 
-use std::time::{Duration, Instant};
-
 use hierarq_mission::kinds::explore::bound::{Ways, lower_bound};
 use hierarq_mission::kinds::explore::execution::{ExploreExecution, Settings};
 use hierarq_mission::kinds::explore::foresight::Foresight;
-use hierarq_mission::kinds::explore::lattice::{Aim, Ground, construct, way_out};
+use hierarq_mission::kinds::explore::lattice::{Aim, Deadline, Ground, construct, way_out};
 use hierarq_mission::kinds::explore::motion::State;
 use hierarq_mission::kinds::explore::objective::Costs;
 use hierarq_mission::kinds::explore::polygon::{Convex, Point};
@@ -18,9 +16,9 @@ use proptest::prelude::*;
 
 use crate::explored::{present, rectangle, world};
 
-/// No plan is good enough, and the time is never over.
-fn thorough() -> Aim {
-    Aim { bound: f64::NEG_INFINITY, until: Instant::now() + Duration::from_secs(3600) }
+/// No plan is good enough.
+fn thorough(until: &Deadline) -> Aim<'_> {
+    Aim { bound: f64::NEG_INFINITY, until }
 }
 
 fn standing(at: Point, periods: usize) -> Foresight {
@@ -42,7 +40,7 @@ fn a_robot_goes_ahead_of_the_one_that_keeps_its_connection() {
     // One connection reaches 5.5 m less the stride of the person.
     assert!((6.2_f64).hypot(6.2) - 0.5 > 6.0);
     let ground = Ground::new(&problem).unwrap();
-    let plan = construct(&problem, &ground, &start, &foresight, None, &thorough()).unwrap();
+    let plan = construct(&problem, &ground, &start, &foresight, None, &thorough(&Deadline::never())).unwrap();
     assert_eq!(validate(&problem, &start, &foresight, &plan), []);
     assert_eq!(plan.visits.len(), 1, "{plan:?}");
     let cost = Costs::of(&problem, &start, &foresight, &plan).total();
@@ -50,8 +48,58 @@ fn a_robot_goes_ahead_of_the_one_that_keeps_its_connection() {
     // Alone nobody gets there.
     let mut alone = start.clone();
     alone.active[1] = false;
-    let plan = construct(&problem, &ground, &alone, &foresight, None, &thorough());
+    let plan = construct(&problem, &ground, &alone, &foresight, None, &thorough(&Deadline::never()));
     assert!(plan.is_none_or(|plan| plan.visits.is_empty()));
+}
+
+/// The most work between two looks at the end of a search: far less than a turn of a robot.
+const BETWEEN: u64 = 100_000;
+
+/// However early the search for a plan ends, it ends within a small share of the work of one turn, and a plan that it has is sound.
+#[test]
+fn a_search_that_is_cut_short_ends_at_once_with_a_sound_plan() {
+    let problem = world();
+    let (start, foresight) = ExploreExecution::start(&problem, &Settings::default()).unwrap();
+    let ground = Ground::new(&problem).unwrap();
+    let search = |until: &Deadline| construct(&problem, &ground, &start, &foresight, None, &thorough(until));
+    let whole = Deadline::never();
+    let best = search(&whole).unwrap();
+    // Four starts with at least one turn each.
+    assert!(whole.work() > 4 * 10 * BETWEEN, "{}", whole.work());
+    let cost = |of: &_| Costs::of(&problem, &start, &foresight, of).total();
+    let mut found = 0;
+    for part in 0..=24 {
+        let limit = whole.work() * part / 24;
+        let until = Deadline::after(limit);
+        let plan = search(&until);
+        assert!(until.work() <= limit + BETWEEN, "{} after {limit}", until.work());
+        if let Some(plan) = plan {
+            found += usize::from(part < 24);
+            assert_eq!(validate(&problem, &start, &foresight, &plan), []);
+            assert!(cost(&best) <= cost(&plan) + 1e-9 || part == 24);
+        } else {
+            assert!(part < 24);
+        }
+    }
+    assert!(found > 4, "{found}");
+    assert_eq!(search(&Deadline::after(whole.work())), Some(best));
+}
+
+/// The same of ways out, which are looked for where there is no plan.
+#[test]
+fn a_search_for_a_way_out_that_is_cut_short_ends_at_once() {
+    let problem = world();
+    let (start, foresight) = ExploreExecution::start(&problem, &Settings::default()).unwrap();
+    let whole = Deadline::never();
+    let found = way_out(&problem, None, &start, &foresight, &whole);
+    assert!(found.is_some());
+    for part in 0..12 {
+        let limit = whole.work() * part / 12;
+        let until = Deadline::after(limit);
+        assert_eq!(way_out(&problem, None, &start, &foresight, &until), None);
+        assert!(until.work() <= limit + BETWEEN, "{} after {limit}", until.work());
+    }
+    assert_eq!(way_out(&problem, None, &start, &foresight, &Deadline::after(whole.work())), found);
 }
 
 /// Positions of a robot by the inputs of a way out, a hundred to a period, with the time of each (s).
@@ -96,7 +144,7 @@ proptest! {
         prop_assume!(inside(start) && problem.area.contains(from, 0.0));
         let mut present = present(&problem);
         present.states[0] = State { at: start, velocity };
-        let Some(way_out) = way_out(&problem, None, &present, &foresight) else { return Ok(()) };
+        let Some(way_out) = way_out(&problem, None, &present, &foresight, &Deadline::never()) else { return Ok(()) };
         for (time, place) in followed(&problem, present.states[0], way_out.period, &way_out.inputs[0]) {
             let body = problem.robots[0].body.moved(place);
             prop_assert!(body.corners().iter().all(|corner| problem.area.contains(*corner, 1e-6)), "{time}: {place:?}");
@@ -126,7 +174,7 @@ fn a_way_out_of_a_dead_end_leads_around_the_corner() {
     // The person walks to the closed end.
     let positions: Vec<Point> = (0..=6).map(|step| [0.5, (1.5 + f64::from(step)).min(6.5)]).collect();
     let foresight = Foresight { positions, visits: Vec::new(), arrives: false, spread: Vec::new() };
-    let found = way_out(&problem, None, &present, &foresight).unwrap();
+    let found = way_out(&problem, None, &present, &foresight, &Deadline::never()).unwrap();
     let points = followed(&problem, present.states[0], found.period, &found.inputs[0]);
     let last = points[points.len() - 1].1;
     assert!(last[0] > 1.0 && (4.0..5.0).contains(&last[1]), "{last:?}");

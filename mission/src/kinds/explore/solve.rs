@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use super::bound::{Ways, lower_bound};
 use super::foresight::Foresight;
-use super::lattice::{Aim, EXPOSED, Ground, construct, exposed};
+use super::lattice::{Aim, Deadline, EXPOSED, Ground, construct, exposed};
 use super::objective::{Costs, gap};
-use super::problem::{EngineChoice, Problem};
+use super::problem::{EngineChoice, Escape, Problem};
 use super::program::{Group, Present, Program, Trajectories, build, replayed};
 use super::validate::validate;
 use crate::engine::{Answer, Budget, EngineError, Highs, Microlp, Milp};
@@ -19,6 +19,8 @@ pub const FIRST: f64 = 20.0;
 const CAUSE: f64 = 0.5;
 /// Share of the time of a plan that its polish may take.
 const POLISH: f64 = 0.3;
+/// Share of the time of a plan that is left for a way out while no plan is known, or none that is good enough for `escape required`.
+const WAY_OUT: f64 = 0.2;
 
 /// A plan of the robots.
 #[derive(Clone, Debug, PartialEq)]
@@ -201,15 +203,24 @@ impl Solver {
         };
         let rest = self.rest(problem, present, foresight);
         let mut known = rest.and_then(|rest| sound(rest, Origin::LastPlan));
+        // Whoever may need a way out needs time to look for one.
+        let time_for = |known: &Option<Known>| {
+            let required = problem.planner.escape == Escape::Required;
+            match known.as_ref().is_some_and(|known| !required || known.exposed == 0) {
+                true => time,
+                false => time.mul_f64(1.0 - WAY_OUT),
+            }
+        };
         if !is_good(&known) || known.as_ref().is_some_and(|known| known.exposed > 0) {
-            let (aim, last) = (Aim { bound, until: begun + time }, self.last.as_ref());
+            let (until, last) = (Deadline::at(begun + time_for(&known)), self.last.as_ref());
+            let aim = Aim { bound, until: &until };
             let lattice = ground.and_then(|ground| construct(problem, ground, present, foresight, last, &aim));
             known = best(known, lattice.and_then(|found| sound(found, Origin::Lattice)));
         }
         let searched = match is_good(&known) {
             true => Answer { values: None, bound, stopped: None, nodes: 0 },
             false => {
-                let left = time.saturating_sub(begun.elapsed());
+                let left = time_for(&known).saturating_sub(begun.elapsed());
                 let program =
                     build(problem, present, foresight, None).map_err(|group| NoPlan::Infeasible(Some(group)))?;
                 // Away from the lattice little is known of safe states.
@@ -222,7 +233,7 @@ impl Solver {
                     true => Answer { values: None, bound, stopped: None, nodes: 0 },
                     false => {
                         let start = known.as_ref().map(|known| &known.trajectories);
-                        let left = time.saturating_sub(begun.elapsed());
+                        let left = time_for(&known).saturating_sub(begun.elapsed());
                         let situation = Situation { problem, present, foresight };
                         let (answer, found) = self.search(&situation, &program, start, left)?;
                         known = best(found.map(|of| known_as(of, Origin::Engine)), known);

@@ -9,7 +9,7 @@
 use solver::{ActiveSet, HierarchicalSolver, LevelShape, Problem as Hierarchy, Solution, Status};
 
 use super::super::foresight::Foresight;
-use super::super::lattice::{safe_way_out, way_out};
+use super::super::lattice::{Deadline, safe_way_out, way_out};
 use super::super::motion::{Dynamics, State};
 use super::super::polygon::{Convex, Face, Point, dot, minus};
 use super::super::problem::{Escape, Fallback, Robot};
@@ -30,19 +30,19 @@ struct Row {
 
 impl ExploreExecution {
     /// Looks for a way out at the begin of a period without a plan.
-    pub(super) fn find_way_out(&mut self, foresight: &Foresight) {
+    pub(super) fn find_way_out(&mut self, foresight: &Foresight, until: &Deadline) {
         let found = match self.problem.planner.fallback {
             Fallback::Stop => None,
-            Fallback::Barrier => way_out(&self.problem, self.solver.ground(), &self.present(), foresight),
+            Fallback::Barrier => way_out(&self.problem, self.solver.ground(), &self.present(), foresight, until),
         };
         self.way_out = found.map(|way| (self.time, way));
     }
 
     /// Takes a safe way out in place of a plan that exposes a robot; false: there is none.
-    pub(super) fn leaves_for_safety(&mut self, foresight: &Foresight) -> bool {
+    pub(super) fn leaves_for_safety(&mut self, foresight: &Foresight, until: &Deadline) -> bool {
         let required = self.problem.planner.escape == Escape::Required;
         let ground = self.solver.ground().filter(|_| required);
-        let found = ground.and_then(|ground| safe_way_out(&self.problem, ground, &self.present(), foresight));
+        let found = ground.and_then(|ground| safe_way_out(&self.problem, ground, &self.present(), foresight, until));
         self.way_out = found.map(|way| (self.time, way));
         self.way_out.is_some()
     }

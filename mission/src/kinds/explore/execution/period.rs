@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::super::lattice::Deadline;
 use super::super::solve::NoPlan;
 use super::super::validate::validate;
 use super::details::PlanNote;
@@ -71,16 +72,17 @@ impl ExploreExecution {
         }
         let time = Duration::from_secs_f64(self.problem.planner.time);
         let begun = Instant::now();
+        let until = Deadline::at(begun + time);
         let found = self.solver.plan(&self.problem, &present, &foresight, time);
         match found {
             Ok(best) => {
                 self.plans.push(PlanNote::new(self.time, &best, begun.elapsed().as_secs_f64()));
                 let broken = validate(&self.problem, &present, &foresight, &best.trajectories);
                 if let Some(first) = broken.first() {
-                    self.find_way_out(&foresight);
+                    self.find_way_out(&foresight, &until);
                     return self.go_without(format!("the plan is refused: {first}"), None);
                 }
-                if best.exposed > 0 && self.leaves_for_safety(&foresight) {
+                if best.exposed > 0 && self.leaves_for_safety(&foresight, &until) {
                     self.solver.forget();
                     return self.go_without(
                         "with each plan that keeps the connection the person could corner a robot".into(),
@@ -109,7 +111,7 @@ impl ExploreExecution {
             }
             Err(why) => {
                 let (why, group) = reason(&why);
-                self.find_way_out(&foresight);
+                self.find_way_out(&foresight, &until);
                 self.go_without(why, group);
             }
         }

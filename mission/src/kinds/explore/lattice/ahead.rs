@@ -21,7 +21,8 @@ impl<'p> Lattice<'p> {
         let problem = self.problem;
         let strides = self.strides(step);
         let others = (0..problem.robots.len()).filter(|other| *other != robot && self.present.active[*other]);
-        let mut all = Vec::new();
+        // Positions are looked at for one of the others after the other.
+        let mut seen = vec![false; self.ground.len()];
         for other in others {
             let (who, state) = (&problem.robots[other], self.present.states[other]);
             let share = self.grown(other)[place];
@@ -40,13 +41,10 @@ impl<'p> Lattice<'p> {
                     && sees
                     && safe.outside(near) >= MARGIN
             };
-            let new: Vec<Point> = (0..self.ground.len())
-                .filter(|index| self.ground.free[other][*index] != 0)
-                .map(|index| self.ground.point(index))
-                .filter(|at| fits(at) && !all.contains(at))
-                .collect();
-            all.extend(new);
+            for (index, seen) in seen.iter_mut().enumerate().filter(|(_, seen)| !**seen) {
+                *seen = self.ground.free[other][index] != 0 && fits(&self.ground.point(index));
+            }
         }
-        all
+        (0..seen.len()).filter(|index| seen[*index]).map(|index| self.ground.point(index)).collect()
     }
 }

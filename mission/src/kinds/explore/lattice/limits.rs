@@ -208,6 +208,11 @@ impl Limits<'_, '_> {
         self.bits_with(at, place, part)
     }
 
+    /// Work of a look at a point.
+    pub(super) fn work(&self, place: usize) -> usize {
+        1 + self.others.len() + self.relays.as_ref().map_or(0, |relays| relays[place].len())
+    }
+
     /// The same of a point of the lattice.
     pub(super) fn bits_of(&self, index: usize, place: usize) -> Bits {
         let at = self.lattice.ground.point(index);

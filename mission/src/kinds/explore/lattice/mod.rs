@@ -10,6 +10,7 @@
 //! is not needed. Turns therefore also begin with a robot that goes [`ahead`], as if the others were wherever a connection needs them.
 
 mod ahead;
+mod deadline;
 mod exposed;
 mod ground;
 mod limits;
@@ -18,8 +19,6 @@ mod turns;
 mod velocities;
 mod way_out;
 
-use std::time::Instant;
-
 use super::foresight::Foresight;
 use super::motion::State;
 use super::objective::{Costs, gain, gap};
@@ -27,6 +26,7 @@ use super::polygon::Point;
 use super::problem::Problem;
 use super::program::{Present, Trajectories, Visit};
 
+pub use self::deadline::Deadline;
 pub use self::exposed::exposed;
 pub use self::ground::Ground;
 use self::limits::Bits;
@@ -49,11 +49,11 @@ const MOST_PARTS: usize = 64;
 
 /// The end of the planning on the lattice.
 #[derive(Clone, Copy, Debug)]
-pub struct Aim {
+pub struct Aim<'a> {
     /// A lower bound on the cost of every plan: a plan within the gap of it is good enough.
     pub bound: f64,
-    /// The time after which no robot begins another turn.
-    pub until: Instant,
+    /// The end of the search; a turn that it interrupts does not count.
+    pub until: &'a Deadline,
 }
 
 /// Plans on the lattice, until a plan is good enough or the time is over; none: no motion was found that meets all constraints.
@@ -63,15 +63,15 @@ pub fn construct(
     present: &Present,
     foresight: &Foresight,
     last: Option<&Trajectories>,
-    aim: &Aim,
+    aim: &Aim<'_>,
 ) -> Option<Trajectories> {
-    let lattice = Lattice::new(problem, ground, present, foresight)?;
+    let lattice = Lattice::new(problem, ground, present, foresight, aim.until)?;
     let count = problem.robots.len();
     let mut best: Option<(f64, Trajectories)> = None;
     let starts = (0..count).filter(|first| present.active[*first]);
     let starts: Vec<(bool, usize)> = starts.flat_map(|first| [(true, first), (false, first)]).collect();
     for (ahead, first) in starts {
-        let Some(motions) = lattice.take_turns(first, ahead, last, aim.until) else { continue };
+        let Some(motions) = lattice.take_turns(first, ahead, last) else { continue };
         let trajectories = lattice.trajectories(&motions);
         let exposed = exposed(problem, ground, present, foresight, &trajectories);
         let cost = Costs::of(problem, present, foresight, &trajectories).total() + EXPOSED * exposed as f64;
@@ -108,6 +108,7 @@ struct Lattice<'p> {
     anywhere: usize,
     /// Penalty of a first period after which a robot may not be able to give way.
     exposed: f64,
+    until: &'p Deadline,
 }
 
 impl<'p> Lattice<'p> {
@@ -117,6 +118,7 @@ impl<'p> Lattice<'p> {
         ground: &'p Ground,
         present: &'p Present,
         foresight: &'p Foresight,
+        until: &'p Deadline,
     ) -> Option<Lattice<'p>> {
         let periods = foresight.periods().min(problem.periods);
         (periods >= 3).then_some(Lattice {
@@ -127,19 +129,14 @@ impl<'p> Lattice<'p> {
             periods,
             anywhere: periods,
             exposed: EXPOSED,
+            until,
         })
     }
 
     /// Plans the robots in turns from the one with this index on; `ahead`: it plans as if the others kept every connection. None: the
-    /// motions do not meet all constraints.
-    fn take_turns(
-        &self,
-        first: usize,
-        ahead: bool,
-        last: Option<&Trajectories>,
-        until: Instant,
-    ) -> Option<Vec<Motion>> {
-        if Instant::now() >= until {
+    /// motions do not meet all constraints, or the time was over before the first turn.
+    fn take_turns(&self, first: usize, ahead: bool, last: Option<&Trajectories>) -> Option<Vec<Motion>> {
+        if self.until.is_over() {
             return None;
         }
         let count = self.problem.robots.len();
@@ -159,12 +156,14 @@ impl<'p> Lattice<'p> {
         let mut cost = f64::INFINITY;
         let mut since = 0;
         for robot in turns {
-            if Instant::now() >= until {
-                break;
-            }
             let limits = (0..self.periods).map(|step| self.limits(robot, step, &motions)).collect();
             let taken = self.taken_by_others(robot, &motions);
-            let Some((own, motion)) = self.plan(robot, limits, &taken) else { continue };
+            let Some((own, motion)) = self.plan(robot, limits, &taken) else {
+                if self.until.is_over() {
+                    break;
+                }
+                continue;
+            };
             motions[robot] = motion;
             // The penalties that the last robot sees are those of all: it sees the others as they are.
             let all = own + self.effort_of_others(robot, &motions);

@@ -7,21 +7,23 @@ use super::limits::{Bits, Limits};
 use super::velocities::Velocities;
 use super::{LATER, Lattice, MARGIN, MOST_TARGETS, Motion};
 
+/// Work of a motion of the first two periods, of which the limits are not in a table.
+const LAUNCH: usize = 8;
+
+/// Limits of a period, with their bits at each position as the begin, the third point and the end of a motion.
+struct Table<'l, 'p> {
+    limits: Limits<'l, 'p>,
+    bits: [Vec<Bits>; 3],
+}
+
 impl Lattice<'_> {
     /// Plans a robot within its limits in each period; the cost with its penalties. `taken` are targets that others take. None: it
-    /// cannot move at all.
+    /// cannot move at all, or the time is over.
     pub(super) fn plan(&self, robot: usize, limits: Vec<Limits>, taken: &[usize]) -> Option<(f64, Motion)> {
         let problem = self.problem;
         let who = &problem.robots[robot];
         let targets = self.targets(robot, taken);
-        let tables: Vec<(Limits, [Vec<Bits>; 3])> = limits
-            .into_iter()
-            .map(|limits| {
-                let table = |place: usize| (0..self.ground.len()).map(|q| limits.bits_of(q, place)).collect();
-                let all = [table(0), table(1), table(2)];
-                (limits, all)
-            })
-            .collect();
+        let tables = limits.into_iter().map(|limits| self.table(limits)).collect::<Option<Vec<Table>>>()?;
         let velocities = Velocities::new(problem, robot, self.ground.spacing);
         let count = velocities.count();
         let states = self.ground.len() * count;
@@ -63,15 +65,21 @@ impl Lattice<'_> {
                 costs[taken * states + state] = cost;
                 launch[state] = first;
             }
-        });
-        let mut from: Vec<Vec<u32>> = vec![vec![u32::MAX; subsets * states]; self.periods + 1];
+        })?;
+        // By period from the third one on, the state before each state.
+        let mut from: Vec<Vec<u32>> = Vec::with_capacity(self.periods);
         for step in begin..self.periods {
-            let (limits, [first, middle, last]) = &tables[step];
+            let Table { limits, bits: [first, middle, last] } = &tables[step];
             let worths = gains(step + 1);
             let mut next = vec![f64::INFINITY; subsets * states];
+            let mut before = vec![u32::MAX; subsets * states];
             let exposed = self.exposed_at(robot, step + 1);
+            if self.until.is_over_after(subsets * states) {
+                return None;
+            }
             for subset in 0..subsets {
                 for (q, begin) in first.iter().enumerate() {
+                    let mut looked = count;
                     let (column, row) = ((q % self.ground.columns) as i32, (q / self.ground.columns) as i32);
                     for (a, after) in by_first.iter().enumerate() {
                         let index = subset * states + q * count + a;
@@ -79,6 +87,7 @@ impl Lattice<'_> {
                         if cost == f64::INFINITY {
                             continue;
                         }
+                        looked += after.len();
                         for (b, effort) in after {
                             let [third, to] = velocities.ahead(a, *b);
                             let place = |by: [i32; 2]| self.ground.index(column + by[0], row + by[1]);
@@ -96,13 +105,17 @@ impl Lattice<'_> {
                             let place = (subset | new) * states + to * count + b;
                             if cost < next[place] {
                                 next[place] = cost;
-                                from[step + 1][place] = index as u32;
+                                before[place] = index as u32;
                             }
                         }
+                    }
+                    if self.until.is_over_after(looked) {
+                        return None;
                     }
                 }
             }
             costs = next;
+            from.push(before);
         }
         // A plan ends with robots that stand.
         let (still, positions) = (velocities.still(), self.ground.len());
@@ -110,9 +123,8 @@ impl Lattice<'_> {
         let end = ends.min_by(|a, b| costs[*a].total_cmp(&costs[*b])).filter(|end| costs[*end].is_finite())?;
         let cost = costs[end];
         let mut places = vec![end];
-        for step in (begin + 1..=self.periods).rev() {
-            let index = from[step][places[places.len() - 1]];
-            places.push(index as usize);
+        for before in from.iter().rev() {
+            places.push(before[places[places.len() - 1]] as usize);
         }
         places.reverse();
         let now = self.present.states[robot];
@@ -151,26 +163,44 @@ impl Lattice<'_> {
         discrete.step(now, input)
     }
 
-    /// The first two periods: from where the robot is to every state of the lattice.
+    /// Limits of a period at all positions; none: the time is over.
+    fn table<'l, 'p>(&self, limits: Limits<'l, 'p>) -> Option<Table<'l, 'p>> {
+        let mut bits: [Vec<Bits>; 3] = Default::default();
+        for (place, bits) in bits.iter_mut().enumerate() {
+            bits.reserve(self.ground.len());
+            for q in 0..self.ground.len() {
+                bits.push(limits.bits_of(q, place));
+                if self.until.is_over_after(limits.work(place)) {
+                    return None;
+                }
+            }
+        }
+        Some(Table { limits, bits })
+    }
+
+    /// The first two periods: from where the robot is to every state of the lattice. None: the time is over.
     fn launch(
         &self,
         robot: usize,
-        tables: &[(Limits, [Vec<Bits>; 3])],
+        tables: &[Table<'_, '_>],
         velocities: &Velocities,
         mut found: impl FnMut(usize, usize, f64, Point),
-    ) {
+    ) -> Option<()> {
         let problem = self.problem;
         let who = &problem.robots[robot];
         let (now, time) = (self.present.states[robot], problem.period);
         let discrete = who.over(time);
         let most = who.acceleration * time + 1e-9;
-        let (one, two) = (&tables[0].0, &tables[1].0);
+        let (one, two, ends) = (&tables[0].limits, &tables[1].limits, &tables[1].bits[2]);
         let third_now = one.bits(discrete.third(now), 1);
         let exposed = self.exposed_at(robot, 2);
         for q in 0..self.ground.len() {
             let at = self.ground.point(q);
-            if tables[1].1[2][q].part == 0 {
+            if ends[q].part == 0 {
                 continue;
+            }
+            if self.until.is_over_after(LAUNCH * velocities.count()) {
+                return None;
             }
             for code in 0..velocities.count() {
                 let last = velocities.of(code);
@@ -191,7 +221,7 @@ impl Lattice<'_> {
                 }
                 let middle = self.half_way(robot, now, first);
                 let until = third_now.both(one.bits(middle.at, 2));
-                let after = two.bits(middle.at, 0).both(two.bits(discrete.third(middle), 1)).both(tables[1].1[2][q]);
+                let after = two.bits(middle.at, 0).both(two.bits(discrete.third(middle), 1)).both(ends[q]);
                 if until.part == 0 || until.person == 0 || after.part == 0 || after.person == 0 {
                     continue;
                 }
@@ -207,6 +237,7 @@ impl Lattice<'_> {
                 found(state, q, cost, first);
             }
         }
+        Some(())
     }
 
     /// Targets that a robot may take: open ones that no other robot takes, the most valued and then the nearest ones.

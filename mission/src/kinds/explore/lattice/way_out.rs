@@ -15,7 +15,7 @@ use super::super::problem::Problem;
 use super::super::program::{Present, Trajectories};
 use super::super::validate::validate;
 use super::ground::{Ground, SHARE};
-use super::{Lattice, Motion, PENALTY, ROUNDS, exposed};
+use super::{Deadline, Lattice, Motion, PENALTY, ROUNDS, exposed};
 
 /// Periods of a way out in each period of a plan.
 const FINER: usize = 2;
@@ -36,13 +36,19 @@ pub struct WayOut {
     pub is_safe: bool,
 }
 
-/// Motions that give way to the person; none: there are none on the lattice.
-pub fn way_out(problem: &Problem, ground: Option<&Ground>, present: &Present, foresight: &Foresight) -> Option<WayOut> {
-    ground.and_then(|ground| safe_way_out(problem, ground, present, foresight)).or_else(|| {
+/// Motions that give way to the person; none: there are none on the lattice, or the time is over.
+pub fn way_out(
+    problem: &Problem,
+    ground: Option<&Ground>,
+    present: &Present,
+    foresight: &Foresight,
+    until: &Deadline,
+) -> Option<WayOut> {
+    ground.and_then(|ground| safe_way_out(problem, ground, present, foresight, until)).or_else(|| {
         let finer = Problem { period: problem.period / FINER as f64, periods: PERIODS, ..problem.clone() };
         let foresight = refined(foresight, PERIODS, FINER)?;
         let ground = Ground::with_spacing(&finer, SHARE / FINER as f64)?;
-        let mut lattice = Lattice::new(&finer, &ground, present, &foresight)?;
+        let mut lattice = Lattice::new(&finer, &ground, present, &foresight, until)?;
         let motions = [PERIODS, 1, 0].into_iter().find_map(|anywhere| {
             lattice.anywhere = anywhere;
             lattice.way_out()
@@ -52,15 +58,21 @@ pub fn way_out(problem: &Problem, ground: Option<&Ground>, present: &Present, fo
     })
 }
 
-/// Motions on the lattice of plans that lead to safe states; none: there are none, or nothing is known of safe states.
-pub fn safe_way_out(problem: &Problem, ground: &Ground, present: &Present, foresight: &Foresight) -> Option<WayOut> {
+/// Motions on the lattice of plans that lead to safe states; none: there are none, nothing is known of safe states, or the time is over.
+pub fn safe_way_out(
+    problem: &Problem,
+    ground: &Ground,
+    present: &Present,
+    foresight: &Foresight,
+    until: &Deadline,
+) -> Option<WayOut> {
     let mut active = (0..problem.robots.len()).filter(|robot| present.active[*robot]);
     if active.any(|robot| ground.safe.get(robot).is_none_or(Option::is_none)) {
         return None;
     }
     let foresight = refined(foresight, PERIODS / FINER, 1)?;
     let shorter = Problem { periods: PERIODS / FINER, ..problem.clone() };
-    let mut lattice = Lattice::new(&shorter, ground, present, &foresight)?;
+    let mut lattice = Lattice::new(&shorter, ground, present, &foresight, until)?;
     lattice.anywhere = 1;
     // Connections give way.
     lattice.exposed = 1e2 * PENALTY;
