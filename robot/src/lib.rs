@@ -12,6 +12,7 @@
 mod base;
 pub mod contacts;
 mod data;
+mod followers;
 pub mod geometry;
 mod hull;
 mod id;
@@ -29,6 +30,7 @@ pub mod urdf;
 
 pub use base::Base;
 pub use data::{Data, Motion};
+pub use followers::Limits;
 pub use geometry::{Closest, Degenerate, closest};
 pub use hull::{Hull, HullError};
 pub use id::{JointId, LinkId};

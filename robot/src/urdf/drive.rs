@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::cx::{Cx, Spanned, list};
+use super::followers::{self, Follows};
 use super::read::{RawJoint, RawRobot};
 use super::units;
 use super::{Options, UrdfCode, UrdfMessage};
@@ -12,10 +13,6 @@ use crate::{Drive, JointKind};
 
 /// Maximum plausible speed limit \[rad/s or m/s\].
 const FASTEST: f64 = 1e3;
-
-/// Tolerance for a follower that exceeds its own limits, because multipliers are written rounded \[rad, m, or either
-/// per second\].
-const ROUNDING: f64 = 1e-6;
 
 /// Drive and limits of one joint.
 #[derive(Clone, Copy)]
@@ -68,7 +65,7 @@ pub(super) fn resolve(
         by_name.entry(robot.joints[j].name.value.as_str()).or_insert(k);
     }
     let mut driven = Vec::with_capacity(order.len());
-    let mut follows: Vec<Option<(usize, f64, f64)>> = vec![None; order.len()];
+    let mut follows: Vec<Option<Follows>> = vec![None; order.len()];
     let mut dofs = base_dofs;
     for (k, &j) in order.iter().enumerate() {
         let joint = &robot.joints[j];
@@ -78,7 +75,9 @@ pub(super) fn resolve(
         let mimic = joint.mimic.as_ref().filter(|_| movable && lock.is_none());
         if let Some(mimic) = mimic {
             match by_name.get(mimic.joint.value.as_str()) {
-                Some(&leader) => follows[k] = Some((leader, mimic.multiplier, mimic.offset)),
+                Some(&leader) => {
+                    follows[k] = Some(Follows { leader, multiplier: mimic.multiplier, offset: mimic.offset });
+                }
                 None => cx.error(no_leader(robot, &mimic.joint)),
             }
         } else if movable {
@@ -99,8 +98,7 @@ pub(super) fn resolve(
         }
         driven.push(result);
     }
-    follow(cx, robot, order, &follows, &mut driven);
-    remark_followers(cx, robot, order, &follows, &driven);
+    followers::resolve(cx, robot, order, &follows, &mut driven);
     let moving = driven.iter().filter(|d| matches!(d.drive, Drive::Dof(_) | Drive::Mimic { .. })).count();
     if moving > MAX_MOVING {
         let text = format!("{moving} joints move, at most {MAX_MOVING} may");
@@ -211,117 +209,5 @@ fn check_lock(cx: &mut Cx, robot: &RawRobot, joint: &RawJoint, position: f64, li
         let span = joint.limit.as_ref().map_or(&joint.tag, |l| &l.span).clone();
         let text = format!("joint `{name}` is locked at {position}, outside its limits");
         cx.warn(UrdfMessage::new(UrdfCode::BadLock, span, text));
-    }
-}
-
-/// Resolves chains of mimics down to a degree of freedom or a fixed position. Each joint is visited once, however long
-/// the chains.
-fn follow(
-    cx: &mut Cx,
-    robot: &RawRobot,
-    order: &[usize],
-    follows: &[Option<(usize, f64, f64)>],
-    driven: &mut [Driven],
-) {
-    let mut done: Vec<bool> = follows.iter().map(Option::is_none).collect();
-    let mut on_path = vec![false; follows.len()];
-    for start in 0..follows.len() {
-        let mut path = Vec::new();
-        let mut at = start;
-        while !done[at] {
-            if on_path[at] {
-                let joint = &robot.joints[order[at]];
-                let text = format!("joint `{}` mimics itself, in a circle", joint.name.value);
-                let span = joint.mimic.as_ref().map_or(&joint.tag, |mimic| &mimic.joint.span).clone();
-                cx.error(UrdfMessage::new(UrdfCode::MimicCycle, span, text));
-                break;
-            }
-            on_path[at] = true;
-            path.push(at);
-            let Some((leader, ..)) = follows[at] else { break };
-            at = leader;
-        }
-        while let Some(k) = path.pop() {
-            done[k] = true;
-            let Some((leader, multiplier, offset)) = follows[k] else { continue };
-            driven[k].drive = compose(driven[leader].drive, multiplier, offset);
-            if !finite(driven[k].drive) {
-                let joint = &robot.joints[order[k]];
-                let text = format!("joint `{}` mimics with a factor beyond all numbers", joint.name.value);
-                cx.error(UrdfMessage::new(UrdfCode::BadNumber, joint.tag.clone(), text));
-            }
-        }
-    }
-}
-
-/// Warns about followers that their leaders can drive beyond the followers' own limits: these are not enforced.
-fn remark_followers(
-    cx: &mut Cx,
-    robot: &RawRobot,
-    order: &[usize],
-    follows: &[Option<(usize, f64, f64)>],
-    driven: &[Driven],
-) {
-    let mut leaders = BTreeMap::new();
-    for (k, d) in driven.iter().enumerate() {
-        if let Drive::Dof(dof) = d.drive {
-            leaders.insert(dof, k);
-        }
-    }
-    let name = |k: usize| robot.joints[order[k]].name.value.as_str();
-    for (k, own) in driven.iter().enumerate() {
-        let Some((followed, ..)) = follows[k] else { continue };
-        let (leader, ends, speed) = match own.drive {
-            Drive::Locked(x) => (followed, [x, x], 0.0),
-            Drive::Mimic { dof, multiplier, offset } => {
-                let Some(&leader) = leaders.get(&dof) else { continue };
-                let at = |x: f64| multiplier * x + offset;
-                let (a, b) = (at(driven[leader].lower), at(driven[leader].upper));
-                (leader, [a.min(b), a.max(b)], multiplier.abs() * driven[leader].velocity)
-            }
-            Drive::Fixed | Drive::Dof(_) => continue,
-        };
-        let joint = &robot.joints[order[k]];
-        let span = joint.limit.as_ref().map_or(&joint.tag, |l| &l.span).clone();
-        if ends[0] < own.lower - ROUNDING || ends[1] > own.upper + ROUNDING {
-            let [from, to] = ends;
-            let text = format!(
-                "joint `{}` follows `{}` past its own limits, from {from} to {to}; they are not kept",
-                name(k),
-                name(leader)
-            );
-            let help = format!("give `{}` the limits that keep both, or correct `<mimic>`", name(leader));
-            cx.warn(UrdfMessage::new(UrdfCode::Ignored, span.clone(), text).help(help));
-        }
-        if speed > own.velocity + ROUNDING {
-            let text = format!(
-                "joint `{}` follows `{}` faster than its own limit of speed, at up to {speed}; it is not kept",
-                name(k),
-                name(leader)
-            );
-            let help = format!("give `{}` a limit of speed that keeps both", name(leader));
-            cx.warn(UrdfMessage::new(UrdfCode::Ignored, span, text).help(help));
-        }
-    }
-}
-
-/// Returns the drive of a follower at `multiplier * leader + offset`.
-fn compose(leader: Drive, multiplier: f64, offset: f64) -> Drive {
-    match leader {
-        Drive::Fixed => Drive::Locked(offset),
-        Drive::Locked(x) => Drive::Locked(multiplier * x + offset),
-        Drive::Dof(_) | Drive::Mimic { .. } if multiplier == 0.0 => Drive::Locked(offset),
-        Drive::Dof(dof) => Drive::Mimic { dof, multiplier, offset },
-        Drive::Mimic { dof, multiplier: m, offset: o } => {
-            Drive::Mimic { dof, multiplier: multiplier * m, offset: multiplier * o + offset }
-        }
-    }
-}
-
-fn finite(drive: Drive) -> bool {
-    match drive {
-        Drive::Fixed | Drive::Dof(_) => true,
-        Drive::Locked(x) => x.is_finite(),
-        Drive::Mimic { multiplier, offset, .. } => multiplier.is_finite() && offset.is_finite(),
     }
 }

@@ -6,11 +6,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
+use crate::followers::with_followers;
 use crate::model::assemble::Parts;
 use crate::{Base, Dof, DofUnit, Drive, Joint, JointId, JointKind, Link, LinkId, Model};
 
 pub(crate) mod cx;
 mod drive;
+mod followers;
 mod locate;
 mod message;
 mod read;
@@ -77,7 +79,7 @@ impl Model {
     /// - A moving joint without `<limit>`, or with neither `lower` nor `upper`, is unlimited (a warning).
     /// - A joint with `lower` equal to `upper` is locked there (a warning).
     /// - A speed limit that is missing, not positive or above 1000 is ignored (a warning).
-    /// - A mimicking joint follows its leader, even if the leader is locked.
+    /// - A mimicking joint follows its leader, even if the leader is locked. Its own limits bound the leader.
     /// - Elements that are not part of a model (transmissions, simulators' tags) are skipped.
     /// - Collision sizes must be positive (an error); a visual that cannot be drawn is left out (a warning).
     ///
@@ -185,6 +187,7 @@ fn dofs(base: Base, joints: &[Joint]) -> Vec<Dof> {
         .collect();
     for (k, joint) in joints.iter().enumerate() {
         if let Drive::Dof(_) = joint.drive {
+            let limits = with_followers(joints, k);
             dofs.push(Dof {
                 name: joint.name.clone(),
                 joint: Some(JointId(k as u32)),
@@ -193,10 +196,10 @@ fn dofs(base: Base, joints: &[Joint]) -> Vec<Dof> {
                     _ => DofUnit::Radian,
                 },
                 q_index: Some(base.nq() + dofs.len() - base.nv()),
-                lower: joint.lower,
-                upper: joint.upper,
-                velocity: joint.velocity,
-                acceleration: joint.acceleration,
+                lower: limits.lower,
+                upper: limits.upper,
+                velocity: limits.velocity,
+                acceleration: limits.acceleration,
             });
         }
     }

@@ -43,11 +43,13 @@ fn write(specs: &[Spec]) -> String {
             2 => ("prismatic", "<limit lower=\"-0.7\" upper=\"0.9\" velocity=\"1\" effort=\"1\"/>"),
             _ => ("revolute", "<limit lower=\"-2\" upper=\"1.5\" velocity=\"1\" effort=\"1\"/>"),
         };
-        let mimic = if specs[k].1 == 5 && !movable.is_empty() {
+        // Followers have no limits, which could leave a leader no motion; `followers` has those that do.
+        let (kind, limit, mimic) = if specs[k].1 == 5 && !movable.is_empty() {
             let leader = movable[leader.index(movable.len())];
-            format!("<mimic joint=\"j{leader}\" multiplier=\"{}\" offset=\"{}\"/>", 0.5 - 0.7 * a[0], o[0])
+            let (multiplier, offset) = (0.5 - 0.7 * a[0], o[0]);
+            ("continuous", "", format!("<mimic joint=\"j{leader}\" multiplier=\"{multiplier}\" offset=\"{offset}\"/>"))
         } else {
-            String::new()
+            (kind, limit, String::new())
         };
         if kind != "fixed" {
             movable.push(k);

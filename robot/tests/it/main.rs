@@ -5,6 +5,7 @@
 mod common;
 mod contacts;
 mod distances;
+mod followers;
 mod jacobians;
 mod loading;
 mod manifold;

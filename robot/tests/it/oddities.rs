@@ -75,43 +75,6 @@ fn fingers_close_symmetrically() {
 }
 
 #[test]
-fn a_follower_taken_past_its_own_limits_is_remarked() {
-    let finger = "<mimic joint=\"finger_left_joint\" multiplier=\"-1\"/>";
-    let said = |urdf: &str| -> Vec<String> {
-        let (_, warnings) = Model::from_urdf(urdf, &Options::default()).unwrap();
-        let about = |w: &&hierarq_robot::UrdfMessage| w.text.starts_with("joint `finger_right_joint` follows");
-        warnings
-            .iter()
-            .filter(about)
-            .map(|w| {
-                assert_eq!(w.code, UrdfCode::Ignored);
-                assert!(urdf[w.span.clone()].starts_with("<limit lower=\"-0.04\""));
-                w.text.clone()
-            })
-            .collect()
-    };
-    let with = |mimic: &str| said(&WORKCELL.replacen(finger, mimic, 1));
-    assert_eq!(said(WORKCELL), [""; 0]);
-    // Past them to either side, and beside them while standing still.
-    let wrong_way = with("<mimic joint=\"finger_left_joint\"/>");
-    assert_eq!(wrong_way.len(), 1);
-    assert!(wrong_way[0].contains("`finger_left_joint` past its own limits, from 0 to 0.04;"), "{wrong_way:?}");
-    assert_eq!(with("<mimic joint=\"finger_left_joint\" multiplier=\"-1\" offset=\"-0.01\"/>").len(), 1);
-    assert_eq!(with("<mimic joint=\"finger_left_joint\" multiplier=\"0\" offset=\"0.01\"/>").len(), 1);
-    assert_eq!(with("<mimic joint=\"finger_left_joint\" multiplier=\"0\" offset=\"-0.01\"/>").len(), 0);
-    // A leader without ends or without a limit of speed takes its follower anywhere, at any speed.
-    let endless = with("<mimic joint=\"wheel_right_joint\" multiplier=\"-1\"/>");
-    assert_eq!(endless.len(), 2, "{endless:?}");
-    assert!(endless[0].contains("from -inf to inf") && endless[1].contains("at up to inf"), "{endless:?}");
-    // Twice as fast in half the range: only the speed is passed.
-    let fast =
-        WORKCELL.replacen("upper=\"0.04\"", "upper=\"0.02\"", 1).replacen("multiplier=\"-1\"", "multiplier=\"-2\"", 1);
-    let fast = said(&fast);
-    assert_eq!(fast.len(), 1);
-    assert!(fast[0].contains("faster than its own limit of speed, at up to 0.2;"), "{fast:?}");
-}
-
-#[test]
 fn wheels_turn_without_end() {
     let model = workcell(&Options::default());
     let dof = model.dof("wheel_right_joint").unwrap();
