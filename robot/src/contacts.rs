@@ -39,11 +39,11 @@ pub fn touch(model: &Model, data: &Data, pair: LinkPair) -> bool {
 }
 
 /// Returns true if at most one degree of freedom moves two links against each other. Such links meet at their joint, and
-/// overlap there by how they are built.
+/// overlap there by how they are built. Links of two robots are neighbours only if nothing moves them against each other.
 pub fn are_neighbours(model: &Model, a: LinkId, b: LinkId) -> bool {
     let (of_a, of_b) = (model.support(a), model.support(b));
     let between = of_a.iter().filter(|s| !of_b.contains(s)).count() + of_b.iter().filter(|s| !of_a.contains(s)).count();
-    between <= 1
+    between <= usize::from(model.robot_of(a) == model.robot_of(b))
 }
 
 /// Returns the pairs of links with collision shapes that are no neighbours, in the order of the model.

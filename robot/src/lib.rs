@@ -35,7 +35,7 @@ pub use geometry::{Closest, Degenerate, closest};
 pub use hull::{Hull, HullError};
 pub use id::{JointId, LinkId};
 pub use mesh::vertices as mesh_vertices;
-pub use model::{Dof, DofUnit, Drive, Joint, JointKind, Link, Model, Support};
+pub use model::{Dof, DofUnit, Drive, Joint, JointKind, Link, MergeError, Merged, Model, Placed, Support, WORLD};
 pub use shape::{PlacedShape, Shape, Visual, VisualGeometry};
 pub use srdf::{Srdf, SrdfCode, SrdfMessage};
 pub use urdf::{Hulls, Options, UrdfCode, UrdfMessage};

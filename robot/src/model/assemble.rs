@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{Drive, JointKind, Support};
-use crate::{Base, Dof, Joint, Link, Model};
+use crate::{Base, Dof, Joint, Link, LinkId, Model};
 
 /// Maximum number of moving joints: in a chain, the size of `supports` grows with their square.
 pub(crate) const MAX_MOVING: usize = 4096;
@@ -17,6 +17,8 @@ pub(crate) struct Parts {
     pub links: Vec<Link>,
     pub joints: Vec<Joint>,
     pub dofs: Vec<Dof>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub roots: Vec<LinkId>,
 }
 
 /// Motion type of a step of the tape.
@@ -61,7 +63,7 @@ pub(crate) struct Tape {
 
 impl From<Model> for Parts {
     fn from(m: Model) -> Parts {
-        Parts { name: m.name, base: m.base, links: m.links, joints: m.joints, dofs: m.dofs }
+        Parts { name: m.name, base: m.base, links: m.links, joints: m.joints, dofs: m.dofs, roots: m.roots }
     }
 }
 
@@ -71,8 +73,8 @@ impl TryFrom<Parts> for Model {
     fn try_from(parts: Parts) -> Result<Model, String> {
         check(&parts)?;
         let tape = lay_out(&parts);
-        let Parts { name, base, links, joints, dofs } = parts;
-        Ok(Model { name, base, links, joints, dofs, tape })
+        let Parts { name, base, links, joints, dofs, roots } = parts;
+        Ok(Model { name, base, links, joints, dofs, roots, tape })
     }
 }
 
@@ -101,6 +103,9 @@ fn check(parts: &Parts) -> Result<(), String> {
     }
     if dofs.len() < nv || dofs.iter().zip(base.dof_names()).any(|(dof, name)| dof.name != *name) {
         return Err("the degrees of freedom of the base are missing".into());
+    }
+    if !parts.roots.is_sorted() || parts.roots.iter().any(|root| root.index() >= links.len()) {
+        return Err("the first links of its robots are out of order".into());
     }
     let mut moving = 0;
     for (k, joint) in joints.iter().enumerate() {

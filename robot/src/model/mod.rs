@@ -1,6 +1,7 @@
 //! The robot model: links, joints, degrees of freedom. It is read-only after construction.
 
 pub(crate) mod assemble;
+mod merge;
 
 use std::fmt;
 
@@ -9,6 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Base, JointId, LinkId, PlacedShape, Visual};
 use assemble::{Parts, Tape};
+
+pub use merge::{MergeError, Merged, Placed, WORLD};
 
 /// Motion type of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -169,6 +172,8 @@ pub struct Model {
     pub joints: Vec<Joint>,
     /// Degrees of freedom: those of the base, then those of the joints in order.
     pub dofs: Vec<Dof>,
+    /// First links of the robots that [`Model::merged`] made the model of, in order; empty for the model of one URDF.
+    pub roots: Vec<LinkId>,
     pub(crate) tape: Tape,
 }
 

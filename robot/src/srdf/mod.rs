@@ -13,6 +13,7 @@ use crate::urdf::xml;
 use crate::{JointId, LinkId, Model};
 
 mod groups;
+mod merge;
 mod message;
 mod pairs;
 mod read;

@@ -165,7 +165,7 @@ fn parts(robot: RawRobot, tree: &Tree, driven: &[Driven], base: Base) -> Parts {
         });
     }
     let dofs = dofs(base, &joints);
-    Parts { name, base, links: slots.into_iter().flatten().collect(), joints, dofs }
+    Parts { name, base, links: slots.into_iter().flatten().collect(), joints, dofs, roots: Vec::new() }
 }
 
 /// Returns the degrees of freedom of the base, then those of the joints.

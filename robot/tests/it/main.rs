@@ -9,6 +9,7 @@ mod followers;
 mod jacobians;
 mod loading;
 mod manifold;
+mod merged;
 mod meshes;
 mod oddities;
 mod oracle;
