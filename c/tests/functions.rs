@@ -1,0 +1,183 @@
+//! The functions called as a host calls them: the same numbers as the controller of Rust, and a defined answer to each mistake.
+
+use std::ffi::{CStr, c_char};
+use std::ptr::{null, null_mut};
+
+use hierarq_c::*;
+use runtime::program::CompiledFile;
+use runtime::{Controller as Core, Observation};
+
+use crate::spec;
+
+/// A loaded program with a controller, freed at the end.
+struct Host {
+    program: *mut Program,
+    controller: *mut Controller,
+}
+
+impl Host {
+    fn new(json: &str) -> Host {
+        // SAFETY: the pointers are those of the text and of the library.
+        unsafe {
+            let program = hierarq_program_load(json.as_ptr().cast(), json.len(), null_mut(), 0);
+            assert!(!program.is_null());
+            let controller = hierarq_controller_new(program, null(), null_mut(), 0);
+            assert!(!controller.is_null());
+            Host { program, controller }
+        }
+    }
+
+    fn step(&self, time: f64, q: &[f64], v: &mut [f64]) -> Result {
+        // SAFETY: the arrays have the lengths that are passed.
+        unsafe { hierarq_step(self.controller, time, q.as_ptr(), q.len(), v.as_mut_ptr(), v.len()) }
+    }
+
+    fn state(&self) -> String {
+        words(|| unsafe { hierarq_state(self.controller) })
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        // SAFETY: both are of the library, and freed once. The program may go first.
+        unsafe {
+            hierarq_program_free(self.program);
+            hierarq_controller_free(self.controller);
+        }
+    }
+}
+
+fn words(of: impl Fn() -> *const c_char) -> String {
+    let text = of();
+    assert!(!text.is_null());
+    // SAFETY: the library ends its texts with a zero.
+    unsafe { CStr::from_ptr(text) }.to_str().expect("UTF-8").to_string()
+}
+
+fn message(write: impl Fn(*mut c_char, usize)) -> String {
+    let mut buffer = [1 as c_char; 200];
+    write(buffer.as_mut_ptr(), buffer.len());
+    words(|| buffer.as_ptr())
+}
+
+#[test]
+fn the_numbers_are_those_of_the_controller() {
+    let json = spec::json();
+    let host = Host::new(&json);
+    let program = CompiledFile::read(&json).expect("a program").program.expect("of a robot");
+    let mut core = Core::new(&program).expect("it can be executed");
+    let goal = unsafe { hierarq_signal_index(host.program, c"goal".as_ptr()) };
+    let go = unsafe { hierarq_event_index(host.program, c"go".as_ptr()) };
+    assert_eq!((unsafe { hierarq_signal_width(host.program, goal as usize) }, go), (3, 0));
+    let mut q = program.robot.home.clone();
+    let mut v = vec![f64::NAN; q.len()];
+    let mut left = Vec::new();
+    for k in 0..1500 {
+        let time = k as f64 * program.robot.period;
+        let value = [0.45, 0.15 * time.sin(), 0.5];
+        // From 1.2 s on the goal is stale, which a transition answers.
+        if k < 1200 {
+            assert!(unsafe { hierarq_signal_set(host.controller, goal, value.as_ptr(), 3, time) });
+            assert!(core.signals().set(goal as usize, &value, time));
+        }
+        if k == 300 {
+            assert!(unsafe { hierarq_event_raise(host.controller, go) });
+            core.signals().raise(go as usize);
+        }
+        let result = host.step(time, &q, &mut v);
+        let command = core.step(&Observation { time, q: &q });
+        assert_eq!(v, command.velocity, "tick {k}");
+        assert_eq!(result, command.fault.map_or(Result::Ok, |f| f.kind().into()), "tick {k}");
+        assert_eq!(host.state(), core.state());
+        left.push(host.state());
+        q.iter_mut().zip(&v).for_each(|(q, v)| *q += v * program.robot.period);
+    }
+    left.dedup();
+    assert_eq!(left, ["wait", "follow", "wait"]);
+    let mut reference = vec![0.0; q.len()];
+    assert!(unsafe { hierarq_reference(host.controller, reference.as_mut_ptr(), reference.len()) });
+    assert_eq!(reference, core.reference());
+    let count = unsafe { hierarq_task_count(host.controller) };
+    let named = |i| words(|| unsafe { hierarq_task_name(host.controller, i) });
+    let position = (0..count).find(|&i| named(i).contains("joint_position_limits")).expect("a limit");
+    assert!(unsafe { hierarq_task_is_limit(host.controller, position) });
+    assert!(unsafe { hierarq_task_value(host.controller, position) } > 0.0);
+    let target = (0..count).find(|&i| !unsafe { hierarq_task_is_limit(host.controller, i) }).expect("a target");
+    assert!(unsafe { hierarq_task_value(host.controller, target) }.is_nan(), "it does not run in `wait`");
+}
+
+#[test]
+fn faults_are_told_and_answered_by_zero() {
+    let host = Host::new(&spec::json());
+    let n = unsafe { hierarq_nq(host.program) };
+    let mut q = vec![0.0; n];
+    assert!(unsafe { hierarq_home(host.program, q.as_mut_ptr(), n) });
+    let mut v = vec![1.0; n];
+    assert_eq!(host.step(0.0, &q, &mut v), Result::Ok);
+    q[2] = f64::NAN;
+    assert_eq!(host.step(0.001, &q, &mut v), Result::NotFinite);
+    assert!(v.iter().all(|x| *x == 0.0) && unsafe { hierarq_is_halted(host.controller) });
+    let text = message(|b, n| unsafe { hierarq_fault_text(host.controller, b, n) });
+    assert!(text.contains("joint_3"), "{text}");
+    unsafe { hierarq_restart(host.controller) };
+    q[2] = 0.0;
+    assert_eq!(host.step(0.0, &q, &mut v), Result::Ok);
+    assert_eq!(host.step(-1.0, &q, &mut v), Result::Deadline);
+    assert_eq!(message(|b, n| unsafe { hierarq_fault_text(null(), b, n) }), "");
+}
+
+#[test]
+fn mistakes_of_the_host_are_answered() {
+    let host = Host::new(&spec::json());
+    let n = unsafe { hierarq_nq(host.program) };
+    let (q, mut v) = (vec![0.0; n], vec![1.0; n]);
+    assert_eq!(host.step(0.0, &q[1..], &mut v), Result::WrongLength);
+    assert!(v.iter().all(|x| *x == 0.0));
+    assert_eq!(host.step(0.0, &q, &mut v[1..]), Result::WrongLength);
+    unsafe {
+        assert_eq!(hierarq_step(host.controller, 0.0, null(), n, v.as_mut_ptr(), n), Result::NullPointer);
+        assert_eq!(hierarq_step(host.controller, 0.0, q.as_ptr(), n, null_mut(), n), Result::NullPointer);
+        assert_eq!(hierarq_step(null_mut(), 0.0, q.as_ptr(), n, v.as_mut_ptr(), n), Result::NullPointer);
+        assert_eq!(hierarq_signal_index(host.program, c"gaol".as_ptr()), -1);
+        assert_eq!(hierarq_signal_index(null(), c"goal".as_ptr()), -1);
+        assert_eq!(hierarq_event_index(host.program, null()), -1);
+        assert!(!hierarq_signal_set(host.controller, 0, q.as_ptr(), 2, 0.0), "another width");
+        assert!(!hierarq_signal_set(host.controller, -1, q.as_ptr(), 3, 0.0));
+        assert!(!hierarq_signal_set(host.controller, 0, null(), 3, 0.0));
+        assert!(!hierarq_signal_clear(host.controller, 99) && hierarq_signal_clear(host.controller, 0));
+        assert!(!hierarq_event_raise(host.controller, 7) && !hierarq_event_raise(null_mut(), 0));
+        assert!(hierarq_q_name(host.program, n).is_null() && hierarq_v_name(null(), 0).is_null());
+        assert!(!hierarq_home(host.program, v.as_mut_ptr(), n + 1) && hierarq_nq(null()) == 0);
+        assert!(hierarq_task_value(host.controller, 99).is_nan() && hierarq_task_name(host.controller, 99).is_null());
+        hierarq_program_free(null_mut());
+        hierarq_controller_free(null_mut());
+        hierarq_restart(null_mut());
+    }
+    assert_eq!(words(|| unsafe { hierarq_q_name(host.program, 0) }), "joint_1");
+    assert_eq!(words(|| unsafe { hierarq_program_name(host.program) }), "reach");
+}
+
+#[test]
+fn programs_that_cannot_run_are_refused_with_a_reason() {
+    let load = |text: &str| {
+        message(|b, n| {
+            // SAFETY: the text has this length.
+            assert!(unsafe { hierarq_program_load(text.as_ptr().cast(), text.len(), b, n) }.is_null());
+        })
+    };
+    assert!(load("").contains("no compiled program"));
+    assert!(load("{\"format\": 1}").contains("no compiled program"));
+    let json = spec::json();
+    let other = json.replacen("\"format\": ", "\"format\": 9", 1);
+    assert!(load(&other).contains("another version"), "{}", load(&other));
+    assert!(message(|b, n| assert!(unsafe { hierarq_program_load(null(), 3, b, n) }.is_null())).contains("null"));
+    let host = Host::new(&json);
+    let stack = message(|b, n| {
+        assert!(unsafe { hierarq_controller_new(host.program, c"raech".as_ptr(), b, n) }.is_null());
+    });
+    assert!(stack.contains("no stack `raech`"), "{stack}");
+    // A buffer that is too short is filled to a character's border, and ended.
+    let mut short = [1 as c_char; 5];
+    assert!(unsafe { hierarq_program_load(null(), 0, short.as_mut_ptr(), short.len()) }.is_null());
+    assert_eq!(words(|| short.as_ptr()), "the ");
+}

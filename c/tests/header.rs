@@ -1,0 +1,26 @@
+//! The header is that which cbindgen makes of the crate.
+
+use std::path::Path;
+
+#[test]
+fn the_header_is_that_of_the_functions() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let config = cbindgen::Config::from_file(root.join("cbindgen.toml")).expect("a configuration");
+    let bindings = cbindgen::Builder::new()
+        .with_config(config)
+        .with_src(root.join("src/lib.rs"))
+        .with_src(root.join("src/program.rs"))
+        .with_src(root.join("src/controller.rs"))
+        .generate()
+        .expect("a header");
+    let mut made = Vec::new();
+    bindings.write(&mut made);
+    let made = String::from_utf8(made).expect("text");
+    // Promises of callers are said once, at the top.
+    let path = root.join("include/hierarq.h");
+    if std::env::var_os("HIERARQ_UPDATE_DOCS").is_some() {
+        std::fs::write(&path, &made).expect("the header is written");
+    }
+    let kept = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(kept == made, "include/hierarq.h is not that of the functions: HIERARQ_UPDATE_DOCS=1 writes it anew");
+}
