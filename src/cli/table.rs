@@ -239,10 +239,12 @@ pub fn expectation(e: &ExpectationRecord) -> [String; 3] {
     [verdict.to_string(), size, at]
 }
 
-/// Returns the title of an expectation; if it did not hold, with the instant from which an expression was undefined.
+/// Returns the title of an expectation; if it did not hold, with the instant from which an expression was undefined, or that
+/// the run was too short.
 pub fn expected(e: &ExpectationRecord) -> String {
     match e.undefined_s.filter(|_| e.verdict != Verdict::Holds) {
         Some(s) => format!("{} (an operand has no value at {s:.2} s and counts as false)", e.title()),
+        None if e.verdict == Verdict::Undecided => format!("{} (the run ends before it is decided)", e.title()),
         None if e.untested => format!("{} (never put to the test: its condition was never true)", e.title()),
         None => e.title().to_string(),
     }

@@ -1,7 +1,7 @@
 //! The robot's current state, bound to links, joints and parts: the leaves of expressions of the state.
 
 use dsl::tree::{Value, ValueKind};
-use dsl::{Diagnostic, Help, Span, Spanned};
+use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use nalgebra::Vector3;
 use robot::{Data, LinkId, Model};
 use runtime::program::Op;
@@ -45,6 +45,23 @@ fn of_poses(span: Span) -> Diagnostic {
         .help("the distance between two positions is `norm(a.position - b.position)`")
 }
 
+/// Diagnostic for a `distance` between `sides` of which one is a place.
+fn of_places(place: &Value, sides: [&Value; 2]) -> Diagnostic {
+    let text = "`distance` is between parts of the robot, and this is a place";
+    let d = Diagnostic::error("HQ0304", place.span, text);
+    if let ValueKind::Call(_, args) = &place.kind {
+        let link = args.first().and_then(text_of).unwrap_or("LINK");
+        let point = Snippet::block("points", [Snippet::entry(format!("{link}_point"), link)]);
+        return d.help(Help::with("declare the point in the robot, and write its name: {}", [point]));
+    }
+    let part = sides.into_iter().filter(|side| side.span != place.span).find_map(text_of).unwrap_or("LINK");
+    let name = text_of(place).unwrap_or("PLACE");
+    d.help(format!(
+        "from the origin of a link it is `norm(frame({part}).position - {name})`; for the shape of a part declare an \
+         obstacle there, a small `sphere`, and write `keep_clear({part})`"
+    ))
+}
+
 impl TaskScope<'_> {
     /// Lowers a leaf to a typed expression.
     pub(super) fn present(
@@ -74,6 +91,10 @@ impl TaskScope<'_> {
             RobotStateTerm::Distance(a, b) => {
                 if let Some(pose) = [*a, *b].into_iter().find(|v| self.is_pose(v)) {
                     diagnostics.push(of_poses(pose.span));
+                    return None;
+                }
+                if let Some(place) = [*a, *b].into_iter().find(|v| self.is_place(v)) {
+                    diagnostics.push(of_places(place, [*a, *b]));
                     return None;
                 }
                 let found = self.between(a, b).map_err(|d| diagnostics.extend(d.map(|d| *d))).ok()?;
@@ -164,6 +185,24 @@ impl TaskScope<'_> {
                 let part =
                     self.robot.geometries.iter().any(|g| g.name == *name) || self.robot.groups.contains_key(name);
                 !part && matches!(self.params.meaning(name), Meaning::Value(v) if v.value.kind == Kind::Pose)
+            }
+            _ => false,
+        }
+    }
+
+    /// Checks whether a value is a position in the world, and no part of the robot.
+    fn is_place(&mut self, value: &Value) -> bool {
+        match &value.kind {
+            ValueKind::Unit(inner, _) => matches!(inner.kind, ValueKind::List(_)),
+            ValueKind::List(items) => {
+                items.iter().all(|i| matches!(i.kind, ValueKind::Number(_) | ValueKind::Unit(..)))
+            }
+            ValueKind::Call(function, _) => function.value == "point",
+            ValueKind::Name(name) => {
+                let part = self.robot.geometries.iter().any(|g| g.name == *name)
+                    || self.robot.groups.contains_key(name)
+                    || self.robot.model.link(name).is_some();
+                !part && matches!(self.params.meaning(name), Meaning::Value(v) if v.value.kind == Kind::Vector)
             }
             _ => false,
         }

@@ -1,4 +1,5 @@
-//! Words of other frameworks for whole-body control, and the words for the same thing here.
+//! Words of other frameworks for whole-body control, and the words for the same thing here. The pages of the book for those
+//! who come from one, `docs/src/coming`, say what differs.
 //!
 //! Names are compared without case, separators, `add`, `task`, `constraint` and `limit`, so that `ComTask` of Pink,
 //! `add_com_task` of PlaCo, `CoMTask` of mc_rtc and `com` are one word.
@@ -19,7 +20,16 @@ const fn word(names: &'static [&'static str], of: &'static str, here: &'static s
 
 static WORDS: &[Word] = &[
     word(
-        &["frame", "cartesian", "se3equality", "endeffector", "transform", "surfacetransform", "bsplinetrajectory"],
+        &[
+            "frame",
+            "cartesian",
+            "se3equality",
+            "endeffector",
+            "transform",
+            "surfacetransform",
+            "bsplinetrajectory",
+            "exactcubictrajectory",
+        ],
         "Pink, TSID, OpenSoT, PlaCo and mc_rtc",
         "`frame_pose(FRAME) { position ..  orientation .. }`, with `axes` for a mask and `axis_weights` for costs",
     ),
@@ -68,27 +78,42 @@ static WORDS: &[Word] = &[
         "`track(joint(A) - 0.5*joint(B)) { target 0 rad }`",
     ),
     word(
-        &["linearholonomic", "jointspacehalfspaces", "halfspaces"],
-        "Pink and PlaCo",
+        &["linearholonomic", "jointspacehalfspaces", "halfspaces", "compoundjoint"],
+        "Pink, PlaCo and mc_rtc",
         "`track(..)` or `keep(..)` of a sum of joints, `joint(A) + 2*joint(B)`",
     ),
     word(
         &["distance"],
         "PlaCo",
-        "`track(distance(A, B)) { target .. }`, and `keep(distance(A, B)) { min .. }` as a limit",
+        "`track(norm(frame(A).position - frame(B).position)) { target .. }`, and `keep(..)` of it as a limit",
     ),
     word(
         &["manipulability"],
-        "OpenSoT and PlaCo",
+        "Pink, OpenSoT and PlaCo",
         "`track(manipulability(FRAME)) { target .. }`, and `keep(manipulability(FRAME)) { min .. }` as a limit",
     ),
-    word(&["gaze", "lookatframe", "lookatsurface"], "OpenSoT and mc_rtc", "`look_at(FRAME) { target [..] m }`"),
+    word(
+        &["gaze", "lookat", "lookatframe", "lookatsurface", "lookattf"],
+        "OpenSoT and mc_rtc",
+        "`look_at(FRAME) { target [..] m }`",
+    ),
     word(
         &["cone", "fieldofview", "visibility"],
         "PlaCo",
         "`keep(angle_between(frame(FRAME).orientation*[0, 0, 1], [0, 0, 1])) { max 20 deg }`",
     ),
-    word(&["impedance", "cartesianadmittance", "compliance"], "OpenSoT and mc_rtc", "`admittance(FRAME) { .. }`"),
+    word(
+        &["impedance", "firstorderimpedance", "cartesianadmittance", "compliance"],
+        "OpenSoT and mc_rtc",
+        "`admittance(FRAME) { .. }`",
+    ),
+    word(
+        &["omniwheel", "rolling", "purerolling", "omniwheels4x"],
+        "Pink and OpenSoT",
+        "`base planar` or `base unicycle` of the robot, without wheels",
+    ),
+    word(&["twist", "deltatwist"], "MoveIt Servo", "`frame_pose(FRAME)` with a gain of zero and a target that moves"),
+    word(&["jointjog", "deltajoint"], "MoveIt Servo", "`joint_velocity { velocity .. }`"),
     word(
         &[
             "config",
@@ -97,6 +122,7 @@ static WORDS: &[Word] = &[
             "jointposvelaccbounds",
             "joint",
             "kinematics",
+            "dynamics",
             "jointlimits",
             "positionlimits",
         ],
@@ -104,7 +130,7 @@ static WORDS: &[Word] = &[
         "`joint_position_limits`, with `joint_velocity_limits` and `joint_acceleration_limits`",
     ),
     word(
-        &["velocity", "velocitylimits", "boundedspeed", "jointvelocitylimits"],
+        &["velocity", "velocitylimits", "boundedspeed", "jointvelocitylimits", "floatingbasevelocity"],
         "Pink, OpenSoT and mc_rtc",
         "`joint_velocity_limits`",
     ),
@@ -119,7 +145,11 @@ static WORDS: &[Word] = &[
         "Pink and OpenSoT",
         "`keep(frame(FRAME).position) { min ..  max .. }`, or `virtual_wall`",
     ),
-    word(&["bodysphericalbarrier", "sphericalbarrier"], "Pink", "`keep(distance(A, B)) { min .. }`"),
+    word(
+        &["bodysphericalbarrier", "sphericalbarrier"],
+        "Pink",
+        "`keep(norm(frame(A).position - frame(B).position)) { min .. }`",
+    ),
     word(
         &["convexhull", "compolygon", "comincplane", "supportpolygon"],
         "OpenSoT, PlaCo and mc_rtc",
@@ -180,6 +210,11 @@ mod tests {
             ("GazeTask", "`look_at"),
             ("add_gear_task", "joint(A)"),
             ("CollisionsConstraint", "`self_collision"),
+            ("BodySphericalBarrier", "norm(frame(A)"),
+            ("LookAtTask", "`look_at"),
+            ("DynamicsConstraint", "`joint_position_limits"),
+            ("JOINT_JOG", "`joint_velocity"),
+            ("OmniwheelTask", "`base planar`"),
         ] {
             let said = known_elsewhere(name).unwrap_or_default();
             assert!(said.contains(here), "{name}: {said}");
@@ -201,7 +236,7 @@ mod tests {
         for here in WORDS.iter().map(|w| w.here) {
             for quoted in here.split('`').skip(1).step_by(2) {
                 let kind = quoted.split(['(', ' ']).next().unwrap_or_default();
-                let expression = ["axes", "axis_weights", "joints", "joint", "damping"].contains(&kind);
+                let expression = ["axes", "axis_weights", "joints", "joint", "damping", "base"].contains(&kind);
                 assert!(expression || stdlib_tasks::find(kind).is_some(), "`{kind}` in `{here}`");
             }
         }

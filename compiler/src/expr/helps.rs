@@ -94,6 +94,27 @@ pub(super) fn help_for_sum(a: &Typed, b: &Typed) -> String {
     }
 }
 
+/// Help for a list that is no vector. Four numbers without a unit are a quaternion, in either order.
+pub(super) fn for_list(items: &[Value]) -> String {
+    let numbers: Vec<String> = items.iter().filter_map(number).collect();
+    match numbers.as_slice() {
+        [a, b, c, d] if items.len() == 4 => format!(
+            "a quaternion is written `quaternion(w, x, y, z)`: `quaternion({a}, {b}, {c}, {d})` if this list begins with the \
+             real part, `quaternion({d}, {a}, {b}, {c})` if it ends with it, as in ROS and Pinocchio"
+        ),
+        _ => "write `[x, y, z]`".to_string(),
+    }
+}
+
+/// Text of a bare number, with its sign.
+fn number(value: &Value) -> Option<String> {
+    match &value.kind {
+        ValueKind::Number(n) => Some(n.text.to_string()),
+        ValueKind::Negate(inner) => Some(format!("-{}", number(inner)?)),
+        _ => None,
+    }
+}
+
 /// Puts the value of `1/2 m` or `2^2 m` in brackets, so that the unit applies to the whole: `(1/2) m`, `(2^2) m`.
 pub fn bracketed(op: BinaryOp, left: &Value, right: &Value) -> Option<String> {
     let sign = match op {

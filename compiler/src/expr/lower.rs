@@ -7,7 +7,7 @@ use stdlib_tasks::dimension::{Dimension, NONE};
 
 use super::dimension_check::unit_of_some;
 use super::errors;
-use super::helps::bracketed;
+use super::helps::{bracketed, for_list};
 use super::scope::{Failed, Scope};
 use super::{Axes, Graph, Kind, Typed, ops};
 use crate::units;
@@ -116,7 +116,7 @@ impl Lowering<'_> {
                     span,
                     format!("a vector has three numbers, and this list has {}", typed.len()),
                 )
-                .help("write `[x, y, z]`"),
+                .help(for_list(items)),
             );
         }
         if let Some(bad) = typed.iter().find(|x| x.kind != Kind::Scalar) {

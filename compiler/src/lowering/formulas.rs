@@ -143,13 +143,17 @@ impl Builder<'_, '_> {
                 return Some(out.after(a?, b?));
             }
             F::Always(w, a) => {
-                let (w, a) = self.inside(w, a, out);
-                Node::Always(w?, a?)
+                let (window, a) = self.inside(w, a, out);
+                let window = window?;
+                self.undecided_at_the_end(w, window);
+                Node::Always(window, a?)
             }
             F::Never(w, a) => {
-                let (w, a) = self.inside(w, a, out);
+                let (window, a) = self.inside(w, a, out);
+                let window = window?;
+                self.undecided_at_the_end(w, window);
                 let not = out.add(Node::Not(a?));
-                Node::Always(w?, not)
+                Node::Always(window, not)
             }
             F::Eventually(w, a) => {
                 let (w, a) = self.inside(w, a, out);
@@ -175,9 +179,8 @@ impl Builder<'_, '_> {
         if let Some(window) = &window {
             self.from = before.saturating_add(window.first);
             // Reported once, at the window that leads behind the end.
-            if before < self.ticks.count && self.from > self.ticks.count {
-                let end = f64::from(self.ticks.count) * self.ticks.period;
-                let text = format!("this window begins after the end of the run at {} s", runtime::text::number(end));
+            if before < self.ticks.count && self.from >= self.ticks.count {
+                let text = format!("this window begins after the last tick of the run at {} s", self.last_tick());
                 let d = Diagnostic::warning("HQ0809", w.span, text);
                 self.lowerer.push(d.help("write an earlier time, or a longer `duration`"));
             }
@@ -185,6 +188,29 @@ impl Builder<'_, '_> {
         let a = self.formula(a, out);
         self.from = before;
         (window, a)
+    }
+
+    /// Time of the last tick of the run (s), as text.
+    fn last_tick(&self) -> String {
+        runtime::text::number(f64::from(self.ticks.count.saturating_sub(1)) * self.ticks.period)
+    }
+
+    /// Warns of a window in which something must always hold and that ends after the run of a robot: whatever happens, it is
+    /// not known at the end that it holds.
+    fn undecided_at_the_end(&mut self, w: &Times, window: Window) {
+        let (Some(last), Some(end)) = (window.last, &w.to) else { return };
+        let begins = self.from.saturating_add(window.first);
+        let ends = self.from.saturating_add(last);
+        if !self.source.is_of_robot() || begins >= self.ticks.count || ends < self.ticks.count {
+            return;
+        }
+        let (last, at) = (self.last_tick(), runtime::text::number(f64::from(ends) * self.ticks.period));
+        let text = format!("this window ends at {at} s, after the last tick of the run at {last} s");
+        let d = Diagnostic::warning("HQ0809", end.span, text)
+            .label(self.ticks.at, format!("one tick is {} s", runtime::text::number(self.ticks.period)))
+            .note("what must hold in the whole window is undecided at the end of the run, and counts as failed")
+            .help("leave the end of the window out, which then is that of the run, or write a longer `duration`");
+        self.lowerer.push(d);
     }
 
     fn window(&mut self, w: &Times) -> Option<Window> {
