@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 
 use dsl::tree::Spec;
 use dsl::{Diagnostic, Fix, SourceId, Sources, Span, Syntax, Topic};
+use robot::Srdf;
 use runtime::program::{AllowedWarning, MissionProgram, Program};
 
 use crate::checks::{self, size_limits};
@@ -18,6 +19,7 @@ use crate::diagnostics::{cascading_errors, codes};
 use crate::expand::{Expanded, declared, expand};
 use crate::input::{Compiled, Input, Part, Texts};
 use crate::lowering::{self, Context, ParamValue, lower, runs_mission};
+use crate::robot_binding::RobotSrdf;
 use crate::sampled::Deep;
 
 /// Compiles a spec.
@@ -92,7 +94,7 @@ fn compile_with(input: &Input, texts: &Texts, part: Part, deep: Option<&Deep>) -
         return Compiled::refused(report);
     }
     let allowed = allowed(&report);
-    let srdf = lowered.controller.as_ref().and_then(|c| c.source_map.srdf.as_ref()).map(|of| of.srdf.clone());
+    let srdf = lowered.controller.as_ref().and_then(|c| all_of(&c.source_map.srdf));
     let program = lowered.controller.map(|c| Program { allowed: allowed.clone(), ..c.program });
     // Each warning is listed once by `hierarq compile`.
     let listed = if program.is_some() { Vec::new() } else { allowed };
@@ -105,6 +107,21 @@ fn allowed(report: &Report) -> Vec<AllowedWarning> {
     let one =
         |a: &Allowed| AllowedWarning { code: a.code.to_string(), message: a.message.clone(), reason: a.reason.clone() };
     report.allowed.iter().map(one).collect()
+}
+
+/// The descriptions of all robots as one; `None` without any.
+fn all_of(described: &[RobotSrdf]) -> Option<Srdf> {
+    let (first, rest) = described.split_first()?;
+    let mut all = first.srdf.clone();
+    for RobotSrdf { srdf, .. } in rest {
+        all.groups.extend(srdf.groups.iter().cloned());
+        all.end_effectors.extend(srdf.end_effectors.iter().cloned());
+        all.postures.extend(srdf.postures.iter().cloned());
+        all.passive.extend(srdf.passive.iter().cloned());
+        all.virtual_joints.extend(srdf.virtual_joints.iter().cloned());
+        all.disabled.extend(srdf.disabled.iter().cloned());
+    }
+    Some(all)
 }
 
 /// Adds the removal of the declaration to the warnings of names that nothing uses.

@@ -20,7 +20,7 @@ pub(crate) struct SourceMap {
     /// Span of the robot's home.
     pub home: Span,
     /// The robot's SRDF.
-    pub srdf: Option<RobotSrdf>,
+    pub srdf: Vec<RobotSrdf>,
     /// Demands on limits.
     pub coverage: Vec<CoverageDemands>,
     /// Places of the scenarios.

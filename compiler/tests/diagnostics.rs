@@ -13,6 +13,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("names", include_str!("cases/names.txt"), Syntax::Native),
     ("values", include_str!("cases/values.txt"), Syntax::Native),
     ("robot", include_str!("cases/robot.txt"), Syntax::Native),
+    ("robots", include_str!("cases/robots.txt"), Syntax::Native),
+    ("robots_yaml", include_str!("cases/robots_yaml.txt"), Syntax::Yaml),
     ("state", include_str!("cases/state.txt"), Syntax::Native),
     ("frames", include_str!("cases/frames.txt"), Syntax::Native),
     ("poses", include_str!("cases/poses.txt"), Syntax::Native),
@@ -125,6 +127,16 @@ fn allowances() {
 #[test]
 fn allowances_yaml() {
     check("allowances_yaml");
+}
+
+#[test]
+fn robots() {
+    check("robots");
+}
+
+#[test]
+fn robots_yaml() {
+    check("robots_yaml");
 }
 
 #[test]

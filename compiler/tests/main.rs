@@ -22,6 +22,7 @@ mod ranges;
 mod rendering;
 mod resolve;
 mod reuse;
+mod robots;
 mod sampled;
 mod sections;
 mod start_of_run;

@@ -85,6 +85,10 @@ impl Motion {
                 let (now, before) = (self.now.get(*dof)?, self.before.get(*dof)?);
                 Some((now - before).abs() / self.period)
             }
+            Measure::LargestAcceleration(dofs) => {
+                let change = |dof: &usize| Some((self.now.get(*dof)? - self.before.get(*dof)?).abs());
+                Some(dofs.iter().filter_map(change).fold(0.0, f64::max) / self.period)
+            }
             Measure::PointAcceleration(l) => link(l).map(|l| (l.now - l.before).norm() / self.period),
             Measure::Reversals(dofs) => {
                 Some(dofs.iter().filter_map(|d| self.reversals.get(*d)).map(Reversals::count).sum::<usize>() as f64)

@@ -44,6 +44,8 @@ pub const EXAMPLES: &[&str] = &[
     "carrier",
     "completion",
     "room",
+    "free_flyer",
+    "handover",
 ];
 
 /// Stems of the examples that declare missions without a robot; each exists in both syntaxes.

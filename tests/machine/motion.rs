@@ -54,6 +54,25 @@ fn left(ticks: &Ticks, state: &str) -> Option<usize> {
 }
 
 #[test]
+fn the_acceleration_of_a_group_is_the_largest_of_its_joints() {
+    let machine = "state go { stack swing  when acceleration(some) > 1e9 rad/s^2 -> stopped }  final state stopped";
+    let slow = "joint_4 if(sin(2*pi*t/(0.14 s)) > 0, 0.8 rad/s, -0.1 rad/s)";
+    let text = text(machine)
+        .replace("rate 100 Hz", "rate 100 Hz  joints { some [joint_2, joint_4] }")
+        .replace(&format!("joint_2 {WAVE}"), &format!("joint_2 {WAVE}  {slow}"));
+    let ticks = run(&program_of(&text), "acceleration(some)");
+    let (mut second, mut fourth) = (0, 0);
+    for k in 1..ticks.all.len() {
+        let change = |joint: usize| (ticks.all[k].1[joint] - ticks.all[k - 1].1[joint]).abs() / 0.01;
+        let measured = ticks.all[k].2;
+        assert!((measured - change(1).max(change(3))).abs() < 1e-6, "{k}: {measured} {} {}", change(1), change(3));
+        second += usize::from(change(1) > change(3));
+        fourth += usize::from(change(3) > change(1));
+    }
+    assert!(second > 10 && fourth > 10, "{second} {fourth}");
+}
+
+#[test]
 fn an_acceleration_is_seen_at_the_tick_after() {
     // 50 rad/s^2 at the first tick, 100 at the sixth, at which the wave reverses.
     let machine = |limit: u32| {

@@ -21,7 +21,7 @@ use crate::robot_binding::{BoundRobot, is_pattern, joints, unknown_joint};
 pub(crate) fn form(function: &str) -> Option<&'static str> {
     Some(match function {
         "speed" => "speed(JOINT)`, `speed(GROUP)` or `speed(FRAME)",
-        "acceleration" => "acceleration(JOINT)` or `acceleration(FRAME)",
+        "acceleration" => "acceleration(JOINT)`, `acceleration(GROUP)` or `acceleration(FRAME)",
         "reversals" => "reversals(JOINT)` or `reversals(GROUP)",
         _ => return None,
     })
@@ -80,6 +80,10 @@ pub(crate) fn motion(
                 None => Err(said.pop().map(Box::new)),
             }
         }
+        "acceleration" if is_group(robot, path) && link(robot, path).is_none() => {
+            let Group { dofs, dimension } = group_of_one_unit(robot, argument, path, "acceleration")?;
+            Ok((Measure::LargestAcceleration(dofs), per_second(dimension).and_then(per_second)?))
+        }
         "acceleration" => match (model.dof(path), link(robot, path)) {
             (Some(dof), _) => {
                 let dimension = per_second(joint_dimension(model, dof)).and_then(per_second)?;
@@ -88,7 +92,10 @@ pub(crate) fn motion(
             (None, Some(link)) => Ok((Measure::PointAcceleration(link), ACCELERATION)),
             (None, None) => refuse(neither(robot, path, argument.span)),
         },
-        _ if is_group(robot, path) && link(robot, path).is_none() => speed_of_group(robot, argument, path),
+        _ if is_group(robot, path) && link(robot, path).is_none() => {
+            let Group { dofs, dimension } = group_of_one_unit(robot, argument, path, "speed")?;
+            Ok((Measure::LargestSpeed(dofs), per_second(dimension)?))
+        }
         _ => match (model.dof(path).filter(|&d| model.dofs[d].q_index.is_some()), link(robot, path)) {
             (Some(dof), _) => Ok((Measure::Speed(dof), per_second(joint_dimension(model, dof))?)),
             (None, Some(link)) => Ok((Measure::PointSpeed(link), VELOCITY)),
@@ -103,8 +110,14 @@ fn is_group(robot: &BoundRobot, name: &str) -> bool {
     groups.members.contains_key(name) || groups.failed.contains(name) || is_pattern(name)
 }
 
-/// Binds the largest speed of the joints of a group, which have one unit.
-fn speed_of_group(robot: &BoundRobot, argument: &Value, path: &str) -> Result<(Measure, Dimension), Refused> {
+/// Joints of one unit.
+struct Group {
+    dofs: Vec<usize>,
+    dimension: Dimension,
+}
+
+/// Binds the joints of a group, whose largest `what` has one unit.
+fn group_of_one_unit(robot: &BoundRobot, argument: &Value, path: &str, what: &str) -> Result<Group, Refused> {
     let mut said = Vec::new();
     let Some(dofs) = joints(std::slice::from_ref(argument), &robot.model, &robot.joint_groups, &mut said) else {
         return Err(said.pop().map(Box::new));
@@ -112,15 +125,18 @@ fn speed_of_group(robot: &BoundRobot, argument: &Value, path: &str) -> Result<(M
     let mut dimensions: Vec<Dimension> = dofs.iter().map(|&dof| joint_dimension(&robot.model, dof)).collect();
     dimensions.dedup();
     match dimensions.as_slice() {
-        [one] => Ok((Measure::LargestSpeed(dofs), one.times(RATE).ok_or(None)?)),
+        [dimension] => Ok(Group { dimension: *dimension, dofs }),
         [] => {
-            let d = Diagnostic::error("HQ0304", argument.span, format!("`{path}` has no joints, and no speed"));
+            let d = Diagnostic::error("HQ0304", argument.span, format!("`{path}` has no joints, and no {what}"));
             refuse(d.help("name a group with joints that move"))
         }
         _ => {
-            let text = format!("some joints of `{path}` turn and others slide, and their speeds have no common unit");
+            let text = format!("some joints of `{path}` turn and others slide, and their {what}s have no common unit");
             let d = Diagnostic::error("HQ0304", argument.span, text);
-            refuse(d.help(format!("give a bound for each: `settled({path}, 1 deg/s, 1 mm/s)`")))
+            refuse(match what {
+                "speed" => d.help(format!("give a bound for each: `settled({path}, 1 deg/s, 1 mm/s)`")),
+                _ => d.help("name a group of joints that turn, and one of joints that slide"),
+            })
         }
     }
 }

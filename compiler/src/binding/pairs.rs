@@ -1,7 +1,7 @@
 //! Pairs of links that a task leaves out: those that the spec names, those that the robot's SRDF disables, and those that touch
 //! by how their shapes are drawn.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help};
@@ -85,7 +85,7 @@ pub(super) fn unnamed(robot: &BoundRobot, written: Option<&Bound>, params: &Boun
     let named: BTreeSet<[LinkId; 2]> = all.iter().map(|pair| pair.links).collect();
     let mut left: Vec<[LinkId; 2]> =
         contacts::pairs(model).into_iter().filter(|pair| is_open(pair) && !named.contains(pair)).collect();
-    let disabled = robot.srdf.as_ref().map(|of| of.srdf.disabled_pairs()).unwrap_or_default();
+    let disabled = robot.srdf.iter().flat_map(|of| of.srdf.disabled_pairs()).collect::<BTreeMap<_, _>>();
     left.retain(|pair| match disabled.get(pair) {
         Some(reason) => {
             all.push(ExceptedPair { links: *pair, why: Exception::Disabled((*reason).to_string()) });

@@ -12,6 +12,7 @@ use crate::diagnostics::examples;
 use crate::expr::Kind;
 use crate::expr::constants::is_word;
 use crate::forms::{path_of, text_of};
+use crate::sections::prefix;
 use crate::units::assume;
 
 /// Type of a parameter.
@@ -246,12 +247,20 @@ impl Expander<'_> {
 
     /// Arms of the robot; `None` if they are unknown, because there is no readable robot.
     fn arms(&self) -> Option<Vec<String>> {
-        let robot = self.out.robots.first()?;
-        match robot.body.get("arms").map(|e| &e.value.kind) {
-            Some(ValueKind::Block(arms)) => Some(arms.entries.iter().map(|e| e.key.value.clone()).collect()),
-            Some(_) => None,
-            None => Some(Vec::new()),
+        let robots = &self.out.robots;
+        let mut names = Vec::new();
+        for robot in robots {
+            // Those of several robots have the name of theirs before their own.
+            let prefix = if robots.len() > 1 { prefix(&robot.name.value) } else { String::new() };
+            match robot.body.get("arms").map(|e| &e.value.kind) {
+                Some(ValueKind::Block(arms)) => {
+                    names.extend(arms.entries.iter().map(|e| format!("{prefix}{}", e.key.value)));
+                }
+                Some(_) => return None,
+                None => {}
+            }
         }
+        (!robots.is_empty()).then_some(names)
     }
 
     fn is_arm(&self, name: &str) -> bool {

@@ -32,12 +32,12 @@ impl Lowerer<'_> {
             Named::Param(p) => Some(p),
             Named::Let(_) | Named::Signal(_) | Named::Block(_) | Named::Variable(_) => None,
         });
-        for other in expanded.robots.iter().skip(1) {
-            self.push(
-                Diagnostic::error("HQ0202", other.name.span, "a spec has one robot for now")
-                    .label(expanded.robots[0].name.span, "the first one")
-                    .help("write one spec for each robot"),
-            );
+        let mut robots: Vec<&Robot> = Vec::new();
+        for robot in &expanded.robots {
+            match robots.iter().find(|first| first.name.value == robot.name.value) {
+                Some(first) => self.push(twice(&robot.name, first.name.span)),
+                None => robots.push(robot),
+            }
         }
         for (_, other) in expanded.runs.iter().skip(1) {
             let d = Diagnostic::error("HQ0202", *other, "there is already a `run`");
@@ -50,7 +50,7 @@ impl Lowerer<'_> {
         }
         Declared {
             params: params.collect(),
-            robots: expanded.robots.iter().take(1).collect(),
+            robots,
             tasks: expanded.tasks.iter().collect(),
             stacks: expanded.stacks.iter().collect(),
             machine: expanded.machines.first(),

@@ -42,7 +42,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use ::blocks::Block as _;
-use dsl::tree::{Stack, TaskDefinition};
+use dsl::tree::{Robot, Stack, TaskDefinition};
 use dsl::{Diagnostic, Help, Snippet, SourceId, Span, Topic};
 use runtime::program::{
     FORMAT, Interface, MachineProgram, MissionProgram, Program, RobotProgram, RunProgram, StackProgram, TaskProgram,
@@ -280,9 +280,14 @@ impl<'a> Lowerer<'a> {
         Some((program, source_map))
     }
 
-    /// Binds the robot to its URDF.
+    /// Binds the robots to their URDFs, and makes one of them.
     fn robot(&mut self, declared: &Declared) -> Option<BoundRobot> {
-        let robot = declared.robots.first()?;
+        let bound: Vec<Option<BoundRobot>> = declared.robots.iter().map(|robot| self.one_robot(robot)).collect();
+        let bound: Vec<BoundRobot> = bound.into_iter().collect::<Option<_>>()?;
+        robot_binding::together(bound, self.diagnostics)
+    }
+
+    fn one_robot(&mut self, robot: &Robot) -> Option<BoundRobot> {
         let block: RobotBlock = self.read(&robot.body, robot.name.span);
         let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
         let mut files = Files {

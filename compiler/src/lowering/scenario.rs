@@ -6,7 +6,7 @@ use blocks::{Block as _, BoundBlock, Located};
 use dsl::tree::{Block, Scenario, Value, ValueKind};
 use dsl::{Diagnostic, Span};
 use runtime::program::{Program, ScenarioProgram, Subject, WorldProgram};
-use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH};
+use stdlib_tasks::dimension::Dimension;
 
 use super::Lowerer;
 use super::declared::twice;
@@ -16,7 +16,7 @@ use crate::block_binding::Scope;
 use crate::expand::Expanded;
 use crate::expr::constants::{Constants, joint_dimension};
 use crate::forms::block_of;
-use crate::robot_binding::{BoundRobot, joints};
+use crate::robot_binding::{BaseEntry, BoundRobot, joints};
 use crate::sections::{SCENARIO, ScenarioBlock, ScenarioSimulator};
 use crate::source_map::{ScenarioPlaces, SourceMap};
 use crate::units;
@@ -161,20 +161,18 @@ impl Lowerer<'_> {
         }
         let Some(block) = block_of(&start.value, "`start`", self.diagnostics) else { return q };
         let model = &robot.model;
-        let base: &[&str] = match model.base {
-            robot::Base::Fixed => &[],
-            robot::Base::Planar | robot::Base::Unicycle => &["base_x", "base_y", "base_yaw"],
-            robot::Base::Floating => &["base_x", "base_y", "base_z"],
-        };
         for e in &block.entries {
             if self.start_posture(&e.value, Some(&e.key.value), robot, &mut q) {
                 continue;
             }
             let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-            if let Some(i) = base.iter().position(|n| *n == e.key.value) {
-                let dimension = if e.key.value == "base_yaw" { ANGLE } else { LENGTH };
-                q[i] = constants.scalar(&e.value, dimension, self.diagnostics).unwrap_or(q[i]);
-                continue;
+            match BaseEntry::read(model.base, e, &mut constants, self.diagnostics) {
+                BaseEntry::Other => {}
+                BaseEntry::Wrong => continue,
+                BaseEntry::Coordinates { first, values } => {
+                    q[first..first + values.len()].copy_from_slice(&values);
+                    continue;
+                }
             }
             let key = dsl::tree::Value { kind: dsl::tree::ValueKind::Text(e.key.value.clone()), span: e.key.span };
             let found = joints(std::slice::from_ref(&key), model, &robot.joint_groups, self.diagnostics);

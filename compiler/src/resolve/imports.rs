@@ -1,7 +1,7 @@
 //! Scopes of files: the names that a file declares or imports, from the scopes of the expansion.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use dsl::tree::{ItemKind, MissionMember, MissionRepeat, Spec, StateBody};
@@ -310,17 +310,30 @@ impl<'t> Resolver<'t> {
             ItemKind::Robot(robot) => Some(robot),
             _ => None,
         });
-        let base = robots.filter_map(|r| r.body.get("base")?.value.word()).next();
+        let base = robots.filter_map(|r| r.body.get("base")?.value.word()).find(|word| *word != "fixed");
         self.base_joints = match base {
             Some("planar") => Base::Planar.dof_names(),
             Some("unicycle") => Base::Unicycle.dof_names(),
             Some("floating") => Base::Floating.dof_names(),
             _ => Base::Fixed.dof_names(),
         };
-        let named = modules.iter().find_map(|m| Some((m, m.urdfs().next()?)));
-        let Some((module, written)) = named else { return };
-        let path = input.folder.join(&module.folder).join(written);
-        let Some(urdf) = read(&path) else { return };
+        let named = modules.iter().flat_map(|m| m.urdfs().map(move |written| (m, written)));
+        let mut paths: Vec<PathBuf> = Vec::new();
+        for (module, written) in named {
+            let path = input.folder.join(&module.folder).join(written);
+            if !paths.contains(&path) {
+                paths.push(path);
+            }
+        }
+        for path in paths {
+            if let Some(urdf) = read(&path) {
+                self.add_urdf(path, &urdf);
+            }
+        }
+    }
+
+    /// Adds the links and joints of a URDF. Names of an earlier one take precedence.
+    fn add_urdf(&mut self, path: PathBuf, urdf: &Urdf) {
         let file = FileId(self.out.files.len());
         let source = self.out.sources.add(path.display().to_string(), urdf.text.as_str());
         self.out.files.push(File { path, source, syntax: None });
@@ -343,15 +356,23 @@ impl<'t> Resolver<'t> {
             parts.iter().map(one).collect::<BTreeMap<_, _>>()
         };
         let (links, joints) = (add(SymbolKind::Link, &urdf.links), add(SymbolKind::Joint, &urdf.joints));
-        (self.links, self.joints) = (Some(links), Some(joints));
+        for (all, new) in [(&mut self.links, links), (&mut self.joints, joints)] {
+            let all = all.get_or_insert_default();
+            for (name, id) in new {
+                all.entry(name).or_insert(id);
+            }
+        }
     }
 
     /// Adds the SRDF that the spec or one of its imports names, with its groups and postures. Declarations of the spec, and for
     /// groups of links also links, take precedence.
     pub(super) fn srdf(&mut self, modules: &[Module], input: &Input) {
-        let named = modules.iter().find_map(|m| Some((m, m.srdfs().next()?)));
-        let Some((module, written)) = named else { return };
-        let path = input.folder.join(&module.folder).join(written);
+        for (module, written) in modules.iter().flat_map(|m| m.srdfs().map(move |written| (m, written))) {
+            self.add_srdf(input.folder.join(&module.folder).join(written));
+        }
+    }
+
+    fn add_srdf(&mut self, path: PathBuf) {
         let Some(names) = read_srdf(&path) else { return };
         let file = FileId(self.out.files.len());
         let source = self.out.sources.add(path.display().to_string(), names.text.as_str());

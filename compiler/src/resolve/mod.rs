@@ -14,6 +14,7 @@ mod missions;
 mod people;
 mod robots;
 mod sections;
+mod several_robots;
 mod srdf;
 mod stacks;
 mod symbols;

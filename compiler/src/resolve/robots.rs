@@ -100,7 +100,8 @@ impl Resolver<'_> {
         }
         let joint = self.joints.as_ref().and_then(|joints| joints.get(name).copied());
         let found = joint.or_else(|| self.part(K::JointGroup, name));
-        let of_base = self.base_joints.contains(&name) || (name == "base" && !self.base_joints.is_empty());
+        let of_any_base = ["base", "base_orientation"].contains(&name) && !self.base_joints.is_empty();
+        let of_base = self.base_joints.contains(&name) || of_any_base;
         if found.is_some() || !(name == "all" || of_base) {
             self.refer(name, span, K::Joint, found);
         }

@@ -126,7 +126,7 @@ pub static MEASURED: &[Word] = &[
     ),
     word(
         "acceleration",
-        "`acceleration(JOINT)`, `acceleration(FRAME)`: by how much the velocity that the controller chose for a joint, or that it \
+        "`acceleration(JOINT)`, `acceleration(GROUP)`, `acceleration(FRAME)`: by how much the velocity that the controller chose for a joint, or that it \
          gives the origin of a frame, differs from that of the tick before, over the period; never negative. Conditions of a machine know it too.",
     ),
     word(

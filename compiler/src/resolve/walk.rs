@@ -44,7 +44,7 @@ impl Resolver<'_> {
         match found {
             Some(id) => self.note(name, span, Meaning::Symbol(id)),
             // The expansion fills the holes.
-            None if name.contains("${") => {}
+            None if name.contains("${") || self.refer_to_robot(name, span) => {}
             None => self.note(name, span, Meaning::Unknown(kind, name.to_string())),
         }
     }

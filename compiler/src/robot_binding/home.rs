@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Span, Topic};
 use names::list;
-use robot::{Base, Model};
-use stdlib_tasks::dimension::{ANGLE, LENGTH};
+use robot::Model;
 
+use super::base_entries::{self, BaseEntry};
 use super::lookup::joints;
 use super::postures::Postures;
 use super::{Binder, JointGroups};
@@ -55,17 +55,15 @@ impl Home {
             return Home { broken: true, span: Some(value.span), ..Home::default() };
         };
         let mut home = Home { span: Some(block.span), ..Home::default() };
-        let base_names: &[&str] = match model.base {
-            Base::Fixed => &[],
-            Base::Planar | Base::Unicycle => &["base_x", "base_y", "base_yaw"],
-            Base::Floating => &["base_x", "base_y", "base_z"],
-        };
         let mut given: BTreeMap<usize, Span> = BTreeMap::new();
         for e in &block.entries {
-            if let Some(i) = base_names.iter().position(|n| *n == e.key.value) {
-                let dimension = if e.key.value == "base_yaw" { ANGLE } else { LENGTH };
-                home.base.extend(constants.scalar(&e.value, dimension, diagnostics).map(|x| (i, x)));
-                continue;
+            match BaseEntry::read(model.base, e, constants, diagnostics) {
+                BaseEntry::Other => {}
+                BaseEntry::Wrong => continue,
+                BaseEntry::Coordinates { first, values } => {
+                    home.base.extend(values.into_iter().enumerate().map(|(i, x)| (first + i, x)));
+                    continue;
+                }
             }
             let name = Value { kind: ValueKind::Text(e.key.value.clone()), span: e.key.span };
             let found = joints(std::slice::from_ref(&name), model, groups, diagnostics);
@@ -74,7 +72,7 @@ impl Home {
                 found.map(|dofs| dofs.into_iter().filter(|&d| model.dofs[d].q_index.is_some()).collect::<Vec<_>>());
             if dofs.as_ref().is_some_and(Vec::is_empty) {
                 let text = format!("`{}` belongs to the base, which has no joint position", e.key.value);
-                let help = format!("write {}", list(base_names.iter().copied(), 3));
+                let help = format!("write {}", list(base_entries::names(model.base).iter().copied(), 4));
                 diagnostics.push(Diagnostic::unknown_name(e.key.span, text).help(help));
                 home.broken = true;
                 continue;
@@ -137,7 +135,8 @@ impl Binder<'_, '_> {
                 if *x < d.lower || *x > d.upper {
                     let unit = joint_dimension(&self.model, dof);
                     let text = format!("`{}` starts at {}, outside its limits", d.name, units::shown(*x, unit));
-                    outside.push((*at, text, format!("allowed are {}", units::shown_range(d.lower, d.upper, unit))));
+                    let range = format!("allowed are {}", units::shown_range(d.lower, d.upper, unit));
+                    outside.push(Outside { at: *at, text, range, kept_by: self.kept_by(dof, *x) });
                 }
                 q[i] = *x;
             }
@@ -157,13 +156,14 @@ impl Binder<'_, '_> {
             d.topic == Topic::BareAngle && at.source == entry.source && entry.start <= at.start && at.end <= entry.end
         };
         let bare = !outside.is_empty() && self.diagnostics.extract_if(.., of_entry).count() > 0;
-        for (i, (span, text, range)) in outside.iter().enumerate() {
-            if outside[..i].iter().any(|o| o.0 == *span) {
+        for (i, Outside { at, text, range, kept_by }) in outside.iter().enumerate() {
+            if outside[..i].iter().any(|o| o.at == *at) {
                 continue;
             }
-            let more = outside.iter().filter(|o| o.0 == *span).count() - 1;
+            let more = outside.iter().filter(|o| o.at == *at).count() - 1;
             let more = if more > 0 { format!(", and so do {more} more joints") } else { String::new() };
-            let d = Diagnostic::error("HQ0404", *span, format!("{text}{more}")).here(range.clone());
+            let mut d = Diagnostic::error("HQ0404", *at, format!("{text}{more}")).here(range.clone());
+            d.notes.extend(kept_by.clone());
             self.diagnostics.push(if bare {
                 d.note("angles without a unit are radians").help("if degrees are meant, write `deg` after it")
             } else {
@@ -172,11 +172,26 @@ impl Binder<'_, '_> {
         }
     }
 
+    /// The reason for a limit of a joint that one of its followers sets.
+    fn kept_by(&self, dof: usize, x: f64) -> Option<String> {
+        let model = &self.model;
+        let keeps = |follower: &robot::JointId| {
+            let limits = model.limits_of_leader(*follower);
+            x < limits.lower || x > limits.upper
+        };
+        let own = model.dofs[dof].joint.map(|joint| model.joint_ref(joint).limits());
+        if own.is_some_and(|own| x < own.lower || x > own.upper) {
+            return None;
+        }
+        let follower = model.followers(dof).find(keeps)?;
+        Some(format!("`{}` follows it, and would be outside its own limits", model.joint_ref(follower).name))
+    }
+
     /// Warns of joints that `home` omits and that cannot be at zero.
     fn elsewhere(&mut self, q: &[f64], given: &[usize], span: Span) {
         let joints = self.model.dofs.iter().enumerate().filter_map(|(i, d)| Some((i, d, d.q_index?)));
         let moved: Vec<String> = joints
-            .filter(|(_, _, k)| !given.contains(k) && q[*k] != 0.0)
+            .filter(|(_, d, k)| !given.contains(k) && q[*k] != 0.0 && d.lower <= d.upper)
             .map(|(i, d, k)| format!("`{}` at {}", d.name, units::shown(q[k], joint_dimension(&self.model, i))))
             .collect();
         if !moved.is_empty() {
@@ -219,5 +234,14 @@ fn given_twice(twice: &[(&str, Span)], at: Span) -> Option<Diagnostic> {
     Some(d.label(*first, "first here").help("keep one of the two"))
 }
 
-/// A joint outside of its limits: span of its value, message, and permitted range.
-type Outside = (Span, String, String);
+/// A joint outside of its limits.
+struct Outside {
+    /// Its value.
+    at: Span,
+    /// Message.
+    text: String,
+    /// Permitted range.
+    range: String,
+    /// The reason, if a follower sets the limit.
+    kept_by: Option<String>,
+}

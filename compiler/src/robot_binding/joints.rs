@@ -1,24 +1,14 @@
-//! Joints of a robot: groups, and limits set by the spec.
+//! Groups of joints.
 
 use std::collections::BTreeSet;
 
-use blocks::{ByName, Located, Unbound};
-use dsl::tree::{Block, Value, ValueKind};
-use dsl::{Diagnostic, Span, Spanned, Topic};
-use quantities::usual::of_joint;
+use dsl::tree::Block;
+use dsl::{Diagnostic, Spanned};
 use robot::srdf::Group;
 use robot::{Drive, Model, Srdf};
-use stdlib_tasks::dimension::RATE;
 
+use super::JointGroups;
 use super::lookup::{is_pattern, joints};
-use super::{Binder, JointGroups};
-use crate::expr::constants::joint_dimension;
-use crate::expr::unusual;
-use crate::sections::LimitBlock;
-use crate::units;
-
-/// Relative difference of a limit that is the rounding of a conversion.
-const ROUNDING: f64 = 1e-6;
 
 /// Groups among all joints of a robot; [`JointGroups::without`] removes locked joints.
 /// Groups of the SRDF count unless the spec, or a joint, has the same name.
@@ -87,81 +77,5 @@ impl JointGroups {
         let kept = |dofs: Vec<usize>| dofs.into_iter().filter_map(|d| model.dof(&whole.dofs[d].name)).collect();
         let members = self.members.into_iter().map(|(name, dofs)| (name, kept(dofs))).collect();
         JointGroups { members, locked, ..self }
-    }
-}
-
-impl Binder<'_, '_> {
-    pub(super) fn limits(&mut self, groups: &JointGroups) {
-        for ByName { name, value: limits, .. } in &self.block.limits {
-            let key = Value { kind: ValueKind::Text(name.value.clone()), span: self.origins.span(name.at) };
-            let Some(dofs) = joints(std::slice::from_ref(&key), &self.model, groups, self.diagnostics) else {
-                continue;
-            };
-            for dof in dofs {
-                self.limits_of(dof, &limits.value, self.origins.span(limits.at));
-            }
-        }
-    }
-
-    /// Warns of a speed limit above that of the URDF; once for an entry that gives the limits of many joints.
-    fn above_the_urdf(&mut self, dof: usize, x: f64, at: Span) {
-        if self.diagnostics.iter().any(|d| d.primary.span == at) {
-            return;
-        }
-        let d = &self.model.dofs[dof];
-        let speed = joint_dimension(&self.model, dof).times(RATE).unwrap_or(RATE);
-        let own = units::shown(d.velocity, speed);
-        let warning = Diagnostic::warning("HQ0556", at, "this speed limit is above that of the robot")
-            .here(format!("{}; the URDF gives `{}` {own}", units::shown(x, speed), d.name))
-            .note("a limit in the spec does not make the joint faster: the robot lags behind its reference")
-            .help(format!("stay within {own}, or correct the URDF if its limit is wrong"));
-        self.diagnostics.push(warning);
-    }
-
-    /// Limits of one joint, written at a place.
-    fn limits_of(&mut self, dof: usize, LimitBlock { lower, upper, velocity, .. }: &LimitBlock, at: Span) {
-        let unit = joint_dimension(&self.model, dof);
-        let speed = unit.times(RATE).unwrap_or(RATE);
-        let mut get = |of: &Option<Located<Unbound>>, dimension| {
-            let value = self.origins.unbound(of.as_ref()?)?;
-            let x = self.constants.scalar(value, dimension, self.diagnostics)?;
-            // One entry can give the limits of many joints.
-            if !self.diagnostics.iter().any(|d| d.topic == Topic::UnusualSize && d.primary.span == value.span) {
-                self.diagnostics.extend(unusual(value, "a limit", &[x], &of_joint(dimension)));
-            }
-            Some(x)
-        };
-        let (lower, upper) = (get(lower, unit), get(upper, unit));
-        let speed = get(velocity, speed).zip(velocity.as_ref());
-        let own = self.model.dofs[dof].velocity;
-        if let Some((x, written)) = speed.filter(|(x, _)| own.is_finite() && *x > own * (1.0 + ROUNDING)) {
-            self.above_the_urdf(dof, x, self.origins.span(written.at));
-        }
-        let d = &mut self.model.dofs[dof];
-        let (low, high) = (lower.unwrap_or(d.lower), upper.unwrap_or(d.upper));
-        match speed {
-            Some((speed, _)) if speed > 0.0 => d.velocity = speed,
-            Some((_, written)) => self.diagnostics.push(
-                Diagnostic::error("HQ0308", self.origins.span(written.at), "a velocity limit is more than zero")
-                    .help("to keep a joint still, name it in `lock`"),
-            ),
-            None => {}
-        }
-        if low > high {
-            let text = format!(
-                "`{}` would have a lower limit of {} above its upper limit of {}",
-                d.name,
-                units::shown(low, unit),
-                units::shown(high, unit)
-            );
-            let help = match (lower, upper) {
-                (Some(_), Some(_)) => "swap the two",
-                (Some(_), None) => "the upper limit comes from the URDF: give `upper` too, or a smaller `lower`",
-                _ => "the lower limit comes from the URDF: give `lower` too, or a larger `upper`",
-            };
-            self.diagnostics.push(Diagnostic::error("HQ0308", at, text).help(help));
-        } else {
-            (d.lower, d.upper) = (low, high);
-        }
     }
 }

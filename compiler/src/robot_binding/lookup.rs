@@ -66,10 +66,22 @@ pub fn unknown_joint(model: &Model, name: &str, span: Span, offered: &[&str], lo
     known.extend(offered);
     let d = Diagnostic::unknown_name(span, format!("robot `{}` has no joint `{name}`", model.name));
     match suggest(name, known.iter().copied()) {
+        _ if !of_robots(model, name, &known).is_empty() => d.help(which_robot(&of_robots(model, name, &known))),
         _ if model.link(name).is_some() => d.help("this is a link; name the joint that moves it"),
         Some(near) => d.meant(near),
         None => d.help(format!("it has {}", list(known, 8))),
     }
+}
+
+/// Those of the known names that are this one with the name of a robot before it, if there are several robots.
+fn of_robots<'n>(model: &Model, name: &str, known: &[&'n str]) -> Vec<&'n str> {
+    let of_one = |known: &&&str| known.strip_suffix(name).is_some_and(|robot| robot.len() > 1 && robot.ends_with('_'));
+    if model.roots.len() > 1 { known.iter().filter(of_one).copied().collect() } else { Vec::new() }
+}
+
+/// Help for a name without that of its robot.
+fn which_robot(names: &[&str]) -> String {
+    format!("write the name of the robot before it: {}", list(names.iter().copied(), 8))
 }
 
 /// Diagnostic for a pattern that matches no movable joint.
@@ -107,7 +119,9 @@ fn common_patterns(names: &[&str]) -> Vec<String> {
 pub fn unknown_link(model: &Model, name: &str, span: Span, arms: &[Arm]) -> Diagnostic {
     let known = arms.iter().map(|a| a.name.as_str()).chain(model.links.iter().map(|l| l.name.as_str()));
     let d = Diagnostic::unknown_name(span, format!("robot `{}` has no link `{name}`", model.name));
+    let names: Vec<&str> = known.clone().collect();
     match suggest(name, known.clone()) {
+        _ if !of_robots(model, name, &names).is_empty() => d.help(which_robot(&of_robots(model, name, &names))),
         _ if model.joint(name).is_some() => d.help("this is a joint; frames are named by their links"),
         Some(near) => d.meant(near),
         None => d.help(format!("it has {}", list(known, 8))),

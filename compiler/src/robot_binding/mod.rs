@@ -1,12 +1,15 @@
 //! Binds the robot of a spec: reads and reduces its URDF, and binds arms, points, groups and home to the model.
 
+mod base_entries;
 mod geometry;
 mod home;
 mod hulls;
 mod joints;
+mod limits;
 mod lookup;
 mod postures;
 mod srdf;
+mod together;
 mod urdf;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,10 +29,12 @@ use crate::sections::RobotBlock;
 
 use home::Home;
 
+pub(crate) use base_entries::BaseEntry;
 pub(crate) use lookup::is_pattern;
 pub use lookup::{joints, unknown_geometry, unknown_joint, unknown_link};
 pub use postures::Postures;
 pub(crate) use srdf::RobotSrdf;
+pub use together::{Stand, together};
 
 /// A robot, with everything that names can refer to on it.
 #[derive(Clone, Debug)]
@@ -60,8 +65,10 @@ pub struct BoundRobot {
     pub groups: BTreeMap<String, Vec<String>>,
     /// Groups of joints.
     pub joint_groups: JointGroups,
-    /// The SRDF, with its text.
-    pub(crate) srdf: Option<RobotSrdf>,
+    /// The SRDFs of its robots, each with its text.
+    pub(crate) srdf: Vec<RobotSrdf>,
+    /// Where it stands.
+    pub stand: Stand,
     /// Named postures.
     pub postures: Postures,
     /// Arms, points, segments and groups with a wrong declaration. They were reported, so their uses are not.
@@ -165,6 +172,7 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     let mut b = Binder { model, robot, block, constants, origins, srdf, failed: BTreeSet::new(), diagnostics };
     b.limits(&joint_groups);
     file.warn(&warnings, &b.model, b.diagnostics);
+    let stand = Stand::read(unbound(&block.at), b.constants, b.diagnostics);
     let geometries = b.geometries();
     let arms = b.arms();
     let groups = b.groups(&geometries);
@@ -213,7 +221,8 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
         geometries,
         groups,
         joint_groups,
-        srdf,
+        srdf: srdf.into_iter().collect(),
+        stand,
         postures,
         failed,
     })

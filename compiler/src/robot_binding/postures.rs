@@ -65,6 +65,19 @@ impl Postures {
         Postures { groups, all: all.collect() }
     }
 
+    /// Adds the postures of a robot that is part of this one; `named` gives the names of its groups and joints here.
+    pub(super) fn add(&mut self, other: &Postures, named: impl Fn(&str) -> String) {
+        for (group, joints) in &other.groups {
+            let joints = joints.iter().map(|joint| named(joint));
+            self.groups.entry(named(group)).or_default().extend(joints);
+        }
+        self.all.extend(other.all.iter().map(|posture| Posture {
+            name: posture.name.clone(),
+            group: named(&posture.group),
+            positions: posture.positions.iter().map(|(joint, x)| (named(joint), *x)).collect(),
+        }));
+    }
+
     /// Names of the postures, each once.
     pub fn names(&self) -> Vec<&str> {
         let mut names: Vec<&str> = Vec::new();

@@ -33,7 +33,9 @@ pub use mission::declare::driven::DRIVEN;
 pub use mission::kinds::MISSION;
 pub use mission_events::{APPROACHES, DISTANCES, EVENT, REPLY, WAITS};
 pub use obstacle::{OBSTACLE, ObstacleBlock, ROUND, RoundBlock, TRUE_OBSTACLE, TrueObstacleBlock};
-pub use robot::{ARM, ArmBlock, BASES, LIMIT, LimitBlock, POINT, PointBlock, ROBOT, RobotBlock, SEGMENT, SegmentBlock};
+pub use robot::{
+    ARM, ArmBlock, BASES, LIMIT, LimitBlock, POINT, PointBlock, ROBOT, RobotBlock, SEGMENT, SegmentBlock, prefix,
+};
 pub use scenario::{
     LATE, LOST, LateBlock, LostBlock, OF_ALL_SCENARIOS, OF_MISSIONS, OUTCOME, OutcomeBlock, PUSH, PushBlock, SCENARIO,
     SCENARIO_SIMULATOR, SIGNAL_SCRIPT, ScenarioBlock, ScenarioSimulator, SignalScriptBlock, WAYPOINT, WaypointBlock,

@@ -10,6 +10,11 @@ use super::{Key, Named, Place, ValueType};
 /// The words for what carries the root link.
 pub static BASES: &[&str] = &["fixed", "planar", "unicycle", "floating"];
 
+/// Returns what stands before the names of the parts of a robot that is not the only one of its spec.
+pub fn prefix(robot: &str) -> String {
+    format!("{robot}_")
+}
+
 block! {
     /// A robot.
     pub struct RobotBlock = ROBOT, "a robot" {
@@ -20,6 +25,8 @@ block! {
         srdf: Option<Located<String>> = optional(ValueType::Srdf);
         /// Mobility of the root link.
         base: Word = or(ValueType::Choice(BASES), "fixed");
+        /// The place of the robot in the world, a position or a pose: `[1, 0, 0] m`, `pose([1, 0, 0] m, rpy(0, 0, 90 deg))`.
+        at: Option<Located<Unbound>> = elsewhere(ValueType::Value);
         /// The rate of control, from 0.1 Hz to 100 kHz.
         rate: Option<Located<f64>> =
             required(ValueType::Number(Quantity { min: 0.1, max: 1e5, ..Quantity::any(RATE) }.usually(1.0, 2e4)), "100 Hz");

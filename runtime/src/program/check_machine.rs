@@ -102,7 +102,7 @@ impl Program {
         let (dofs, links) = (self.robot.model.nv(), self.robot.model.links.len());
         let exists = match &m.measure {
             Measure::Speed(dof) | Measure::Acceleration(dof) => *dof < dofs,
-            Measure::LargestSpeed(all) => all.iter().all(|dof| *dof < dofs),
+            Measure::LargestSpeed(all) | Measure::LargestAcceleration(all) => all.iter().all(|dof| *dof < dofs),
             Measure::PointSpeed(link) | Measure::PointAcceleration(link) => link.index() < links,
             Measure::Reversals(all) => all.iter().all(|dof| *dof < dofs),
             Measure::Margin(_) | Measure::Error { .. } | Measure::In(_) | Measure::Fault(_) | Measure::Initial(_) => {

@@ -32,7 +32,9 @@ impl Program {
                 Measure::Margin(t) | Measure::Error { task: t, .. } => task(*t),
                 Measure::In(s) => self.machine.as_ref().is_some_and(|m| *s < m.states.len()),
                 Measure::Speed(d) => self.robot.model.dofs.get(*d).is_some_and(|d| d.q_index.is_some()),
-                Measure::LargestSpeed(dofs) => dofs.iter().all(|d| *d < self.robot.model.nv()),
+                Measure::LargestSpeed(dofs) | Measure::LargestAcceleration(dofs) => {
+                    dofs.iter().all(|d| *d < self.robot.model.nv())
+                }
                 Measure::PointSpeed(link) | Measure::PointAcceleration(link) => {
                     (link.0 as usize) < self.robot.model.links.len()
                 }

@@ -277,6 +277,8 @@ pub enum Measure {
     /// Magnitude of the change of the velocity that the hierarchy chose for a degree of freedom since the previous
     /// tick, divided by the period, in rad/s² or m/s²; never negative.
     Acceleration(usize),
+    /// Largest of these for several degrees of freedom, all in rad/s² or all in m/s²; never negative.
+    LargestAcceleration(Vec<usize>),
     /// Acceleration of the origin of a link in the world, computed from the same velocities, in m/s²; never negative.
     PointAcceleration(LinkId),
     /// Number of reversals of these degrees of freedom so far, in total.
@@ -297,6 +299,7 @@ impl Measure {
             | Measure::LargestSpeed(_)
             | Measure::PointSpeed(_)
             | Measure::Acceleration(_)
+            | Measure::LargestAcceleration(_)
             | Measure::PointAcceleration(_)
             | Measure::Reversals(_)
             | Measure::Initial(_) => None,

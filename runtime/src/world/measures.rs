@@ -176,9 +176,10 @@ impl Measures {
                     let way = place.replace(now).map_or(0.0, |before| (now - before).norm());
                     if elapsed > 0.0 { way / elapsed } else { 0.0 }
                 }
-                Measure::Acceleration(_) | Measure::PointAcceleration(_) | Measure::Reversals(_) => {
-                    self.chosen.measure(measure).unwrap_or(f64::NAN)
-                }
+                Measure::Acceleration(_)
+                | Measure::LargestAcceleration(_)
+                | Measure::PointAcceleration(_)
+                | Measure::Reversals(_) => self.chosen.measure(measure).unwrap_or(f64::NAN),
                 // The judge wrote it at the first tick.
                 Measure::Initial(_) => *x,
             };

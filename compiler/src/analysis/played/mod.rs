@@ -100,6 +100,7 @@ impl<'p> Played<'p> {
             | Measure::LargestSpeed(_)
             | Measure::PointSpeed(_)
             | Measure::Acceleration(_)
+            | Measure::LargestAcceleration(_)
             | Measure::PointAcceleration(_)
             | Measure::Reversals(_) => Interval::new(0.0, f64::INFINITY),
         }

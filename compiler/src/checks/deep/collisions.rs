@@ -10,6 +10,7 @@ use runtime::text::number;
 use stdlib_tasks::protection::{Hazard, Protection};
 
 use super::{Checked, Work, share};
+use crate::robot_binding::RobotSrdf;
 use crate::sampled::Contacts;
 
 /// Share of the postures from which on two links count as touching always: by how their shapes are drawn.
@@ -55,7 +56,7 @@ pub(super) fn check(c: &Checked, work: &Work, out: &mut Vec<Diagnostic>) -> Opti
     let mut found: Vec<Touching> = all.filter(|t| t.count > 0).collect();
     found.sort_by_key(|t| Reverse(t.count));
     let by_design = |t: &Touching| t.count as f64 >= ALWAYS * postures as f64 || contacts::touch(model, &home, t.pair);
-    let disabled = c.places.srdf.as_ref().map(|of| of.srdf.disabled_pairs()).unwrap_or_default();
+    let disabled = c.places.srdf.iter().flat_map(|of| of.srdf.disabled_pairs()).collect::<BTreeMap<_, _>>();
     let (without, open): (Vec<Touching>, Vec<Touching>) =
         found.into_iter().partition(|t| disabled.contains_key(&t.pair));
     let sometimes = |t: &&Touching| (t.count as f64) < ALWAYS * postures as f64;
@@ -94,8 +95,9 @@ fn listed<'t>(c: &Checked, found: impl Iterator<Item = &'t Touching>, postures: 
 
 /// Warning of pairs that the SRDF disables since they never touch, and that do.
 fn never_yet_touching(c: &Checked, found: &[&Touching], postures: usize) -> Option<Diagnostic> {
-    let of = c.places.srdf.as_ref()?;
     let first = found.first()?;
+    let disables = |of: &&RobotSrdf| of.srdf.disabled.iter().any(|pair| pair.links == first.pair);
+    let of = c.places.srdf.iter().find(disables).or(c.places.srdf.first())?;
     let name = |l: LinkId| &c.program.robot.model.link_ref(l).name;
     let [a, b] = first.pair;
     let text = match found.len() {
