@@ -1,4 +1,5 @@
-//! Entries of `home` and of the `start` of a scenario for the base: its coordinates, and the orientation of a floating one.
+//! Entries of `home` and of the `start` of a scenario for the base: its coordinates, and the orientation of a floating
+//! one.
 
 use dsl::tree::Entry;
 use dsl::{Diagnostic, Help, Snippet, Span};

@@ -1,5 +1,5 @@
-//! Limits of joints that the spec sets in place of those of the URDF. A joint that follows another one has limits of its own,
-//! which bound the joint that it follows.
+//! Limits of joints that the spec sets in place of those of the URDF. A joint that follows another one has limits of its
+//! own, which bound the joint that it follows.
 
 use blocks::{ByName, Located, Unbound};
 use dsl::tree::{Value, ValueKind};
