@@ -121,7 +121,7 @@ fn a_plan_as_a_picture() {
 
 #[test]
 fn a_plan_on_the_map() {
-    let standing = Standing { robots: vec![[-4.0, 3.0], [-14.4, 7.0]], styled: false };
+    let standing = Standing { moving: vec![[-4.0, 3.0], [-14.4, 7.0]], styled: false };
     insta::assert_snapshot!("map", map(&of(&problem(), &small()), &standing));
 }
 
@@ -213,7 +213,7 @@ fn names_are_text_and_nothing_else() {
     let hostile = plan(&[bad], &[bad], &[(0, 0, 0, [0.0, 100.0, 0.0, 80.0, 90.0, 100.0, 120.0, 160.0])]);
     let team = team(&[bad], &[bad]);
     let chart = chart(&team, &hostile);
-    let pictures = [svg(&chart), map(&of(&team, &hostile), &Standing { robots: vec![[0.0, 0.0]], styled: true })];
+    let pictures = [svg(&chart), map(&of(&team, &hostile), &Standing { moving: vec![[0.0, 0.0]], styled: true })];
     for drawn in pictures {
         assert!(!drawn.contains("<script") && !drawn.contains('\u{1b}'), "{drawn}");
         well_formed(&drawn);
@@ -234,7 +234,7 @@ fn numbers_that_are_none_are_not_drawn() {
     let mut lost = problem();
     lost.agents[0].place = [f64::NAN, 0.0];
     lost.robots[0].depot = [0.0, f64::INFINITY];
-    well_formed(&map(&of(&lost, &odd), &Standing { robots: vec![[f64::NAN, 0.0]], styled: false }));
+    well_formed(&map(&of(&lost, &odd), &Standing { moving: vec![[f64::NAN, 0.0]], styled: false }));
 }
 
 /// Checks that a drawing is valid XML without NaN or infinite numbers.

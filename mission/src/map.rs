@@ -13,10 +13,26 @@ pub struct Map {
     pub clear: Vec<[f64; 2]>,
     /// Content, in order.
     pub shapes: Vec<Shape>,
-    /// Labels of the robots that move on it.
-    pub robots: Vec<String>,
+    /// Everybody who moves on it.
+    pub moving: Vec<Moving>,
     /// Signs with their meanings.
     pub legend: Vec<(Sign, &'static str)>,
+}
+
+/// A robot or a person that moves on a map.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Moving {
+    /// Label.
+    pub label: String,
+    /// A person; else a robot.
+    pub is_person: bool,
+}
+
+impl Moving {
+    /// A robot with a label.
+    pub fn robot(label: impl Into<String>) -> Moving {
+        Moving { label: label.into(), is_person: false }
+    }
 }
 
 /// Something drawn.

@@ -294,7 +294,7 @@ mod tests {
                 extent: Vec::new(),
                 clear: Vec::new(),
                 shapes: Vec::new(),
-                robots: Vec::new(),
+                moving: Vec::new(),
                 legend: Vec::new(),
             };
             let (people, supervisor) = (Default::default(), SupervisorPage::default());

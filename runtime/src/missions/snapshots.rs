@@ -24,7 +24,7 @@ impl MapAt {
             let [x, y, _] = execution.measure("position", Some(member));
             [x, y]
         };
-        let positions = (0..map.robots.len()).map(at).collect();
+        let positions = (0..map.moving.len()).map(at).collect();
         MapAt { time, map, positions }
     }
 }

@@ -338,8 +338,8 @@ async fn person_map_svg(State(app): Shared, Path(path): Path<String>, headers: H
     picture(&app, role, &headers, |published| map_of(published, marks(published).unwrap_or_default()))
 }
 
-fn map_of(published: &Published, robots: Vec<[f64; 2]>) -> String {
-    gantt::map(&published.pages.map, &gantt::Standing { robots, styled: false })
+fn map_of(published: &Published, moving: Vec<[f64; 2]>) -> String {
+    gantt::map(&published.pages.map, &gantt::Standing { moving, styled: false })
 }
 
 fn picture(app: &App, role: Role, headers: &HeaderMap, draw: impl FnOnce(&Published) -> String) -> Response {

@@ -149,7 +149,7 @@ pub fn map(walk: &Walk) -> Map {
             Shape::sign(Sign::Person, walk.from, walk.label().to_string()),
             Shape::Name { at: walk.from, text: walk.label().to_string() },
         ],
-        robots: Vec::new(),
+        moving: Vec::new(),
         legend: vec![(Sign::Person, "person")],
     }
 }

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use mission::map::Moving;
+
 use crate::xml::escaped;
 
 use super::{columns, px, shortened};
@@ -63,9 +65,9 @@ impl Frame {
         self.height - 12.0
     }
 
-    /// Draws the moving robots, by name and position (m). For updates by a page, the group has `data-x`, `data-y` (px)
+    /// Draws those who move, with their positions (m), people as their signs are. For updates by a page, the group has `data-x`, `data-y` (px)
     /// of the origin and `data-scale` (px/m).
-    pub fn moving<'n>(&self, all: impl Iterator<Item = (&'n str, [f64; 2])>, out: &mut String) -> std::fmt::Result {
+    pub fn moving<'n>(&self, all: impl Iterator<Item = (&'n Moving, [f64; 2])>, out: &mut String) -> std::fmt::Result {
         writeln!(
             out,
             "<g class=\"robots\" data-x=\"{}\" data-y=\"{}\" data-scale=\"{:.4}\">",
@@ -73,12 +75,16 @@ impl Frame {
             px(self.top),
             self.scale
         )?;
-        for (name, position) in all {
+        for (who, position) in all {
             let [x, y] = self.at(position);
-            let name = escaped(&shortened(name, LONGEST));
+            let name = escaped(&shortened(&who.label, LONGEST));
+            let mark = match who.is_person {
+                true => "<circle class=\"human\" r=\"6\"/>",
+                false => "<path class=\"robot\" d=\"M0 -8 L8 0 L0 8 L-8 0 z\"/>",
+            };
             writeln!(
                 out,
-                "<g transform=\"translate({} {})\"><path class=\"robot\" d=\"M0 -8 L8 0 L0 8 L-8 0 z\"/>\
+                "<g transform=\"translate({} {})\">{mark}\
                  <text class=\"small middle\" y=\"-11\">{name}</text></g>",
                 px(x),
                 px(y)

@@ -10,11 +10,11 @@ use super::frame::{Frame, Names};
 use super::px;
 use super::svg::{LAYERS, head};
 
-/// Present positions of robots, and the style of the map.
+/// Present positions of everybody who moves, and the style of the map.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Standing {
-    /// Position of each robot of the map, or of its hand (m); empty: they are not drawn.
-    pub robots: Vec<[f64; 2]>,
+    /// Position of each robot and person that moves on the map, or of its hand (m); empty: they are not drawn.
+    pub moving: Vec<[f64; 2]>,
     /// With rules of style of its own; a page that has [`super::STYLE`] needs none.
     pub styled: bool,
 }
@@ -25,7 +25,7 @@ const LEGEND: f64 = 290.0;
 /// The map as SVG, x to the right and y upwards in one scale. The group `robots` carries what a page needs to move them:
 /// `data-x`, `data-y` (px) of the origin and `data-scale` (px/m).
 pub fn map(map: &Map, standing: &Standing) -> String {
-    let frame = Frame::of(map.extent.iter().chain(&standing.robots).copied(), map.most_scale);
+    let frame = Frame::of(map.extent.iter().chain(&standing.moving).copied(), map.most_scale);
     let mut out = String::new();
     // Writing to a String does not fail.
     let _ = write(map, standing, &frame, &mut out);
@@ -45,7 +45,7 @@ fn write(map: &Map, standing: &Standing, frame: &Frame, out: &mut String) -> std
             Shape::Name { at, text } => names.write(frame.at(*at), text, out)?,
         }
     }
-    frame.moving(map.robots.iter().map(String::as_str).zip(standing.robots.iter().copied()), out)?;
+    frame.moving(map.moving.iter().zip(standing.moving.iter().copied()), out)?;
     frame.bar(out)?;
     legend(map, frame, out)?;
     writeln!(out, "</svg>")

@@ -91,7 +91,7 @@ fn body(run: &MissionRun, out: &mut String) -> std::fmt::Result {
     if !run.maps.is_empty() {
         writeln!(out, "<h2>Map over time</h2>\n<div class=\"maps\">")?;
         for of in &run.maps {
-            let map = gantt::map(&of.map, &Standing { robots: of.positions.clone(), ..Standing::default() });
+            let map = gantt::map(&of.map, &Standing { moving: of.positions.clone(), ..Standing::default() });
             writeln!(
                 out,
                 "<figure><figcaption>at {:.1} s</figcaption>\n<div class=\"rolls\">\n{map}</div></figure>",

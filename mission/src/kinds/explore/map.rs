@@ -1,6 +1,6 @@
 //! The map of an exploration: the region with its obstacles, targets and the exit, and the ways of everybody.
 
-use crate::map::{Line, Map, Region, Shade, Shape, Sign};
+use crate::map::{Line, Map, Moving, Region, Shade, Shape, Sign};
 
 use super::chart::label;
 use super::foresight::{Covariance, Foresight};
@@ -99,14 +99,15 @@ pub(super) fn map(
         names.push(Shape::Name { at: *at, text: label(problem, member).to_string() });
     }
     shapes.extend(names);
-    let moving = if places.is_some() { 0..0 } else { 0..problem.robots.len() + 1 };
+    let moving =
+        |member: usize| Moving { label: label(problem, member).to_string(), is_person: member == problem.robots.len() };
     Map {
         title: "map: targets, and the ways of the robots and of the person",
         most_scale: 100.0,
         extent: problem.area.corners().iter().chain(&clear).copied().collect(),
         clear,
         shapes,
-        robots: moving.map(|member| label(problem, member).to_string()).collect(),
+        moving: if places.is_some() { Vec::new() } else { (0..=problem.robots.len()).map(moving).collect() },
         legend: vec![(Sign::Base, "robot"), (Sign::Person, "person")],
     }
 }

@@ -1,7 +1,7 @@
 //! The map of a layered plan, seen from above: bases of agents, objects, and the places to which the plan brings them.
 
 use super::plan::Plan;
-use crate::map::{Line, Map, Shape, Sign};
+use crate::map::{Line, Map, Moving, Shape, Sign};
 
 use super::problem::{Body, Problem};
 use super::steps::from_plan;
@@ -44,7 +44,7 @@ pub fn map(problem: &Problem, plan: &Plan) -> Map {
         extent: clear.iter().copied().chain(targets).collect(),
         clear,
         shapes,
-        robots: robots.map(|agent| label(&agent.name)).collect(),
+        moving: robots.map(|agent| Moving::robot(label(&agent.name))).collect(),
         legend: vec![
             (Sign::Base, "robot"),
             (Sign::Person, "person"),

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::plan::{Actor, Phase, Plan};
-use crate::map::{Line, Map, Shape, Sign};
+use crate::map::{Line, Map, Moving, Shape, Sign};
 
 use super::problem::{AgentKind, Problem};
 
@@ -31,7 +31,7 @@ pub fn map(problem: &Problem, plan: &Plan) -> Map {
         extent: places.clone(),
         clear: places,
         shapes,
-        robots: problem.robots.iter().map(|robot| label(&robot.name)).collect(),
+        moving: problem.robots.iter().map(|robot| Moving::robot(label(&robot.name))).collect(),
         legend: vec![
             (Sign::Base, "depot"),
             (Sign::Person, "person"),

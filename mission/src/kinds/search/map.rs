@@ -1,13 +1,13 @@
 //! The map of a search: the area with its walls, the boundaries of sources, and the ways of the agents.
 
-use crate::map::{Line, Map, Region, Shade, Shape, Sign};
+use crate::map::{Line, Map, Moving, Region, Shade, Shape, Sign};
 use crate::occupancy::Cell;
 use crate::parallel;
 
 use super::belief::weights;
 use super::geometry::{Point, bounds, inside};
 use super::plan::{Activity, Phase};
-use super::problem::{Boundary, Problem, Source, SourceKind};
+use super::problem::{Agent, Boundary, Problem, Source, SourceKind};
 use super::ways::ActionSets;
 
 /// Corners of a circle.
@@ -87,13 +87,17 @@ pub fn map(problem: &Problem, activities: &[Activity]) -> Map {
         names.push(Shape::Name { at: agent.start, text: label });
     }
     shapes.extend(names);
+    let moving = |(index, agent): (usize, &Agent)| Moving {
+        label: problem.agent_label(index).to_string(),
+        is_person: agent.human,
+    };
     Map {
         title: "map: sources of reward, and the ways of the agents",
         most_scale: 100.0,
         extent: problem.area.iter().chain(&clear).copied().collect(),
         clear,
         shapes,
-        robots: (0..problem.agents.len()).map(|agent| problem.agent_label(agent).to_string()).collect(),
+        moving: problem.agents.iter().enumerate().map(moving).collect(),
         legend: vec![(Sign::Base, "robot"), (Sign::Person, "person")],
     }
 }
