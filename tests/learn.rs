@@ -149,3 +149,67 @@ fn what_cannot_be_trained_is_rejected() {
     let told = text(&out.stderr);
     assert!(told.contains("which has no person with a learned policy"), "{told}");
 }
+
+/// Specs with a policy that does not exist, in both spellings.
+fn specs_of_a_missing_policy(at: &impl Fn(&str) -> String) -> [String; 2] {
+    let named = "start [2.5, 0.5] m  predicted { model policy  file \"p.safetensors\" } }";
+    std::fs::write(at("named.hq"), SPEC.replace("start [2.5, 0.5] m }", named)).expect("writable");
+    let out = hierarq(&["fmt", "--to", "yaml", &at("named.hq")]);
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+    std::fs::write(at("named.yaml"), &out.stdout).expect("writable");
+    [at("named.hq"), at("named.yaml")]
+}
+
+/// The only error of a check: the underlined text, and the command in its help.
+fn error_with_command(spec: &str) -> (String, String) {
+    let out = hierarq(&["check", "--json", spec]);
+    assert_eq!(out.status.code(), Some(1), "{}", text(&out.stderr));
+    let told: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
+    let [error] = &told["diagnostics"].as_array().expect("a list")[..] else { panic!("{told}") };
+    assert_eq!(error["code"], "HQ0975", "{error}");
+    let offset = |key: &str| error["place"][key].as_u64().expect("an offset") as usize;
+    let underlined = &std::fs::read_to_string(spec).expect("a file")[offset("start")..offset("end")];
+    let command = error["help"].as_str().and_then(|help| help.split('`').nth(1)).expect("a command");
+    (underlined.to_string(), command.to_string())
+}
+
+/// Runs the command with short trainings, and checks the spec.
+fn trained_by(command: &str, spec: &str) {
+    let words: Vec<&str> = command.split(' ').collect();
+    assert_eq!(words[..4], ["hierarq", "learn", spec, "help"], "{command}");
+    let out = hierarq(&[&words[1..], &SHORT[..]].concat());
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+    let out = hierarq(&["check", spec]);
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+}
+
+#[test]
+fn the_error_of_a_missing_policy_has_the_command_that_makes_it() {
+    let at = project("learn_missing");
+    for spec in specs_of_a_missing_policy(&at) {
+        let _ = std::fs::remove_file(at("p.safetensors"));
+        let (underlined, command) = error_with_command(&spec);
+        assert_eq!(underlined.trim_matches('"'), "p.safetensors");
+        assert!(command.ends_with(&format!(" --out {}", at("p.safetensors"))), "{command}");
+        trained_by(&command, &spec);
+    }
+}
+
+/// A policy that was trained for a grid without the obstacle is replaced, and a file of something else is not.
+#[test]
+fn a_policy_of_another_grid_is_trained_anew() {
+    let at = project("learn_broken");
+    let [spec, yaml] = specs_of_a_missing_policy(&at);
+    let empty = SPEC.replace("  obstacle leg { polygon [[1, 1], [2, 1], [2, 2], [1, 2]] m }\n", "");
+    std::fs::write(at("empty.hq"), empty).expect("writable");
+    let out = learn(&at("empty.hq"), &["--out", &at("p.safetensors")]);
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+    assert_eq!(error_with_command(&yaml).0.trim_matches('"'), "p.safetensors");
+    trained_by(&error_with_command(&spec).1, &spec);
+    std::fs::write(at("p.safetensors"), "mine").expect("writable");
+    let out = learn(&spec, &["--out", &at("p.safetensors")]);
+    assert_eq!(out.status.code(), Some(2));
+    assert!(text(&out.stderr).contains("is not a policy"), "{}", text(&out.stderr));
+    let told = text(&hierarq(&["check", &spec]).stderr);
+    assert!(told.contains("move this one away"), "{told}");
+}

@@ -103,8 +103,10 @@ pub struct FileWith {
 pub struct BinaryFile {
     /// Path, as it is written.
     pub path: String,
-    /// Content.
-    pub bytes: Arc<[u8]>,
+    /// The command that makes it.
+    pub command: String,
+    /// Content; none: whoever compiles the spec needs none, since it is about to make such files.
+    pub bytes: Option<Arc<[u8]>>,
 }
 
 /// A value by name.

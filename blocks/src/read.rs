@@ -147,7 +147,7 @@ impl FromBound for BinaryFile {
     }
 
     fn stand_in(_: &Key) -> BinaryFile {
-        BinaryFile { path: String::new(), bytes: [].into() }
+        BinaryFile { path: String::new(), command: String::new(), bytes: None }
     }
 }
 

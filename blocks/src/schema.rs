@@ -194,6 +194,8 @@ pub struct BinaryFormat {
     pub most: u64,
     /// A way out if a file is larger.
     pub if_larger: &'static str,
+    /// The command that makes a file, with `{spec}` and `{mission}` for the ones that name it, and `{file}` for its path.
+    pub command: &'static str,
 }
 
 /// Kind of the entity that a name refers to.

@@ -32,6 +32,11 @@ pub fn compile_among(input: &Input, texts: &Texts) -> Compiled {
     compile_part(input, texts, Part::Whole)
 }
 
+/// Compiles a spec without the contents of its files of bytes, such as trained policies: for a command that makes them.
+pub fn compile_unread(input: &Input) -> Compiled {
+    compile_part(input, &Texts::new(), Part::Unread)
+}
+
 /// Compiles a spec, with the checks at sampled postures, which take seconds.
 pub fn compile_deep(input: &Input, deep: &Deep) -> Compiled {
     compile_with(input, &Texts::new(), Part::Whole, Some(deep))
@@ -44,7 +49,7 @@ pub fn params(input: &Input) -> Vec<ParamValue> {
     let source = sources.add(input.name, input.text);
     let (spec, mut diagnostics) = dsl::parse(source, input.text, input.syntax);
     let expanded = expand((input, &texts), source, spec, &mut sources, &mut diagnostics);
-    let context = Context { input, texts: &texts, source, compile: compile_part };
+    let context = Context { input, texts: &texts, source, compile: compile_part, reads_bytes: false };
     lowering::params(&context, &expanded, &mut sources, &mut diagnostics)
 }
 
@@ -72,7 +77,7 @@ fn compile_with(input: &Input, texts: &Texts, part: Part, deep: Option<&Deep>) -
         return refused(report, diagnostics, refusal);
     }
 
-    let context = Context { input, texts, source, compile: compile_part };
+    let context = Context { input, texts, source, compile: compile_part, reads_bytes: part != Part::Unread };
     let lowered = lower(&context, &expanded, empty, &mut report.sources, &mut diagnostics);
     let mut sampled = None;
     if let Some(controller) = &lowered.controller {

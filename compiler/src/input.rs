@@ -64,6 +64,8 @@ pub(crate) enum Part {
     Whole,
     /// All but missions and their scenarios.
     Controller,
+    /// The whole spec, without the contents of files of bytes.
+    Unread,
 }
 
 /// The driver, for stages that compile another spec.

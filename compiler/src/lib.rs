@@ -37,7 +37,7 @@ pub mod units;
 pub use ::names;
 pub use analysis::idle_rows::mark_idle_rows;
 pub use checks::coverage;
-pub use compile::{compile, compile_among, compile_deep, params};
+pub use compile::{compile, compile_among, compile_deep, compile_unread, params};
 pub use demands::JointQuantity;
 pub use diagnostics::report::{Report, Style};
 pub use diagnostics::{codes, report};

@@ -7,14 +7,26 @@ use names::suggest;
 
 /// Adds the way out of a missing file: a file of a similar name in the same folder, or the searched path.
 pub(crate) fn instead_of(d: Diagnostic, written: &str, on_disk: &Path) -> Diagnostic {
-    match nearby(on_disk) {
-        _ if on_disk.is_dir() => d.help("name a file inside it"),
-        Some(near) => {
-            let folder = written.rfind('/').map_or("", |at| &written[..=at]);
-            d.meant(format!("{folder}{near}"))
-        }
+    match meant(written, on_disk) {
+        Some(near) => d.meant(near),
+        None if on_disk.is_dir() => d.help("name a file inside it"),
         None => d.help(format!("looked for {}", on_disk.display())),
     }
+}
+
+/// The same for a file that a command makes.
+pub(crate) fn made_by(d: Diagnostic, written: &str, on_disk: &Path, command: &str) -> Diagnostic {
+    match meant(written, on_disk) {
+        Some(near) => d.note(format!("`{command}` makes this file")).meant(near),
+        None if on_disk.is_dir() => d.help("name a file inside it"),
+        None => d.help(format!("make it: `{command}`")),
+    }
+}
+
+/// The file that was probably meant, as it is written; none: there is none.
+fn meant(written: &str, on_disk: &Path) -> Option<String> {
+    let near = nearby(on_disk).filter(|_| !on_disk.is_dir())?;
+    Some(format!("{}{near}", written.rfind('/').map_or("", |at| &written[..=at])))
 }
 
 /// A name in the folder of a path that is similar to its own.

@@ -44,6 +44,7 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("mission_scenarios_yaml", include_str!("cases/mission_scenarios_yaml.txt"), Syntax::Yaml),
     ("searches", include_str!("cases/searches.txt"), Syntax::Native),
     ("explorations", include_str!("cases/explorations.txt"), Syntax::Native),
+    ("explorations_yaml", include_str!("cases/explorations_yaml.txt"), Syntax::Yaml),
     ("missions_reuse", include_str!("cases/missions_reuse.txt"), Syntax::Native),
     ("yardstick", include_str!("cases/yardstick.txt"), Syntax::Native),
     ("unusual", include_str!("cases/unusual.txt"), Syntax::Native),
@@ -227,6 +228,11 @@ fn missions() {
 #[test]
 fn explorations() {
     check("explorations");
+}
+
+#[test]
+fn explorations_yaml() {
+    check("explorations_yaml");
 }
 
 #[test]

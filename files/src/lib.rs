@@ -13,6 +13,7 @@ mod journal;
 mod output;
 mod read;
 mod results;
+mod word;
 
 pub use draft::{Draft, replace, settle};
 pub use fresh::{begin, create};
@@ -21,3 +22,4 @@ pub use journal::{Unopened, journal, remove};
 pub use output::{Kind, Output, Target};
 pub use read::{open, read, read_up_to, reason, stream};
 pub use results::Results;
+pub use word::quoted;

@@ -109,10 +109,22 @@ pub fn params(path: &Path, settings: &Settings) -> Vec<compiler::ParamValue> {
     given(path, settings, compiler::params).unwrap_or_default()
 }
 
+/// Loads a file like [`load`], without the contents of the files of bytes that a spec names, for a command that makes these.
+pub fn load_unread(path: &Path, settings: &Settings) -> Compiled {
+    match is_compiled(path) {
+        true => load(path, settings),
+        false => given(path, settings, compiler::compile_unread).unwrap_or_else(|report| Compiled::refused(*report)),
+    }
+}
+
+fn is_compiled(path: &Path) -> bool {
+    path.extension().and_then(|e| e.to_str()) == Some("json")
+}
+
 /// Loads an executable file: a spec, or a compiled program (`*.json`). For a spec, rows that can never become active
 /// are marked in the program.
 pub fn load(path: &Path, settings: &Settings) -> Compiled {
-    if path.extension().and_then(|e| e.to_str()) != Some("json") {
+    if !is_compiled(path) {
         let mut compiled = compile(path, settings);
         if let Some(program) = &mut compiled.program {
             compiler::mark_idle_rows(program);

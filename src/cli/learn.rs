@@ -85,7 +85,8 @@ struct Files {
 }
 
 pub fn run(a: &Arguments) -> Result<Outcome, String> {
-    let compiled = project::load(&a.spec, &a.options.settings());
+    // A spec may name the policies that are trained here, which do not exist yet or are of another grid.
+    let compiled = project::load_unread(&a.spec, &a.options.settings());
     if !compiled.is_good() {
         return output::refuse(&compiled.report, &a.spec, false);
     }

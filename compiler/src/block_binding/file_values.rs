@@ -1,5 +1,7 @@
 //! Values that are paths of files, which the compiler reads.
 
+use std::path::Path;
+
 use blocks::{BinaryFile, BinaryFormat, Bound, Companion, FileWith, Located};
 use dsl::Diagnostic;
 use dsl::tree::Value;
@@ -8,7 +10,7 @@ use super::BlockBinder;
 use super::files::Unreadable;
 use super::values::Asked;
 use crate::forms::text_of;
-use crate::paths::instead_of;
+use crate::paths::{instead_of, made_by, tidy};
 
 impl BlockBinder<'_> {
     /// A text file.
@@ -78,10 +80,18 @@ impl BlockBinder<'_> {
         let Some(path) = text_of(value) else {
             return self.wrong_form(value, "the path of a file, in quotes, is needed here".to_string(), asked);
         };
-        let on_disk = self.files.folder.join(path);
-        match self.files.read_bytes(&on_disk, format.most, format.if_larger) {
+        let on_disk = self.files.folder.join(tidy(Path::new(path), self.files.folder));
+        let words =
+            [("{spec}", self.files.spec), ("{mission}", &self.scope.mission), ("{file}", &on_disk.to_string_lossy())];
+        let command =
+            words.iter().fold(format.command.to_string(), |c, (hole, word)| c.replace(hole, &files::quoted(word)));
+        let read = match self.files.reads_bytes {
+            true => self.files.read_bytes(&on_disk, format.most, format.if_larger).map(|bytes| Some(bytes.into())),
+            false => Ok(None),
+        };
+        match read {
             Ok(bytes) => {
-                let file = BinaryFile { path: path.to_string(), bytes: bytes.into() };
+                let file = BinaryFile { path: path.to_string(), command, bytes };
                 Some(Located { at: self.origins.add(value.span), value: Bound::Binary(file) })
             }
             Err(e) => {
@@ -89,7 +99,7 @@ impl BlockBinder<'_> {
                 let d = d.note("paths are relative to the file that names them");
                 self.diagnostics.push(match e.help {
                     Some(help) => d.help(help),
-                    None => instead_of(d, path, &on_disk),
+                    None => made_by(d, path, &on_disk, &command),
                 });
                 None
             }

@@ -1,4 +1,4 @@
-//! Text files that keys name.
+//! Files that keys name.
 
 use std::path::Path;
 
@@ -7,12 +7,16 @@ use dsl::Sources;
 /// Maximum size of a file, in bytes.
 const MAX_BYTES: u64 = 4 << 20;
 
-/// Reader of text files.
+/// Reader of files.
 pub(crate) struct TextFiles<'a> {
+    /// Name of the spec.
+    pub spec: &'a str,
     /// Folder that paths are relative to.
     pub folder: &'a Path,
     /// Sources, to which files are added.
     pub sources: &'a mut Sources,
+    /// False if the contents of files of bytes are not needed.
+    pub reads_bytes: bool,
 }
 
 /// A file that cannot be read.

@@ -11,6 +11,8 @@ pub(crate) struct Scope {
     pub members: BTreeMap<&'static str, Vec<String>>,
     /// Positions (m) of places.
     pub places: BTreeMap<String, [f64; 3]>,
+    /// Name of the mission; empty outside of missions.
+    pub mission: String,
 }
 
 /// Role of members that are places; their key `at` is the position.

@@ -16,7 +16,12 @@ impl Lowerer<'_> {
             diagnostics: self.diagnostics,
             origins: &mut self.origins,
             scope,
-            files: TextFiles { folder: self.input.folder, sources: self.sources },
+            files: TextFiles {
+                spec: self.input.name,
+                folder: self.input.folder,
+                sources: self.sources,
+                reads_bytes: self.reads_bytes,
+            },
         }
     }
 

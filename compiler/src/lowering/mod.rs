@@ -104,6 +104,8 @@ pub(crate) struct Context<'a> {
     pub source: SourceId,
     /// The driver, for the specs that working robots run.
     pub compile: CompilePart,
+    /// False if the contents of files of bytes are not needed.
+    pub reads_bytes: bool,
 }
 
 /// Lowers a spec; `empty` says that nothing could be read of it.
@@ -125,6 +127,8 @@ pub(crate) fn lower(
 /// Shared by all steps of lowering: the input, diagnostics, expressions and the signals that they read.
 struct Lowerer<'a> {
     input: &'a Input<'a>,
+    /// False if the contents of files of bytes are not needed.
+    reads_bytes: bool,
     source: SourceId,
     sources: &'a mut dsl::Sources,
     diagnostics: &'a mut Vec<Diagnostic>,
@@ -152,6 +156,7 @@ impl<'a> Lowerer<'a> {
     fn new(context: &'a Context<'a>, sources: &'a mut dsl::Sources, diagnostics: &'a mut Vec<Diagnostic>) -> Self {
         Lowerer {
             input: context.input,
+            reads_bytes: context.reads_bytes,
             source: context.source,
             sources,
             diagnostics,

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use files::quoted;
 use serde::{Deserialize, Serialize};
 
 use super::row::{Cell, Row};
@@ -212,16 +213,6 @@ pub fn line(command: &str, spec: &str, scenario: &str, settings: &Settings) -> S
     line
 }
 
-/// Quotes a word for a shell.
-pub fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./:=,+@%^".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_string()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -233,13 +224,5 @@ mod tests {
         for bad in ["", "1", "0/3", "4/3", "1/0", "a/b", "-1/3"] {
             assert!(bad.parse::<Shard>().is_err(), "{bad}");
         }
-    }
-
-    #[test]
-    fn words_survive_a_shell() {
-        assert_eq!(quoted("approach=0.137m"), "approach=0.137m");
-        assert_eq!(quoted("found at second sight"), "'found at second sight'");
-        assert_eq!(quoted("it's $HOME"), r"'it'\''s $HOME'");
-        assert_eq!(quoted(""), "''");
     }
 }

@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use compiler::{ParamValue, Report};
+use files::quoted;
 use twox_hash::XxHash3_128;
 
 use super::axis::{Axis, Values, drawn, spread};
-use super::head::{Head, Param, Shard, VERSION, line, quoted};
+use super::head::{Head, Param, Shard, VERSION, line};
 use super::row::Cell;
 use super::subject::{self, Columns};
 use crate::project::{self, Settings};

@@ -26,7 +26,7 @@ impl Lowerer<'_> {
         let before = self.errors();
         let known = self.known_members(&m.members, schema);
         let incomplete = known.len() < m.members.len() || self.errors() > before;
-        let mut scope = Scope::default();
+        let mut scope = Scope { mission: m.name.value.clone(), ..Scope::default() };
         for Known { member, role } in &known {
             scope.members.entry(role.name).or_default().push(member.name.value.clone());
         }

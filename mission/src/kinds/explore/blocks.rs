@@ -24,6 +24,7 @@ static POLICY: BinaryFormat = BinaryFormat {
     code: POLICY_CODE,
     most: 16 << 20,
     if_larger: "name the file of a trained policy, as `hierarq learn` writes it",
+    command: "hierarq learn {spec} {mission} --out {file}",
 };
 
 /// Words for models of the person.

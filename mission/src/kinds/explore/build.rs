@@ -1,6 +1,7 @@
 //! An exploration from its declaration.
 
-use blocks::{Block, Help, Snippet};
+use blocks::{BinaryFile, Block, Help, Located, Snippet};
+use learning::policy::Policy;
 
 use super::blocks::{
     ENGINES, ExploreBlock, HumanBlock, MODELS, ModelBlock, ObstacleBlock, POLICY_CODE, RobotBlock, TYPES, TargetBlock,
@@ -101,7 +102,7 @@ pub(super) fn build(declared: &DeclaredMission, remarks: &mut Remarks) -> Explor
         }
     }
     if !lacks && !remarks.has_error() && !places.any_wrong() {
-        models(&problem, &places, remarks);
+        models(&problem, declared, &places, remarks);
     }
     Explore { problem }
 }
@@ -243,28 +244,37 @@ fn model(member: &DeclaredMember, key: &'static str, of: Option<ModelBlock>, sha
     match (block.model, block.file) {
         (word, _) if word == MODELS[1] => Model::GoalDirected { values: block.values },
         (word, _) if word == MODELS[2] => Model::ConstantVelocity,
-        (_, Some(file)) => {
-            Model::Policy(PolicyFile { path: file.value.path.clone(), bytes: file.value.bytes.to_vec() })
+        (_, Some(Located { value: BinaryFile { path, bytes: Some(bytes), .. }, .. })) => {
+            Model::Policy(PolicyFile { path, bytes: bytes.to_vec() })
         }
+        // A simple model stands for a policy that is about to be trained.
         _ => Model::GoalDirected { values: Vec::new() },
     }
 }
 
 /// Policies that cannot be used.
-fn models(problem: &Problem, places: &Origins<Item>, remarks: &mut Remarks) {
+fn models(problem: &Problem, declared: &DeclaredMission, places: &Origins<Item>, remarks: &mut Remarks) {
     let Some(grid) = Grid::new(problem) else { return };
     let person = &problem.person;
-    for (key, model) in [("walks", &person.walks), ("predicted", &person.predicted)] {
-        if let Err(why) = Mind::new(problem, &grid, model) {
-            let text = match model {
-                Model::Policy(file) => format!("`{}` cannot be used: {why}", file.path),
-                _ => format!("this model cannot be used: {why}"),
-            };
-            let remark = Remark::error(POLICY_CODE, places.of(Item::Person, &[key]), text);
-            let note = format!("the grid has {} x {} cells of {} m", grid.columns, grid.rows, grid.cell);
-            remarks.push(
-                remark.note(note).help("train a policy for this grid with `hierarq learn`, or name another file"),
-            );
-        }
+    let block = declared.of("human").next().map(|member| HumanBlock::read(&member.settings));
+    let files = block.map_or([None, None], |block| [block.walks, block.predicted].map(|of| of.and_then(|of| of.file)));
+    for ((key, model), file) in [("walks", &person.walks), ("predicted", &person.predicted)].into_iter().zip(files) {
+        let Err(why) = Mind::new(problem, &grid, model) else { continue };
+        let note = format!("the grid has {} x {} cells of {} m", grid.columns, grid.rows, grid.cell);
+        remarks.push(match file {
+            Some(Located { at, value: file }) => {
+                let remark = Remark::error(POLICY_CODE, at, format!("`{}` cannot be used: {why}", file.path));
+                // `hierarq learn` replaces policies alone.
+                let is_policy = file.bytes.as_ref().is_some_and(|bytes| Policy::from_bytes(bytes).is_ok());
+                let moved = if is_policy { "" } else { "move this one away and " };
+                let help = format!("name another file, or {moved}train a policy for this grid: `{}`", file.command);
+                remark.note(note).help(help)
+            }
+            None => {
+                let at = places.of(Item::Person, &[key]);
+                let remark = Remark::error(POLICY_CODE, at, format!("this model cannot be used: {why}"));
+                remark.note(note).help("change the grid, or write another `model`")
+            }
+        });
     }
 }
