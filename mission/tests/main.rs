@@ -9,6 +9,7 @@ mod events;
 mod execution;
 mod explore;
 mod explore_bound;
+mod explore_driven;
 mod explore_execution;
 mod explore_lattice;
 mod explore_safe;

@@ -43,6 +43,8 @@ pub struct Course<'e> {
     pub state: WorkState,
     /// The way as a polyline (m); one point where it stands.
     pub points: &'e [[f64; 2]],
+    /// Planned times (s) of the points; empty: of a way with an even speed.
+    pub times: &'e [f64],
     /// Share of the way's length that its base has covered.
     pub share: f64,
     /// A share of the way, and the time (s) at which it is planned.
@@ -70,6 +72,15 @@ impl Course<'_> {
 
     /// The share of the way that is planned for a time (s).
     fn planned(&self, time: f64) -> f64 {
+        if !self.times.is_empty() {
+            let mut passed = 0.0;
+            for (two, times) in self.points.windows(2).zip(self.times.windows(2)) {
+                let share = ((time - times[0]) / (times[1] - times[0])).clamp(0.0, 1.0);
+                passed += share * distance(two[0], two[1]);
+            }
+            let whole = length(self.points);
+            return if whole > 0.0 { passed / whole } else { 1.0 };
+        }
         let [share, since] = self.from;
         if self.ends > since {
             (share + (1.0 - share) * (time - since) / (self.ends - since)).clamp(0.0, 1.0)
@@ -146,7 +157,7 @@ mod tests {
 
     fn course(share: f64) -> Course<'static> {
         let (state, from) = (WorkState::Works, [0.0, 10.0]);
-        Course { state, points: &WAY, share, from, ends: 22.0, heading: 0.0 }
+        Course { state, points: &WAY, times: &[], share, from, ends: 22.0, heading: 0.0 }
     }
 
     #[test]
@@ -162,6 +173,15 @@ mod tests {
         assert!(course(0.95).is_reached([4.0, 1.9], 0.2, 0.5) && !course(0.5).is_reached([4.0, 1.9], 0.2, 0.5));
         let stands = Course { points: &WAY[..1], heading: 2.0, ..course(1.0) };
         assert_eq!(stands.target(15.0, 1.0, 0.5), GroundPose { at: [0.0, 0.0], heading: 2.0 });
+    }
+
+    /// The first leg takes 2 s, and the second one 8 s.
+    #[test]
+    fn the_target_of_a_way_with_times_is_ahead_in_time() {
+        let timed = Course { times: &[10.0, 12.0, 20.0], ..course(1.0) };
+        assert_eq!(timed.target(11.0, 0.0, 9.0).at, [2.0, 0.0]);
+        assert_eq!(timed.target(11.0, 5.0, 9.0).at, [4.0, 1.0]);
+        assert_eq!((timed.target(9.0, 0.0, 9.0).at, timed.target(30.0, 0.0, 9.0).at), ([0.0, 0.0], [4.0, 2.0]));
     }
 
     proptest! {

@@ -239,7 +239,15 @@ impl kind::Execution for Walking {
     fn course(&self, member: usize) -> Option<Course<'_>> {
         let state = self.work(member)?.state;
         let heading = self.base.heading;
-        Some(Course { state, points: &self.way, share: self.covered, from: [0.0; 2], ends: self.arrives, heading })
+        Some(Course {
+            state,
+            points: &self.way,
+            times: &[],
+            share: self.covered,
+            from: [0.0; 2],
+            ends: self.arrives,
+            heading,
+        })
     }
 
     fn drive(&mut self, _: usize, _: f64, pose: GroundPose) {

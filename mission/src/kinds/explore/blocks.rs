@@ -7,6 +7,7 @@ use quantities::{Quantity, usual};
 use super::motion::Dynamics;
 use super::problem::{Escape, Fallback, MAX_PERIODS};
 use crate::declare::common::LABEL;
+use crate::declare::driven::{DRIVEN, DrivenBlock};
 
 const POINTS: ValueType = ValueType::List(&ValueType::Pair(LENGTH));
 const SQUARE: &str = "[[0, 0], [1, 0], [1, 1], [0, 1]] m";
@@ -101,6 +102,8 @@ block! {
         speed: f64 = or(ValueType::Number(usual::WALKING_SPEED), "2.5 m/s");
         /// Greatest acceleration along each axis.
         acceleration: f64 = or(above(ACCELERATION), "5 m/s^2");
+        /// The controller that drives its base in scenarios. Without one it moves as planned.
+        runs: Option<DrivenBlock> = optional(ValueType::Block(&DRIVEN));
     }
 }
 

@@ -3,6 +3,7 @@
 use learning::grid::World;
 use serde::{Deserialize, Serialize};
 
+use crate::kind::course::{Drivable, GroundPose};
 use crate::kind::pages::{Pages, ServeSettings};
 use crate::kind::{self, Event, EventInfo, Further, Impossible, Kind, Member, Mistake, NotOf, Run};
 use crate::labels::Labels;
@@ -87,7 +88,7 @@ impl Explore {
     /// The settings of a run.
     pub fn settings(&self, how: &Run) -> Settings {
         let played = how.reporting.contains(&self.problem.robots.len());
-        Settings { sampled: how.sampled, replan: how.replan, played, nodes: None }
+        Settings { sampled: how.sampled, replan: how.replan, played, nodes: None, driven: how.driven.clone() }
     }
 }
 
@@ -115,6 +116,11 @@ impl kind::Mission for Explore {
 
     fn map_changes(&self) -> bool {
         true
+    }
+
+    fn drivable(&self, member: usize) -> Option<Drivable> {
+        let robot = self.problem.robots.get(member)?;
+        Some(Drivable { start: GroundPose { at: robot.start, heading: 0.0 }, speed: robot.speed })
     }
 
     fn grid_world(&self, types: usize) -> Option<Result<World, String>> {
@@ -171,8 +177,8 @@ impl kind::Mission for Explore {
         if how.bases || !how.replies.is_empty() {
             return Err("an exploration has no bases and no services".into());
         }
-        if !how.driven.is_empty() {
-            return Err("robots of an exploration move by the dynamics that it declares".into());
+        if how.driven.iter().any(|driven| driven.member >= self.problem.robots.len()) {
+            return Err("controllers drive robots alone".into());
         }
         Ok(())
     }

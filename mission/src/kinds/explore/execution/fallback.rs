@@ -33,7 +33,7 @@ impl ExploreExecution {
     pub(super) fn find_way_out(&mut self, foresight: &Foresight, until: &Deadline) {
         let found = match self.problem.planner.fallback {
             Fallback::Stop => None,
-            Fallback::Barrier => way_out(&self.problem, self.solver.ground(), &self.present(), foresight, until),
+            Fallback::Barrier => way_out(&self.kept, self.solver.ground(), &self.present(), foresight, until),
         };
         self.way_out = found.map(|way| (self.time, way));
     }
@@ -42,7 +42,7 @@ impl ExploreExecution {
     pub(super) fn leaves_for_safety(&mut self, foresight: &Foresight, until: &Deadline) -> bool {
         let required = self.problem.planner.escape == Escape::Required;
         let ground = self.solver.ground().filter(|_| required);
-        let found = ground.and_then(|ground| safe_way_out(&self.problem, ground, &self.present(), foresight, until));
+        let found = ground.and_then(|ground| safe_way_out(&self.kept, ground, &self.present(), foresight, until));
         self.way_out = found.map(|way| (self.time, way));
         self.way_out.is_some()
     }

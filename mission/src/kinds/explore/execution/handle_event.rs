@@ -22,6 +22,10 @@ impl ExploreExecution {
                 }
                 let mover = &mut self.robots[robot];
                 (mover.active, mover.input, mover.state.velocity) = (false, [0.0; 2], [0.0; 2]);
+                if let Some(base) = &mut mover.base {
+                    base.state.velocity = [0.0; 2];
+                    mover.state = base.state;
+                }
                 self.solver.forget();
             }
             Event::RobotBack { robot } => {

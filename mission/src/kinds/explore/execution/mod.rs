@@ -9,6 +9,7 @@
 mod behind;
 mod counts;
 mod details;
+mod driven;
 mod fallback;
 mod handle_event;
 mod period;
@@ -27,10 +28,12 @@ use super::problem::Problem;
 use super::program::{Group, Present, Trajectories};
 use super::solve::{NoPlan, Solver};
 use crate::execution::Replan;
+use crate::kind::course::Driven;
 
 pub(super) use self::behind::MEASURES;
 pub use self::counts::Counts;
 use self::details::{Links, PlanNote};
+use self::driven::{DrivenBase, with_reserves};
 use self::person::Walker;
 
 /// Ticks in each period.
@@ -47,6 +50,8 @@ pub struct Settings {
     pub played: bool,
     /// The most nodes of a search; none: those of the problem.
     pub nodes: Option<u64>,
+    /// Robots whose bases controllers drive.
+    pub driven: Vec<Driven>,
 }
 
 /// A robot under way.
@@ -61,6 +66,8 @@ pub(super) struct Mover {
     pub taken: usize,
     /// Length of its way so far (m).
     pub travelled: f64,
+    /// Its base, if a controller drives it.
+    base: Option<DrivenBase>,
 }
 
 /// The plan that is executed.
@@ -80,6 +87,8 @@ pub(super) struct Committed {
 #[derive(Debug)]
 pub struct ExploreExecution {
     pub(super) problem: Problem,
+    /// The problem of plans, which keep the tolerances of driven bases in reserve.
+    kept: Problem,
     pub(super) settings: Settings,
     grid: Grid,
     solver: Solver,
@@ -153,6 +162,13 @@ pub enum LogEntry {
     },
     /// There is a plan again.
     PlanAgain,
+    /// The base of a robot is farther from its plan than its tolerance.
+    OffPlan {
+        /// The robot.
+        robot: usize,
+        /// Distance (m).
+        by: f64,
+    },
     /// Two members touch: robots, and then the person.
     Touch {
         /// One member.
@@ -182,18 +198,24 @@ impl ExploreExecution {
         let grid = Grid::new(&problem).ok_or("the grid has no cells")?;
         let person = Walker::new(&problem, &grid, &settings)?;
         let mut solver = Solver::find(problem.planner.engine).map_err(|why| why.to_string())?;
-        let mover = |robot: &super::problem::Robot| Mover {
+        let mut problem = problem;
+        problem.planner.nodes = settings.nodes.unwrap_or(problem.planner.nodes);
+        let kept = with_reserves(&problem, &settings.driven)?;
+        let base = |index: usize, at: Point| {
+            let of = settings.driven.iter().find(|driven| driven.member == index)?;
+            Some(DrivenBase::new(at, of.tolerance))
+        };
+        let mover = |(index, robot): (usize, &super::problem::Robot)| Mover {
+            base: base(index, robot.start),
             state: robot.at_start(),
             active: true,
             input: [0.0; 2],
             taken: 0,
             travelled: 0.0,
         };
-        let robots: Vec<Mover> = problem.robots.iter().map(mover).collect();
+        let robots: Vec<Mover> = problem.robots.iter().enumerate().map(mover).collect();
         let walked = robots.iter().map(|robot| vec![robot.state.at]).chain([vec![person.at(0.0)]]).collect();
         let (count, targets) = (robots.len(), problem.targets.len());
-        let mut problem = problem;
-        problem.planner.nodes = settings.nodes.unwrap_or(problem.planner.nodes);
         let present = Present {
             states: robots.iter().map(|robot| robot.state).collect(),
             active: vec![true; count],
@@ -202,7 +224,7 @@ impl ExploreExecution {
         let foresight = person.foresee(&problem, &grid, &present.open, 0.0);
         let time = first_time(&problem);
         let begun = Instant::now();
-        let first = solver.plan(&problem, &present, &foresight, time).map_err(|why| why.to_string())?;
+        let first = solver.plan(&kept, &present, &foresight, time).map_err(|why| why.to_string())?;
         let took = begun.elapsed().as_secs_f64();
         let plan = Committed { trajectories: first.trajectories.clone(), foresight, present, begin: 0.0, step: 0 };
         Ok(ExploreExecution {
@@ -228,6 +250,7 @@ impl ExploreExecution {
             done: None,
             walked,
             problem,
+            kept,
         })
     }
 

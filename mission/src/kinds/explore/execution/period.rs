@@ -15,15 +15,16 @@ impl ExploreExecution {
         if self.period > 0 {
             self.take();
             let at = self.person.at(self.time);
-            for (way, end) in self.walked.iter_mut().zip(self.robots.iter().map(|r| r.state.at).chain([at])) {
-                way.push(end);
-            }
+            let ends: Vec<_> = (0..self.robots.len()).filter_map(|robot| self.place(robot)).chain([at]).collect();
+            self.walked.iter_mut().zip(ends).for_each(|(way, end)| way.push(end));
+            self.look_at_bases();
         }
         // The plan with which the mission begins was made before it.
         if self.period > 0 && self.settings.replan != Replan::None {
             self.plan_anew();
         }
         self.follow();
+        self.lay_motions();
     }
 
     /// Targets that the plan has robots take now.
@@ -35,7 +36,8 @@ impl ExploreExecution {
         }
         for visit in due {
             let robot = &self.robots[visit.robot];
-            let there = self.problem.targets[visit.target].shape.contains(robot.state.at, 1e-6);
+            let at = self.place(visit.robot).unwrap_or(robot.state.at);
+            let there = self.problem.targets[visit.target].shape.contains(at, 1e-6);
             if !there || !robot.active {
                 continue;
             }
@@ -73,11 +75,11 @@ impl ExploreExecution {
         let time = Duration::from_secs_f64(self.problem.planner.time);
         let begun = Instant::now();
         let until = Deadline::at(begun + time);
-        let found = self.solver.plan(&self.problem, &present, &foresight, time);
+        let found = self.solver.plan(&self.kept, &present, &foresight, time);
         match found {
             Ok(best) => {
                 self.plans.push(PlanNote::new(self.time, &best, begun.elapsed().as_secs_f64()));
-                let broken = validate(&self.problem, &present, &foresight, &best.trajectories);
+                let broken = validate(&self.kept, &present, &foresight, &best.trajectories);
                 if let Some(first) = broken.first() {
                     self.find_way_out(&foresight, &until);
                     return self.go_without(format!("the plan is refused: {first}"), None);
@@ -136,7 +138,7 @@ impl ExploreExecution {
         };
         let short =
             super::Foresight { positions: foresight.positions.iter().take(2).copied().collect(), ..foresight.clone() };
-        validate(&self.problem, present, &short, &one).is_empty()
+        validate(&self.kept, present, &short, &one).is_empty()
     }
 
     fn go_without(&mut self, why: String, group: Option<super::Group>) {

@@ -55,7 +55,9 @@ impl DiscreteEvents for ExploreExecution {
                 self.look();
                 self.tick += 1;
                 if self.without_plan {
+                    self.look_at_bases();
                     self.fall_back(self.problem.period / TICKS as f64);
+                    self.lay_motions();
                 }
             }
         }
@@ -66,6 +68,9 @@ impl ExploreExecution {
     /// The state of a robot at a time (s), not before the last step: it holds its input.
     pub(super) fn state_at(&self, robot: usize, time: f64) -> Option<State> {
         let mover = self.robots.get(robot)?;
+        if let Some(base) = &mover.base {
+            return Some(base.state);
+        }
         // Nobody moves after the end.
         let time = self.done.map_or(time, |done| time.min(done));
         let dynamics = self.problem.robots[robot].dynamics;
@@ -81,7 +86,9 @@ impl ExploreExecution {
         }
         for (robot, who) in self.robots.iter_mut().zip(&self.problem.robots).filter(|(robot, _)| robot.active) {
             let next = who.dynamics.after(robot.state, robot.input, passed);
-            robot.travelled += distance(next.at, robot.state.at);
+            if robot.base.is_none() {
+                robot.travelled += distance(next.at, robot.state.at);
+            }
             robot.state = next;
         }
         self.moved_to = self.time;
@@ -112,9 +119,8 @@ impl ExploreExecution {
             }
             self.done = Some(self.time);
             let at = self.person.at(self.time);
-            for (way, end) in self.walked.iter_mut().zip(self.robots.iter().map(|r| r.state.at).chain([at])) {
-                way.push(end);
-            }
+            let ends: Vec<_> = (0..self.robots.len()).filter_map(|robot| self.place(robot)).chain([at]).collect();
+            self.walked.iter_mut().zip(ends).for_each(|(way, end)| way.push(end));
             self.record(LogEntry::Done);
         }
     }
@@ -123,8 +129,9 @@ impl ExploreExecution {
     pub(super) fn look(&mut self) {
         let count = self.robots.len();
         let person = self.person.at(self.time);
-        let mut bodies: Vec<_> =
-            self.problem.robots.iter().zip(&self.robots).map(|(of, robot)| of.body.moved(robot.state.at)).collect();
+        let mut bodies: Vec<_> = (self.problem.robots.iter().enumerate())
+            .filter_map(|(robot, of)| Some(of.body.moved(self.place(robot)?)))
+            .collect();
         bodies.push(self.problem.person.body.moved(person));
         for one in 0..=count {
             for other in one + 1..=count {

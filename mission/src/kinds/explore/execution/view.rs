@@ -15,7 +15,7 @@ use super::person::Walker;
 use super::{Counts, ExploreExecution, LogEntry, MEASURES, Settings};
 use crate::chart::Chart;
 use crate::execution::DiscreteEvents;
-use crate::kind::course::GroundPose;
+use crate::kind::course::{Course, GroundPose};
 use crate::kind::{self, Cell, Entry, Event, Outcome, ReportPart, Table, Work, number};
 use crate::labels::Labels;
 use crate::map::Map;
@@ -168,6 +168,7 @@ impl ExploreExecution {
                 }
             },
             LogEntry::PlanAgain => "there is a plan again".into(),
+            LogEntry::OffPlan { robot, by } => format!("{} is {by:.2} m off its plan", p.robot_label(*robot)),
             LogEntry::Touch { one, other } => format!("{} and {} touch", label(p, *one), label(p, *other)),
             LogEntry::Disconnected => "the team is not connected any more".into(),
             LogEntry::Connected => "the team is connected again".into(),
@@ -187,7 +188,8 @@ impl kind::Execution for ExploreExecution {
     }
 
     fn next(&self) -> Option<f64> {
-        self.upcoming(false).map(|(time, _)| time)
+        // Bases are driven to the next step, whose effects they must not precede.
+        self.upcoming(self.robots.iter().any(|robot| robot.base.is_some())).map(|(time, _)| time)
     }
 
     fn done(&self) -> Option<f64> {
@@ -315,8 +317,16 @@ impl kind::Execution for ExploreExecution {
         places.map(|x| Cell::Number(x, "m")).chain(counts.map(Cell::Count)).collect()
     }
 
-    fn work(&self, _: usize) -> Option<Work> {
-        None
+    fn work(&self, member: usize) -> Option<Work> {
+        self.base_work(member)
+    }
+
+    fn course(&self, member: usize) -> Option<Course<'_>> {
+        self.course_of(member)
+    }
+
+    fn drive(&mut self, member: usize, time: f64, pose: GroundPose) {
+        self.drive_base(member, time, pose);
     }
 
     fn pose(&self, member: usize, time: f64) -> Option<GroundPose> {

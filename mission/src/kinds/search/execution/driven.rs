@@ -141,6 +141,7 @@ impl SearchExecution {
         let standing = Course {
             state,
             points: std::slice::from_ref(&member.pose.at),
+            times: &[],
             share: 1.0,
             from: [1.0, self.time],
             ends: self.time,
