@@ -245,6 +245,7 @@ impl Mission {
         self.handle(py, &Request { from: Client::Person(index), body })
     }
 
+    /// The Gantt chart of the present plan as SVG, which notebooks show.
     fn _repr_svg_(&self) -> PyResult<String> {
         Ok(gantt::svg(&alone(&self.session, "mission")?.execution().chart()))
     }

@@ -45,6 +45,7 @@ pub const EXAMPLES: &[&str] = &[
     "completion",
     "room",
     "free_flyer",
+    "rover",
     "handover",
 ];
 
@@ -62,6 +63,7 @@ pub const MISSIONS: &[&str] = &[
     "reminders",
     "tokens",
     "errands",
+    "beside_anna",
     "sparse_targets",
     "grouped_targets",
 ];

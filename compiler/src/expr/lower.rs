@@ -116,7 +116,7 @@ impl Lowering<'_> {
                     span,
                     format!("a vector has three numbers, and this list has {}", typed.len()),
                 )
-                .help(for_list(items)),
+                .help(if unit.is_some() { "write `[x, y, z]`".to_string() } else { for_list(items) }),
             );
         }
         if let Some(bad) = typed.iter().find(|x| x.kind != Kind::Scalar) {

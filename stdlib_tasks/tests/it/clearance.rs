@@ -164,7 +164,9 @@ fn strokes_and_followers_count_in_full() {
     // A point that turns about z, carried out along x as far as its slide goes, stretched all the way.
     let slide = joint(2, "prismatic", "1 0 0", "");
     let lead = "<mimic joint=\"j2\" multiplier=\"1.5\" offset=\"0.4\"/>";
-    let doubled = robot(&[turn.clone(), slide.clone(), joint(3, "prismatic", "1 0 0", lead)]);
+    // A follower with room for all that its leader does.
+    let follower = joint(3, "prismatic", "1 0 0", lead).replace("upper=\"0.8\"", "upper=\"1.6\"");
+    let doubled = robot(&[turn.clone(), slide.clone(), follower]);
     let lock = [("j2".to_string(), 0.5)].into();
     let options = Options { lock, ..Options::default() };
     let locked = Model::from_urdf(&robot(&[turn.clone(), slide.clone()]), &options).unwrap().0;
