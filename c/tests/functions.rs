@@ -1,5 +1,10 @@
 //! The functions called as a host calls them: the same numbers as the controller of Rust, and a defined answer to each mistake.
 
+#![allow(
+    clippy::undocumented_unsafe_blocks,
+    reason = "each call passes pointers of the library, null, or arrays with the length beside them"
+)]
+
 use std::ffi::{CStr, c_char};
 use std::ptr::{null, null_mut};
 

@@ -84,7 +84,11 @@ fn hunt(run: &mut dyn Execution, robots: usize, draws: &mut Pcg64) {
     let places: Vec<[f64; 3]> = (0..robots).map(|robot| run.measure("position", Some(robot))).collect();
     let far = |of: &[f64; 3]| f64::hypot(of[0] - at[0], of[1] - at[1]);
     let nearest = places.iter().min_by(|a, b| far(a).total_cmp(&far(b))).copied().expect("a robot");
-    let to = if draws.next_u64() % 10 > 0 { nearest } else { places[(draws.next_u64() % robots as u64) as usize] };
+    let to = if !draws.next_u64().is_multiple_of(10) {
+        nearest
+    } else {
+        places[(draws.next_u64() % robots as u64) as usize]
+    };
     // Cells that no way leads to are refused.
     let _ = run.handle(&Event::of("strays", robots).and("to", Detail::Point([to[0], to[1]])));
 }

@@ -68,8 +68,8 @@ impl Lattice<'_> {
         })?;
         // By period from the third one on, the state before each state.
         let mut from: Vec<Vec<u32>> = Vec::with_capacity(self.periods);
-        for step in begin..self.periods {
-            let Table { limits, bits: [first, middle, last] } = &tables[step];
+        for (step, table) in tables.iter().enumerate().take(self.periods).skip(begin) {
+            let Table { limits, bits: [first, middle, last] } = table;
             let worths = gains(step + 1);
             let mut next = vec![f64::INFINITY; subsets * states];
             let mut before = vec![u32::MAX; subsets * states];
@@ -194,9 +194,9 @@ impl Lattice<'_> {
         let (one, two, ends) = (&tables[0].limits, &tables[1].limits, &tables[1].bits[2]);
         let third_now = one.bits(discrete.third(now), 1);
         let exposed = self.exposed_at(robot, 2);
-        for q in 0..self.ground.len() {
+        for (q, end) in ends.iter().enumerate() {
             let at = self.ground.point(q);
-            if ends[q].part == 0 {
+            if end.part == 0 {
                 continue;
             }
             if self.until.is_over_after(LAUNCH * velocities.count()) {
@@ -221,7 +221,7 @@ impl Lattice<'_> {
                 }
                 let middle = self.half_way(robot, now, first);
                 let until = third_now.both(one.bits(middle.at, 2));
-                let after = two.bits(middle.at, 0).both(two.bits(discrete.third(middle), 1)).both(ends[q]);
+                let after = two.bits(middle.at, 0).both(two.bits(discrete.third(middle), 1)).both(*end);
                 if until.part == 0 || until.person == 0 || after.part == 0 || after.person == 0 {
                     continue;
                 }
