@@ -29,8 +29,6 @@ fn the_header_is_that_of_the_functions() {
     let bindings = cbindgen::Builder::new()
         .with_config(config)
         .with_src(root.join("src/lib.rs"))
-        .with_src(root.join("src/program.rs"))
-        .with_src(root.join("src/controller.rs"))
         .generate()
         .expect("a header");
     let mut made = Vec::new();
