@@ -26,11 +26,8 @@ fn without_promises(header: &str) -> String {
 fn the_header_is_that_of_the_functions() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let config = cbindgen::Config::from_file(root.join("cbindgen.toml")).expect("a configuration");
-    let bindings = cbindgen::Builder::new()
-        .with_config(config)
-        .with_src(root.join("src/lib.rs"))
-        .generate()
-        .expect("a header");
+    let bindings =
+        cbindgen::Builder::new().with_config(config).with_src(root.join("src/lib.rs")).generate().expect("a header");
     let mut made = Vec::new();
     bindings.write(&mut made);
     let made = without_promises(&String::from_utf8(made).expect("text"));

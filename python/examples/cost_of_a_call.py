@@ -49,7 +49,7 @@ def batch(program: hierarq.Program, n: int, threads: int, ticks: int) -> list[fl
 if __name__ == "__main__":
     for name in ("hello", "safety_tasks"):
         program = hierarq.load(EXAMPLES / f"{name}.hq")
-        ticks = min(2000, round(program.duration / program.period))
+        ticks = round(program.duration / program.period)
         one = batch(program, 1, 1, ticks)
         called = steps(program, ticks)
         print(f"{name}: step            {figures(called)}")

@@ -1,6 +1,6 @@
 //! Many robots with one program, stepped at once in threads: the form of environments for learning.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -14,6 +14,9 @@ use crate::program::refused;
 
 /// Largest number of robots.
 const MOST: usize = 1_000_000;
+
+/// Shares of the robots for each thread: the last ones to end keep the other threads idle for a part of a share only.
+const SHARES: usize = 8;
 
 /// A robot of a batch.
 struct Member {
@@ -90,7 +93,7 @@ impl Batch {
     }
 }
 
-/// A share of the robots that one thread steps.
+/// A share of the robots that a thread steps at once.
 struct Share<'a> {
     /// Index of the first one.
     first: usize,
@@ -145,15 +148,31 @@ impl Batch {
         let mut core = alone(&self.core, "batch")?;
         let Core { members, velocity, position, faults } = &mut *core;
         position.copy_from_slice(&q);
-        let (size, period, told) = (self.n.div_ceil(self.threads), self.program.robot.period, &told);
+        let size = self.n.div_ceil(SHARES * self.threads);
+        let numbers = velocity.chunks_mut(size * nv).zip(position.chunks_mut(size * nq));
+        let robots = members.chunks_mut(size).zip(faults.chunks_mut(size));
+        let share = |(part, ((members, faults), (velocity, position)))| Share {
+            first: part * size,
+            members,
+            velocity,
+            position,
+            faults,
+        };
+        let shares: Vec<Share<'_>> = robots.zip(numbers).enumerate().map(share).collect();
+        let (shares, period, told) = (Mutex::new(shares.into_iter()), self.program.robot.period, &told);
+        let next = || shares.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let work = || {
+            while let Some(share) = next() {
+                share.step(model, period, told);
+            }
+        };
         py.detach(|| {
             std::thread::scope(|scope| {
-                let numbers = velocity.chunks_mut(size * nv).zip(position.chunks_mut(size * nq));
-                let robots = members.chunks_mut(size).zip(faults.chunks_mut(size));
-                for (part, ((members, faults), (velocity, position))) in robots.zip(numbers).enumerate() {
-                    let share = Share { first: part * size, members, velocity, position, faults };
-                    scope.spawn(move || share.step(model, period, told));
+                for _ in 1..self.threads {
+                    scope.spawn(work);
                 }
+                // This thread works too: for one of them, none is started.
+                work();
             });
         });
         PyArray1::from_slice(py, velocity).reshape([self.n, nv])
