@@ -3,8 +3,7 @@
 
 use crate::common;
 
-use common::{Compiled, compile_text, examples};
-use dsl::Syntax;
+use common::compile_both;
 use hierarq_compiler::Style;
 use robot::{Data, Model};
 use runtime::{Recorder, Simulation, Tick};
@@ -47,18 +46,8 @@ run {{ stack s  duration 4 s }}
     )
 }
 
-/// Compiles a spec in both syntaxes.
-fn both(text: &str) -> [Compiled; 2] {
-    let mut sources = dsl::Sources::default();
-    let source = sources.add("spec", text);
-    let (tree, found) = dsl::parse(source, text, Syntax::Native);
-    assert!(found.is_empty(), "{found:?}\n{text}");
-    let yaml = dsl::print(&tree, Syntax::Yaml);
-    [(text, Syntax::Native), (yaml.as_str(), Syntax::Yaml)].map(|(t, s)| compile_text(t, s, &examples(), &[]))
-}
-
 fn taken(settings: &str, position: &str, orientation: &str) {
-    for compiled in both(&spec(LEFT, settings, position, orientation)) {
+    for compiled in compile_both(&spec(LEFT, settings, position, orientation)) {
         let text = compiled.report.render(Style::Plain, 100);
         assert!(compiled.is_good(), "{settings} {position} {orientation}\n{text}");
     }
@@ -66,7 +55,7 @@ fn taken(settings: &str, position: &str, orientation: &str) {
 
 /// Asserts that the spec is rejected with this help.
 fn refused(settings: &str, position: &str, orientation: &str, help: &str) {
-    for compiled in both(&spec(LEFT, settings, position, orientation)) {
+    for compiled in compile_both(&spec(LEFT, settings, position, orientation)) {
         let text = compiled.report.render(Style::Plain, 100);
         let codes: Vec<&str> = compiled.report.diagnostics.iter().map(|d| d.code).collect();
         assert_eq!(codes, ["HQ0314"], "{settings} {position} {orientation}\n{text}");
@@ -166,7 +155,7 @@ run {{ stack s  duration 1 s }}
             ("[0, 1, 0] m in world", "relative_to world", true),
             ("[0, 1, 0] m in left_tool", "relative_to world", false),
         ] {
-            for compiled in both(&planned(along, settings, first)) {
+            for compiled in compile_both(&planned(along, settings, first)) {
                 let axes = compiled.report.diagnostics.iter().any(|d| d.code == "HQ0314");
                 assert_eq!(!axes, good, "{along} {settings}\n{}", compiled.report.render(Style::Plain, 100));
             }
@@ -206,14 +195,14 @@ fn hands_that_are_told_to_come_closer_do_whatever_the_orientation_of_the_left_on
     let homes = [LEFT, "[0.9, 0.8, 0.5, -1.7, 0.4, 0.5, 0.6]", "[1.11, 0.91, 0.67, -1.86, -0.77, 0.2, 1.2]"];
     let mut orientations: Vec<[f64; 4]> = Vec::new();
     for home in homes {
-        let [compiled, _] = both(&spec(home, "", P, R));
+        let [compiled, _] = compile_both(&spec(home, "", P, R));
         let program = compiled.program.expect("it compiles");
         let model = &program.robot.model;
         let start = hands(model, &program.robot.home);
         orientations.push(start.left);
         let [x, y, z] = start.seen.map(|x| -x / start.apart * 0.05);
         let closer = format!("{P} + ([{x}, {y}, {z}] m in left_tool)*smoothstep(t/(2 s))");
-        for compiled in both(&spec(home, "", &closer, R)) {
+        for compiled in compile_both(&spec(home, "", &closer, R)) {
             let report = compiled.report.render(Style::Plain, 100);
             let program = compiled.program.unwrap_or_else(|| panic!("{report}"));
             let mut last = Last(Vec::new());

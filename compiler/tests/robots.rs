@@ -4,20 +4,10 @@ use std::collections::BTreeMap;
 
 use crate::common;
 
-use common::{Compiled, compile_text, examples};
+use common::{Compiled, compile_both, compile_text, examples};
 use dsl::Syntax;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use robot::{Data, LinkId};
-
-/// Compiles a spec in both syntaxes.
-fn both(text: &str) -> [Compiled; 2] {
-    let mut sources = dsl::Sources::default();
-    let source = sources.add("spec", text);
-    let (tree, found) = dsl::parse(source, text, Syntax::Native);
-    assert!(found.is_empty(), "{found:?}\n{text}");
-    let yaml = dsl::print(&tree, Syntax::Yaml);
-    [(text, Syntax::Native), (yaml.as_str(), Syntax::Yaml)].map(|(t, s)| compile_text(t, s, &examples(), &[]))
-}
 
 #[test]
 fn a_floating_base_starts_where_home_and_start_put_it() {
@@ -37,7 +27,7 @@ scenario other { start { base_y 2 m  base_orientation axis_angle([1, 1, 0], 1 ra
     let home = Isometry3::from_parts(Translation3::new(0.5, 0.0, 1.0), turned);
     let axis = nalgebra::Unit::new_normalize(nalgebra::Vector3::new(1.0, 1.0, 0.0));
     let other = Isometry3::from_parts(Translation3::new(0.5, 2.0, 1.0), UnitQuaternion::from_axis_angle(&axis, 1.0));
-    for compiled in both(text) {
+    for compiled in compile_both(text) {
         let program = compiled.program.expect("a program");
         let model = &program.robot.model;
         let mut data = Data::new(model);
@@ -78,7 +68,7 @@ fn robots_of_one_spec_stand_where_each_of_them_is_put() {
     let about_z = |angle: f64| UnitQuaternion::from_euler_angles(0.0, 0.0, angle * deg);
     // 0.3 m along the x axis of its place, which is the y axis of the world.
     let right = Isometry3::from_parts(Translation3::new(0.0, -0.2, 0.0), about_z(120.0));
-    for compiled in both(&text) {
+    for compiled in compile_both(&text) {
         let together = poses(&compiled);
         for (robot, at) in [("left", Isometry3::translation(0.2, 0.5, 0.1)), ("right", right)] {
             for (link, pose) in &alone {

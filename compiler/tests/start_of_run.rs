@@ -3,8 +3,7 @@
 
 use crate::common;
 
-use common::{Compiled, compile_text, examples};
-use dsl::Syntax;
+use common::compile_both;
 use hierarq_compiler::Style;
 use robot::Data;
 use runtime::expect::{Outcome, Verdict, offline};
@@ -43,15 +42,6 @@ scenario \"elsewhere\" {
 }
 ";
 
-fn both(text: &str) -> [Compiled; 2] {
-    let mut sources = dsl::Sources::default();
-    let source = sources.add("spec", text);
-    let (tree, found) = dsl::parse(source, text, Syntax::Native);
-    assert!(found.is_empty(), "{found:?}");
-    let yaml = dsl::print(&tree, Syntax::Yaml);
-    [(text, Syntax::Native), (yaml.as_str(), Syntax::Yaml)].map(|(t, s)| compile_text(t, s, &examples(), &[]))
-}
-
 /// Recorder of the robot's state at each tick.
 struct Seen {
     q: Vec<Vec<f64>>,
@@ -78,7 +68,7 @@ fn run(program: &Program, scenario: &ScenarioProgram) -> (Seen, Vec<Outcome>) {
 
 #[test]
 fn it_is_the_value_at_the_start_of_the_run() {
-    for compiled in both(SPEC) {
+    for compiled in compile_both(SPEC) {
         let report = compiled.report.render(Style::Plain, 100);
         let program = compiled.program.unwrap_or_else(|| panic!("{report}"));
         let scenario = &program.scenarios[0];
@@ -124,7 +114,7 @@ fn it_is_the_value_at_the_start_of_the_run() {
 
 #[test]
 fn a_program_with_it_is_read_again_from_its_data() {
-    let [compiled, _] = both(SPEC);
+    let [compiled, _] = compile_both(SPEC);
     let report = compiled.report.render(Style::Plain, 100);
     let program = compiled.program.unwrap_or_else(|| panic!("{report}"));
     let text = serde_json::to_string(&program).expect("data");

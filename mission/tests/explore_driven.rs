@@ -4,33 +4,14 @@
 use hierarq_mission::kind::course::{Driven, GroundPose};
 use hierarq_mission::kind::{Event, Execution, Mission, Run, WorkState};
 use hierarq_mission::kinds::explore::Explore;
-use hierarq_mission::kinds::explore::polygon::{Convex, Point};
+use hierarq_mission::kinds::explore::polygon::Point;
 use hierarq_mission::kinds::explore::problem::Problem;
 
 use crate::common::Random;
-use crate::explored::{rectangle, world};
+use crate::explore_execution::room;
 
 const TICK: f64 = 0.05;
 const TOLERANCE: f64 = 0.1;
-
-/// A room with one robot, one obstacle, and a person who leaves a target.
-fn room() -> Problem {
-    let mut problem = world();
-    problem.area = rectangle([2.5, 2.5], [5.0, 5.0]);
-    problem.exit = rectangle([4.5, 0.5], [1.0, 1.0]);
-    problem.obstacles.truncate(1);
-    problem.targets.truncate(2);
-    problem.targets[0].shape = rectangle([0.5, 4.5], [0.6, 0.6]);
-    problem.targets[1].shape = rectangle([1.5, 0.5], [0.6, 0.6]);
-    problem.robots.truncate(1);
-    problem.robots[0].start = [0.5, 3.5];
-    problem.person.start = [0.5, 0.5];
-    problem.connection = Convex::regular(8, 6.0).unwrap();
-    problem.periods = 8;
-    problem.planner.nodes = 100;
-    problem.planner.time = 20.0;
-    problem
-}
 
 fn execution(problem: &Problem, tolerance: f64) -> Result<Box<dyn Execution>, String> {
     let driven = vec![Driven { member: 0, tolerance }];
@@ -41,7 +22,7 @@ fn execution(problem: &Problem, tolerance: f64) -> Result<Box<dyn Execution>, St
     mission.execute(&how)
 }
 
-/// Where a base with this greatest speed (m/s) is after a tick, that is told to go where the plan has it `lead` (s) later.
+/// The position after a tick of a base with this greatest speed (m/s), which follows the plan `lead` (s) ahead.
 fn driven(run: &dyn Execution, at: Point, time: f64, lead: f64, most: f64) -> Point {
     let course = run.course(0).expect("somebody drives it");
     assert!(course.state != WorkState::Works || !course.is_reached(at, TOLERANCE, f64::INFINITY));

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use crate::explored::{rectangle, world};
 
 /// A room that the built-in engine can plan in: one robot, one obstacle, two targets, and an exit that is near.
-fn room() -> Problem {
+pub(crate) fn room() -> Problem {
     let mut problem = world();
     problem.area = rectangle([2.5, 2.5], [5.0, 5.0]);
     problem.exit = rectangle([4.5, 0.5], [1.0, 1.0]);

@@ -32,7 +32,7 @@ struct Core {
     q: Vec<f64>,
 }
 
-/// What only one thread may use at a time.
+/// Locks a value that only one thread may use at a time.
 ///
 /// # Errors
 /// Another thread uses it: waiting for it would hold up the interpreter, which that thread may need.

@@ -29,7 +29,7 @@ struct Activity {
     member: String,
     /// Name of the activity.
     activity: &'static str,
-    /// What it is of.
+    /// The work that it belongs to.
     title: String,
     /// Start (s).
     start: f64,
@@ -75,7 +75,7 @@ fn member(of: &dyn mission::kind::Mission, name: &str) -> PyResult<usize> {
     names().position(|n| n == name).ok_or_else(|| refused(unknown("member", name, names)))
 }
 
-/// What a dict says, as JSON.
+/// A dict as JSON.
 fn data(py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<Value> {
     let text: String = py.import("json")?.call_method1("dumps", (value,))?.extract()?;
     serde_json::from_str(&text).map_err(refused)
@@ -154,7 +154,7 @@ impl Mission {
         Ok(chart.rows.into_iter().flat_map(of).collect())
     }
 
-    /// What has happened: times (s) and sentences.
+    /// The log: times (s) and sentences.
     #[getter]
     fn log(&self) -> PyResult<Vec<(f64, String)>> {
         let session = alone(&self.session, "mission")?;

@@ -122,7 +122,7 @@ impl Robot {
         PyArray1::from_iter(py, rows.transpose().iter().copied()).reshape([6, nv])
     }
 
-    /// Where the numbers of a configuration are in a list of joints of a driver: `q = driver_positions[robot.order(driver_names)]`.
+    /// Indices of the numbers of a configuration in a list of joints of a driver: `q = driver_positions[robot.order(driver_names)]`.
     fn order<'py>(&self, py: Python<'py>, names: Vec<String>) -> PyResult<Bound<'py, PyArray1<usize>>> {
         let mut order = Vec::with_capacity(self.names.len());
         for wanted in &self.names {

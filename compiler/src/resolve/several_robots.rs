@@ -16,7 +16,7 @@ struct OfRobot<'n> {
     robot: SymbolId,
     /// Length of the robot's name.
     length: usize,
-    /// What follows; empty for the robot itself.
+    /// The rest of the name; empty for the robot itself.
     part: &'n str,
 }
 

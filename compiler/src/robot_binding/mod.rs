@@ -67,7 +67,7 @@ pub struct BoundRobot {
     pub joint_groups: JointGroups,
     /// The SRDFs of its robots, each with its text.
     pub(crate) srdf: Vec<RobotSrdf>,
-    /// Where it stands.
+    /// Its stand in the world.
     pub stand: Stand,
     /// Named postures.
     pub postures: Postures,

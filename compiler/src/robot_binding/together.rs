@@ -18,7 +18,7 @@ use crate::sections::prefix;
 /// Names that all robots share.
 const SHARED: &[&str] = &["all", "arms"];
 
-/// Where a robot stands: the value of `at`.
+/// The stand of a robot in the world: the value of `at`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stand {
     /// Pose of its root link in the world, or of the origin of its base.

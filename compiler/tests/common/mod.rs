@@ -132,7 +132,17 @@ pub fn compile_text(text: &str, syntax: Syntax, folder: &Path, set: &[(String, S
     compile(&Input { name: "spec", text, syntax, folder, set, package_paths: &[] })
 }
 
-/// The same, with the checks at a number of random postures that a seed determines.
+/// Compiles a text in the native syntax, and the same spec printed as YAML, with the files of the examples.
+pub fn compile_both(text: &str) -> [Compiled; 2] {
+    let mut sources = dsl::Sources::default();
+    let source = sources.add("spec", text);
+    let (tree, found) = dsl::parse(source, text, Syntax::Native);
+    assert!(found.is_empty(), "{found:?}\n{text}");
+    let yaml = dsl::print(&tree, Syntax::Yaml);
+    [(text, Syntax::Native), (yaml.as_str(), Syntax::Yaml)].map(|(t, s)| compile_text(t, s, &examples(), &[]))
+}
+
+/// The same as [`compile_text`], with the checks at a number of random postures that a seed determines.
 pub fn compile_text_deep(text: &str, syntax: Syntax, folder: &Path, postures: usize, seed: u64) -> Compiled {
     let deep = Deep { postures, seed, progress: &|_, _| {} };
     compile_deep(&Input { name: "spec", text, syntax, folder, set: &[], package_paths: &[] }, &deep)

@@ -9,7 +9,7 @@ use super::row::Row;
 use super::{Plan, execute, table};
 use crate::project;
 
-/// What of a sweep is in its file, or in the journal beside it.
+/// The runs of a sweep that are in its file, or in the journal beside it.
 pub struct Stored {
     /// Metadata.
     pub head: Head,
@@ -19,7 +19,7 @@ pub struct Stored {
     pub speed: Option<f64>,
 }
 
-/// How a sweep is executed, and who is told.
+/// Settings of an execution, with its callbacks.
 pub struct Execution<'a> {
     /// Runs at the same time.
     pub jobs: usize,

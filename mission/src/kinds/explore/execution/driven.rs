@@ -24,7 +24,7 @@ const POINTS: usize = 10;
 pub(super) struct DrivenBase {
     /// Distance from the planned motion within which it keeps to the plan (m).
     tolerance: f64,
-    /// Where it truly is, and how fast.
+    /// True position and velocity.
     pub state: State,
     /// Time (s) of that.
     when: f64,
