@@ -102,3 +102,30 @@ machine m {{ initial a  blend 0.2 s  on fault(any) -> done
     let place = said(&root("initial(frame(tool).position.z)/(1 m) - 0.99"));
     assert!(!place.iter().any(|s| s.ends_with("error")), "{place:?}");
 }
+
+#[test]
+fn what_needs_no_signal_is_judged_at_home_in_a_stack_that_needs_one() {
+    let with = |level: &str, limit: &str| {
+        format!(
+            "signal goal : point {{ timeout 0.5 s }}
+task above = {limit}
+task follow = frame_position(tool) {{ position goal  gain 1 /s }}
+stack s {{ level limits hard {{ joint_position_limits  joint_velocity_limits }}  level bin {level} {{ above }}  level motion {{ follow }} }}
+run {{ stack s  duration 2 s }}
+"
+        )
+    };
+    let too_high = "keep(frame(tool).position.z) { min 0.9 m }";
+    let said = |level: &str, limit: &str| -> Vec<String> {
+        said(&with(level, limit)).into_iter().filter(|s| s.starts_with("HQ050")).collect()
+    };
+    assert_eq!(said("hard", too_high), ["HQ0502 error"]);
+    assert_eq!(said("", too_high), ["HQ0502 warning"]);
+    let none: [&str; 0] = [];
+    assert_eq!(said("hard", "keep(frame(tool).position.z) { min 0.1 m }"), none);
+    // The distance from a signal is unknown.
+    assert_eq!(said("hard", "keep(norm(frame(tool).position - goal)) { min 5 m }"), none);
+    // Too fast for a joint, whatever the signal is.
+    let fast = "joint_velocity { velocity { joint_1 5 rad/s } }";
+    assert_eq!(said("hard", fast), ["HQ0504 error"]);
+}

@@ -71,3 +71,17 @@ pub(crate) fn anywhere(program: &Program, stack: usize) -> StackProgram {
     }
     reduced
 }
+
+/// Returns the part of a stack whose tasks read no signals, with all of its levels.
+pub(crate) fn without_signals(program: &Program, stack: usize) -> StackProgram {
+    let reads_signals = |task: usize| {
+        let slots = program.tasks[task].params.values().flat_map(|b| b.slots());
+        let read = program.values.tape.only(&slots.flat_map(|s| s.at..s.at + s.len).collect());
+        read.ops.iter().any(|op| matches!(op, Op::Signal(_)))
+    };
+    let mut reduced = program.stacks[stack].clone();
+    for level in &mut reduced.levels {
+        level.members.retain(|m| !reads_signals(m.task));
+    }
+    reduced
+}

@@ -33,18 +33,94 @@ pub(super) fn start(c: &Checked, stack: usize, diagnostics: &mut Vec<Diagnostic>
 
 fn evaluated(c: &Checked, stack: usize, prepared: &mut Prepared, diagnostics: &mut Vec<Diagnostic>) {
     let (program, places) = (c.program, c.places);
-    let Prepared { evaluator, problem } = prepared;
-    // The values of signals are unknown at compile time.
-    if !evaluator.needs().is_empty() {
+    let at_home = entries::at_home(program, stack);
+    if !prepared.evaluator.needs().is_empty() {
+        if at_home {
+            without_signals(c, stack, diagnostics);
+        }
         return;
     }
-    let at_home = entries::at_home(program, stack);
+    let Some(outside) = margins(c, Entered { program, stack, at_home }, prepared, diagnostics) else { return };
+    let reduced;
+    let first = match at_home {
+        true if outside.hard => return,
+        true => {
+            reserves(&prepared.evaluator, program, places, diagnostics);
+            FirstTick::new(program, stack)
+        }
+        false => {
+            reduced = alone(program, entries::anywhere(program, stack));
+            FirstTick::new(&reduced, 0)
+        }
+    };
+    if let Some(first) = first
+        && !first.hard_levels(c, stack, at_home, diagnostics)
+    {
+        if at_home {
+            first.freedom(c, stack, diagnostics);
+        } else if !outside.any
+            && let Some(first) = FirstTick::new(program, stack)
+        {
+            first.freedom(c, stack, diagnostics);
+        }
+    }
+}
+
+/// Checks the part of a stack at home that needs no signal: the values of signals are unknown at compile time. What this
+/// part cannot do, the whole stack cannot do either.
+fn without_signals(c: &Checked, stack: usize, diagnostics: &mut Vec<Diagnostic>) {
+    let reduced = alone(c.program, entries::without_signals(c.program, stack));
+    let Ok((evaluator, problem)) = Evaluator::new(&reduced, 0) else { return };
+    let mut prepared = Prepared { evaluator, problem };
+    if !prepared.evaluator.needs().is_empty() {
+        return;
+    }
+    let entered = Entered { program: &reduced, stack: 0, at_home: true };
+    let Some(outside) = margins(c, entered, &mut prepared, diagnostics) else { return };
+    if outside.hard {
+        return;
+    }
+    reserves(&prepared.evaluator, c.program, c.places, diagnostics);
+    if let Some(first) = FirstTick::new(&reduced, 0) {
+        first.hard_levels(c, stack, true, diagnostics);
+    }
+}
+
+/// A stack, or the part of one, at the home configuration.
+#[derive(Clone, Copy)]
+struct Entered<'a> {
+    program: &'a Program,
+    /// Its index in this program.
+    stack: usize,
+    /// True if a run can enter it there.
+    at_home: bool,
+}
+
+/// Limits that are violated at home.
+#[derive(Clone, Copy)]
+struct Outside {
+    /// True if there is one.
+    any: bool,
+    /// True if one of them is on a hard level.
+    hard: bool,
+}
+
+/// Reports a stack that cannot be entered at home, and limits that are violated there. Returns `None` if there are no
+/// margins.
+fn margins(
+    c: &Checked,
+    Entered { program, stack, at_home }: Entered,
+    prepared: &mut Prepared,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Outside> {
+    let places = c.places;
+    let Prepared { evaluator, problem } = prepared;
     let rest = RestInputs::new(program);
     let moment = rest.at(Times::default());
     evaluator.enter(&program.robot.home, moment);
     if let Err(fault) = evaluator.update(&program.robot.home, moment, problem) {
         if !at_home && !anywhere(program, evaluator, &fault) {
-            return;
+            return None;
         }
         let place_of_start = if at_home { "at home" } else { "when its state is entered" };
         let text = Controller::for_stack(program, stack).map(|mut c| {
@@ -85,12 +161,12 @@ fn evaluated(c: &Checked, stack: usize, prepared: &mut Prepared, diagnostics: &m
             _ if at.is_some() => d.label(places.home, "the robot starts here").help("move the home configuration"),
             _ => d.help("move the home configuration"),
         });
-        return;
+        return None;
     }
     if at_home {
         undefined(evaluator, places, diagnostics);
     }
-    let (mut outside, mut outside_hard) = (false, false);
+    let mut outside = Outside { any: false, hard: false };
     for m in evaluator.members() {
         let rows = m.row_info.iter().zip(&evaluator.margins()[m.margins.clone()]);
         // Margins of velocities are infinite here, because no velocity has been chosen yet.
@@ -99,12 +175,12 @@ fn evaluated(c: &Checked, stack: usize, prepared: &mut Prepared, diagnostics: &m
             .map(|(r, h)| format!("{} by {}", r.name, measured(-h, r.dimension)))
             .collect();
         let Some(first) = bad.first() else { continue };
-        outside = true;
+        outside.any = true;
         if !at_home {
             continue;
         }
         let hard = program.stacks[stack].levels[m.level].hard;
-        outside_hard |= hard;
+        outside.hard |= hard;
         let more = if bad.len() > 1 { format!(" and {} more", bad.len() - 1) } else { String::new() };
         let text = format!("`{}` is violated at the start: {first}{more}", m.name);
         let at = limit(places, m.program_index);
@@ -140,27 +216,7 @@ fn evaluated(c: &Checked, stack: usize, prepared: &mut Prepared, diagnostics: &m
             },
         );
     }
-    let reduced;
-    let first = match at_home {
-        true if outside_hard => return,
-        true => {
-            reserves(evaluator, program, places, diagnostics);
-            FirstTick::new(program, stack)
-        }
-        false => {
-            reduced = alone(program, entries::anywhere(program, stack));
-            FirstTick::new(&reduced, 0)
-        }
-    };
-    if let Some(first) = first
-        && !first.hard_levels(c, stack, at_home, diagnostics)
-    {
-        if at_home {
-            first.freedom(c, stack, diagnostics);
-        } else if !outside && let Some(first) = FirstTick::new(program, stack) {
-            first.freedom(c, stack, diagnostics);
-        }
-    }
+    Some(outside)
 }
 
 /// True if a joint of the stack changes a violated row of a limit at home.
