@@ -293,6 +293,12 @@ fn word(
     if unit_only && value_takes_unit && on_line {
         return unknown_unit(word, place.span(at, end));
     }
+    if let (After::Value(value), Some(unit)) = (after, unit_end(text, at))
+        && on_line
+        && is_expression(value)
+    {
+        return unit_behind_expression(&text[at..unit], place.span(at, unit));
+    }
     let diagnostic =
         Diagnostic::unreadable("HQ0113", place.span(at, end), format!("`{}` is unexpected here", clip(word)));
     match after {
@@ -317,6 +323,31 @@ fn number_end(text: &str, end: usize) -> usize {
 /// Returns the diagnostic for a bracket that closes nothing.
 fn loose(span: crate::Span, bracket: char) -> Diagnostic {
     Diagnostic::error("HQ0106", span, format!("`{bracket}` closes nothing")).about(Topic::LooseBracket)
+}
+
+/// Returns the end of the unit at byte `at`, such as `rad/s`; `None` if there is no unit.
+pub(crate) fn unit_end(text: &str, at: usize) -> Option<usize> {
+    let line = text[at..].lines().next().unwrap_or("");
+    let unit = Grammar::parse(Rule::unit, line).ok()?.next()?.as_str().trim_end();
+    let word = unit.find(|c: char| !c.is_ascii_alphabetic()).map_or(unit, |n| &unit[..n]);
+    let whole = !text[at + unit.len()..].starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
+    (whole && crate::vocabulary::UNITS.contains(&word)).then_some(at + unit.len())
+}
+
+/// Returns true for a value behind which there can only be a unit if it is put into parentheses.
+pub(crate) fn is_expression(value: &tree::Value) -> bool {
+    use tree::ValueKind::{Binary, Field, Name, Negate};
+    match &value.kind {
+        Negate(inner) => is_expression(inner),
+        kind => matches!(kind, Binary(..) | Name(_) | Field(..)),
+    }
+}
+
+/// Returns the diagnostic for the unit in `0.4*pi rad/s`.
+pub(crate) fn unit_behind_expression(unit: &str, span: crate::Span) -> Diagnostic {
+    Diagnostic::unreadable("HQ0113", span, format!("the unit `{unit}` stands behind an expression"))
+        .note("a unit belongs to the number, the list or the parentheses directly before it")
+        .help(format!("write `(..) {unit}`, with the expression in parentheses"))
 }
 
 /// Returns the diagnostic for a word after a number that is no unit.

@@ -62,6 +62,15 @@ fn of_places(place: &Value, sides: [&Value; 2]) -> Diagnostic {
     ))
 }
 
+/// Diagnostic for a `distance` between `sides` of which one is an obstacle.
+fn of_obstacles(obstacle: &Value, sides: [&Value; 2]) -> Diagnostic {
+    let part = sides.into_iter().filter(|side| side.span != obstacle.span).find_map(text_of).unwrap_or("LINK");
+    let name = text_of(obstacle).unwrap_or("OBSTACLE");
+    let text = format!("`distance` is between parts of the robot, and `{name}` is an obstacle");
+    Diagnostic::error("HQ0304", obstacle.span, text)
+        .help(format!("keep the part clear of it: `keep_clear({part}) {{ of [{name}]  d_min 5 cm }}`"))
+}
+
 impl TaskScope<'_> {
     /// Lowers a leaf to a typed expression.
     pub(super) fn present(
@@ -91,6 +100,10 @@ impl TaskScope<'_> {
             RobotStateTerm::Distance(a, b) => {
                 if let Some(pose) = [*a, *b].into_iter().find(|v| self.is_pose(v)) {
                     diagnostics.push(of_poses(pose.span));
+                    return None;
+                }
+                if let Some(obstacle) = [*a, *b].into_iter().find(|v| self.is_obstacle(v)) {
+                    diagnostics.push(of_obstacles(obstacle, [*a, *b]));
                     return None;
                 }
                 if let Some(place) = [*a, *b].into_iter().find(|v| self.is_place(v)) {
@@ -190,6 +203,18 @@ impl TaskScope<'_> {
         }
     }
 
+    /// Checks whether a value is the name of an obstacle, and of no part of the robot.
+    fn is_obstacle(&mut self, value: &Value) -> bool {
+        text_of(value).is_some_and(|name| !self.is_part(name) && matches!(self.params.meaning(name), Meaning::Obstacle))
+    }
+
+    /// Checks whether a name is that of a part of the robot.
+    fn is_part(&self, name: &str) -> bool {
+        self.robot.geometries.iter().any(|g| g.name == *name)
+            || self.robot.groups.contains_key(name)
+            || self.robot.model.link(name).is_some()
+    }
+
     /// Checks whether a value is a position in the world, and no part of the robot.
     fn is_place(&mut self, value: &Value) -> bool {
         match &value.kind {
@@ -199,10 +224,8 @@ impl TaskScope<'_> {
             }
             ValueKind::Call(function, _) => function.value == "point",
             ValueKind::Name(name) => {
-                let part = self.robot.geometries.iter().any(|g| g.name == *name)
-                    || self.robot.groups.contains_key(name)
-                    || self.robot.model.link(name).is_some();
-                !part && matches!(self.params.meaning(name), Meaning::Value(v) if v.value.kind == Kind::Vector)
+                !self.is_part(name)
+                    && matches!(self.params.meaning(name), Meaning::Value(v) if v.value.kind == Kind::Vector)
             }
             _ => false,
         }

@@ -79,6 +79,9 @@ fn own_unit(value: &Value) -> Option<&Unit> {
 
 /// Help for `1/2 m`, in which the unit belongs to the 2 alone, if a unit for the whole would have the right dimension.
 fn unit_of_divisor(value: &Value, wanted: Dimension) -> Option<String> {
+    if let ValueKind::Negate(inner) = &value.kind {
+        return unit_of_divisor(inner, wanted);
+    }
     let ValueKind::Binary(op, left, right) = &value.kind else { return None };
     let ValueKind::Unit(_, unit) = &right.kind else { return None };
     let (_, dimension) = units::meaning(unit).ok()?;

@@ -115,7 +115,7 @@ fn number(value: &Value) -> Option<String> {
     }
 }
 
-/// Puts the value of `1/2 m` or `2^2 m` in brackets, so that the unit applies to the whole: `(1/2) m`, `(2^2) m`.
+/// Puts the value of `1/2 m`, `pi/2 rad` or `2^2 m` in brackets, so that the unit applies to the whole: `(1/2) m`.
 pub fn bracketed(op: BinaryOp, left: &Value, right: &Value) -> Option<String> {
     let sign = match op {
         BinaryOp::Div => '/',
@@ -126,6 +126,18 @@ pub fn bracketed(op: BinaryOp, left: &Value, right: &Value) -> Option<String> {
     if units::is_assumed(unit) {
         return None;
     }
-    let (ValueKind::Number(a), ValueKind::Number(b)) = (&left.kind, &right.kind) else { return None };
-    Some(format!("({}{sign}{}) {unit}", a.text, b.text))
+    let ValueKind::Number(b) = &right.kind else { return None };
+    Some(format!("({}{sign}{}) {unit}", factors(left)?, b.text))
+}
+
+/// The text of a number, a name, or a product of them.
+fn factors(value: &Value) -> Option<String> {
+    match &value.kind {
+        ValueKind::Number(number) => Some(number.text.clone()),
+        ValueKind::Name(name) => Some(name.clone()),
+        ValueKind::Binary(op, left, right) if op.value == BinaryOp::Mul => {
+            Some(format!("{}*{}", factors(left)?, factors(right)?))
+        }
+        _ => None,
+    }
 }

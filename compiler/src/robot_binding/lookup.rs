@@ -64,12 +64,20 @@ pub fn unknown_joint(model: &Model, name: &str, span: Span, offered: &[&str], lo
     }
     let mut known: Vec<&str> = model.dofs.iter().map(|d| d.name.as_str()).collect();
     known.extend(offered);
-    let d = Diagnostic::unknown_name(span, format!("robot `{}` has no joint `{name}`", model.name));
+    let d = Diagnostic::unknown_name(span, lacks(model, "joint", name));
     match suggest(name, known.iter().copied()) {
         _ if !of_robots(model, name, &known).is_empty() => d.help(which_robot(&of_robots(model, name, &known))),
         _ if model.link(name).is_some() => d.help("this is a link; name the joint that moves it"),
         Some(near) => d.meant(near),
         None => d.help(format!("it has {}", list(known, 8))),
+    }
+}
+
+/// Words for a joint or a link that does not exist. The model of several robots has no name of its own.
+fn lacks(model: &Model, what: &str, name: &str) -> String {
+    match model.roots.len() {
+        0 | 1 => format!("robot `{}` has no {what} `{name}`", model.name),
+        _ => format!("no robot has a {what} `{name}`"),
     }
 }
 
@@ -86,7 +94,10 @@ fn which_robot(names: &[&str]) -> String {
 
 /// Diagnostic for a pattern that matches no movable joint.
 fn unmatched(model: &Model, pattern: &str, span: Span, offered: &[&str], locked: &BTreeSet<String>) -> Diagnostic {
-    let text = format!("no joint of robot `{}` that moves by itself fits `{pattern}`", model.name);
+    let text = match model.roots.len() {
+        0 | 1 => format!("no joint of robot `{}` that moves by itself fits `{pattern}`", model.name),
+        _ => format!("no joint of the robots that moves by itself fits `{pattern}`"),
+    };
     let d = Diagnostic::unknown_name(span, text);
     if locked.iter().any(|n| glob(pattern, n)) {
         return d.help("the robot's `lock` holds those that fit; take them out of `lock`, or leave them out here");
@@ -118,7 +129,7 @@ fn common_patterns(names: &[&str]) -> Vec<String> {
 /// Diagnostic for an unknown link.
 pub fn unknown_link(model: &Model, name: &str, span: Span, arms: &[Arm]) -> Diagnostic {
     let known = arms.iter().map(|a| a.name.as_str()).chain(model.links.iter().map(|l| l.name.as_str()));
-    let d = Diagnostic::unknown_name(span, format!("robot `{}` has no link `{name}`", model.name));
+    let d = Diagnostic::unknown_name(span, lacks(model, "link", name));
     let names: Vec<&str> = known.clone().collect();
     match suggest(name, known.clone()) {
         _ if !of_robots(model, name, &names).is_empty() => d.help(which_robot(&of_robots(model, name, &names))),

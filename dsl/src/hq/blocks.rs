@@ -133,6 +133,25 @@ impl Reader<'_> {
             }
             return;
         }
+        if mark.is_none()
+            && let Some(unit) = self.unit_behind_expression(entries, start)
+        {
+            self.diags.push(explain::unit_behind_expression(&self.text[start..unit], self.span(start, unit)));
+            if let Some(last) = entries.last_mut() {
+                last.value.kind = ValueKind::Missing;
+            }
+            self.read = self.read.max(unit);
+            // The next entry on the line was parsed as the value of the unit.
+            let next = unit + self.text[unit..].len() - self.text[unit..].trim_start().len();
+            if next < end {
+                self.again(Rule::entry, next, line_end(self.text, next), |reader, pair| {
+                    let behind = reader.of(&pair).range().end;
+                    reader.entry(pair, entries);
+                    reader.read = reader.read.max(behind);
+                });
+            }
+            return;
+        }
         // A key without a value, for which the next key on the following line was taken.
         if let (Some(next), Some(_)) = (lone_name, junk)
             && self.text[key.span.range().end..next.range().start].contains('\n')
@@ -209,6 +228,21 @@ impl Reader<'_> {
         };
         checks::text_value(&key.value, &mut value, self.text, &mut self.diags);
         value
+    }
+
+    /// Returns the end of the unit at `start` if it follows an expression on its line, as in `0.4*pi rad/s`, and is no key: there
+    /// is no value behind it.
+    fn unit_behind_expression(&self, entries: &[Entry], start: usize) -> Option<usize> {
+        let last = &entries.last()?.value;
+        let gap = self.text.get(last.span.range().end..start)?;
+        let unit = explain::unit_end(self.text, start)?;
+        let mut words = self.text[unit..].lines().next().unwrap_or("").split_whitespace();
+        let (next, behind) = (words.next().unwrap_or(""), words.next().unwrap_or(""));
+        let ends = next.is_empty() || next.starts_with(['}', ',', ';', '/']);
+        // `joint_2 0.1 rad` behind it: a key with its value.
+        let key =
+            crate::words::is_name(next) && behind.starts_with(|c: char| c.is_ascii_digit() || "[(-\"".contains(c));
+        (explain::is_expression(last) && gap.chars().all(|c| c == ' ' || c == '\t') && (ends || key)).then_some(unit)
     }
 
     /// Returns true if the entry at `start` follows, on the same line, an entry whose value is a number without a unit.
