@@ -12,7 +12,7 @@ use super::{Outcome, output};
 pub struct Arguments {
     /// Folder of the project; created if it does not exist. No file is overwritten.
     dir: PathBuf,
-    /// URDF of the robot [default: an example arm with seven joints].
+    /// URDF of the robot [default: an example arm with seven joints]. A `*.xacro` file is expanded by the program `xacro`.
     #[arg(long, value_name = "FILE")]
     urdf: Option<PathBuf>,
     /// SRDF of the robot [default: one of the same name beside the URDF].
@@ -24,6 +24,9 @@ pub struct Arguments {
     /// Folder in which `package://` addresses of the URDF are searched. May be repeated.
     #[arg(long, value_name = "DIR", requires = "urdf")]
     package_path: Vec<PathBuf>,
+    /// Argument of the xacro file, such as `ur_type:=ur5e`. May be repeated.
+    #[arg(long, value_name = "NAME:=VALUE", requires = "urdf")]
+    xacro_arg: Vec<String>,
     /// Write the spec in the YAML syntax.
     #[arg(long)]
     yaml: bool,
@@ -49,6 +52,9 @@ impl From<BaseName> for Base {
 }
 
 pub fn run(a: &Arguments) -> Result<Outcome, String> {
+    if a.dir.is_file() {
+        return Err(file_for_folder(&a.dir));
+    }
     let request = Request {
         folder: a.dir.clone(),
         urdf: a.urdf.clone(),
@@ -56,6 +62,7 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
         base: a.base.map(Base::from),
         yaml: a.yaml,
         package_paths: a.package_path.clone(),
+        xacro_arguments: a.xacro_arg.iter().map(|given| argument(given)).collect::<Result<_, _>>()?,
     };
     let project = match propose(&request) {
         Ok(project) => project,
@@ -70,6 +77,26 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
     output::show(&project.report);
     output::print(&text);
     Ok(Outcome::Good)
+}
+
+/// An argument in the form that xacro reads, `NAME:=VALUE`; `NAME=VALUE` is understood too.
+fn argument(given: &str) -> Result<String, String> {
+    let parts = given.split_once(":=").or_else(|| given.split_once('='));
+    match parts {
+        Some((name, value)) if !name.is_empty() => Ok(format!("{name}:={value}")),
+        _ => Err(format!("`--xacro-arg {given}` is no `NAME:=VALUE`")),
+    }
+}
+
+/// Words for a file in the place of the folder: most likely the robot, which has an option of its own.
+fn file_for_folder(file: &Path) -> String {
+    let shown = file.display();
+    let command = match file.extension().and_then(|e| e.to_str()) {
+        Some("urdf" | "xml" | "xacro") => format!("hierarq init DIR --urdf {shown}"),
+        Some("srdf") => format!("hierarq init DIR --urdf ROBOT.urdf --srdf {shown}"),
+        _ => "hierarq init DIR".to_string(),
+    };
+    format!("{shown} is a file, and `init` writes a folder: {command}")
 }
 
 /// Writes all files without overwriting any; returns the list of files, with the next steps.

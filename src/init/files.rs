@@ -3,6 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 
 use super::Request;
+use super::xacro::Expanded;
 
 /// Location of the project's URDF.
 #[derive(Clone, Debug)]
@@ -44,12 +45,36 @@ impl Place {
             let written = format!("robots/{name}");
             return Ok(Place { source, written, copy, package_path: None, package_folder: None });
         }
-        let given = request.package_paths.first().map(|p| absolute(p)).transpose()?;
-        let package_folder = given.or_else(|| packages(&real, text));
-        let package_path = package_folder.as_deref().map(|p| utf8(&relative(&folder, p))).transpose()?;
+        let (package_path, package_folder) = package_folder(&real, text, request)?;
         let written = utf8(&relative(&folder, &real))?;
         Ok(Place { source, written, copy: None, package_path, package_folder })
     }
+
+    /// A file that was expanded from `original`: copied in any case.
+    pub(super) fn expanded(original: &Path, made: &Expanded, request: &Request) -> Result<Place, String> {
+        let real = original.canonicalize().map_err(|e| format!("cannot find {}: {e}", original.display()))?;
+        let name = made.file.file_name().and_then(|n| n.to_str()).unwrap_or("robot.urdf");
+        let (package_path, package_folder) = package_folder(&real, &made.text, request)?;
+        Ok(Place {
+            source: Some(utf8(&made.file)?),
+            written: format!("robots/{name}"),
+            copy: Some(request.folder.join("robots").join(name)),
+            package_path,
+            package_folder,
+        })
+    }
+}
+
+/// Folder for `package://` addresses of a text, as in the spec and as an absolute path.
+fn package_folder(real: &Path, text: &str, request: &Request) -> Result<(Option<String>, Option<PathBuf>), String> {
+    if !text.contains("package://") {
+        return Ok((None, None));
+    }
+    let given = request.package_paths.first().map(|p| absolute(p)).transpose()?;
+    let found = given.or_else(|| packages(real, text));
+    let folder = absolute(&request.folder)?;
+    let written = found.as_deref().map(|p| utf8(&relative(&folder, p))).transpose()?;
+    Ok((written, found))
 }
 
 fn utf8(path: &Path) -> Result<String, String> {

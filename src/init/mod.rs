@@ -10,6 +10,7 @@ mod limbs;
 mod names;
 mod spec;
 mod srdf;
+mod xacro;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -42,6 +43,8 @@ pub struct Request {
     pub yaml: bool,
     /// Folders in which `package://` addresses are searched, besides the usual ones.
     pub package_paths: Vec<PathBuf>,
+    /// Arguments for the expansion of a URDF or an SRDF that is a xacro file: `NAME:=VALUE`.
+    pub xacro_arguments: Vec<String>,
 }
 
 /// A proposed project.
@@ -69,8 +72,14 @@ pub enum Refusal {
 /// # Errors
 /// The URDF cannot be read, or no spec proposed for it compiles.
 pub fn propose(request: &Request) -> Result<Project, Refusal> {
+    let mut expanded = None;
     let (text, place) = match &request.urdf {
         None => (EXAMPLE.to_string(), Place::example(&request.folder)),
+        Some(path) if xacro::is_xacro(path) => {
+            let made = xacro::expand(path, &request.xacro_arguments, "urdf").map_err(Refusal::Trouble)?;
+            let place = Place::expanded(path, &made, request).map_err(Refusal::Trouble)?;
+            (expanded.insert(made).text.clone(), place)
+        }
         Some(path) => {
             let bytes = ::files::read(path, MAX_URDF)
                 .map_err(|e| Refusal::Trouble(format!("cannot read the URDF {}: {e}", path.display())))?;
@@ -126,10 +135,21 @@ pub fn propose(request: &Request) -> Result<Project, Refusal> {
 fn described(request: &Request) -> Result<Option<srdf::Source>, String> {
     let beside = request.urdf.as_deref().and_then(srdf::beside);
     let Some(path) = request.srdf.clone().or(beside) else { return Ok(None) };
+    let given = request.srdf.is_some();
+    if xacro::is_xacro(&path) {
+        let made = match xacro::expand(&path, &request.xacro_arguments, "srdf") {
+            Ok(made) => made,
+            Err(text) if given => return Err(text),
+            // The user did not ask for it.
+            Err(_) => return Ok(None),
+        };
+        let place = Place::expanded(&path, &made, request)?;
+        return Ok(Some(srdf::Source { place, text: made.text.clone(), given, expanded: Some(made) }));
+    }
     let text = srdf::read(&path)?;
     // The text of an SRDF names no meshes: it is copied unless it is in the project.
     let place = Place::of(&path, "", request)?;
-    Ok(Some(srdf::Source { place, text, given: request.srdf.is_some() }))
+    Ok(Some(srdf::Source { place, text, given, expanded: None }))
 }
 
 /// Interpretations of a robot, the most helpful first; the next one is tried if one does not compile.

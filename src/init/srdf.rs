@@ -8,6 +8,7 @@ use robot::{Model, Srdf};
 
 use super::files::Place;
 use super::spec::{Plan, named};
+use super::xacro::{Expanded, is_xacro};
 
 /// Maximum size of an SRDF (bytes), the same as for an SRDF of a spec.
 const MAX_SRDF: u64 = 64 << 20;
@@ -28,14 +29,23 @@ pub(super) struct Source {
     pub(super) text: String,
     /// True if the user named it.
     pub(super) given: bool,
+    /// The file of its text, if it was expanded, which must outlive the proposal.
+    #[expect(dead_code, reason = "the file is removed with it")]
+    pub(super) expanded: Option<Expanded>,
 }
 
 /// The file beside a URDF that may be its SRDF: of the same name there, or in the folder `srdf` beside that of the URDF.
 pub(super) fn beside(urdf: &Path) -> Option<PathBuf> {
-    let name = Path::new(urdf.file_stem()?).with_extension("srdf");
+    let stem = urdf.file_stem()?;
+    let name = Path::new(if is_xacro(urdf) { Path::new(stem).file_stem()? } else { stem }).with_extension("srdf");
+    let expandable = name.with_extension("srdf.xacro");
     let folder = urdf.parent().unwrap_or(Path::new(""));
-    let other = folder.parent().map(|above| above.join("srdf").join(&name));
-    [Some(folder.join(&name)), other].into_iter().flatten().find(|path| path.is_file())
+    let names = [Some(&name), is_xacro(urdf).then_some(&expandable)];
+    let places = names.into_iter().flatten().flat_map(|name| {
+        let other = folder.parent().map(|above| above.join("srdf").join(name));
+        [Some(folder.join(name)), other].into_iter().flatten()
+    });
+    places.into_iter().find(|path| path.is_file())
 }
 
 /// Reads an SRDF.

@@ -64,6 +64,76 @@ fn init_takes_groups_home_and_pairs_from_an_srdf() {
     assert!(text(&out.stderr).contains("HQ0408"), "{}", text(&out.stderr));
 }
 
+/// A program `xacro` that says how it was called and prints the example arm, or fails as the real one does.
+#[cfg(unix)]
+fn false_xacro(dir: &Path) -> std::ffi::OsString {
+    use std::os::unix::fs::PermissionsExt;
+    let bin = dir.join("bin");
+    std::fs::create_dir_all(&bin).expect("writable");
+    let arm = Path::new("examples/robots/arm7.urdf").canonicalize().expect("the arm");
+    let script = format!(
+        "#!/bin/sh\necho \"$@\" >> {0}/calls\ncase \"$*\" in\n *srdf*) echo '<robot name=\"arm7\"/>';;\n *size:=*) cat {1};;\n \
+         *) echo 'Undefined substitution argument size' >&2; exit 2;;\nesac\n",
+        dir.display(),
+        arm.display()
+    );
+    let program = bin.join("xacro");
+    std::fs::write(&program, script).expect("writable");
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).expect("set");
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    std::env::join_paths(std::iter::once(bin).chain(std::env::split_paths(&paths))).expect("paths")
+}
+
+#[cfg(unix)]
+#[test]
+fn init_expands_xacro_by_the_program_of_that_name() {
+    let dir = folder("init_xacro");
+    let path = false_xacro(&dir);
+    let robot = dir.join("arm.urdf.xacro");
+    std::fs::write(&robot, "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\"/>").expect("writable");
+    std::fs::write(dir.join("arm.srdf.xacro"), "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\"/>")
+        .expect("writable");
+    let init = |project: &str, path: &std::ffi::OsStr, arguments: &[&str]| {
+        let project = dir.join(project);
+        let all = [&["init", utf8(&project), "--urdf", utf8(&robot)], arguments].concat();
+        let program = std::process::Command::new(env!("CARGO_BIN_EXE_hierarq")).args(all).env("PATH", path).output();
+        program.expect("it runs")
+    };
+    let out = init("cell", &path, &["--xacro-arg", "size:=2", "--xacro-arg", "side=left"]);
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+    let calls = std::fs::read_to_string(dir.join("calls")).expect("it was called");
+    assert!(calls.lines().next().is_some_and(|call| call.ends_with("arm.urdf.xacro size:=2 side:=left")), "{calls}");
+    assert!(calls.lines().nth(1).is_some_and(|call| call.contains("arm.srdf.xacro")), "{calls}");
+    let written = std::fs::read_to_string(dir.join("cell/robots/arm.urdf")).expect("the expanded robot");
+    assert_eq!(written, std::fs::read_to_string("examples/robots/arm7.urdf").expect("the arm"));
+    let spec = std::fs::read_to_string(dir.join("cell/arm7.hq")).expect("the spec");
+    assert!(spec.contains("urdf \"robots/arm.urdf\"") && spec.contains("srdf \"robots/arm.srdf\""), "{spec}");
+    let check = hierarq(&["check", "--strict", utf8(&dir.join("cell/arm7.hq"))]);
+    assert_eq!(check.status.code(), Some(0), "{}", text(&check.stderr));
+    // What is missing is named, and nothing is written.
+    let out = init("none", &path, &[]);
+    assert_eq!(out.status.code(), Some(2), "{}", text(&out.stdout));
+    let said = text(&out.stderr);
+    assert!(
+        said.contains("Undefined substitution argument size") && said.contains("--xacro-arg NAME:=VALUE"),
+        "{said}"
+    );
+    let out = init("none", std::ffi::OsStr::new(""), &[]);
+    let said = text(&out.stderr);
+    assert!(said.contains("needs the program `xacro`, which is not installed: install it"), "{said}");
+    assert!(!dir.join("none").exists());
+}
+
+#[test]
+fn init_says_what_to_do_with_a_file_in_place_of_the_folder() {
+    let out = hierarq(&["init", "examples/robots/arm7.srdf"]);
+    let said = text(&out.stderr);
+    assert!(
+        said.contains("is a file, and `init` writes a folder: hierarq init DIR --urdf ROBOT.urdf --srdf"),
+        "{said}"
+    );
+}
+
 #[test]
 fn init_finds_both_arms_of_the_vineyard_robot() {
     let spec = works("init_canopies", "canopies.hq", &["--urdf", "examples/robots/canopies.urdf"]);
