@@ -209,7 +209,10 @@ pub fn verification(v: &Verification) -> String {
         v.max_difference,
         v.at_s,
         if v.different > 0 {
-            format!(" ({} ticks differ by more than {DIFFERENT:.0e})", v.different)
+            format!(
+                " ({} ticks differ by more than {DIFFERENT:.0e}, with residuals of {} of up to {:.1e})",
+                v.different, v.backend, v.other_certificate
+            )
         } else {
             String::new()
         },

@@ -1,5 +1,6 @@
-//! Verification: the problem of every tick, in which damped levels ask for the values that they reached, is solved
-//! again by the other backend. The optimality certificate is evaluated at the answers of the run itself.
+//! Verification: the problem of every tick, in which damped levels ask for the values that they reached, and the problem of
+//! each damped level are solved again by the other backend. The optimality certificate is evaluated at the answers of the run
+//! itself and, where the other backend's differ, at those too: it says which of the two is off.
 
 use serde::Serialize;
 use solver::{Backend, HierarchicalSolver, Problem, Solution, Status, certificate};
@@ -32,6 +33,18 @@ pub struct Verification {
     pub at_s: f64,
     /// Largest residual of the optimality certificate at the run's own answers.
     pub max_certificate: f64,
+    /// Largest residual at the second backend's answers, of the ticks at which they differ; 0 if none does.
+    pub other_certificate: f64,
+}
+
+/// An answer beside that of the other backend.
+struct Comparison {
+    /// Largest difference of an entry; `None` if the other backend found no answer.
+    difference: Option<f64>,
+    /// Residual of the certificate at the answer.
+    own: f64,
+    /// The same at the answer of the other backend, if the two differ.
+    other: f64,
 }
 
 /// A solver of the other backend, with its answer.
@@ -45,11 +58,17 @@ impl Second {
         Second { solver: backend.solver(problem), solution: Solution::new(problem) }
     }
 
-    /// Largest difference of its answer from another one; `None` if it finds no answer.
-    fn compare(&mut self, problem: &Problem, x: &[f64]) -> Option<f64> {
+    /// Compares an answer with its own.
+    fn compare(&mut self, problem: &Problem, x: &[f64]) -> Comparison {
         self.solver.solve(problem, &mut self.solution);
         let both = x.iter().zip(&self.solution.x);
-        (self.solution.status == Status::Optimal).then(|| both.fold(0.0_f64, |d, (a, b)| d.max((a - b).abs())))
+        let difference =
+            (self.solution.status == Status::Optimal).then(|| both.fold(0.0_f64, |d, (a, b)| d.max((a - b).abs())));
+        let other = match difference {
+            Some(d) if d > DIFFERENT => certificate(problem, &self.solution.x),
+            _ => 0.0,
+        };
+        Comparison { difference, own: certificate(problem, x), other }
     }
 }
 
@@ -80,6 +99,7 @@ impl Verifier {
                 max_difference: 0.0,
                 at_s: 0.0,
                 max_certificate: 0.0,
+                other_certificate: 0.0,
             },
         }
     }
@@ -102,12 +122,18 @@ impl Recorder for Verifier {
             return Ok(());
         }
         let v = &mut self.so_far;
-        v.max_certificate = v.max_certificate.max(certificate(stack.settled(), &tick.solution.x));
-        let mut difference = second.compare(stack.settled(), &tick.solution.x);
+        let whole = second.compare(stack.settled(), &tick.solution.x);
+        let mut difference = whole.difference;
+        let mut count = |c: &Comparison| {
+            v.max_certificate = v.max_certificate.max(c.own);
+            v.other_certificate = v.other_certificate.max(c.other);
+        };
+        count(&whole);
         for (level, problem, solution) in stack.solver().damped() {
             let second = levels[level].get_or_insert_with(|| Second::new(self.other, problem));
             let of_level = second.compare(problem, &solution.x);
-            difference = difference.zip(of_level).map(|(a, b)| a.max(b));
+            count(&of_level);
+            difference = difference.zip(of_level.difference).map(|(a, b)| a.max(b));
         }
         let Some(difference) = difference else {
             v.failed += 1;
