@@ -13,6 +13,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("names", include_str!("cases/names.txt"), Syntax::Native),
     ("values", include_str!("cases/values.txt"), Syntax::Native),
     ("robot", include_str!("cases/robot.txt"), Syntax::Native),
+    ("plants", include_str!("cases/plants.txt"), Syntax::Native),
+    ("plants_yaml", include_str!("cases/plants_yaml.txt"), Syntax::Yaml),
     ("robots", include_str!("cases/robots.txt"), Syntax::Native),
     ("robots_yaml", include_str!("cases/robots_yaml.txt"), Syntax::Yaml),
     ("state", include_str!("cases/state.txt"), Syntax::Native),
@@ -128,6 +130,16 @@ fn allowances() {
 #[test]
 fn allowances_yaml() {
     check("allowances_yaml");
+}
+
+#[test]
+fn plants() {
+    check("plants");
+}
+
+#[test]
+fn plants_yaml() {
+    check("plants_yaml");
 }
 
 #[test]

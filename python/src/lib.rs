@@ -19,6 +19,13 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _hierarq {
+    /// Runs with a `plant` find their physics.
+    #[pymodule_init]
+    fn init(_module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
+        physics::provide();
+        Ok(())
+    }
+
     #[pymodule_export]
     use super::batch::Batch;
     #[pymodule_export]

@@ -28,7 +28,7 @@ impl ClosedLoop {
         let controller = Controller::new(program)?;
         Ok(ClosedLoop {
             velocity: vec![0.0; controller.velocity().len()],
-            robot: SimulatedRobot::new(program),
+            robot: SimulatedRobot::of_run(program, scenario)?,
             world: scenario.map(|s| World::new(program, s)),
             fault: None,
             started: false,

@@ -15,6 +15,7 @@ mod locked_joint_motion;
 pub mod missions;
 mod motion;
 mod period;
+pub mod physics;
 mod planning;
 pub mod program;
 pub mod quantity;

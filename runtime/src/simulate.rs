@@ -17,6 +17,9 @@ pub enum RunError {
     /// A recorder failed.
     #[error(transparent)]
     Record(std::io::Error),
+    /// The simulation of the robot has diverged.
+    #[error("{0}")]
+    Diverged(String),
 }
 
 /// Stacks at the robot's true configuration, which the controller does not know.
@@ -158,6 +161,9 @@ impl Simulation {
             };
             recorder.tick(&tick).map_err(RunError::Record)?;
             self.closed.apply();
+            if let Some(why) = self.closed.robot.failure() {
+                return Err(RunError::Diverged(format!("at {time:.3} s {why}")));
+            }
         }
         Ok(())
     }

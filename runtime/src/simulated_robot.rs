@@ -9,7 +9,8 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 use robot::Model;
 
-use crate::program::Program;
+use crate::physics::{self, Physics};
+use crate::program::{Program, ProgramError, ScenarioProgram};
 
 /// A simulated robot.
 pub struct SimulatedRobot {
@@ -23,10 +24,25 @@ pub struct SimulatedRobot {
     v: Vec<f64>,
     mean: Vec<f64>,
     measured: Vec<f64>,
+    /// What moves the joints, if the robot has masses and drives.
+    physics: Option<Box<dyn Physics>>,
+    /// Reason why it moves no more.
+    failure: Option<String>,
 }
 
 impl SimulatedRobot {
-    /// A robot at rest in the home configuration of a checked program.
+    /// The robot of a run, at rest in the home configuration of a checked program, with masses and drives if the run has a
+    /// plant. The scenario is that of the program, for the true places of obstacles.
+    ///
+    /// # Errors
+    /// The run has a plant, and there is no physics.
+    pub fn of_run(program: &Program, scenario: Option<&ScenarioProgram>) -> Result<SimulatedRobot, ProgramError> {
+        let physics =
+            physics::make(program, scenario).map_err(|text| crate::program::error("run.simulator.plant", text))?;
+        Ok(SimulatedRobot { physics, ..SimulatedRobot::new(program) })
+    }
+
+    /// A robot without masses, at rest in the home configuration of a checked program.
     pub fn new(program: &Program) -> SimulatedRobot {
         let model = program.robot.model.clone();
         let s = &program.run.simulator;
@@ -41,6 +57,8 @@ impl SimulatedRobot {
             v: vec![0.0; model.nv()],
             mean: vec![0.0; model.nv()],
             measured: program.robot.home.clone(),
+            physics: None,
+            failure: None,
             model,
         }
     }
@@ -52,11 +70,29 @@ impl SimulatedRobot {
 
     /// Returns true if the robot follows commands exactly and its measurements are exact.
     pub fn is_perfect(&self) -> bool {
-        self.lag == 0.0 && self.speed == f64::INFINITY && self.acceleration == f64::INFINITY && self.noise.is_none()
+        self.physics.is_none()
+            && self.lag == 0.0
+            && self.speed == f64::INFINITY
+            && self.acceleration == f64::INFINITY
+            && self.noise.is_none()
     }
 
-    /// Measured configuration: joints with noise, the base without.
+    /// Name of the physics that moves it; `None` for a robot without masses.
+    pub fn physics(&self) -> Option<&str> {
+        self.physics.as_ref().map(|physics| physics.name())
+    }
+
+    /// Reason why the robot moves no more: its simulation has diverged.
+    pub fn failure(&self) -> Option<&str> {
+        self.failure.as_deref()
+    }
+
+    /// Measured configuration: joints with noise, the base without. One whose simulation has diverged measures nothing.
     pub fn measure(&mut self) -> &[f64] {
+        if self.failure.is_some() {
+            self.measured.fill(f64::NAN);
+            return &self.measured;
+        }
         self.measured.copy_from_slice(&self.q);
         if let Some((normal, rng)) = &mut self.noise {
             for d in &self.model.dofs {
@@ -71,6 +107,18 @@ impl SimulatedRobot {
     /// Moves for one period under a constant velocity command.
     pub fn apply(&mut self, command: &[f64]) {
         let t = self.period;
+        if self.failure.is_some() {
+            return;
+        }
+        if let Some(physics) = &mut self.physics {
+            for (i, d) in self.model.dofs.iter().enumerate() {
+                // The base moves as it is commanded.
+                self.mean[i] = if d.q_index.is_none() { command[i].clamp(-d.velocity, d.velocity) } else { 0.0 };
+            }
+            self.model.integrate(&mut self.q, &self.mean, t);
+            self.failure = physics.advance(&mut self.q, command, t).err();
+            return;
+        }
         for (i, d) in self.model.dofs.iter().enumerate() {
             let most = d.velocity.min(self.speed);
             let wanted = command[i].clamp(-most, most);

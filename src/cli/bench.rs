@@ -101,7 +101,7 @@ impl Loop {
                 candidate("clarabel", Backend::Clarabel, false),
             ],
             levels: vec![LevelCount { freedom: usize::MAX, ..LevelCount::default() }; problem.levels.len()],
-            robot: SimulatedRobot::new(program),
+            robot: SimulatedRobot::of_run(program, None)?,
             period: program.robot.period,
             rows: Times::default(),
             tick: Times::default(),

@@ -173,6 +173,8 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(e) => return told(&e),
     };
+    #[cfg(feature = "physics")]
+    physics::provide();
     let outcome = match cli.command {
         Command::Init(a) => init::run(&a),
         Command::Check(a) => check::run(&a),

@@ -19,6 +19,7 @@ mod measures;
 mod missions;
 mod obstacles;
 mod params;
+mod plant;
 mod predicates;
 mod properties;
 mod reached;

@@ -33,6 +33,7 @@ impl Lowerer<'_> {
             seed: block.seed as u64,
             speed: block.speed,
             acceleration: block.acceleration,
+            plant: None,
         }
     }
 
@@ -57,7 +58,9 @@ impl Lowerer<'_> {
         declared: &Declared,
         robot: Option<&BoundRobot>,
     ) -> Option<(RunProgram, String)> {
-        let simulator = self.simulator(&run.simulator);
+        let mut simulator = self.simulator(&run.simulator);
+        self.idle_simulator(&simulator, &run.plant);
+        simulator.plant = self.plant(&run.plant, robot);
         self.machine_of(&run, declared)?;
         let stacks = &declared.stacks;
         let stack = self.stack_of(&run, span, declared)?;

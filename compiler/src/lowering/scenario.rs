@@ -77,6 +77,8 @@ impl Lowerer<'_> {
         run.simulator.noise = noise.unwrap_or(run.simulator.noise);
         run.simulator.speed = speed.or(run.simulator.speed);
         run.simulator.acceleration = acceleration.or(run.simulator.acceleration);
+        self.idle_simulator(&run.simulator, &block.plant);
+        run.simulator.plant = self.plant(&block.plant, Some(robot)).or(run.simulator.plant);
         self.behind_the_end(&s.body, run.duration);
         run.subject = subject?;
         Some(ScenarioProgram {

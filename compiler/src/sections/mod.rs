@@ -11,6 +11,7 @@ mod human;
 mod machine;
 mod mission_events;
 mod obstacle;
+mod plant;
 mod robot;
 mod scenario;
 mod spec;
@@ -33,6 +34,7 @@ pub use mission::declare::driven::DRIVEN;
 pub use mission::kinds::MISSION;
 pub use mission_events::{APPROACHES, DISTANCES, EVENT, REPLY, WAITS};
 pub use obstacle::{OBSTACLE, ObstacleBlock, ROUND, RoundBlock, TRUE_OBSTACLE, TrueObstacleBlock};
+pub use plant::{MUJOCO, MujocoBlock, PAYLOAD, PLANT, PayloadBlock, PlantBlock};
 pub use robot::{
     ARM, ArmBlock, BASES, LIMIT, LimitBlock, POINT, PointBlock, ROBOT, RobotBlock, SEGMENT, SegmentBlock, prefix,
 };

@@ -8,6 +8,7 @@ use stdlib_tasks::params::Quantity;
 use super::human::HUMAN_SCRIPT;
 use super::mission_events::{EVENT, REPLY};
 use super::obstacle::TRUE_OBSTACLE;
+use super::plant::{PLANT, PlantBlock};
 use super::spec::{ACTUATOR_ACCELERATION, ACTUATOR_SPEED, SEED};
 use super::{Key, Named, Place, ValueType};
 
@@ -40,6 +41,8 @@ block! {
         start: Option<Unbound> = elsewhere(ValueType::Positions);
         /// Deviations of the simulated robot from a perfect one; default: those of `run`.
         simulator: ScenarioSimulator = optional(ValueType::Block(&SCENARIO_SIMULATOR));
+        /// The robot as a body with masses and drives, moved by a library for physics; default: that of `run`.
+        plant: PlantBlock = optional(ValueType::Block(&PLANT));
         /// Values that are sent to signals, by name.
         signals: Option<Unbound> = elsewhere(ValueType::Of(Named::Signal, &ValueType::Blocks(&SIGNAL_SCRIPT)));
         /// Motion of people during the whole run, and the readings of the tracker, by name.

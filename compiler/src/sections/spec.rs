@@ -10,6 +10,7 @@ use super::field::SAFETY_FIELD;
 use super::human::HUMAN;
 use super::machine::{MACHINE, SIGNAL, VARIABLE};
 use super::obstacle::OBSTACLE;
+use super::plant::{PLANT, PlantBlock};
 use super::robot::ROBOT;
 use super::scenario::SCENARIO;
 use super::stack::STACK;
@@ -270,6 +271,8 @@ block! {
             optional(ValueType::Number(Quantity::above(TIME, 0.0).usually(1e-6, 1.0)));
         /// Deviations of the simulated robot from a perfect one.
         simulator: SimulatorBlock = optional(ValueType::Block(&SIMULATOR));
+        /// The robot as a body with masses and drives, moved by a library for physics: `plant mujoco { response 10 ms }`.
+        plant: PlantBlock = optional(ValueType::Block(&PLANT));
     }
 }
 

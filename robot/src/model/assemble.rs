@@ -144,7 +144,9 @@ fn check(parts: &Parts) -> Result<(), String> {
         return Err(format!("{moving} joints move, at most {MAX_MOVING} may"));
     }
     for link in links {
-        let weighed = link.mass.is_finite() && link.mass >= 0.0 && link.center_of_mass.iter().all(|x| x.is_finite());
+        let weighed = link.mass.is_finite()
+            && link.mass >= 0.0
+            && link.center_of_mass.iter().chain(&link.inertia).all(|x| x.is_finite());
         if !weighed {
             return Err(format!("link `{}`: its mass is negative, or it has no finite centre", link.name));
         }

@@ -95,6 +95,7 @@ impl Model {
             visual: Vec::new(),
             mass: 0.0,
             center_of_mass: Vector3::zeros(),
+            inertia: [0.0; 6],
         };
         let parts = Parts {
             name: name.to_string(),
@@ -150,6 +151,7 @@ impl Builder {
                     visual: Vec::new(),
                     mass: 0.0,
                     center_of_mass: Vector3::zeros(),
+                    inertia: [0.0; 6],
                     parent_joint: None,
                 },
             };

@@ -98,6 +98,14 @@ pub struct Link {
     /// Centre of mass in the link's frame \[m\]; the link's origin if the URDF has none.
     #[serde(default)]
     pub center_of_mass: Vector3<f64>,
+    /// Inertia about the centre of mass, along the axes of the link's frame: `ixx, iyy, izz, ixy, ixz, iyz` \[kg m²\]; zeros if
+    /// the URDF has none. The kinematics does not use it.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub inertia: [f64; 6],
+}
+
+fn is_zero(inertia: &[f64; 6]) -> bool {
+    *inertia == [0.0; 6]
 }
 
 /// Unit of a degree of freedom.

@@ -142,6 +142,7 @@ fn parts(robot: RawRobot, tree: &Tree, driven: &[Driven], base: Base) -> Parts {
             visual: raw.visual,
             mass: raw.mass,
             center_of_mass: raw.center_of_mass,
+            inertia: raw.inertia,
         });
     }
     let mut slots_of_joints: Vec<Option<_>> = raw_joints.into_iter().map(Some).collect();

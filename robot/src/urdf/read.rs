@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3};
 use roxmltree::Node;
 
 use super::cx::{Cx, Spanned, attribute, child, children};
@@ -19,6 +19,7 @@ pub(super) struct RawLink {
     pub name: Spanned<String>,
     pub mass: f64,
     pub center_of_mass: Vector3<f64>,
+    pub inertia: [f64; 6],
     pub collision: Vec<PlacedShape>,
     pub visual: Vec<Visual>,
 }
@@ -158,7 +159,27 @@ fn link(cx: &mut Cx, node: Node, solids: &mut Solids) -> Option<RawLink> {
     if let Some(inertial) = inertial {
         units::grams(cx, name.value, inertial, mass, &collision);
     }
-    Some(RawLink { name: owned(name), mass, center_of_mass, collision, visual })
+    let inertia = inertial.map_or([0.0; 6], inertia);
+    Some(RawLink { name: owned(name), mass, center_of_mass, inertia, collision, visual })
+}
+
+/// Inertia of a link along the axes of its frame. Numbers that cannot be read are zero: only a simulation with physics needs them,
+/// and says what it lacks.
+fn inertia(inertial: Node) -> [f64; 6] {
+    let Some(element) = child(inertial, "inertia") else { return [0.0; 6] };
+    let of = |name| attribute(element, name).and_then(|a| a.value.trim().parse().ok()).filter(|x: &f64| x.is_finite());
+    let [xx, yy, zz, xy, xz, yz] = ["ixx", "iyy", "izz", "ixy", "ixz", "iyz"].map(|name| of(name).unwrap_or(0.0));
+    let own = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    let origin = child(inertial, "origin").and_then(|origin| attribute(origin, "rpy"));
+    let angles = |text: &str| -> Vec<f64> { text.split_whitespace().filter_map(|x| x.parse().ok()).collect() };
+    let turned = match origin.map(|rpy| angles(rpy.value)).as_deref() {
+        Some([roll, pitch, yaw]) => {
+            let r = Rotation3::from_euler_angles(*roll, *pitch, *yaw);
+            r * own * r.transpose()
+        }
+        _ => own,
+    };
+    [turned.m11, turned.m22, turned.m33, turned.m12, turned.m13, turned.m23]
 }
 
 fn joint(cx: &mut Cx, node: Node) -> Option<RawJoint> {

@@ -86,6 +86,16 @@ impl Program {
             &at("simulator"),
             "negative or not finite",
         )?;
+        if let Some(plant) = &s.plant {
+            let at = at("simulator.plant");
+            let positive = |x: f64| x.is_finite() && x > 0.0;
+            ensure(positive(plant.response) && positive(plant.step), &at, "a time is not positive")?;
+            ensure(plant.friction.is_finite() && plant.friction >= 0.0, &at, "the friction is negative or not finite")?;
+            let sound = plant.payload.as_ref().is_none_or(|p| {
+                p.link.index() < self.robot.model.links.len() && positive(p.mass) && p.at.iter().all(|x| x.is_finite())
+            });
+            ensure(sound, &at, "the payload has no link, or no finite mass")?;
+        }
         let positive = |x: Option<f64>| x.is_none_or(|x| x.is_finite() && x > 0.0);
         ensure(
             positive(s.speed) && positive(s.acceleration),

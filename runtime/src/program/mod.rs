@@ -13,6 +13,7 @@ mod gain;
 mod machine;
 mod mission;
 mod mission_scenario;
+mod plant;
 mod scenario;
 mod signal;
 mod tape;
@@ -42,6 +43,7 @@ pub use mission_scenario::{
     MAX_EVENTS, MAX_INSTANTS, MAX_MISSION, MissionMeasure, MissionScenarioProgram, TimedEvent, ends_with_step,
     step_within,
 };
+pub use plant::{Actuators, Gravity, Payload, PlantProgram};
 pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
     PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, TrueObstacle, WorldProgram,
@@ -333,7 +335,7 @@ pub enum Subject {
 }
 
 /// Deviations of the simulated robot from a perfect one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Simulator {
     /// Time constant of the actuators' first-order lag, in s; 0 for none.
     pub lag: f64,
@@ -347,4 +349,8 @@ pub struct Simulator {
     /// The largest real acceleration of each joint, in rad/s^2 or m/s^2; none for any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acceleration: Option<f64>,
+    /// The robot as a body with masses and drives, in place of the lag and the limits above; none for one that moves as it is
+    /// commanded but for them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plant: Option<PlantProgram>,
 }

@@ -1,0 +1,359 @@
+//! The model of MuJoCo for the robot of a program: the tree of its links with masses and joints, a drive for each degree of
+//! freedom, a payload, and the fixed obstacles.
+//!
+//! Frames are those of the robot: the frame of a body is that of its link, with its joint at zero, and a joint turns about
+//! its axis through the origin of that frame. Links of the robot touch obstacles, and not each other: the shapes for
+//! distances are larger than the links, and overlap where links meet.
+
+use std::fmt::Write;
+
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+use robot::{Base, Data, Drive, JointKind, Link, LinkId, Model, PlacedShape, Shape};
+use runtime::program::{Actuators, Gravity, PlantProgram, Program};
+use stdlib_tasks::obstacle::{Form, Obstacle};
+
+/// Smallest effective inertia of a joint \[kg m² or kg\]: that of a drive.
+const LEAST_INERTIA: f64 = 1e-3;
+
+/// Radius of gyration of a link whose inertia the URDF does not give \[m\].
+const GYRATION: f64 = 0.02;
+
+/// A model in MuJoCo's XML, with the order of its joints and drives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mjcf {
+    /// The text.
+    pub xml: String,
+    /// For each joint position of the model, its source.
+    pub joints: Vec<JointSource>,
+    /// For each drive, the degree of freedom that it moves.
+    pub drives: Vec<usize>,
+    /// Time step \[s\].
+    pub step: f64,
+    /// Steps in a period of the controller.
+    pub steps: usize,
+}
+
+/// Source of a joint position of the model: `multiplier * q + offset` of a degree of freedom.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointSource {
+    /// Index in [`Model::dofs`].
+    pub dof: usize,
+    /// Factor; 1 for a joint that is no follower.
+    pub multiplier: f64,
+    /// Position with the leader at zero \[rad or m\].
+    pub offset: f64,
+    /// True for a joint that is no follower.
+    pub own: bool,
+}
+
+/// Writes the model for a program whose run has a plant. `truth` is the program with obstacles where they truly are.
+pub fn write(program: &Program, truth: &Program, plant: &PlantProgram) -> Mjcf {
+    let model = &program.robot.model;
+    let steps = (program.robot.period / plant.step).round().max(1.0);
+    let step = program.robot.period / steps;
+    let mut writer = Writer { model, plant, children: children(model), joints: Vec::new(), xml: String::new() };
+    let gravity = if plant.gravity == Gravity::None { "0 0 0" } else { "0 0 -9.81" };
+    let obstacles: Vec<FixedObstacle> = match plant.contacts {
+        true => truth.obstacles.iter().filter_map(|o| FixedObstacle::of(o, truth)).collect(),
+        false => Vec::new(),
+    };
+    let _ = write!(
+        writer.xml,
+        "<mujoco model=\"robot\">\n<compiler angle=\"radian\" inertiafromgeom=\"false\" balanceinertia=\"true\" boundmass=\"1e-3\" \
+         boundinertia=\"1e-6\"/>\n<option timestep=\"{step}\" integrator=\"implicitfast\" gravity=\"{gravity}\"/>\n"
+    );
+    writer.assets(&obstacles);
+    writer.xml += "<worldbody>\n";
+    for (k, obstacle) in obstacles.iter().enumerate() {
+        writer.geometry(&format!("obstacle{k}"), &obstacle.pose, obstacle.shape, "contype=\"2\" conaffinity=\"1\"");
+    }
+    writer.link(LinkId(0));
+    writer.xml += "</worldbody>\n";
+    let drives = writer.actuators(&program.robot.home);
+    writer.followers();
+    writer.xml += "</mujoco>\n";
+    Mjcf { xml: writer.xml, joints: writer.joints, drives, step, steps: steps as usize }
+}
+
+/// Links that each link carries, in their order.
+fn children(model: &Model) -> Vec<Vec<usize>> {
+    let mut children = vec![Vec::new(); model.links.len()];
+    for (k, joint) in model.joints.iter().enumerate() {
+        children[joint.parent.index()].push(k);
+    }
+    children
+}
+
+/// An obstacle that stays where it is during a run.
+struct FixedObstacle<'p> {
+    pose: Isometry3<f64>,
+    /// `None` for everything below z = 0 of the pose.
+    shape: Option<&'p Shape>,
+}
+
+impl<'p> FixedObstacle<'p> {
+    /// `None` for one that moves, is carried by a link, or is not always there.
+    fn of(obstacle: &'p Obstacle, program: &Program) -> Option<FixedObstacle<'p>> {
+        let fixed = |slot: &stdlib_tasks::slot::Slot| {
+            let moved = program.values.tape.outputs.iter().any(|o| (slot.at..slot.at + slot.len).contains(&o.at));
+            (!moved).then(|| &program.values.initial[slot.at..slot.at + slot.len])
+        };
+        if obstacle.link.is_some() {
+            return None;
+        }
+        if let Some(present) = &obstacle.present
+            && fixed(present)?.first().is_none_or(|x| *x < 0.0)
+        {
+            return None;
+        }
+        let (&[x, y, z], &[w, i, j, k]) = (fixed(&obstacle.position)?, fixed(&obstacle.orientation)?) else {
+            return None;
+        };
+        let turn = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
+        let pose = Isometry3::from_parts(Vector3::new(x, y, z).into(), turn);
+        Some(match &obstacle.form {
+            Form::Shape(origin, shape) => FixedObstacle { pose: pose * origin, shape: Some(shape) },
+            Form::HalfSpace(turn) => {
+                FixedObstacle { pose: pose * Isometry3::from_parts(Vector3::zeros().into(), *turn), shape: None }
+            }
+        })
+    }
+}
+
+struct Writer<'p> {
+    model: &'p Model,
+    plant: &'p PlantProgram,
+    children: Vec<Vec<usize>>,
+    joints: Vec<JointSource>,
+    xml: String,
+}
+
+impl Writer<'_> {
+    /// Hulls are meshes, which are declared before they are used.
+    fn assets(&mut self, obstacles: &[FixedObstacle]) {
+        let mut meshes = String::new();
+        let mut mesh = |name: String, shape: &Shape| {
+            if let Shape::Hull(hull) = shape {
+                let points: Vec<String> = hull.corners().iter().map(|p| format!("{} {} {}", p.x, p.y, p.z)).collect();
+                let _ = writeln!(meshes, "<mesh name=\"{name}\" vertex=\"{}\"/>", points.join(" "));
+            }
+        };
+        for (k, obstacle) in obstacles.iter().enumerate() {
+            if let Some(shape) = obstacle.shape {
+                mesh(format!("obstacle{k}"), shape);
+            }
+        }
+        for (k, link) in self.model.links.iter().enumerate() {
+            link.collision.iter().enumerate().for_each(|(i, placed)| mesh(format!("link{k}_{i}"), &placed.shape));
+        }
+        if !meshes.is_empty() {
+            let _ = write!(self.xml, "<asset>\n{meshes}</asset>\n");
+        }
+    }
+
+    /// Writes a geometry; `name` is that of its mesh, if it has one, and `None` stands for a half space.
+    fn geometry(&mut self, name: &str, pose: &Isometry3<f64>, shape: Option<&Shape>, settings: &str) {
+        let form = match shape {
+            None => "type=\"plane\" size=\"0 0 1\"".to_string(),
+            Some(Shape::Sphere { radius }) => format!("type=\"sphere\" size=\"{radius}\""),
+            Some(Shape::Capsule { radius, half_length }) => {
+                format!("type=\"capsule\" size=\"{radius} {}\"", half_length.max(1e-6))
+            }
+            Some(Shape::Cylinder { radius, half_length }) => {
+                format!("type=\"cylinder\" size=\"{radius} {half_length}\"")
+            }
+            Some(Shape::Box { half: [x, y, z] }) => format!("type=\"box\" size=\"{x} {y} {z}\""),
+            Some(Shape::Hull(_)) => format!("type=\"mesh\" mesh=\"{name}\""),
+        };
+        let _ = writeln!(self.xml, "<geom {form} {} {settings}/>", placed(pose));
+    }
+
+    /// Writes the body of a link, with all that it carries.
+    fn link(&mut self, link: LinkId) {
+        let model = self.model;
+        let of = model.link_ref(link);
+        let name = escaped(&of.name);
+        match of.parent_joint {
+            None => {
+                // The base moves as it is commanded: a mocap body, which is placed from outside.
+                let mocap = if model.base == Base::Fixed { "" } else { " mocap=\"true\"" };
+                let pose = *Data::new(model).pose(link);
+                let _ = writeln!(self.xml, "<body name=\"link {name}\" {}{mocap}>", placed(&pose));
+            }
+            Some(joint) => {
+                let joint = model.joint_ref(joint);
+                let held = match joint.drive {
+                    Drive::Locked(position) => motion(joint.kind, &joint.axis, position),
+                    _ => Isometry3::identity(),
+                };
+                let compensated = if self.plant.gravity == Gravity::Compensated { " gravcomp=\"1\"" } else { "" };
+                let _ =
+                    writeln!(self.xml, "<body name=\"link {name}\" {}{compensated}>", placed(&(joint.origin * held)));
+                self.joint(joint);
+                self.inertial(of);
+            }
+        }
+        for (i, PlacedShape { origin, shape }) in of.collision.iter().enumerate() {
+            let settings = "contype=\"1\" conaffinity=\"2\"";
+            self.geometry(&format!("link{}_{i}", link.index()), origin, Some(shape), settings);
+        }
+        if let Some(payload) = self.plant.payload.as_ref().filter(|p| p.link == link) {
+            let [x, y, z] = payload.at;
+            let inertia = payload.mass * GYRATION * GYRATION;
+            let _ = writeln!(
+                self.xml,
+                "<body name=\"payload\" pos=\"{x} {y} {z}\"><inertial pos=\"0 0 0\" mass=\"{}\" diaginertia=\"{inertia} {inertia} \
+                 {inertia}\"/></body>",
+                payload.mass
+            );
+        }
+        for k in self.children[link.index()].clone() {
+            self.link(model.joints[k].child);
+        }
+        self.xml += "</body>\n";
+    }
+
+    fn joint(&mut self, joint: &robot::Joint) {
+        let source = match joint.drive {
+            Drive::Dof(dof) => JointSource { dof, multiplier: 1.0, offset: 0.0, own: true },
+            Drive::Mimic { dof, multiplier, offset } => JointSource { dof, multiplier, offset, own: false },
+            Drive::Fixed | Drive::Locked(_) => return,
+        };
+        let kind = if joint.kind == JointKind::Prismatic { "slide" } else { "hinge" };
+        let [x, y, z]: [f64; 3] = joint.axis.into();
+        let limits = match joint.lower.is_finite() && joint.upper.is_finite() && joint.kind != JointKind::Continuous {
+            true => format!(" limited=\"true\" range=\"{} {}\"", joint.lower, joint.upper),
+            false => String::new(),
+        };
+        let _ = writeln!(
+            self.xml,
+            "<joint name=\"{}\" type=\"{kind}\" axis=\"{x} {y} {z}\"{limits} frictionloss=\"{}\"/>",
+            escaped(&joint.name),
+            self.plant.friction
+        );
+        self.joints.push(source);
+    }
+
+    fn inertial(&mut self, link: &Link) {
+        if link.mass <= 0.0 {
+            return;
+        }
+        let [x, y, z]: [f64; 3] = link.center_of_mass.into();
+        let [xx, yy, zz, xy, xz, yz] = inertia(link);
+        let _ = writeln!(
+            self.xml,
+            "<inertial pos=\"{x} {y} {z}\" mass=\"{}\" fullinertia=\"{xx} {yy} {zz} {xy} {xz} {yz}\"/>",
+            link.mass
+        );
+    }
+
+    /// Writes a drive for each degree of freedom of a joint, with gains that give it the time constant of the plant at home.
+    /// Returns their degrees of freedom.
+    fn actuators(&mut self, home: &[f64]) -> Vec<usize> {
+        let model = self.model;
+        let inertias = effective_inertias(model, home, self.plant);
+        let mut drives = Vec::new();
+        self.xml += "<actuator>\n";
+        for (dof, d) in model.dofs.iter().enumerate() {
+            let Some(joint) = d.joint.map(|j| model.joint_ref(j)) else { continue };
+            let (m, t) = (inertias[dof], self.plant.response);
+            let gains = match self.plant.actuators {
+                Actuators::Velocity => format!("<velocity kv=\"{}\"", m / t),
+                // Critically damped.
+                Actuators::Position => format!("<position kp=\"{}\" kv=\"{}\"", m / (t * t), 2.0 * m / t),
+            };
+            let force = match joint.effort.is_finite() && joint.effort > 0.0 {
+                true => format!(" forcelimited=\"true\" forcerange=\"{} {}\"", -joint.effort, joint.effort),
+                false => String::new(),
+            };
+            let _ = writeln!(self.xml, "{gains} joint=\"{}\"{force}/>", escaped(&joint.name));
+            drives.push(dof);
+        }
+        self.xml += "</actuator>\n";
+        drives
+    }
+
+    /// Couples followers to their leaders.
+    fn followers(&mut self) {
+        let model = self.model;
+        let mut couplings = String::new();
+        for joint in &model.joints {
+            let Drive::Mimic { dof, multiplier, offset } = joint.drive else { continue };
+            let Some(leader) = model.dofs[dof].joint.map(|j| model.joint_ref(j)) else { continue };
+            let _ = writeln!(
+                couplings,
+                "<joint joint1=\"{}\" joint2=\"{}\" polycoef=\"{offset} {multiplier} 0 0 0\"/>",
+                escaped(&joint.name),
+                escaped(&leader.name)
+            );
+        }
+        if !couplings.is_empty() {
+            let _ = write!(self.xml, "<equality>\n{couplings}</equality>\n");
+        }
+    }
+}
+
+/// Inertia of a link about its centre of mass: that of the URDF, or that of a small ball.
+fn inertia(link: &Link) -> [f64; 6] {
+    let [xx, yy, zz, ..] = link.inertia;
+    if xx > 0.0 && yy > 0.0 && zz > 0.0 {
+        return link.inertia;
+    }
+    let ball = link.mass * GYRATION * GYRATION;
+    [ball, ball, ball, 0.0, 0.0, 0.0]
+}
+
+/// Inertia that the drive of each degree of freedom moves in a posture: the diagonal of the joint-space inertia \[kg m² or kg\]; zero for
+/// those of the base.
+pub fn effective_inertias(model: &Model, q: &[f64], plant: &PlantProgram) -> Vec<f64> {
+    let mut data = Data::new(model);
+    model.forward(q, &mut data);
+    let mut inertias = vec![0.0; model.nv()];
+    let moved = |link: LinkId, dof: usize| model.support(link).iter().any(|s| s.dof as usize == dof);
+    for (dof, d) in model.dofs.iter().enumerate() {
+        let Some(joint) = d.joint.map(|j| model.joint_ref(j)) else { continue };
+        let frame = data.pose(joint.child);
+        let axis = frame.rotation * joint.axis;
+        let mut sum = 0.0;
+        for (k, link) in model.links.iter().enumerate().filter(|(k, _)| moved(LinkId(*k as u32), dof)) {
+            let pose = data.pose(LinkId(k as u32));
+            let mut add = |mass: f64, center: Vector3<f64>, own: [f64; 6]| {
+                if joint.kind == JointKind::Prismatic {
+                    sum += mass;
+                    return;
+                }
+                let arm = axis.cross(&((pose * nalgebra::Point3::from(center)).coords - frame.translation.vector));
+                let [xx, yy, zz, xy, xz, yz] = own;
+                let turned = pose.rotation.inverse() * axis;
+                sum += mass * arm.norm_squared()
+                    + turned.dot(&(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * turned));
+            };
+            add(link.mass, link.center_of_mass, if link.mass > 0.0 { inertia(link) } else { [0.0; 6] });
+            if let Some(payload) = plant.payload.as_ref().filter(|p| p.link.index() == k) {
+                add(payload.mass, Vector3::from(payload.at), [0.0; 6]);
+            }
+        }
+        inertias[dof] = sum.max(LEAST_INERTIA);
+    }
+    inertias
+}
+
+/// Motion of a joint from zero.
+fn motion(kind: JointKind, axis: &Vector3<f64>, position: f64) -> Isometry3<f64> {
+    match kind {
+        JointKind::Fixed => Isometry3::identity(),
+        JointKind::Revolute | JointKind::Continuous => Isometry3::rotation(axis * position),
+        JointKind::Prismatic => Isometry3::translation(axis.x * position, axis.y * position, axis.z * position),
+    }
+}
+
+/// Attributes of a pose.
+fn placed(pose: &Isometry3<f64>) -> String {
+    let (p, r) = (&pose.translation, &pose.rotation);
+    format!("pos=\"{} {} {}\" quat=\"{} {} {} {}\"", p.x, p.y, p.z, r.w, r.i, r.j, r.k)
+}
+
+/// A name in XML.
+fn escaped(name: &str) -> String {
+    name.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

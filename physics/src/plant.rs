@@ -1,0 +1,171 @@
+//! The robot of a run as MuJoCo moves it.
+
+use std::sync::{Arc, OnceLock};
+
+use robot::{Base, LinkId, Model};
+use runtime::physics::Physics;
+use runtime::program::{Actuators, Program, ScenarioProgram};
+
+use crate::library::{LibraryError, MuJoCo, Scene};
+use crate::mjcf::{self, Mjcf};
+
+/// Reason why a program has no physical robot.
+#[derive(Clone, Debug, thiserror::Error, PartialEq, Eq)]
+pub enum PlantError {
+    /// The run asks for none.
+    #[error("the run has no `plant`")]
+    None,
+    /// Its base floats, and nothing holds it in the air.
+    #[error("a floating base has no drive, and would fall: `plant` needs a base that is fixed or has wheels")]
+    Floating,
+    /// MuJoCo cannot be used, or refuses the robot.
+    #[error(transparent)]
+    Library(#[from] LibraryError),
+}
+
+/// A robot in MuJoCo.
+pub struct Plant {
+    scene: Scene,
+    mjcf: Mjcf,
+    name: String,
+    model: Model,
+    data: robot::Data,
+    actuators: Actuators,
+    /// Positions of the model's joints.
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+    controls: Vec<f64>,
+    /// Positions that the drives are asked for, by degree of freedom (rad or m).
+    wanted: Vec<f64>,
+    started: bool,
+}
+
+/// The library, found once.
+fn library() -> Result<Arc<MuJoCo>, LibraryError> {
+    static FOUND: OnceLock<Result<Arc<MuJoCo>, LibraryError>> = OnceLock::new();
+    FOUND.get_or_init(MuJoCo::find).clone()
+}
+
+impl Plant {
+    /// Prepares the robot of a checked program, at rest.
+    ///
+    /// # Errors
+    /// The run has no plant, the base floats, or MuJoCo cannot be used.
+    pub fn new(program: &Program, scenario: Option<&ScenarioProgram>) -> Result<Plant, PlantError> {
+        let settings = program.run.simulator.plant.as_ref().ok_or(PlantError::None)?;
+        let model = program.robot.model.clone();
+        if model.base == Base::Floating {
+            return Err(PlantError::Floating);
+        }
+        let library = library()?;
+        let truth = scenario.and_then(|s| s.true_program(program));
+        let mjcf = mjcf::write(program, truth.as_ref().unwrap_or(program), settings);
+        let scene = Scene::new(&library, &mjcf.xml)?;
+        let counts = (scene.joints(), scene.actuators());
+        if counts != (mjcf.joints.len(), mjcf.drives.len()) {
+            let text = format!(
+                "it has {} joints and {} drives of the {} and {} written",
+                counts.0,
+                counts.1,
+                mjcf.joints.len(),
+                mjcf.drives.len()
+            );
+            return Err(LibraryError::Refused(text).into());
+        }
+        Ok(Plant {
+            name: format!("MuJoCo {}", library.version()),
+            positions: vec![0.0; mjcf.joints.len()],
+            velocities: vec![0.0; mjcf.joints.len()],
+            controls: vec![0.0; mjcf.drives.len()],
+            wanted: vec![0.0; model.nv()],
+            data: robot::Data::new(&model),
+            actuators: settings.actuators,
+            started: false,
+            scene,
+            mjcf,
+            model,
+        })
+    }
+
+    /// The model as MuJoCo was given it.
+    pub fn mjcf(&self) -> &Mjcf {
+        &self.mjcf
+    }
+
+    /// Velocities of the model's joints after the last period (rad/s or m/s), in the order of [`Mjcf::joints`].
+    pub fn velocities(&self) -> &[f64] {
+        &self.velocities
+    }
+
+    /// Places the robot at rest in a configuration.
+    fn start(&mut self, q: &[f64]) {
+        for (dof, d) in self.model.dofs.iter().enumerate() {
+            self.wanted[dof] = d.q_index.map_or(0.0, |i| q[i]);
+        }
+        for (at, joint) in self.positions.iter_mut().zip(&self.mjcf.joints) {
+            *at = joint.multiplier * self.wanted[joint.dof] + joint.offset;
+        }
+        self.scene.set_positions(&self.positions);
+        self.place_base(q);
+        self.scene.forward();
+        self.started = true;
+    }
+
+    /// Places the base where the configuration has it.
+    fn place_base(&mut self, q: &[f64]) {
+        if self.model.base == Base::Fixed {
+            return;
+        }
+        self.model.forward(q, &mut self.data);
+        let pose = self.data.pose(LinkId(0));
+        let (p, r) = (&pose.translation, &pose.rotation);
+        self.scene.place([p.x, p.y, p.z], [r.w, r.i, r.j, r.k]);
+    }
+}
+
+impl Physics for Plant {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn advance(&mut self, q: &mut [f64], command: &[f64], period: f64) -> Result<(), String> {
+        if !self.started {
+            self.start(q);
+        }
+        let steps = self.mjcf.steps;
+        let before = self.scene.time();
+        for _ in 0..steps {
+            for (control, &dof) in self.controls.iter_mut().zip(&self.mjcf.drives) {
+                *control = match self.actuators {
+                    Actuators::Velocity => command[dof],
+                    Actuators::Position => {
+                        let d = &self.model.dofs[dof];
+                        self.wanted[dof] = (self.wanted[dof] + command[dof] * self.mjcf.step).clamp(d.lower, d.upper);
+                        self.wanted[dof]
+                    }
+                };
+            }
+            self.scene.set_controls(&self.controls);
+            self.place_base(q);
+            self.scene.step();
+        }
+        self.scene.positions(&mut self.positions);
+        self.scene.velocities(&mut self.velocities);
+        // MuJoCo begins again at time zero when a number has become too large.
+        let went_on = self.scene.time() > before + 0.5 * period;
+        let finite = self.positions.iter().chain(&self.velocities).all(|x| x.is_finite());
+        if !went_on || !finite {
+            let (step, response) = (self.mjcf.step, "`response`");
+            return Err(format!(
+                "the simulation in {} has diverged: a shorter `step` than {step} s, or a longer {response}, keeps it stable",
+                self.name
+            ));
+        }
+        for (at, joint) in self.positions.iter().zip(&self.mjcf.joints).filter(|(_, joint)| joint.own) {
+            if let Some(i) = self.model.dofs[joint.dof].q_index {
+                q[i] = *at;
+            }
+        }
+        Ok(())
+    }
+}
