@@ -4,7 +4,7 @@
 
 use divan::{Bencher, black_box};
 use hierarq_robot::random::units;
-use hierarq_robot::{Hull, Shape, closest};
+use hierarq_robot::{Hull, Shape, Soup, closest};
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
 fn main() {
@@ -69,4 +69,50 @@ fn cylinders_60(bencher: Bencher) {
 #[divan::bench]
 fn hulls_60(bencher: Bencher) {
     measure(bencher, &pairs(60, hull));
+}
+
+/// Spots of ten capsules in a room of so many points: floor, walls and a pile of things, as a laser scanner sees them.
+fn cloud(bencher: Bencher, count: usize, most: usize) {
+    let mut rng = units(11);
+    let mut point = |i: usize| {
+        let (u, v, noise) = (4.0 * rng() - 2.0, 4.0 * rng() - 2.0, 0.01 * rng());
+        let p = match i % 8 {
+            0 | 1 => Vector3::new(u, v, noise),
+            2 => Vector3::new(u, 2.0 + noise, 1.0 + 0.5 * v),
+            3 => Vector3::new(u, -2.0 - noise, 1.0 + 0.5 * v),
+            4 => Vector3::new(2.0 + noise, u, 1.0 + 0.5 * v),
+            _ => Vector3::new(1.0 + 0.2 * u, 0.4 * v, 0.4 + 0.2 * (3.0 * u).sin() * v + noise),
+        };
+        [p]
+    };
+    let points: Vec<[Vector3<f64>; 1]> = (0..count).map(&mut point).collect();
+    let soup = Soup::new(&points, 0.01).expect("points");
+    measure_soup(bencher, &soup, most);
+}
+
+fn measure_soup(bencher: Bencher, soup: &Soup, most: usize) {
+    let mut rng = units(12);
+    let mut part = || {
+        let shape = capsule(&mut rng);
+        let turn = UnitQuaternion::new_normalize(Quaternion::new(rng() - 0.5, rng() - 0.5, rng() - 0.5, rng() - 0.5));
+        let at = Vector3::new(0.8 * rng() - 0.4, rng() - 0.5, 0.3 + rng());
+        (shape, Isometry3::from_parts(at.into(), turn))
+    };
+    let parts: Vec<(Shape, Isometry3<f64>)> = (0..10).map(|_| part()).collect();
+    let mut spots = vec![None; most];
+    bencher.bench_local(|| {
+        for (shape, pose) in &parts {
+            black_box(soup.spots(shape, black_box(pose), &Isometry3::identity(), &mut spots));
+        }
+    });
+}
+
+#[divan::bench(args = [1, 4, 8])]
+fn points_10000_capsules_10(bencher: Bencher, spots: usize) {
+    cloud(bencher, 10_000, spots);
+}
+
+#[divan::bench(args = [1, 4, 8])]
+fn points_100000_capsules_10(bencher: Bencher, spots: usize) {
+    cloud(bencher, 100_000, spots);
 }

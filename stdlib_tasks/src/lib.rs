@@ -19,6 +19,7 @@ pub mod gradient_bound;
 pub mod kinds;
 pub mod numbers;
 pub mod obstacle;
+mod obstacle_pair;
 pub mod params;
 pub mod protection;
 mod sampled_margin;

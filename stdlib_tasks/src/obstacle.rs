@@ -1,10 +1,9 @@
 //! Obstacles: bodies in the room, or fixed to a link, whose pose may move with time.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use robot::{Closest, Degenerate, LinkId, Model, Shape, geometry};
+use robot::{Closest, Degenerate, LinkId, Model, Search, Shape, Soup, geometry};
 use serde::{Deserialize, Serialize};
 
-use crate::closest_points;
 use crate::slot::Slot;
 use crate::so3;
 use crate::state::State;
@@ -36,6 +35,8 @@ pub enum Form {
     Shape(Isometry3<f64>, Shape),
     /// Everything below z = 0 of a frame that is turned so against the obstacle's.
     HalfSpace(UnitQuaternion<f64>),
+    /// Many small elements: the points of a cloud, the triangles of a mesh, the columns under a heightfield.
+    Soup(Soup),
 }
 
 /// Obstacle at a tick.
@@ -87,6 +88,8 @@ impl Obstacle {
                 ensure(placed, "the placement of an obstacle is not finite")?;
                 ensure(shape.is_sound(), "an obstacle has a negative or infinite size")
             }
+            // Elements are finite.
+            Form::Soup(_) => Ok(()),
         }
     }
 
@@ -128,14 +131,6 @@ impl Obstacle {
         })
     }
 
-    /// Distance of a shape whose core meets that of the obstacle, in m: minus the radii around them.
-    pub fn overlap(&self, shape: &Shape) -> f64 {
-        match &self.form {
-            Form::Shape(_, own) => closest_points::overlap(shape, own),
-            Form::HalfSpace(_) => 0.0,
-        }
-    }
-
     /// Closest points of a shape at a pose in the world and the obstacle, the shape being `a`.
     ///
     /// # Errors
@@ -146,6 +141,13 @@ impl Obstacle {
             Form::HalfSpace(turn) => {
                 let normal = at.pose.rotation * (turn * Vector3::z());
                 Ok(geometry::closest_plane(shape, pose, &normal, normal.dot(&at.pose.translation.vector)))
+            }
+            Form::Soup(soup) => {
+                let mut nearest = [None];
+                match (soup.spots(shape, pose, &at.pose, &mut nearest), nearest) {
+                    (Search::Apart, [Some(spot)]) => Ok(spot.closest),
+                    _ => Err(Degenerate::Touching),
+                }
             }
         }
     }

@@ -21,6 +21,8 @@ pub(super) enum Body<'a> {
     Cylinder(f64, f64),
     /// A hull.
     Hull(&'a Hull),
+    /// The hull of a few points.
+    Corners(&'a [Vector3<f64>]),
 }
 
 /// A body at a pose, and the corner of a hull that was found last.
@@ -46,6 +48,10 @@ impl Placed<'_> {
             Body::Hull(hull) => {
                 self.near = hull.farthest(&d, self.near);
                 hull.corners()[self.near]
+            }
+            Body::Corners(corners) => {
+                let higher = |best: Vector3<f64>, p: &Vector3<f64>| if p.dot(&d) > best.dot(&d) { *p } else { best };
+                corners.iter().skip(1).fold(corners[0], higher)
             }
         };
         self.X_WB.rotation * p + self.X_WB.translation.vector

@@ -13,13 +13,17 @@ use convex::Body;
 mod convex;
 mod cuboid;
 mod cylinder;
+mod elements;
 mod plane;
 mod segment;
+mod triangle;
 
 pub use cuboid::{PointBox, closest_box_box, closest_point_box, closest_segment_box};
 pub use cylinder::{closest_point_cylinder, closest_segment_cylinder};
+pub(crate) use elements::{Found, Query};
 pub use plane::closest_plane;
 pub use segment::{closest_point_segment, closest_segment_segment};
+pub use triangle::{closest_point_triangle, closest_segment_triangle};
 
 /// Minimum distance of the cores for a reliable normal \[m\].
 const CORES_MEET: f64 = 1e-9;
@@ -51,6 +55,12 @@ impl Closest {
     /// Returns the result with the two shapes exchanged.
     pub fn swapped(self) -> Closest {
         Closest { distance: self.distance, on_a: self.on_b, on_b: self.on_a, normal: -self.normal }
+    }
+
+    /// Returns the result in the frame in which its present one has a pose.
+    pub(crate) fn moved(self, X: &Isometry3<f64>) -> Closest {
+        let point = |p: &Vector3<f64>| X.rotation * p + X.translation.vector;
+        Closest { on_a: point(&self.on_a), on_b: point(&self.on_b), normal: X.rotation * self.normal, ..self }
     }
 
     /// Computes the result from the nearest points of two cores and their radii.
@@ -160,7 +170,7 @@ fn ball(p_W: &Vector3<f64>, radius: f64, X_WB: &Isometry3<f64>, core: Body) -> R
         Body::Box(half) => closest_point_box(&p_B, &half),
         Body::Cylinder(radius, half) => closest_point_cylinder(&p_B, radius, half),
         Body::Hull(hull) => point_hull(&p_B, hull).ok_or(Degenerate::Touching)?,
-        Body::Point | Body::Segment(_) => return Err(Degenerate::Touching),
+        Body::Point | Body::Segment(_) | Body::Corners(_) => return Err(Degenerate::Touching),
     };
     let normal = X_WB.rotation * near.normal;
     let distance = near.distance - radius;
@@ -195,7 +205,7 @@ fn capsule([s0, s1]: [Vector3<f64>; 2], radius: f64, X_WB: &Isometry3<f64>, core
     let (p, q) = match core {
         Body::Box(half) => closest_segment_box(&centre, &along, &half),
         Body::Cylinder(radius, half) => closest_segment_cylinder(&centre, &along, radius, half),
-        Body::Point | Body::Segment(_) | Body::Hull(_) => return Err(Degenerate::Touching),
+        Body::Point | Body::Segment(_) | Body::Hull(_) | Body::Corners(_) => return Err(Degenerate::Touching),
     };
     let to_world = |v: &Vector3<f64>| X_WB.rotation * v + X_WB.translation.vector;
     Closest::of_cores(&to_world(&p), radius, &to_world(&q), 0.0)

@@ -15,4 +15,5 @@ mod oddities;
 mod oracle;
 mod pinocchio;
 mod refusals;
+mod soups;
 mod srdf;

@@ -7,15 +7,17 @@
 //!
 //! `o'` is the velocity of the obstacle's closest point, which the thesis, whose obstacles are links, does not have.
 
-use nalgebra::{Isometry3, Point3, Vector3};
-use robot::{Model, Shape};
+use nalgebra::{Isometry3, Vector3};
+use robot::{LinkId, Model, Shape};
 
 use crate::bound::{BoundParams, Geometry};
 use crate::build::check;
 use crate::clearance;
+use crate::closest_points::SeparationError;
 use crate::dimension::{LENGTH, NONE};
 use crate::gradient_bound;
 use crate::obstacle::{Form, Obstacle, PlacedObstacle};
+use crate::obstacle_pair::{ObstaclePair, ObstacleSeparation, distance_at};
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};
 use crate::protection::{Hazard, Protection};
 use crate::sampled_margin::{SampledMargin, extent};
@@ -36,6 +38,9 @@ crate::params! {
         d_min: Input<1> = ParamType::Scalar(usual::CLEARANCE), Presence::Default("0 m");
         /// φ: how fast the margin may decrease, relative to its size.
         gain: Input<1> = ParamType::Scalar(usual::LIMIT_GAIN), Presence::Default("5 /s");
+        /// Largest number of rows of a part and an obstacle of many elements (`points`, `heightfield`, and a `mesh` with its
+        /// hollows): those of its nearest spots. Any other obstacle has one row for each part.
+        spots: Input<1> = ParamType::Scalar(Quantity::at_least(NONE, 1.0).usually(1.0, 32.0).constant()), Presence::Default("4");
         /// Largest number of rows, those of the nearest pairs; default: a row for each pair.
         nearest: Option<Input<1>> = ParamType::Scalar(Quantity::at_least(NONE, 1.0).constant()), Presence::Optional;
         /// δ: a constant reserve for what sampling in time can lose; `auto` computes it from the hard speed limits, for all
@@ -71,6 +76,11 @@ edges or faces can jump when they turn. A `plane` has a depth instead: its direc
 An obstacle that moves towards a robot faster than the robot can flee makes a row that no velocity meets: on a hard \
 level the fault `infeasible`, on a soft level an error that the level shows. An obstacle that is absent \
 (`present`) has no row.\n\n\
+A cloud of points, a heightfield and a mesh with its hollows have a row for each of the nearest `spots` of a part. The \
+first is that of the nearest element, a point or a triangle. Each further one is that of the nearest element for which no \
+spot before it stands: a spot stands for what is behind the plane through it, across its normal, or at most 14 degrees in \
+front of it, and nearest to about the same point of the part. So a wall of thousands of points has one row, or two for a \
+long part, and the wall on the other side has its own. No element is nearer than the first spot.\n\n\
 `nearest 8` writes the rows of the eight pairs with the smallest margins at each tick, for rooms with many obstacles: \
 the hierarchy is solved for these alone, and the distances of all pairs are computed at each tick. A pair that is not \
 among them is at least as far away as each of those.\n\n\
@@ -89,36 +99,19 @@ Source: thesis (3.21)-(3.24), as for `self_collision`, with the velocity of the 
     ..TaskKind::new(RowKind::Inequality, Params::INFO, build)
 };
 
-/// A part, an obstacle, and their last valid separation.
-struct Pair {
-    part: usize,
-    obstacle: usize,
-    last: Option<Last>,
-}
-
-/// Last valid separation.
+/// Place of a row: a pair, and the rank of a spot among those of the pair, from the nearest on.
 #[derive(Clone, Copy)]
-struct Last {
-    /// From the obstacle to the part, in the world.
-    normal: Vector3<f64>,
-    /// Closest points, in the frames of the part's link and of the obstacle.
-    on_part: Point3<f64>,
-    on_obstacle: Point3<f64>,
-}
-
-/// A pair at a tick.
-#[derive(Clone, Copy)]
-struct Separation {
-    distance: f64,
-    on_part: Vector3<f64>,
-    on_obstacle: Vector3<f64>,
-    normal: Vector3<f64>,
+struct Place {
+    pair: usize,
+    rank: usize,
 }
 
 struct KeepClear {
     parts: Vec<Geometry>,
     obstacles: Vec<Obstacle>,
-    pairs: Vec<Pair>,
+    pairs: Vec<ObstaclePair>,
+    /// Places of rows, those of a pair beside each other.
+    places: Vec<Place>,
     d_min: Input<1>,
     gain: Input<1>,
     sampled_margin: SampledMargin,
@@ -128,15 +121,16 @@ struct KeepClear {
     slopes: Vec<Vec<f64>>,
     /// Obstacles at this tick; `None` while they are absent.
     placed: Vec<Option<PlacedObstacle>>,
-    /// Separations of this tick, of each pair.
-    separations: Vec<Option<Separation>>,
-    /// Pairs, the nearest first.
+    /// Separations of this tick, of each place.
+    separations: Vec<Option<ObstacleSeparation>>,
+    /// Places, the nearest first.
     order: Vec<usize>,
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
-    let Params { links: parts, of: obstacles, d_min, gain, nearest, sampled_margin } = Params::from_bound(bound)?;
+    let Params { links: parts, of: obstacles, d_min, gain, spots, nearest, sampled_margin } = Params::from_bound(bound)?;
+    let spots = whole("spots", spots.of(ctx.values)[0])?;
     if parts.is_empty() {
         return Err(BuildError::new("links", "no part of the robot is named that could be kept clear")
             .help("name points, segments, links or groups of them, or remove the task"));
@@ -151,25 +145,22 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let mut pairs = Vec::new();
     for (p, part) in parts.iter().enumerate() {
         let moving = obstacles.iter().enumerate().filter(|(_, o)| moves(part, o));
-        pairs.extend(moving.map(|(o, _)| Pair { part: p, obstacle: o, last: None }));
+        pairs.extend(moving.map(|(o, obstacle)| ObstaclePair::new(p, o, &obstacle.form, spots)));
     }
     if pairs.is_empty() {
         return Err(BuildError::new("links", "none of these parts can move relative to an obstacle")
             .help("name parts that joints move"));
     }
-    if pairs.len() > MOST_PAIRS {
-        let text = format!("these are {} pairs of a part and an obstacle, and {MOST_PAIRS} are the most", pairs.len());
+    let count: usize = pairs.iter().map(ObstaclePair::count).sum();
+    if count > MOST_PAIRS {
+        let text = format!("these are {count} pairs of a part and an obstacle or a spot of one, and {MOST_PAIRS} are the most");
         return Err(BuildError::new("of", text).help("name the parts and the obstacles that can meet"));
     }
-    let nearest = match nearest.map(|n| n.of(ctx.values)[0]) {
-        Some(n) if n.fract() != 0.0 => {
-            return Err(BuildError::new("nearest", format!("the number of rows is a whole number, and this is {n}"))
-                .help("write for instance `nearest 8`"));
-        }
-        // All pairs have rows then.
-        Some(n) if n >= pairs.len() as f64 => None,
-        n => n.map(|n| n as usize),
-    };
+    let of_pair = |(pair, p): (usize, &ObstaclePair)| (0..p.count()).map(move |rank| Place { pair, rank });
+    let places: Vec<Place> = pairs.iter().enumerate().flat_map(of_pair).collect();
+    let nearest = nearest.map(|n| whole("nearest", n.of(ctx.values)[0])).transpose()?;
+    // All places have rows then.
+    let nearest = nearest.filter(|n| *n < count);
     let names: Vec<&str> = pairs.iter().map(|p| parts[p.part].name.as_str()).collect();
     let acceleration_bound_of = |i: usize, speed: &[f64]| {
         let part = &parts[pairs[i].part];
@@ -177,17 +168,19 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     };
     let sampled_margin = SampledMargin::new(sampled_margin, gain, &names, &acceleration_bound_of, ctx)?;
     let slopes = match nearest {
-        // A row is that of another pair at each tick.
+        // A row is that of another pair at each tick, or of another spot.
         Some(_) => Vec::new(),
+        None if count > pairs.len() => Vec::new(),
         None => {
-            let of = |p: &Pair| slope(ctx.model, &parts[p.part], &obstacles[p.obstacle], ctx.values);
+            let of = |p: &ObstaclePair| slope(ctx.model, &parts[p.part], &obstacles[p.obstacle], ctx.values);
             pairs.iter().map(of).collect::<Option<Vec<_>>>().unwrap_or_default()
         }
     };
     Ok(Box::new(KeepClear {
         placed: vec![None; obstacles.len()],
-        separations: vec![None; pairs.len()],
-        order: (0..pairs.len()).collect(),
+        separations: vec![None; count],
+        order: (0..count).collect(),
+        places,
         parts,
         obstacles,
         pairs,
@@ -199,74 +192,73 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     }))
 }
 
+/// A number of rows.
+fn whole(key: &str, n: f64) -> Result<usize, BuildError> {
+    if n.fract() == 0.0 {
+        return Ok(n as usize);
+    }
+    Err(BuildError::new(key, format!("the number of rows is a whole number, and this is {n}"))
+        .help(format!("write for instance `{key} 8`")))
+}
+
 /// Bounds of the slope of a distance, as numbers for each degree of freedom; `None` if no bound is known.
 fn slope(model: &Model, part: &Geometry, obstacle: &Obstacle, values: &[f64]) -> Option<Vec<f64>> {
     let Some(link) = obstacle.link else { return Some(gradient_bound::over_world(model, part)) };
     match &obstacle.form {
         Form::HalfSpace(_) => Some(gradient_bound::over_plane(model, Some(link), &Vector3::z(), part)),
         Form::Shape(origin, shape) => {
-            let at = values.get(obstacle.position.at..)?.get(..3)?;
-            // Where the shape is within this ball does not matter.
-            let far = Vector3::new(at[0], at[1], at[2]);
-            let radius = origin.translation.vector.norm() + shape.bounding_radius();
-            let ball = Shape::Capsule { radius: 0.0, half_length: radius };
-            let around = Geometry {
-                name: obstacle.name.clone(),
-                link,
-                origin: Isometry3::translation(far.x, far.y, far.z),
-                shape: ball,
-            };
-            Some(gradient_bound::between(model, part, &around))
+            over_ball(model, part, obstacle, link, origin.translation.vector.norm() + shape.bounding_radius(), values)
         }
+        Form::Soup(soup) => over_ball(model, part, obstacle, link, soup.bounding_radius(), values),
     }
 }
 
+/// The same for an obstacle in a ball about its frame on a link. Where it is within the ball does not matter.
+fn over_ball(
+    model: &Model,
+    part: &Geometry,
+    obstacle: &Obstacle,
+    link: LinkId,
+    radius: f64,
+    values: &[f64],
+) -> Option<Vec<f64>> {
+    let at = values.get(obstacle.position.at..)?.get(..3)?;
+    let around = Geometry {
+        name: obstacle.name.clone(),
+        link,
+        origin: Isometry3::translation(at[0], at[1], at[2]),
+        shape: Shape::Capsule { radius: 0.0, half_length: radius },
+    };
+    Some(gradient_bound::between(model, part, &around))
+}
+
 impl KeepClear {
-    /// Closest points of a pair. If the cores intersect, those of the last valid separation.
-    fn separate(&mut self, i: usize, state: &State) -> Result<Option<Separation>, TaskFault> {
-        let pair = &mut self.pairs[i];
-        let (part, obstacle) = (&self.parts[pair.part], &self.obstacles[pair.obstacle]);
-        let Some(at) = &self.placed[pair.obstacle] else {
-            // The obstacle may be elsewhere when it comes back.
-            pair.last = None;
-            return Ok(None);
-        };
-        let carrier = state.data.pose(part.link);
-        let pose = carrier * part.origin;
-        match obstacle.closest(&part.shape, &pose, at) {
-            Ok(c) => {
-                pair.last = Some(Last {
-                    normal: c.normal,
-                    on_part: carrier.inverse_transform_point(&Point3::from(c.on_a)),
-                    on_obstacle: at.pose.inverse_transform_point(&Point3::from(c.on_b)),
-                });
-                let (on_part, on_obstacle) = (c.on_a, c.on_b);
-                Ok(Some(Separation { distance: c.distance, on_part, on_obstacle, normal: c.normal }))
-            }
-            Err(_) => {
-                if !pose.translation.vector.iter().all(|x| x.is_finite()) {
-                    return Err(TaskFault::NotFinite { row: i });
-                }
-                let last = pair.last.ok_or(TaskFault::Overlap { row: i })?;
-                let distance = obstacle.overlap(&part.shape);
-                let (on_part, on_obstacle) = (carrier * last.on_part, at.pose * last.on_obstacle);
-                let (on_part, on_obstacle) = (on_part.coords, on_obstacle.coords);
-                Ok(Some(Separation { distance, on_part, on_obstacle, normal: last.normal }))
+    /// Computes the separations of a pair, whose places begin at `first`.
+    fn separate(&mut self, pair: usize, first: usize, state: &State) -> Result<(), SeparationError> {
+        let pair = &mut self.pairs[pair];
+        let found = &mut self.separations[first..first + pair.count()];
+        found.fill(None);
+        match &self.placed[pair.obstacle] {
+            Some(at) => pair.find(&self.parts[pair.part], &self.obstacles[pair.obstacle], at, state, found),
+            None => {
+                // The obstacle may be elsewhere when it comes back.
+                pair.forget();
+                Ok(())
             }
         }
     }
 
     /// Writes the row of a pair.
-    fn write(&self, row: usize, pair: usize, found: &Separation, state: &State, rows: &mut Rows) {
+    fn write(&self, row: usize, pair: usize, found: &ObstacleSeparation, state: &State, rows: &mut Rows) {
         let ([gain], [d_min]) = (self.gain.of(state.values), self.d_min.of(state.values));
         let [d_min_rate] = self.d_min.of(state.rates);
-        let Separation { distance, on_part, on_obstacle, normal } = found;
+        let ObstacleSeparation { distance, on_part, on_obstacle, normal, .. } = found;
         let h = distance - d_min;
         rows.margins[row] = h;
         if rows.is_idle(row) {
             return;
         }
-        let Pair { part, obstacle, .. } = self.pairs[pair];
+        let ObstaclePair { part, obstacle, .. } = self.pairs[pair];
         let coefficients = rows.row(row);
         state.data.add_point(state.model, self.parts[part].link, on_part, normal, coefficients);
         if let Some(link) = self.obstacles[obstacle].link {
@@ -282,16 +274,20 @@ impl KeepClear {
 
 impl Task for KeepClear {
     fn rows(&self) -> Vec<RowInfo> {
-        let name = |p: &Pair| format!("{} to {}", self.parts[p.part].name, self.obstacles[p.obstacle].name);
+        let name = |place: &Place| {
+            let pair = &self.pairs[place.pair];
+            let names = format!("{} to {}", self.parts[pair.part].name, self.obstacles[pair.obstacle].name);
+            if place.rank == 0 { names } else { format!("{names}, spot {}", place.rank + 1) }
+        };
         let named = |name| RowInfo { name, dimension: LENGTH };
         match self.nearest {
-            None => self.pairs.iter().map(|p| named(name(p))).collect(),
+            None => self.places.iter().map(|p| named(name(p))).collect(),
             Some(n) => (1..=n).map(|i| named(format!("nearest {i}"))).collect(),
         }
     }
 
     fn protections(&self) -> Vec<Protection> {
-        let one = |p: &Pair| {
+        let one = |p: &ObstaclePair| {
             let (part, obstacle) = (&self.parts[p.part], &self.obstacles[p.obstacle]);
             let hazard = match obstacle.link {
                 Some(link) => Hazard::Link(link),
@@ -307,32 +303,34 @@ impl Task for KeepClear {
     }
 
     fn enter(&mut self, _state: &State) {
-        self.pairs.iter_mut().for_each(|p| p.last = None);
+        self.pairs.iter_mut().for_each(ObstaclePair::forget);
     }
 
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         for (i, (placed, obstacle)) in self.placed.iter_mut().zip(&self.obstacles).enumerate() {
             *placed = match obstacle.is_present(state.values) {
                 true => {
-                    let row = self.pairs.iter().position(|p| p.obstacle == i).unwrap_or(0);
+                    let row = self.places.iter().position(|p| self.pairs[p.pair].obstacle == i).unwrap_or(0);
                     let row = if self.nearest.is_some() { 0 } else { row };
                     Some(obstacle.place(state).map_err(|_| TaskFault::NotFinite { row })?)
                 }
                 false => None,
             };
         }
-        for i in 0..self.pairs.len() {
-            self.separations[i] = self.separate(i, state).map_err(|fault| match fault {
-                // Rows of the nearest pairs are not those of a pair.
-                TaskFault::Overlap { .. } if self.nearest.is_some() => TaskFault::Overlap { row: 0 },
-                TaskFault::NotFinite { .. } if self.nearest.is_some() => TaskFault::NotFinite { row: 0 },
-                fault => fault,
+        let mut first = 0;
+        for pair in 0..self.pairs.len() {
+            // Rows of the nearest places are not those of a pair.
+            let row = if self.nearest.is_some() { 0 } else { first };
+            self.separate(pair, first, state).map_err(|why| match why {
+                SeparationError::Overlap => TaskFault::Overlap { row },
+                SeparationError::NotFinite => TaskFault::NotFinite { row },
             })?;
+            first += self.pairs[pair].count();
         }
         let Some(n) = self.nearest else {
-            for i in 0..self.pairs.len() {
-                if let Some(found) = self.separations[i] {
-                    self.write(i, i, &found, state, rows);
+            for (i, place) in self.places.iter().enumerate() {
+                if let Some(found) = &self.separations[i] {
+                    self.write(i, place.pair, found, state, rows);
                 }
             }
             return Ok(());
@@ -342,9 +340,9 @@ impl Task for KeepClear {
         order.sort_unstable_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
         // In the order of the pairs, a row stays that of its pair while the same pairs are the nearest.
         order[..n].sort_unstable();
-        for (row, &pair) in order[..n].iter().enumerate() {
-            if let Some(found) = self.separations[pair] {
-                self.write(row, pair, &found, state, rows);
+        for (row, &place) in order[..n].iter().enumerate() {
+            if let Some(found) = &self.separations[place] {
+                self.write(row, self.places[place].pair, found, state, rows);
             }
         }
         self.order = order;
@@ -364,7 +362,11 @@ impl Task for KeepClear {
     }
 
     fn subject(&self, row: usize) -> usize {
-        if self.nearest.is_some() { self.order.get(row).copied().unwrap_or(row) } else { row }
+        match self.place(row) {
+            Some(Place { pair, rank: 0 }) => *pair,
+            // The nearest spot has the margin of the pair.
+            _ => usize::MAX,
+        }
     }
 
     fn margin_inputs(&self, subject: usize) -> Option<Vec<usize>> {
@@ -384,18 +386,14 @@ impl Task for KeepClear {
     }
 
     fn margin_after(&self, next: &State, row: usize, period: f64) -> f64 {
-        let Some(Pair { part, obstacle, .. }) = self.pairs.get(self.subject(row)) else { return f64::INFINITY };
-        let (part, obstacle) = (&self.parts[*part], &self.obstacles[*obstacle]);
-        if !obstacle.is_present(next.values) {
+        let Some(pair) = self.place(row).and_then(|p| self.pairs.get(p.pair)) else { return f64::INFINITY };
+        let (part, obstacle) = (&self.parts[pair.part], &self.obstacles[pair.obstacle]);
+        let found = self.separations.get(self.place_index(row)).copied().flatten();
+        if !obstacle.is_present(next.values) || (found.is_none() && pair.count() > 1) {
             return f64::INFINITY;
         }
         let Ok(at) = obstacle.place(next) else { return f64::NAN };
-        let pose = next.data.pose(part.link) * part.origin;
-        let distance = match obstacle.closest(&part.shape, &pose, &at.after(period)) {
-            Ok(c) => c.distance,
-            Err(_) if pose.translation.vector.iter().all(|x| x.is_finite()) => obstacle.overlap(&part.shape),
-            Err(_) => f64::NAN,
-        };
+        let distance = distance_at(part, obstacle, found.and_then(|f| f.element), &at.after(period), next);
         let ([d_min], [d_min_rate]) = (self.d_min.of(next.values), self.d_min.of(next.rates));
         distance - d_min - period * d_min_rate
     }
@@ -410,10 +408,22 @@ impl Task for KeepClear {
 }
 
 impl KeepClear {
-    /// Numbers of pairs as numbers of rows: of the nearest pairs, any may be that of a row.
+    /// Index of the place that a row had at the last tick.
+    fn place_index(&self, row: usize) -> usize {
+        if self.nearest.is_some() { self.order.get(row).copied().unwrap_or(row) } else { row }
+    }
+
+    /// The place that a row had at the last tick.
+    fn place(&self, row: usize) -> Option<&Place> {
+        self.places.get(self.place_index(row))
+    }
+
+    /// Numbers of pairs as numbers of rows: of the nearest places, any may be that of a row.
     fn of_rows(&self, pairs: &[f64]) -> Vec<f64> {
         match self.nearest {
-            None => pairs.to_vec(),
+            // Without curvature there are none.
+            None if pairs.is_empty() => Vec::new(),
+            None => self.places.iter().map(|p| pairs[p.pair]).collect(),
             Some(n) => vec![pairs.iter().copied().fold(0.0, f64::max); n],
         }
     }
