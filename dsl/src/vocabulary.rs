@@ -54,6 +54,8 @@ pub static TEXT_KEYS: &[&str] = &[
     "map",
     "spec",
     "mesh",
+    "cloud",
+    "heightfield",
     "scenario",
     "label",
 ];

@@ -93,6 +93,15 @@ impl Obstacle {
         }
     }
 
+    /// Radius of the ball about its frame in which it is, in m; infinite for a half-space.
+    pub fn radius(&self) -> f64 {
+        match &self.form {
+            Form::Shape(origin, shape) => origin.translation.vector.norm() + shape.bounding_radius(),
+            Form::HalfSpace(_) => f64::INFINITY,
+            Form::Soup(soup) => soup.bounding_radius(),
+        }
+    }
+
     /// True while the obstacle is there. One whose presence is not a number is.
     pub fn is_present(&self, values: &[f64]) -> bool {
         self.present.and_then(|s| values.get(s.at)).is_none_or(|x| x.is_nan() || *x >= 0.0)
@@ -144,7 +153,7 @@ impl Obstacle {
             }
             Form::Soup(soup) => {
                 let mut nearest = [None];
-                match (soup.spots(shape, pose, &at.pose, &mut nearest), nearest) {
+                match (soup.spots(shape, pose, &at.pose, f64::INFINITY, &mut nearest), nearest) {
                     (Search::Apart, [Some(spot)]) => Ok(spot.closest),
                     _ => Err(Degenerate::Touching),
                 }

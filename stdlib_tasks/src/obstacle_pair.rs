@@ -47,13 +47,7 @@ pub struct ObstacleSeparation {
 
 impl ObstacleSeparation {
     fn of(c: &Closest, element: Option<usize>) -> ObstacleSeparation {
-        ObstacleSeparation {
-            distance: c.distance,
-            on_part: c.on_a,
-            on_obstacle: c.on_b,
-            normal: c.normal,
-            element,
-        }
+        ObstacleSeparation { distance: c.distance, on_part: c.on_a, on_obstacle: c.on_b, normal: c.normal, element }
     }
 }
 
@@ -78,7 +72,7 @@ impl ObstaclePair {
     }
 
     /// Computes the separations, the nearest first; absent ones are `None`. If cores intersect, the first is the last
-    /// valid one. `found` has room for [`ObstaclePair::count`]. Allocates nothing.
+    /// valid one. Spots farther away than `range` (m) are absent, except the first. `found` has room for [`ObstaclePair::count`]. Allocates nothing.
     ///
     /// # Errors
     /// A pose is not finite, or the cores intersect and always did.
@@ -87,6 +81,7 @@ impl ObstaclePair {
         part: &Geometry,
         obstacle: &Obstacle,
         at: &PlacedObstacle,
+        range: f64,
         state: &State,
         found: &mut [Option<ObstacleSeparation>],
     ) -> Result<(), SeparationError> {
@@ -97,7 +92,7 @@ impl ObstaclePair {
         }
         let touching = match &obstacle.form {
             Form::Soup(soup) => {
-                let search = soup.spots(&part.shape, &pose, &at.pose, &mut self.spots);
+                let search = soup.spots(&part.shape, &pose, &at.pose, range, &mut self.spots);
                 let touching = search != Search::Apart;
                 // The first place is that of the last separation if there is no other.
                 let places = found.iter_mut().skip(usize::from(touching));

@@ -44,6 +44,7 @@ pub const EXAMPLES: &[&str] = &[
     "carrier",
     "completion",
     "room",
+    "cloud",
     "free_flyer",
     "rover",
     "handover",

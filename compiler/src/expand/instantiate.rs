@@ -348,7 +348,7 @@ impl Expander<'_> {
             return;
         }
         let is_path = |e: &&mut Entry| {
-            let paths = ["urdf", "srdf", "package_path", "layers_from", "map", "spec", "mesh"];
+            let paths = ["urdf", "srdf", "package_path", "layers_from", "map", "spec", "mesh", "cloud", "heightfield"];
             paths.contains(&e.key.value.as_str())
         };
         for e in entries.iter_mut().filter(is_path) {

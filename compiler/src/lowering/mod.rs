@@ -17,6 +17,7 @@ mod inline_tasks;
 mod machine;
 mod measures;
 mod missions;
+mod obstacle_forms;
 mod obstacles;
 mod params;
 mod plant;

@@ -1,32 +1,19 @@
-//! Obstacles: their form, and their pose as expressions of time and signals.
+//! Obstacles: their pose as expressions of time and signals, and their true places in scenarios.
 
-use blocks::{Located, Origin};
 use dsl::tree::{Block, BlockKind, NamedBlock, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet};
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use robot::{Hull, LinkId, Shape};
+use robot::LinkId;
 use runtime::program::{Op, Program, TrueObstacle};
 use stdlib_tasks::bound::{Obstacle, Slot};
 use stdlib_tasks::dimension::{Dimension, LENGTH, NONE};
-use stdlib_tasks::obstacle::Form;
 
 use super::Lowerer;
 use crate::expand::{Expanded, Named};
 use crate::expr::constants::{Constants, is_word};
 use crate::expr::{Frame, Kind, Typed, frames};
 use crate::forms::{block_of, text_of};
-use crate::paths::instead_of;
 use crate::robot_binding::{BoundRobot, unknown_link};
-use crate::sections::{ObstacleBlock, RoundBlock, TrueObstacleBlock};
-
-/// The keys of forms.
-const FORMS: [&str; 6] = ["box", "sphere", "cylinder", "capsule", "plane", "mesh"];
-
-/// Extent of a mesh from which on its numbers are probably millimetres (m).
-const LARGE: f64 = 50.0;
-
-/// Extent of a mesh below which its numbers were probably scaled twice (m).
-const SMALL: f64 = 1e-3;
+use crate::sections::{ObstacleBlock, TrueObstacleBlock};
 
 impl Lowerer<'_> {
     /// Declares the name of an obstacle.
@@ -70,123 +57,6 @@ impl Lowerer<'_> {
         let pose = self.pose(b, link.flatten());
         let (position, orientation, present) = pose?;
         Some(Obstacle { name: b.name.value.clone(), form: form?, link: link?, position, orientation, present })
-    }
-
-    /// The form; `None` if there is not exactly one, or if it is wrong.
-    fn form(&mut self, b: &NamedBlock, block: &ObstacleBlock) -> Option<Form> {
-        let written: Vec<_> = b.body.entries.iter().filter(|e| FORMS.contains(&e.key.value.as_str())).collect();
-        let shape = |shape| Some(Form::Shape(Isometry3::identity(), shape));
-        match written.as_slice() {
-            [] => {
-                // A misspelt key was reported.
-                let known = ["scale", "position", "orientation", "on", "present"];
-                if b.body.entries.iter().all(|e| known.contains(&e.key.value.as_str())) {
-                    let text = format!("obstacle `{}` has no form", b.name.value);
-                    let d = Diagnostic::error("HQ0580", b.name.span, text);
-                    self.push(d.help(Help::with(
-                        "write one of {}, {}, {}, {}, {} and {}",
-                        [
-                            Snippet::entry("box", "[1.2, 0.8, 0.04] m"),
-                            Snippet::entry("sphere", "0.2 m"),
-                            Snippet::block(
-                                "cylinder",
-                                [Snippet::entry("radius", "0.1 m"), Snippet::entry("length", "1 m")],
-                            ),
-                            Snippet::block(
-                                "capsule",
-                                [Snippet::entry("radius", "0.1 m"), Snippet::entry("length", "1 m")],
-                            ),
-                            Snippet::entry("plane", "[0, 0, 1]"),
-                            Snippet::entry("mesh", "\"shelf.stl\""),
-                        ],
-                    )));
-                }
-                return None;
-            }
-            [_] => {}
-            [first, second, ..] => {
-                let text = format!("obstacle `{}` has two forms", b.name.value);
-                let d = Diagnostic::error("HQ0580", second.key.span, text).label(first.key.span, "the other one");
-                self.push(d.help("keep one of them, and declare another obstacle for the other"));
-                return None;
-            }
-        }
-        if let Some(scale) = b.body.get("scale").filter(|_| written[0].key.value != "mesh") {
-            let text = format!("`scale` belongs to a mesh, and this is a {}", written[0].key.value);
-            self.push(Diagnostic::unknown_key("HQ0205", scale.key.span, text).help("write the size itself"));
-        }
-        let round = |round: &RoundBlock| Some((round.radius.as_ref()?.value, 0.5 * round.length.as_ref()?.value));
-        match written[0].key.value.as_str() {
-            "box" => {
-                let Located { at, value } = block.r#box.as_ref()?;
-                if value.iter().filter(|x| **x == 0.0).count() > 1 {
-                    let d = Diagnostic::error("HQ0308", self.origins.span(*at), "two edges of this box have no length");
-                    self.push(d.help("a wall has one edge of zero; a rod is a `capsule`"));
-                    return None;
-                }
-                shape(Shape::Box { half: value.map(|x| 0.5 * x) })
-            }
-            "sphere" => shape(Shape::Sphere { radius: block.sphere.as_ref()?.value }),
-            "cylinder" => {
-                let (radius, half_length) = round(block.cylinder.as_ref()?)?;
-                shape(Shape::Cylinder { radius, half_length })
-            }
-            "capsule" => {
-                let (radius, half_length) = round(block.capsule.as_ref()?)?;
-                shape(Shape::Capsule { radius, half_length })
-            }
-            "plane" => {
-                let Located { at, value } = block.plane.as_ref()?;
-                self.half_space(*at, Vector3::from(*value))
-            }
-            _ => self.hull(block.mesh.as_ref()?, block.scale.value),
-        }
-    }
-
-    /// A half-space whose free side a vector points to: the shape's frame is turned so that its z axis is the normal.
-    fn half_space(&mut self, at: Origin, normal: Vector3<f64>) -> Option<Form> {
-        let Some(normal) = normal.try_normalize(1e-9) else {
-            let d = Diagnostic::error("HQ0308", self.origins.span(at), "this vector has no direction");
-            self.push(d.help(Help::with("write where the free side is: {}", [Snippet::entry("plane", "[0, 0, 1]")])));
-            return None;
-        };
-        let turn = UnitQuaternion::rotation_between(&Vector3::z(), &normal)
-            .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
-        Some(Form::HalfSpace(turn))
-    }
-
-    /// The convex hull of a mesh file.
-    fn hull(&mut self, path: &Located<String>, scale: f64) -> Option<Form> {
-        let span = self.origins.span(path.at);
-        let on_disk = self.input.folder.join(&path.value);
-        if !on_disk.is_file() {
-            let d = Diagnostic::error("HQ0581", span, format!("cannot read `{}`: there is no such file", path.value));
-            let d = d.note("paths are relative to the file that names them");
-            self.push(instead_of(d, &path.value, &on_disk));
-            return None;
-        }
-        let hull = robot::mesh_vertices(&on_disk).and_then(|vertices| {
-            let scaled: Vec<Vector3<f64>> = vertices.iter().map(|v| v * scale).collect();
-            Hull::around(&scaled).map_err(|e| e.to_string())
-        });
-        let (middle, hull) = match hull {
-            Ok(found) => found,
-            Err(why) => {
-                let text = format!("mesh `{}` cannot be used: {why}", path.value);
-                self.push(Diagnostic::error("HQ0581", span, text).help("export it again as STL or OBJ"));
-                return None;
-            }
-        };
-        let extent = 2.0 * hull.radius();
-        if !(SMALL..=LARGE).contains(&extent) {
-            let text = format!("mesh `{}` is {extent:.3} m across", path.value);
-            let help = match extent > LARGE {
-                true => Help::with("if its numbers are millimetres, write {}", [Snippet::entry("scale", "0.001")]),
-                false => Help::with("if its numbers are metres, write {}", [Snippet::entry("scale", "1")]),
-            };
-            self.push(Diagnostic::warning("HQ0582", span, text).help(help));
-        }
-        Some(Form::Shape(Isometry3::translation(middle.x, middle.y, middle.z), Shape::Hull(hull)))
     }
 
     /// The link that carries an obstacle.

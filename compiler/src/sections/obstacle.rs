@@ -1,6 +1,6 @@
 //! Keys of obstacles, and of their true places in a scenario.
 
-use blocks::{Located, Unbound, block};
+use blocks::{Located, Unbound, Word, block};
 use stdlib_tasks::dimension::{LENGTH, NONE};
 use stdlib_tasks::params::Quantity;
 
@@ -11,7 +11,8 @@ const RADIUS: Quantity = Quantity::above(LENGTH, 0.0).usually(1e-4, 50.0);
 const PLACE: ValueType = ValueType::Vector(Quantity::any(LENGTH));
 
 block! {
-    /// An obstacle. It has exactly one of `box`, `sphere`, `cylinder`, `capsule`, `plane` and `mesh`.
+    /// An obstacle. It has exactly one of `box`, `sphere`, `cylinder`, `capsule`, `plane`, `mesh`, `cloud` and
+    /// `heightfield`.
     pub struct ObstacleBlock = OBSTACLE, "an obstacle" {
         /// A box with these edge lengths along its axes, centred at `position`. One of them may be zero: a wall of no
         /// thickness.
@@ -24,11 +25,22 @@ block! {
         capsule: Option<RoundBlock> = optional(ValueType::Block(&ROUND));
         /// The space behind a plane through `position`; the vector points to the free side and needs no unit length.
         plane: Option<Located<[f64; 3]>> = optional(ValueType::Vector(Quantity::any(NONE)), "[0, 0, 1]");
-        /// The convex hull of a mesh: a `.stl`, `.obj` or `.dae` file, relative to the folder of the spec.
+        /// A mesh, by default its convex hull: a `.stl`, `.obj` or `.dae` file, relative to the folder of the spec.
         mesh: Option<Located<String>> = optional(ValueType::Text);
-        /// Of a mesh: metres of one unit of the file, `0.001` for a file in millimetres.
+        /// Of a mesh: its convex hull, or its triangles with all hollows (`.stl` and `.obj`).
+        shape: Word = or(ValueType::Choice(&["hull", "triangles"]), "hull");
+        /// The points of a cloud: a `.ply`, `.pcd` or `.xyz` file, relative to the folder of the spec.
+        cloud: Option<Located<String>> = optional(ValueType::Text);
+        /// Radius of the balls around the points of a cloud.
+        radius: Located<f64> = or(ValueType::Number(Quantity::at_least(LENGTH, 0.0).usually(1e-4, 1.0)), "0 m");
+        /// The surface over a grid of heights: a `.csv` file with a line for each row, the first one farthest along y.
+        heightfield: Option<Located<String>> = optional(ValueType::Text);
+        /// Of a heightfield: distance between two heights of a row, and between two rows.
+        cell: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(LENGTH, 0.0).usually(1e-3, 10.0)), "5 cm");
+        /// Of a mesh, cloud or heightfield: metres of one unit of the file, `0.001` for a file in millimetres.
         scale: Located<f64> = or(ValueType::Number(Quantity::above(NONE, 0.0).usually(1e-4, 1e3)), "1");
-        /// Position of its centre, or of the origin of a mesh, in the world, or with `on` in the frame of that link; an
+        /// Position of its centre, or of the origin of a file (of a
+        /// heightfield: the middle of the grid), in the world, or with `on` in the frame of that link; an
         /// expression that may depend on `time` and signals.
         position: Option<Unbound> = elsewhere(PLACE);
         /// Its orientation, likewise: `rpy(0, 0, 30 deg)`. Default: the axes of the world, or of the link.

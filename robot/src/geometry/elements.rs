@@ -15,21 +15,26 @@ pub(crate) struct Query<'a> {
     segment: Option<[Vector3<f64>; 2]>,
     /// Radius around the core.
     radius: f64,
+    /// Direction of the axis of a capsule; zero for another shape.
+    axis: Vector3<f64>,
 }
 
 /// A point seen from a shape.
 pub(crate) struct Seen {
     /// Its distance to the surface of the shape \[m\]; not above it for a point inside.
     pub distance: f64,
-    /// The point of the shape's core that is nearest to it; `None` for a point inside.
-    pub core: Option<Vector3<f64>>,
+    /// Its height along the axis of a capsule from the middle \[m\]; zero for another shape.
+    pub along: f64,
+    /// The point of a shape that is neither ball nor capsule that is nearest to it; NaN for a point inside.
+    pub on: Option<Vector3<f64>>,
 }
 
-/// Closest points of a shape and an element, and the point of the shape's core.
+/// Closest points of a shape and an element.
 #[derive(Clone, Copy)]
 pub(crate) struct Found {
     pub closest: Closest,
-    pub core: Vector3<f64>,
+    /// Height of the nearest point of a capsule's axis from its middle \[m\]; zero for another shape.
+    pub along: f64,
 }
 
 impl<'a> Query<'a> {
@@ -41,12 +46,24 @@ impl<'a> Query<'a> {
             Shape::Capsule { radius, half_length } => (Some(ends(half_length, &pose)), radius),
             Shape::Box { .. } | Shape::Cylinder { .. } | Shape::Hull(_) => (None, 0.0),
         };
-        Query { shape, pose, segment, radius }
+        let axis = match shape {
+            Shape::Capsule { .. } => pose.rotation * Vector3::z(),
+            _ => Vector3::zeros(),
+        };
+        Query { shape, pose, segment, radius, axis }
     }
 
-    /// Radius of a ball that contains the core \[m\].
+    /// Half the length of the axis of a capsule \[m\]; zero for another shape.
+    pub fn half_length(&self) -> f64 {
+        match *self.shape {
+            Shape::Capsule { half_length, .. } => half_length,
+            _ => 0.0,
+        }
+    }
+
+    /// Half the size of a shape that is neither ball nor capsule \[m\]; infinite for these.
     pub fn size(&self) -> f64 {
-        self.shape.bounding_radius() - self.radius
+        if self.segment.is_some() { f64::INFINITY } else { self.shape.bounding_radius() }
     }
 
     /// True if the pose is finite.
@@ -58,13 +75,29 @@ impl<'a> Query<'a> {
     /// A point, seen from the shape.
     pub fn see(&self, p: &Vector3<f64>) -> Seen {
         if let Some([s0, s1]) = &self.segment {
-            let core = closest_point_segment(p, s0, s1).0;
-            return Seen { distance: (p - core).norm() - self.radius, core: Some(core) };
+            let distance = (p - closest_point_segment(p, s0, s1).0).norm() - self.radius;
+            return Seen { distance, along: self.axis.dot(&(p - self.pose.translation.vector)), on: None };
         }
         let point = Shape::Sphere { radius: 0.0 };
-        match closest(self.shape, &self.pose, &point, &Isometry3::translation(p.x, p.y, p.z)) {
-            Ok(c) => Seen { distance: c.distance, core: (c.distance > 0.0).then_some(c.on_a) },
-            Err(_) => Seen { distance: f64::NEG_INFINITY, core: None },
+        let found = closest(self.shape, &self.pose, &point, &Isometry3::translation(p.x, p.y, p.z));
+        let nowhere = Vector3::repeat(f64::NAN);
+        match found {
+            Ok(c) => {
+                Seen { distance: c.distance, along: 0.0, on: Some(if c.distance > 0.0 { c.on_a } else { nowhere }) }
+            }
+            Err(_) => Seen { distance: f64::NEG_INFINITY, along: 0.0, on: Some(nowhere) },
+        }
+    }
+
+    /// True if a point with a radius around it is farther away than a distance, as far as that is cheaper to tell than where
+    /// its closest points are.
+    pub fn is_farther(&self, corners: &[Vector3<f64>], radius: f64, distance: f64) -> bool {
+        match (corners, &self.segment) {
+            ([p], Some([s0, s1])) => {
+                let reach = distance + self.radius + radius;
+                reach <= 0.0 || (p - closest_point_segment(p, s0, s1).0).norm_squared() >= reach * reach
+            }
+            _ => false,
         }
     }
 
@@ -75,7 +108,7 @@ impl<'a> Query<'a> {
             ([p], None) => {
                 let point = Shape::Sphere { radius };
                 let c = closest(self.shape, &self.pose, &point, &Isometry3::translation(p.x, p.y, p.z))?;
-                return Ok(Found { closest: c, core: c.on_a });
+                return Ok(Found { closest: c, along: 0.0 });
             }
             (&[a, b, c], Some([s0, s1])) => closest_segment_triangle(s0, s1, &[a, b, c]),
             _ => {
@@ -89,6 +122,7 @@ impl<'a> Query<'a> {
                 (near.on_a, near.on_a - near.between)
             }
         };
-        Ok(Found { closest: Closest::of_cores(&core, self.radius, &other, radius)?, core })
+        let along = self.axis.dot(&(core - self.pose.translation.vector));
+        Ok(Found { closest: Closest::of_cores(&core, self.radius, &other, radius)?, along })
     }
 }

@@ -102,8 +102,14 @@ fn rounded(shape: &Shape) -> Rounded<'_> {
 
 /// Ends of a segment of this half length along local z.
 fn ends(half: f64, X_WS: &Isometry3<f64>) -> [Vector3<f64>; 2] {
-    let z = X_WS.rotation * Vector3::new(0.0, 0.0, half);
+    let z = half * axis(X_WS);
     [X_WS.translation.vector - z, X_WS.translation.vector + z]
+}
+
+/// Direction of local z: the third column of the rotation, in fewer operations than to turn a vector.
+fn axis(X_WS: &Isometry3<f64>) -> Vector3<f64> {
+    let q = &X_WS.rotation;
+    Vector3::new(2.0 * (q.i * q.k + q.w * q.j), 2.0 * (q.j * q.k - q.w * q.i), 1.0 - 2.0 * (q.i * q.i + q.j * q.j))
 }
 
 /// Returns the closest points of `a` at `X_Wa` and `b` at `X_Wb`. Exact up to rounding; a cylinder against a box, a

@@ -27,6 +27,13 @@ pub(super) fn vertices(bytes: &[u8]) -> Result<Vec<Vector3<f64>>, String> {
     Err("it is cut off, or no STL file".into())
 }
 
+/// Returns all triangles.
+pub(super) fn triangles(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, String> {
+    let corners = vertices(bytes)?;
+    let (triangles, rest) = corners.as_chunks::<3>();
+    if rest.is_empty() { Ok(triangles.to_vec()) } else { Err("its last triangle is cut off".into()) }
+}
+
 fn binary(triangles: &[u8]) -> Vec<Vector3<f64>> {
     let number = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     let corners =
@@ -69,6 +76,13 @@ mod tests {
         file[3] = b'X';
         file.truncate(100);
         assert!(vertices(&file).is_err());
+    }
+
+    #[test]
+    fn triangles_have_three_corners() {
+        let text = "solid x\n vertex 0 1 2\n vertex 3.5 -4 5\n vertex 6 7e0 -8.25\n";
+        assert_eq!(triangles(text.as_bytes()).unwrap().len(), 1);
+        assert!(triangles(format!("{text} vertex 1 2 3\n").as_bytes()).unwrap_err().contains("cut off"));
     }
 
     #[test]

@@ -39,6 +39,8 @@ struct Elements {
     first: Vec<u32>,
     /// Radius around each element \[m\].
     radius: f64,
+    /// Of the ball about the origin that contains all \[m\].
+    bounding_radius: f64,
     tree: Tree,
 }
 
@@ -86,13 +88,14 @@ impl Soup {
         {
             return Err(SoupError::NotFinite);
         }
-        let (tree, order) = Tree::over(elements, radius);
+        let (tree, order) = Tree::over(elements);
         let (mut corners, mut first) = (Vec::new(), vec![0]);
         for i in order {
             corners.extend_from_slice(elements[i as usize].as_ref());
             first.push(corners.len() as u32);
         }
-        Ok(Soup(Arc::new(Elements { corners, first, radius, tree })))
+        let bounding_radius = corners.iter().map(|p| p.norm()).fold(0.0, f64::max) + radius;
+        Ok(Soup(Arc::new(Elements { corners, first, radius, bounding_radius, tree })))
     }
 
     /// Number of elements.
@@ -112,9 +115,14 @@ impl Soup {
         self.0.radius
     }
 
+    /// Diameter of a ball that contains all elements, without their radius \[m\].
+    pub fn extent(&self) -> f64 {
+        self.0.tree.nodes.first().map_or(0.0, |root| 2.0 * root.radius)
+    }
+
     /// Radius of a ball about the origin that contains all elements \[m\].
     pub fn bounding_radius(&self) -> f64 {
-        self.0.corners.iter().map(|p| p.norm()).fold(0.0, f64::max) + self.0.radius
+        self.0.bounding_radius
     }
 
     /// Closest points of a shape and one element, the shape being `a`; both poses are in the world. Does not allocate.

@@ -1,6 +1,7 @@
-//! A binary tree of balls around elements: each node is halved at the median of its longest extent.
+//! A binary tree around elements: each node is halved at the median of its longest extent. A node is a ball, cut by the slab in
+//! which the corners lie: a patch of a wall is thin.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Number of corners up to which elements share a leaf.
 const LEAF: usize = 8;
@@ -11,12 +12,25 @@ pub(super) struct Tree {
     pub nodes: Vec<Node>,
 }
 
-/// A ball that contains elements.
+/// A ball, and a slab of any direction, that contain the corners of elements.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     pub centre: Vector3<f64>,
     pub radius: f64,
+    /// Unit normal of the slab.
+    normal: Vector3<f64>,
+    /// Its two sides along the normal, from the centre.
+    sides: [f64; 2],
     pub inside: Inside,
+}
+
+impl Node {
+    /// A bound of `n·(p - centre)` for all corners p in the node; n is a unit vector.
+    pub fn height(&self, n: &Vector3<f64>) -> f64 {
+        let along = n.dot(&self.normal);
+        let across = (1.0 - along * along).max(0.0).sqrt() * self.radius;
+        across + along * if along > 0.0 { self.sides[1] } else { self.sides[0] }
+    }
 }
 
 /// Contents of a node.
@@ -29,8 +43,8 @@ pub(super) enum Inside {
 }
 
 impl Tree {
-    /// Returns the tree of elements with a radius around them, and their order in it.
-    pub fn over<E: AsRef<[Vector3<f64>]>>(elements: &[E], radius: f64) -> (Tree, Vec<u32>) {
+    /// Returns the tree of elements, and their order in it.
+    pub fn over<E: AsRef<[Vector3<f64>]>>(elements: &[E]) -> (Tree, Vec<u32>) {
         let mut order: Vec<u32> = (0..elements.len() as u32).collect();
         let middles: Vec<Vector3<f64>> = elements
             .iter()
@@ -52,9 +66,16 @@ impl Tree {
             let (low, high) = extents(all());
             let centre = 0.5 * (low + high);
             let reach = all().map(|p| (p - centre).norm()).fold(0.0, f64::max);
-            // Rounding must not leave a corner outside.
-            let ball = reach * (1.0 + 1e-12) + radius;
-            nodes.push(Node { centre, radius: ball, inside: Inside::Elements(from as u32, to as u32) });
+            let spread: Matrix3<f64> = all().map(|p| (p - centre) * (p - centre).transpose()).sum();
+            let thin = spread.symmetric_eigen();
+            let normal: Vector3<f64> = thin.eigenvectors.column(thin.eigenvalues.imin()).into();
+            let heights = || all().map(|p| normal.dot(&(p - centre)));
+            // Rounding must leave no corner outside.
+            let slack = 1e-12 * (1.0 + reach);
+            let sides =
+                [heights().fold(f64::INFINITY, f64::min) - slack, heights().fold(f64::NEG_INFINITY, f64::max) + slack];
+            let inside = Inside::Elements(from as u32, to as u32);
+            nodes.push(Node { centre, radius: reach + slack, normal, sides, inside });
             if to - from == 1 || corners(&order[from..to]) <= LEAF {
                 continue;
             }

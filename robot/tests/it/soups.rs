@@ -45,29 +45,26 @@ fn one_by_one(
     Ok(Closest { distance: c.distance - radius, on_b: c.on_b + c.normal * radius, ..c })
 }
 
-/// The point of the core of the shape.
-fn core(shape: &Shape, c: &Closest) -> Vector3<f64> {
+/// Height of the nearest point on the axis of a capsule.
+fn along(shape: &Shape, X_Wa: &Isometry3<f64>, c: &Closest) -> f64 {
     match *shape {
-        Shape::Sphere { radius } | Shape::Capsule { radius, .. } => c.on_a + c.normal * radius,
-        _ => c.on_a,
-    }
-}
-
-/// Half the size of the core.
-fn size(shape: &Shape) -> f64 {
-    match *shape {
-        Shape::Sphere { .. } => 0.0,
-        Shape::Capsule { half_length, .. } => half_length,
-        _ => shape.bounding_radius(),
+        Shape::Capsule { radius, .. } => X_Wa.inverse_transform_point(&(c.on_a + c.normal * radius).into()).z,
+        _ => 0.0,
     }
 }
 
 /// True if the spot stands for an element with these closest points, up to a slack.
-fn stands_for(spot: &Spot, shape: &Shape, c: &Closest, slack: f64) -> bool {
+fn stands_for(spot: &Spot, (shape, X_Wa): (&Shape, &Isometry3<f64>), c: &Closest, slack: f64) -> bool {
     let s = &spot.closest;
     let away = c.on_b - s.on_b;
-    s.normal.dot(&away) - 0.25 * away.norm() <= 1e-6 + slack
-        && (core(shape, c) - core(shape, s)).norm() <= size(shape) + slack
+    let near = match *shape {
+        Shape::Sphere { .. } => true,
+        Shape::Capsule { half_length, .. } => {
+            (along(shape, X_Wa, c) - along(shape, X_Wa, s)).abs() <= half_length + slack
+        }
+        _ => (c.on_a - s.on_a).norm() <= shape.bounding_radius() + slack,
+    };
+    near && s.normal.dot(&away) - 0.25 * away.norm() - 0.1 * s.distance.max(0.0) <= 1e-6 + slack
 }
 
 proptest! {
@@ -81,8 +78,9 @@ proptest! {
         let corners = [1, 1, 3, 6][corners];
         let soup = Soup::new(&elements(count, corners, &mut rng), if corners == 1 { 0.05 * rng() } else { 0.0 }).unwrap();
         let (shape, X_Wa, X_WS) = (part(kind, &mut rng), pose(&mut rng, 1.5), pose(&mut rng, 1.0));
+        let range = if rng() < 0.5 { f64::INFINITY } else { 2.0 * rng() };
         let mut spots = vec![None; most];
-        let search = soup.spots(&shape, &X_Wa, &X_WS, &mut spots);
+        let search = soup.spots(&shape, &X_Wa, &X_WS, range, &mut spots);
         let found: Vec<Spot> = spots.iter().copied().flatten().collect();
         // The distance of bodies that are approached is exact to 1e-10; with a body that touches, a gap counts or not.
         let slack = 1e-5;
@@ -92,8 +90,8 @@ proptest! {
                 Err(_) => touching = true,
                 Ok(c) => {
                     let last = found.last().filter(|_| found.len() == most);
-                    let far = last.is_some_and(|s| c.distance >= s.closest.distance - 1e-9);
-                    let taken = found.iter().any(|s| s.element == i || stands_for(s, &shape, &c, slack));
+                    let far = last.is_some_and(|s| c.distance >= s.closest.distance - 1e-9) || c.distance >= range;
+                    let taken = found.iter().any(|s| s.element == i || stands_for(s, (&shape, &X_Wa), &c, slack));
                     prop_assert!(far || taken, "{i} at {} of {:?}", c.distance, found);
                 }
             }
@@ -107,8 +105,8 @@ proptest! {
             let c = &spot.closest;
             prop_assert!((c.normal.dot(&(c.on_a - c.on_b)) - c.distance).abs() < 1e-9);
             for before in &found[..k] {
-                prop_assert!(before.closest.distance <= spot.closest.distance);
-                prop_assert!(!stands_for(before, &shape, &spot.closest, -slack));
+                prop_assert!(before.closest.distance <= spot.closest.distance && spot.closest.distance < range);
+                prop_assert!(!stands_for(before, (&shape, &X_Wa), &spot.closest, -slack));
             }
         }
     }
@@ -165,7 +163,7 @@ fn two_walls_of_points_are_a_spot_each() {
     let ball = Shape::Sphere { radius: 0.1 };
     let mut spots = [None; 4];
     let at = Isometry3::translation(1.0, 0.0, 1.0);
-    assert_eq!(soup.spots(&ball, &at, &Isometry3::identity(), &mut spots), Search::Apart);
+    assert_eq!(soup.spots(&ball, &at, &Isometry3::identity(), f64::INFINITY, &mut spots), Search::Apart);
     let found: Vec<_> = spots.iter().flatten().map(|s| (s.closest.distance, s.closest.normal.y)).collect();
     assert_eq!(found.len(), 2);
     assert!((found[0].0 - 0.78).abs() < 1e-12 && (found[1].0 - 0.88).abs() < 1e-12, "{found:?}");
@@ -173,7 +171,7 @@ fn two_walls_of_points_are_a_spot_each() {
     // A rod along the walls may turn towards each with either end.
     let rod = Shape::Capsule { radius: 0.1, half_length: 0.4 };
     let lying = Isometry3::from_parts(at.translation, nalgebra::UnitQuaternion::from_euler_angles(0.0, 1.5, 0.05));
-    soup.spots(&rod, &lying, &Isometry3::identity(), &mut spots);
+    soup.spots(&rod, &lying, &Isometry3::identity(), f64::INFINITY, &mut spots);
     let sides: Vec<f64> = spots.iter().flatten().map(|s| s.closest.normal.y.signum()).collect();
     assert!(sides.contains(&1.0) && sides.contains(&-1.0), "{sides:?}");
 }
@@ -191,8 +189,11 @@ fn what_is_no_soup() {
     let nan = Isometry3::translation(f64::NAN, 0.0, 0.0);
     let ball = Shape::Sphere { radius: 0.1 };
     let mut spots = [None];
-    assert_eq!(soup.spots(&ball, &nan, &Isometry3::identity(), &mut spots), Search::NotFinite);
-    assert_eq!(soup.spots(&ball, &Isometry3::identity(), &nan, &mut spots), Search::NotFinite);
-    assert_eq!(soup.spots(&ball, &Isometry3::identity(), &Isometry3::identity(), &mut spots), Search::Touching);
+    assert_eq!(soup.spots(&ball, &nan, &Isometry3::identity(), f64::INFINITY, &mut spots), Search::NotFinite);
+    assert_eq!(soup.spots(&ball, &Isometry3::identity(), &nan, 1.0, &mut spots), Search::NotFinite);
+    assert_eq!(
+        soup.spots(&ball, &Isometry3::identity(), &Isometry3::identity(), f64::INFINITY, &mut spots),
+        Search::Touching
+    );
     assert!(spots[0].is_none());
 }

@@ -78,9 +78,11 @@ level the fault `infeasible`, on a soft level an error that the level shows. An 
 (`present`) has no row.\n\n\
 A cloud of points, a heightfield and a mesh with its hollows have a row for each of the nearest `spots` of a part. The \
 first is that of the nearest element, a point or a triangle. Each further one is that of the nearest element for which no \
-spot before it stands: a spot stands for what is behind the plane through it, across its normal, or at most 14 degrees in \
-front of it, and nearest to about the same point of the part. So a wall of thousands of points has one row, or two for a \
-long part, and the wall on the other side has its own. No element is nearer than the first spot.\n\n\
+spot before it stands: a spot stands for what is behind the plane through it, across its normal, or in front of it by at most \
+14 degrees and a tenth of its distance, and nearest to about the same part of the shape (of a capsule, to the same half of its \
+axis). So a wall of thousands of points has one row, or a few for a long part, and the wall on the other side has its own. No element is nearer than the first spot. A \
+further spot has no row while it is so far away that no row could be active there, at the hard speed limits and with this \
+gain.\n\n\
 `nearest 8` writes the rows of the eight pairs with the smallest margins at each tick, for rooms with many obstacles: \
 the hierarchy is solved for these alone, and the distances of all pairs are computed at each tick. A pair that is not \
 among them is at least as far away as each of those.\n\n\
@@ -117,6 +119,8 @@ struct KeepClear {
     sampled_margin: SampledMargin,
     /// Number of rows if only the nearest pairs have one.
     nearest: Option<usize>,
+    /// The largest speed at which each pair approaches while all joints move at their limits, in m/s.
+    fastest: Vec<f64>,
     /// Slopes of the distances, see [`Task::gradient_bounds`].
     slopes: Vec<Vec<f64>>,
     /// Obstacles at this tick; `None` while they are absent.
@@ -129,7 +133,8 @@ struct KeepClear {
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
     check(bound, ctx)?;
-    let Params { links: parts, of: obstacles, d_min, gain, spots, nearest, sampled_margin } = Params::from_bound(bound)?;
+    let Params { links: parts, of: obstacles, d_min, gain, spots, nearest, sampled_margin } =
+        Params::from_bound(bound)?;
     let spots = whole("spots", spots.of(ctx.values)[0])?;
     if parts.is_empty() {
         return Err(BuildError::new("links", "no part of the robot is named that could be kept clear")
@@ -153,7 +158,9 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     }
     let count: usize = pairs.iter().map(ObstaclePair::count).sum();
     if count > MOST_PAIRS {
-        let text = format!("these are {count} pairs of a part and an obstacle or a spot of one, and {MOST_PAIRS} are the most");
+        let text = format!(
+            "these are {count} pairs of a part and an obstacle or a spot of one, and {MOST_PAIRS} are the most"
+        );
         return Err(BuildError::new("of", text).help("name the parts and the obstacles that can meet"));
     }
     let of_pair = |(pair, p): (usize, &ObstaclePair)| (0..p.count()).map(move |rank| Place { pair, rank });
@@ -167,15 +174,19 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         clearance::acceleration_bound(ctx.model, obstacles[pairs[i].obstacle].link, part.link, extent(part), speed)
     };
     let sampled_margin = SampledMargin::new(sampled_margin, gain, &names, &acceleration_bound_of, ctx)?;
-    let slopes = match nearest {
-        // A row is that of another pair at each tick, or of another spot.
-        Some(_) => Vec::new(),
-        None if count > pairs.len() => Vec::new(),
-        None => {
-            let of = |p: &ObstaclePair| slope(ctx.model, &parts[p.part], &obstacles[p.obstacle], ctx.values);
-            pairs.iter().map(of).collect::<Option<Vec<_>>>().unwrap_or_default()
-        }
+    let of = |p: &ObstaclePair| slope(ctx.model, &parts[p.part], &obstacles[p.obstacle], ctx.values);
+    let slopes: Option<Vec<Vec<f64>>> = pairs.iter().map(of).collect();
+    let speed = |slope: &Vec<f64>| -> f64 {
+        let limits = ctx.speed.iter().zip(ctx.entry_speed).map(|(a, b)| a.max(*b));
+        // A joint that does not move the pair may be as fast as it likes.
+        slope.iter().zip(limits).filter(|(s, _)| **s > 0.0).map(|(s, v)| s * v).sum()
     };
+    let fastest = match &slopes {
+        Some(all) => all.iter().map(speed).collect(),
+        None => vec![f64::INFINITY; pairs.len()],
+    };
+    // A row may be that of another pair at each tick, or of another spot.
+    let slopes = if nearest.is_some() || count > pairs.len() { None } else { slopes }.unwrap_or_default();
     Ok(Box::new(KeepClear {
         placed: vec![None; obstacles.len()],
         separations: vec![None; count],
@@ -188,6 +199,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         gain,
         sampled_margin,
         nearest,
+        fastest,
         slopes,
     }))
 }
@@ -234,12 +246,20 @@ fn over_ball(
 
 impl KeepClear {
     /// Computes the separations of a pair, whose places begin at `first`.
-    fn separate(&mut self, pair: usize, first: usize, state: &State) -> Result<(), SeparationError> {
-        let pair = &mut self.pairs[pair];
+    fn separate(&mut self, index: usize, first: usize, state: &State) -> Result<(), SeparationError> {
+        let pair = &mut self.pairs[index];
         let found = &mut self.separations[first..first + pair.count()];
         found.fill(None);
         match &self.placed[pair.obstacle] {
-            Some(at) => pair.find(&self.parts[pair.part], &self.obstacles[pair.obstacle], at, state, found),
+            Some(at) => {
+                // Farther away, no row can be active: nothing approaches so fast.
+                let moved = at.velocity.norm() + at.angular_velocity.norm() * self.obstacles[pair.obstacle].radius();
+                let ([gain], [d_min], [rate]) =
+                    (self.gain.of(state.values), self.d_min.of(state.values), self.d_min.of(state.rates));
+                let fastest = self.fastest[index] + moved + rate.abs() + self.sampled_margin.rate(index, gain).abs();
+                let range = if gain > 0.0 { d_min + fastest / gain } else { f64::INFINITY };
+                pair.find(&self.parts[pair.part], &self.obstacles[pair.obstacle], at, range, state, found)
+            }
             None => {
                 // The obstacle may be elsewhere when it comes back.
                 pair.forget();

@@ -5,7 +5,7 @@ use hierarq_stdlib_tasks::bound::{Bound, Geometry, Obstacle, Slot};
 use hierarq_stdlib_tasks::obstacle::Form;
 use hierarq_stdlib_tasks::task::TaskFault;
 use nalgebra::{Isometry3, Vector3};
-use robot::{Base, Hull, LinkId, Shape};
+use robot::{Base, Hull, LinkId, Shape, Soup};
 
 use crate::common::*;
 use crate::limits::{middle, shaped};
@@ -29,7 +29,18 @@ fn forms(rng: &mut impl FnMut() -> f64) -> Vec<(&'static str, Form)> {
         ("drum", placed(Shape::Cylinder { radius: 0.1, half_length: 0.2 })),
         ("stone", placed(Shape::Hull(Hull::around(&corners).unwrap().1))),
         ("floor", Form::HalfSpace(turn)),
+        ("cloud", Form::Soup(soup(60, 1, 0.02, rng))),
+        ("sheet", Form::Soup(soup(20, 3, 0.0, rng))),
     ]
+}
+
+/// Elements of some corners within half a metre.
+fn soup(count: usize, corners: usize, radius: f64, rng: &mut impl FnMut() -> f64) -> Soup {
+    let mut element = |_| {
+        let middle = vector(rng, 0.4);
+        (0..corners).map(|_| middle + vector(rng, 0.1)).collect::<Vec<_>>()
+    };
+    Soup::new(&(0..count).map(&mut element).collect::<Vec<_>>(), radius).unwrap()
 }
 
 /// Adds an obstacle that moves and turns.
@@ -59,7 +70,7 @@ fn case(parts: Vec<Geometry>, obstacles: impl FnOnce(&mut Case) -> Vec<Obstacle>
 #[test]
 fn rows_are_the_derivative_of_the_margin_while_everything_moves() {
     let mut rng = rng(41);
-    let mut checked = 0;
+    let (mut checked, mut of_spots) = (0, 0);
     for model in robots() {
         let [left, right] = arms(&model);
         for q in configurations(&model, 6, &mut rng).iter().skip(3) {
@@ -87,10 +98,18 @@ fn rows_are_the_derivative_of_the_margin_while_everything_moves() {
                     if w.margins[i] < 0.05 && !name.ends_with("floor") {
                         continue;
                     }
+                    let spots = name.contains("cloud") || name.contains("sheet");
                     // Round bodies against bodies are approached, up to 1e-10.
                     let step = if name.contains("can") || name.contains("drum") { 3e-5 } else { H };
                     let after = place.moved(&v, step).write(&mut *task, &case, step).unwrap();
                     let before = place.moved(&v, -step).write(&mut *task, &case, -step).unwrap();
+                    // A spot that is absent now or then, or gives way to another one.
+                    let all = [before.margins[i], w.margins[i], after.margins[i]];
+                    let jumps = (all[0] - 2.0 * all[1] + all[2]).abs() > 1e-6;
+                    if spots && (all.iter().any(|h| !h.is_finite()) || jumps) {
+                        continue;
+                    }
+                    of_spots += usize::from(spots);
                     let numeric = (after.margins[i] - before.margins[i]) / (2.0 * step);
                     let expected = w.rate(i, &v) - (w.lower[i] + 7.0 * (w.margins[i] - 0.01));
                     assert!((numeric - expected).abs() < 2e-5, "{name}: {numeric} and {expected}");
@@ -100,7 +119,7 @@ fn rows_are_the_derivative_of_the_margin_while_everything_moves() {
             }
         }
     }
-    assert!(checked > 500, "{checked}");
+    assert!(checked > 500 && of_spots > 100, "{checked}, {of_spots}");
 }
 
 /// A robot, and obstacles at rest on a line.
@@ -192,4 +211,48 @@ fn inside_an_obstacle_the_last_way_out_holds_and_without_one_there_is_a_fault() 
     assert!((inside.margins[0] + 0.02 + 0.05).abs() < 1e-12 && inside.lower[0] > 0.0);
     let mut new = case.build(&model);
     assert_eq!(place.write(&mut *new, &case, 0.0).err(), Some(TaskFault::Overlap { row: 0 }));
+}
+
+/// Each row of a cloud is that of a ball in place of its point, and the first is the nearest of all.
+#[test]
+fn rows_of_a_cloud_are_those_of_its_points() {
+    let mut rng = rng(43);
+    let model = arm7();
+    let rod = shaped("rod", model.link("tool").unwrap(), Shape::Capsule { radius: 0.03, half_length: 0.1 }, &mut rng);
+    let cloud = soup(500, 1, 0.02, &mut rng);
+    let balls: Vec<Vector3<f64>> = (0..cloud.len()).map(|i| cloud.corners(i)[0]).collect();
+    let still = |case: &mut Case, at: &Vector3<f64>, form: Form| {
+        let (position, orientation) =
+            (case.slot(at.as_slice(), &[0.0; 3]), case.slot(&[1.0, 0.0, 0.0, 0.0], &[0.0; 4]));
+        Obstacle { name: "o".to_string(), form, link: None, position, orientation, present: None }
+    };
+    let ball = |case: &mut Case, p: &Vector3<f64>| {
+        still(case, p, Form::Shape(Isometry3::identity(), Shape::Sphere { radius: 0.02 }))
+    };
+    let whole = case(vec![rod.clone()], |case| vec![still(case, &Vector3::zeros(), Form::Soup(cloud.clone()))]);
+    let each = case(vec![rod], |case| balls.iter().map(|p| ball(case, p)).collect());
+    let mut spots = 0;
+    for _ in 0..100 {
+        let place = Place::new(&model, &model.random_configuration(&mut rng));
+        let (Ok(whole), Ok(each)) =
+            (place.write(&mut *whole.build(&model), &whole, 0.0), place.write(&mut *each.build(&model), &each, 0.0))
+        else {
+            continue;
+        };
+        let least = each.margins.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!((whole.margins[0] - least).abs() < 1e-12);
+        for row in 0..4 {
+            if !whole.margins[row].is_finite() {
+                assert!(row > 0 && whole.lower[row] == f64::NEG_INFINITY);
+                continue;
+            }
+            let same = (0..balls.len()).find(|i| (each.margins[*i] - whole.margins[row]).abs() < 1e-12).unwrap();
+            assert!((whole.lower[row] - each.lower[same]).abs() < 1e-9);
+            let difference =
+                (0..model.nv()).map(|j| (whole.j.row(row)[j] - each.j.row(same)[j]).abs()).fold(0.0, f64::max);
+            assert!(difference < 1e-9, "{difference}");
+            spots += 1;
+        }
+    }
+    assert!(spots > 200, "{spots}");
 }

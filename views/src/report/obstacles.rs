@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::{Isometry3, UnitQuaternion};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use robot::Soup;
 use runtime::Program;
 use runtime::program::Times;
 use runtime::record::series::SeriesRecorder;
@@ -10,10 +11,13 @@ use serde_json::{Value as Json, json};
 use stdlib_tasks::bound::{Obstacle, Slot};
 use stdlib_tasks::obstacle::Form;
 
-use super::scene::{placed, round, wxyz};
+use super::scene::{placed, round, wxyz, xyz};
 
 /// Edge length of the part of a plane that is drawn, in m.
 const PLANE: f64 = 4.0;
+
+/// Least radius with which a point of a cloud is drawn, in m.
+const SMALLEST_POINT: f64 = 0.004;
 
 /// Data of all obstacles: form, link, and one pose, or one for each sample; an absent obstacle has none.
 pub(super) fn obstacles(program: &Program, series: &SeriesRecorder) -> Vec<Json> {
@@ -35,11 +39,52 @@ pub(super) fn obstacles(program: &Program, series: &SeriesRecorder) -> Vec<Json>
 fn form(form: &Form) -> Json {
     match form {
         Form::Shape(origin, shape) => placed(shape, origin),
+        Form::Soup(soup) => drawn_soup(soup),
         Form::HalfSpace(turn) => {
             let origin = Isometry3::from_parts(Default::default(), *turn);
             json!({ "type": "plane", "size": [PLANE, PLANE, 0.0], "xyz": [0.0, 0.0, 0.0], "wxyz": wxyz(&origin) })
         }
     }
+}
+
+/// Largest number of elements that are drawn: of more, some are left out evenly.
+const MOST_DRAWN: usize = 4000;
+
+/// A mesh of the triangles, or of small octahedra in place of the points.
+fn drawn_soup(soup: &Soup) -> Json {
+    let (mut vertices, mut faces): (Vec<f64>, Vec<u32>) = (Vec::new(), Vec::new());
+    let mut corner = |p: Vector3<f64>| {
+        vertices.extend(xyz(&p));
+        (vertices.len() / 3 - 1) as u32
+    };
+    let step = soup.len().div_ceil(MOST_DRAWN);
+    let size = soup.radius().max(SMALLEST_POINT);
+    for element in (0..soup.len()).step_by(step) {
+        match soup.corners(element) {
+            [p] => {
+                let tips: Vec<u32> =
+                    (0..6).map(|i| corner(p + Vector3::ith(i % 3, if i < 3 { size } else { -size }))).collect();
+                for [a, b, c] in
+                    [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+                {
+                    faces.extend([tips[a], tips[b], tips[c]]);
+                }
+            }
+            corners => {
+                // A fan: the corners of an element of more than three are those of its upper side first.
+                let all: Vec<u32> = corners.iter().take(3).map(|p| corner(*p)).collect();
+                if let [a, b, c] = all[..] {
+                    faces.extend([a, b, c]);
+                }
+            }
+        }
+    }
+    let origin = Isometry3::identity();
+    let mut out = json!({ "type": "mesh", "vertices": vertices, "faces": faces });
+    out["xyz"] = json!([0.0, 0.0, 0.0]);
+    out["wxyz"] = json!(wxyz(&origin));
+    out["color"] = json!(null);
+    out
 }
 
 /// Values of the obstacles' poses at each sample.
