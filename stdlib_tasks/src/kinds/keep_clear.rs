@@ -27,6 +27,9 @@ use quantities::usual;
 /// Largest number of pairs of a part and an obstacle.
 const MOST_PAIRS: usize = 4096;
 
+/// Number of spots of a part and an obstacle of many elements.
+const SPOTS: usize = 4;
+
 crate::params! {
     /// Parameters of `keep_clear`.
     pub struct Params {
@@ -39,8 +42,8 @@ crate::params! {
         /// φ: how fast the margin may decrease, relative to its size.
         gain: Input<1> = ParamType::Scalar(usual::LIMIT_GAIN), Presence::Default("5 /s");
         /// Largest number of rows of a part and an obstacle of many elements (`points`, `heightfield`, and a `mesh` with its
-        /// hollows): those of its nearest spots. Any other obstacle has one row for each part.
-        spots: Input<1> = ParamType::Scalar(Quantity::at_least(NONE, 1.0).usually(1.0, 32.0).constant()), Presence::Default("4");
+        /// hollows): those of its nearest spots; default: 4. Any other obstacle has one row for each part.
+        spots: Option<Input<1>> = ParamType::Scalar(Quantity::at_least(NONE, 1.0).usually(1.0, 32.0).constant()), Presence::Optional;
         /// Largest number of rows, those of the nearest pairs; default: a row for each pair.
         nearest: Option<Input<1>> = ParamType::Scalar(Quantity::at_least(NONE, 1.0).constant()), Presence::Optional;
         /// δ: a constant reserve for what sampling in time can lose; `auto` computes it from the hard speed limits, for all
@@ -135,7 +138,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     check(bound, ctx)?;
     let Params { links: parts, of: obstacles, d_min, gain, spots, nearest, sampled_margin } =
         Params::from_bound(bound)?;
-    let spots = whole("spots", spots.of(ctx.values)[0])?;
+    let spots = spots.map_or(Ok(SPOTS), |n| whole("spots", n.of(ctx.values)[0]))?;
     if parts.is_empty() {
         return Err(BuildError::new("links", "no part of the robot is named that could be kept clear")
             .help("name points, segments, links or groups of them, or remove the task"));
