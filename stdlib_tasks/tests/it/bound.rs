@@ -71,6 +71,7 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
             let of = obstacle(&mut case);
             case.with("links", Bound::Geometries(vec![a]))
                 .with("of", Bound::Obstacles(vec![of]))
+                .number("spots", &[4.0])
                 .number("nearest", &[1.0])
                 .number("d_min", &[0.1])
                 .number("gain", &[5.0])
