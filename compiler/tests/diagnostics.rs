@@ -18,6 +18,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("robots", include_str!("cases/robots.txt"), Syntax::Native),
     ("robots_yaml", include_str!("cases/robots_yaml.txt"), Syntax::Yaml),
     ("state", include_str!("cases/state.txt"), Syntax::Native),
+    ("stance", include_str!("cases/stance.txt"), Syntax::Native),
+    ("stance_yaml", include_str!("cases/stance_yaml.txt"), Syntax::Yaml),
     ("frames", include_str!("cases/frames.txt"), Syntax::Native),
     ("poses", include_str!("cases/poses.txt"), Syntax::Native),
     ("trajectories", include_str!("cases/trajectories.txt"), Syntax::Native),
@@ -330,6 +332,12 @@ fn unusual_yaml() {
 #[test]
 fn state() {
     check("state");
+}
+
+#[test]
+fn stance() {
+    check("stance");
+    check("stance_yaml");
 }
 
 #[test]

@@ -81,7 +81,10 @@ pub fn describe(ty: &ParamType) -> String {
         ParamType::AutoScalar(q) => format!("`auto`, or a {}", quantity(q)),
         ParamType::Vector(d) => format!("vector in {}", unit(*d)),
         ParamType::PerAxis(q) => format!("{}, or a vector with one for each axis", quantity(q)),
-        ParamType::Vectors(n, d) => format!("{n} constant vectors in {}", unit(*d)),
+        ParamType::Vectors { least, most, dimension } => {
+            let count = if least == most { least.to_string() } else { format!("{least} to {most}") };
+            format!("{count} constant vectors in {}", unit(*dimension))
+        }
         ParamType::Rotation => "orientation".to_string(),
         ParamType::Gains(names) => format!("rate in 1/s{}, or `{{ {} }}`", usual(&GAIN), names.join(" .. ") + " .."),
         ParamType::Frame => "link".to_string(),
@@ -95,6 +98,7 @@ pub fn describe(ty: &ParamType) -> String {
         ParamType::JointVelocities => joint_values("value", [JOINT_SPEED, JOINT_TRAVEL_SPEED]),
         ParamType::JointAccelerations => joint_values("value", [JOINT_ACCELERATION, JOINT_TRAVEL_ACCELERATION]),
         ParamType::PerArm(d) => format!("`{{ ARM value .. }}` in {d}{}", usual(&of_joint(*d))),
+        ParamType::PerFrame(_) => "`{ FRAME { .. } .. }`, for links or arms".to_string(),
         ParamType::Axes => "some of the axes `x`, `y`, `z`".to_string(),
         ParamType::Choice(words) => words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(" or "),
         ParamType::Expression(form) => expression(form),
@@ -119,6 +123,7 @@ fn rows<'a>(params: &'a [ParamInfo], prefix: &str, out: &mut Vec<(String, &'a Pa
         out.push((format!("{prefix}{}", p.name), p));
         match p.ty {
             ParamType::Group(inner) => rows(inner, &format!("{prefix}{}.", p.name), out),
+            ParamType::PerFrame(inner) => rows(inner, &format!("{prefix}{}.FRAME.", p.name), out),
             ParamType::Deviations => rows(PATH, &format!("{prefix}{}.PARAMETER.", p.name), out),
             _ => {}
         }

@@ -1,11 +1,13 @@
-//! Time of an expression of the robot's state, its value and the row of its derivative, on 21 degrees of freedom.
+//! Time of expressions of the robot's state, the value and the row of its derivative, on 21 degrees of freedom: one of 50
+//! operations, and quantities of the state alone.
 
 use divan::{Bencher, black_box};
+use hierarq_stdlib_tasks::bound::Geometry;
 use hierarq_stdlib_tasks::dimension::LENGTH;
-use hierarq_stdlib_tasks::expression::{Evaluation, Expression, Leaf, Op};
+use hierarq_stdlib_tasks::expression::{Evaluation, Expression, Leaf, Manipulability, MotionPart, Op};
 use hierarq_stdlib_tasks::task::State;
-use nalgebra::Vector3;
-use robot::{Base, Data, Model, Options};
+use nalgebra::{Isometry3, Vector3};
+use robot::{Base, Data, LinkId, Model, Options, Shape};
 
 fn main() {
     divan::main();
@@ -56,10 +58,10 @@ fn expression(model: &Model) -> Expression {
     Expression { ops, inputs: (0..7).collect(), leaves, outputs, dimension: LENGTH }
 }
 
-#[divan::bench]
-fn value_and_row_50_operations(bencher: Bencher) {
+/// Measures value and row of an expression over seven numbers of the table.
+fn measure(bencher: Bencher, of: impl Fn(&Model) -> Expression) {
     let (model, q, data) = posed();
-    let e = expression(&model);
+    let e = of(&model);
     let values: Vec<f64> = (0..7).map(|i| 0.1 + 0.05 * f64::from(i)).collect();
     let rates = vec![0.01; 7];
     let Ok(()) = e.check(&model, values.len()) else { panic!("the expression is broken") };
@@ -79,5 +81,53 @@ fn value_and_row_50_operations(bencher: Bencher) {
         let found = evaluation.forward(&state).is_ok();
         let still = evaluation.add_row(&state, &[1.0], black_box(&mut row));
         (found, still, evaluation.value(0))
+    });
+}
+
+/// First number of a quantity of the state alone, as the value of a `keep` or `track`.
+fn alone(leaf: Leaf) -> Expression {
+    Expression { ops: vec![Op::State(0)], inputs: vec![], leaves: vec![leaf], outputs: vec![0], dimension: LENGTH }
+}
+
+fn left(model: &Model) -> LinkId {
+    model.link("left_tool").unwrap_or(model.root())
+}
+
+#[divan::bench]
+fn value_and_row_50_operations(bencher: Bencher) {
+    measure(bencher, expression);
+}
+
+#[divan::bench]
+fn position(bencher: Bencher) {
+    measure(bencher, |model| alone(Leaf::Point { link: left(model), offset: Vector3::zeros() }));
+}
+
+#[divan::bench]
+fn center_of_mass(bencher: Bencher) {
+    measure(bencher, |_| alone(Leaf::Com));
+}
+
+#[divan::bench]
+fn distance_of_two_capsules(bencher: Bencher) {
+    measure(bencher, |model| {
+        let part = |link: LinkId| Geometry {
+            name: String::new(),
+            link,
+            origin: Isometry3::identity(),
+            shape: Shape::Capsule { radius: 0.05, half_length: 0.1 },
+        };
+        let right = model.link("right_tool").unwrap_or(model.root());
+        alone(Leaf::Distance(Box::new((part(left(model)), part(right)))))
+    });
+}
+
+/// Number of velocities that count: three of the origin, or six with those of the axes.
+#[divan::bench(args = [3, 6])]
+fn manipulability(bencher: Bencher, velocities: usize) {
+    let part = if velocities == 3 { MotionPart::Linear } else { MotionPart::Whole };
+    measure(bencher, |model| {
+        let dofs = (0..model.nv()).collect();
+        alone(Leaf::Manipulability(Box::new(Manipulability { link: left(model), part, dofs })))
     });
 }

@@ -54,6 +54,22 @@ impl BuildError {
     }
 }
 
+/// Something that a task takes for granted, and that is not so at a configuration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Doubt {
+    /// The place, description and correction.
+    pub error: BuildError,
+    /// True if the rows of the task cannot be met there.
+    pub certain: bool,
+}
+
+impl Doubt {
+    /// A doubt about a parameter, with a suggested correction.
+    pub fn new(param: &str, message: impl Into<String>, help: impl Into<String>) -> Self {
+        Doubt { error: BuildError::new(param, message).help(help), certain: false }
+    }
+}
+
 impl From<WrongForm> for BuildError {
     fn from(w: WrongForm) -> Self {
         let message = format!("`{}` does not have the form that this task type declares", w.param);

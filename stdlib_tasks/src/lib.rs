@@ -26,6 +26,7 @@ mod sampled_margin;
 pub mod slot;
 pub mod so3;
 pub mod state;
+mod support_polygon;
 pub mod task;
 
 pub use quantities::dimension;

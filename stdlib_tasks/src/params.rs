@@ -21,8 +21,15 @@ pub enum ParamType {
     Vector(Dimension),
     /// One number for the axes x, y and z, or a vector with one for each; they may move with time.
     PerAxis(Quantity),
-    /// Exactly this many vectors of constants.
-    Vectors(usize, Dimension),
+    /// Vectors of constants.
+    Vectors {
+        /// Smallest number of vectors.
+        least: usize,
+        /// Largest number of vectors.
+        most: usize,
+        /// Dimension of their numbers.
+        dimension: Dimension,
+    },
     /// An orientation; it may move with time.
     Rotation,
     /// One rate for all, or one for each of these names.
@@ -50,6 +57,9 @@ pub enum ParamType {
     JointAccelerations,
     /// A number for each of some arms.
     PerArm(Dimension),
+    /// Parameters for each of some frames, which are links, or arms, which are represented by their tips. Vectors among them
+    /// are in the axes of the frame. Bound as a group of groups, each with its frame as `frame`.
+    PerFrame(&'static [ParamInfo]),
     /// One of these words.
     Choice(&'static [&'static str]),
     /// Some of the axes x, y and z.
@@ -154,6 +164,39 @@ impl<const N: usize> FromBound for Input<N> {
             Some(Bound::Value(Slot { at, len })) if *len == N => Some(Input { at: *at }),
             _ => None,
         }
+    }
+}
+
+/// Several vectors of constants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Vectors(Slot);
+
+impl Vectors {
+    /// The vectors. Empty if the table is too short, which [`crate::build::check`] excludes when a task is built.
+    pub fn of(self, table: &[f64]) -> impl Iterator<Item = [f64; 3]> + '_ {
+        let numbers = table.get(self.0.at..).and_then(|rest| rest.get(..self.0.len)).unwrap_or_default();
+        numbers.chunks_exact(3).map(|c| [c[0], c[1], c[2]])
+    }
+}
+
+impl FromBound for Vectors {
+    fn from_bound(bound: Option<&Bound>) -> Option<Self> {
+        match bound {
+            Some(Bound::Value(slot)) if slot.len % 3 == 0 && slot.len > 0 => Some(Vectors(*slot)),
+            _ => None,
+        }
+    }
+}
+
+/// Parameters of each of some frames, by the name of the frame.
+impl FromBound for Vec<(String, BoundParams)> {
+    fn from_bound(bound: Option<&Bound>) -> Option<Self> {
+        let Some(Bound::Group(all)) = bound else { return None };
+        let one = |(name, params): (&String, &Bound)| match params {
+            Bound::Group(params) => Some((name.clone(), params.clone())),
+            _ => None,
+        };
+        all.iter().map(one).collect()
     }
 }
 

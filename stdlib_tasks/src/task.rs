@@ -3,7 +3,7 @@
 use robot::Model;
 
 use crate::bound::BoundParams;
-pub use crate::build::{BuildError, Context};
+pub use crate::build::{BuildError, Context, Doubt};
 use crate::dimension::Dimension;
 use crate::params::ParamInfo;
 use crate::protection::{BoundedPosition, Protection};
@@ -332,6 +332,12 @@ pub trait Task: Send {
     /// with the parameters of this tick and their rates. Never allocates.
     fn margin_after(&self, _next: &State, _row: usize, _period: f64) -> f64 {
         f64::INFINITY
+    }
+
+    /// Looks for what the task takes for granted and what is not so at a configuration, such as feet that stand level. The
+    /// compiler asks at home.
+    fn doubt(&mut self, _state: &State) -> Option<Doubt> {
+        None
     }
 
     /// For a task whose row `i` is always the velocity of a single degree of freedom: the degrees of freedom. The owner

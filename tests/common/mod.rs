@@ -24,6 +24,8 @@ pub const EXAMPLES: &[&str] = &[
     "swivel_angle",
     "own_tasks",
     "balance",
+    "stance",
+    "smooth",
     "dexterity",
     "both_arms",
     "compliance",

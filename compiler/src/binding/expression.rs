@@ -2,16 +2,27 @@
 //! rest becomes a list of operations of its own.
 
 use dsl::Diagnostic;
-use dsl::tree::Value;
+use dsl::tree::{Value, ValueKind};
 use runtime::program::ValueRange;
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::expression::{Expression, Op};
+use stdlib_tasks::kinds::keep;
 use stdlib_tasks::params::{Form, ParamInfo, Quantity};
+use stdlib_tasks::task::RowKind;
 
 use super::partition::partition;
 use super::{Binder, Number, Owner};
+use crate::expr::constants::with_units;
 use crate::expr::{Kind, Typed};
+
+/// A vector of limits of which some are `none`.
+struct OpenSides {
+    /// The vector with zero in place of each `none`.
+    closed: Value,
+    /// The numbers that are `none`.
+    numbers: Vec<usize>,
+}
 
 impl Binder<'_> {
     pub(super) fn expression(
@@ -27,7 +38,16 @@ impl Binder<'_> {
             let size = Quantity::at_least(dimension, 0.0).constant();
             return self.value(owner, value, (Kind::Scalar, dimension), Some(size), &what).map(Bound::Value);
         }
-        let typed = self.typed(owner, value, true, true)?;
+        let open = match form {
+            Form::Like(_) if owner.kind.row_kind == RowKind::Inequality => self.open_sides(value, info)?,
+            _ => None,
+        };
+        let mut typed = self.typed(owner, open.as_ref().map_or(value, |open| &open.closed), true, true)?;
+        for &i in open.iter().flat_map(|open| &open.numbers) {
+            if let Some(node) = typed.nodes.get_mut(i) {
+                *node = self.graph.number(if info.name == "min" { -keep::OPEN } else { keep::OPEN });
+            }
+        }
         let state = typed.nodes.iter().any(|&n| self.graph.is_state(n));
         let (wanted, quantity) = match form {
             Form::Value { orientation } => {
@@ -57,6 +77,33 @@ impl Binder<'_> {
         }
         self.check_type(&typed, value, wanted, &what)?;
         Some(Bound::Expression(self.of_state(&typed, value)))
+    }
+
+    /// Finds `none` among the numbers of a vector of limits.
+    fn open_sides(&mut self, value: &Value, info: &ParamInfo) -> Option<Option<OpenSides>> {
+        let is_none = |item: &Value| {
+            let word = match &item.kind {
+                ValueKind::Unit(inner, _) => inner.word(),
+                _ => item.word(),
+            };
+            word == Some("none") && !self.params.knows("none")
+        };
+        let Some(mut items) = with_units(value) else { return Some(None) };
+        let numbers: Vec<usize> = items.iter().enumerate().filter(|(_, item)| is_none(item)).map(|(i, _)| i).collect();
+        if numbers.is_empty() {
+            return Some(None);
+        }
+        if numbers.len() == items.len() {
+            let text = format!("no number of `{}` is a limit", info.name);
+            let d = Diagnostic::error("HQ0304", value.span, text);
+            self.diagnostics.push(d.help(format!("remove `{}`, or write a limit in place of one `none`", info.name)));
+            return None;
+        }
+        for &i in &numbers {
+            // Zero has any unit.
+            items[i].kind = ValueKind::Number(dsl::tree::Number { value: 0.0, text: "0".to_string() });
+        }
+        Some(Some(OpenSides { closed: Value { kind: ValueKind::List(items), span: value.span }, numbers }))
     }
 
     /// Rejects a value that cannot be kept or tracked.

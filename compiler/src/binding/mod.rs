@@ -88,7 +88,7 @@ pub struct BoundTask {
     pub kind: &'static TaskKind,
     /// Parameters.
     pub params: BoundParams,
-    /// Source span of each parameter, by name. Parameters with a default value are absent.
+    /// Source span of each parameter, by its path. Parameters with a default value are absent.
     pub spans: BTreeMap<String, Span>,
     /// All numbers among the parameters, including those in groups.
     pub numbers: Vec<Number>,
@@ -160,9 +160,7 @@ impl Binder<'_> {
         let mut body = definition.body.clone();
         self.positional(kind, definition, &mut body);
         let mut spans = BTreeMap::new();
-        for e in &body.entries {
-            spans.entry(e.key.value.clone()).or_insert(e.value.span);
-        }
+        note_spans(&body, "", &mut spans);
         let what = format!("task type `{}`", kind.name);
         let params = self.group(
             Owner { kind, task: index, prefix: "", param: "", joints: None, other: None },
@@ -343,7 +341,7 @@ impl Binder<'_> {
                 let slot = self.value(owner, value, (Kind::Rotation, NONE), None, &what);
                 slot.map(Bound::Value)
             }
-            ParamType::Vectors(count, d) => self.vectors(owner, value, count, d, info),
+            ParamType::Vectors { least, most, dimension } => self.vectors(owner, value, least..=most, dimension, info),
             ParamType::PerAxis(q) => self.per_axis(owner, value, q, &what).map(Bound::Value),
             ParamType::Gains(names) => self.gains(owner, value, names, info),
             ParamType::Frame => self.frame(value, info).map(|(n, l)| Bound::Frame(n, l)),
@@ -366,6 +364,7 @@ impl Binder<'_> {
             ParamType::JointVelocities => self.per_joint(owner, value, info, RATE),
             ParamType::JointAccelerations => self.per_joint(owner, value, info, PER_SQUARE_SECOND),
             ParamType::PerArm(d) => self.per_arm(owner, value, info, d),
+            ParamType::PerFrame(infos) => self.per_frame(owner, value, info, infos),
             ParamType::Axes => self.axes_chosen(value, info).map(Bound::Axes),
             ParamType::Choice(words) => match text_of(value) {
                 Some(word) if words.contains(&word) => Some(Bound::Choice(word.to_string())),
@@ -418,6 +417,17 @@ impl Binder<'_> {
         self.diagnostics
             .push(Diagnostic::error("HQ0304", value.span, format!("`{}` is {wanted}", info.name)).help(info.text()));
         None
+    }
+}
+
+/// Notes the span of each parameter by its path, such as `feet.left_sole.points`.
+fn note_spans(body: &Block, prefix: &str, spans: &mut BTreeMap<String, Span>) {
+    for e in &body.entries {
+        let path = format!("{prefix}{}", e.key.value);
+        if let ValueKind::Block(inner) = &e.value.kind {
+            note_spans(inner, &format!("{path}."), spans);
+        }
+        spans.entry(path).or_insert(e.value.span);
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span};
 use quantities::usual::of_joint;
-use stdlib_tasks::bound::{Bound, Slot};
+use stdlib_tasks::bound::{Bound, BoundParams, Slot};
 use stdlib_tasks::dimension::{ANGLE, Dimension, LENGTH, NONE};
 use stdlib_tasks::params::{ParamInfo, Quantity};
 use stdlib_tasks::task::RowKind;
@@ -208,6 +208,45 @@ impl Binder<'_> {
     fn joint(&mut self, owner: Owner, value: &Value, dof: usize, dimension: Dimension) -> Option<Slot> {
         let what = format!("the value of `{}`", self.robot.model.dofs[dof].name);
         self.value(owner, value, (Kind::Scalar, dimension), owner.range(dimension), &what)
+    }
+
+    /// Parameters of each of some frames, as a group of groups.
+    pub(super) fn per_frame(
+        &mut self,
+        owner: Owner,
+        value: &Value,
+        info: &'static ParamInfo,
+        infos: &'static [ParamInfo],
+    ) -> Option<Bound> {
+        let block = block_of(value, &format!("`{}`", info.name), self.diagnostics)?;
+        if block.entries.is_empty() {
+            return self.wrong(value, info, "`{ FRAME { .. } .. }`");
+        }
+        let mut out = BoundParams::new();
+        let mut good = true;
+        for e in &block.entries {
+            let name = Value { kind: ValueKind::Name(e.key.value.clone()), span: e.key.span };
+            let frame = self.frame(&name, info);
+            let what = format!("`{}`", e.key.value);
+            let inner = block_of(&e.value, &what, self.diagnostics);
+            let (Some((name, link)), Some(inner)) = (frame, inner) else {
+                good = false;
+                continue;
+            };
+            let axes = super::axes_of(&self.robot.model, link);
+            let around = std::mem::replace(&mut self.plane, axes);
+            let prefix = format!("{}{}.{name}.", owner.prefix, info.name);
+            let group = self.group(Owner { prefix: &prefix, ..owner }, infos, inner, &what, e.key.span);
+            self.plane = around;
+            match group {
+                Some(mut group) => {
+                    group.insert("frame".to_string(), Bound::Frame(name.clone(), link));
+                    out.insert(name, Bound::Group(group));
+                }
+                None => good = false,
+            }
+        }
+        good.then_some(Bound::Group(out))
     }
 
     pub(super) fn per_arm(

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dsl::tree::Value;
-use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
+use dsl::{Diagnostic, Help, Span, Spanned};
 use stdlib_tasks::dimension::Dimension;
 
 use super::motion::{Numbers, TargetFlag};
@@ -102,15 +102,9 @@ impl Scope for TaskScope<'_> {
         if let Some(owner) = self.owner.filter(|o| o.kind.name == "keep" && ["min", "max"].contains(&o.param))
             && ["_", "none", "inf", "infinity", "free", "any", "nan"].contains(&name.to_lowercase().as_str())
         {
-            let side = Snippet::entry(owner.param, "..");
-            let parts = Snippet::each(
-                format!("keep((VALUE).x) {{ {} }}", side.native()),
-                format!("\"keep((VALUE).x)\": {{ {} }}", side.yaml()),
-            );
-            let of = owner.param;
             let text =
-                format!("no number of `{of}` can be left open: keep those that have a limit by themselves, {{}}");
-            return Some(Help::with(&text, [parts]));
+                format!("a number of a vector without a limit is `none`; a number alone needs no `{}`", owner.param);
+            return Some(text.into());
         }
         if self.owner.is_some_and(|o| o.param == "sampled_margin") && name == "auto" {
             return Some(

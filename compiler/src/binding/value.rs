@@ -1,5 +1,7 @@
 //! Parameters that are numbers, vectors or orientations, or several of these.
 
+use std::ops::RangeInclusive;
+
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help};
 use names::list;
@@ -224,7 +226,7 @@ impl Binder<'_> {
         &mut self,
         owner: Owner,
         value: &Value,
-        count: usize,
+        count: RangeInclusive<usize>,
         d: Dimension,
         info: &ParamInfo,
     ) -> Option<Bound> {
@@ -233,7 +235,9 @@ impl Binder<'_> {
             ValueKind::Unit(inner, _) => matches!(inner.kind, ValueKind::Number(_)),
             kind => matches!(kind, ValueKind::Number(_)),
         };
-        if items.len() != count || items.iter().any(number) {
+        if !count.contains(&items.len()) || items.iter().any(number) {
+            let (least, most) = (count.start(), count.end());
+            let count = if least == most { least.to_string() } else { format!("{least} to {most}") };
             return self.wrong(value, info, &format!("a list of {count} vectors, `[[x, y, z], ..] m`"));
         }
         let quantity = Quantity::any(d).constant();
@@ -246,7 +250,7 @@ impl Binder<'_> {
             one_unit(self.diagnostics, before, value, 1);
             at.get_or_insert(slot?.at);
         }
-        Some(Bound::Value(Slot { at: at?, len: 3 * count }))
+        Some(Bound::Value(Slot { at: at?, len: 3 * items.len() }))
     }
 
     pub(super) fn gains(

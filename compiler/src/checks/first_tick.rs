@@ -6,7 +6,7 @@
 use dsl::{Diagnostic, Help, Snippet};
 use runtime::program::{MemberProgram, Program, Times};
 use runtime::record::summary::MARGIN_TOLERANCE;
-use runtime::{Controller, Evaluator, Fault, Member, Observation, RestInputs};
+use runtime::{Controller, Evaluator, Fault, Member, Observation, RestInputs, TickInputs};
 use solver::{Problem, Status};
 use stdlib_tasks::bound::Bound;
 use stdlib_tasks::dimension::{Dimension, LENGTH};
@@ -166,6 +166,9 @@ fn margins(
     if at_home {
         undefined(evaluator, places, diagnostics);
     }
+    if at_home && doubts(evaluator, (&program.robot.home, moment), places, diagnostics) {
+        return None;
+    }
     let mut outside = Outside { any: false, hard: false };
     for m in evaluator.members() {
         let rows = m.row_info.iter().zip(&evaluator.margins()[m.margins.clone()]);
@@ -239,6 +242,32 @@ fn undefined(evaluator: &Evaluator, places: &SourceMap, diagnostics: &mut Vec<Di
                 .help("start at a posture where the value exists, such as that of a bent arm"),
         );
     }
+}
+
+/// Reports what tasks take for granted and what is not so at home; returns true if rows cannot be met for this reason.
+fn doubts(
+    evaluator: &mut Evaluator,
+    (home, moment): (&[f64], TickInputs),
+    places: &SourceMap,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> bool {
+    let mut certain = false;
+    for member in 0..evaluator.members().len() {
+        let Some(doubt) = evaluator.doubt(member, home, moment) else { continue };
+        certain |= doubt.certain;
+        let at = place(places, evaluator.members()[member].program_index, &doubt.error.param);
+        let text = doubt.error.message;
+        let d = match doubt.certain {
+            true => Diagnostic::error("HQ0508", at, text),
+            false => Diagnostic::warning("HQ0508", at, text),
+        };
+        let d = d.label(places.home, "the robot starts here");
+        diagnostics.push(match doubt.error.help {
+            Some(help) => d.help(help),
+            None => d,
+        });
+    }
+    certain
 }
 
 /// Returns true if a fault at home occurs at every configuration: its numbers depend only on the time in the state.

@@ -156,7 +156,9 @@ fn has_errors(diagnostics: &[Diagnostic]) -> bool {
 
 fn place(places: &SourceMap, task: usize, param: &str) -> Span {
     let t = &places.tasks[task];
-    t.spans.get(param).copied().unwrap_or(t.span)
+    // A parameter of a group that was not written is at its group.
+    let mut paths = std::iter::successors(Some(param), |path| path.rsplit_once('.').map(|(group, _)| group));
+    paths.find_map(|path| t.spans.get(path)).copied().unwrap_or(t.span)
 }
 
 /// Span of a task's number; for a default, that of the parameter or of the task's type.

@@ -65,12 +65,12 @@ static WORDS: &[Word] = &[
     word(
         &["damping", "regularization", "regularisation", "minimumvelocity", "minimizevelocity"],
         "Pink, OpenSoT, PlaCo and mc_rtc",
-        "`joint_velocity { velocity 0 rad/s }`, or `damping 0.01` in a level",
+        "`least_motion(velocity)` on the last level, or `damping 0.01` in a level",
     ),
     word(
         &["lowacceleration", "minimizeacceleration", "minimumacceleration"],
         "Pink and OpenSoT",
-        "`joint_acceleration_limits`, which bounds what is to be small",
+        "`least_motion(acceleration)`, or `joint_acceleration_limits` as a bound",
     ),
     word(
         &["gear", "jointcoupling", "coupling", "mimic"],

@@ -4,7 +4,7 @@ use dsl::Spanned;
 use dsl::tree::{Block, Entry, TaskDefinition, Value, ValueKind};
 use stdlib_tasks::axis_rows::AXES;
 use stdlib_tasks::kinds::safety_planner::{PATH, TURN};
-use stdlib_tasks::params::{ParamInfo, ParamType};
+use stdlib_tasks::params::{Form, ParamInfo, ParamType};
 use stdlib_tasks::task::TaskKind;
 
 use super::context::used;
@@ -87,7 +87,7 @@ impl Resolver<'_> {
                 Some(CURSOR) => self.out.context = Some(C::Expression { auto: true, state: false, arguments: &[] }),
                 _ => self.typed(value, kind.current_values),
             },
-            ParamType::Vector(_) | ParamType::Vectors(..) | ParamType::PerAxis(_) => {
+            ParamType::Vector(_) | ParamType::Vectors { .. } | ParamType::PerAxis(_) => {
                 self.typed(value, kind.current_values)
             }
             ParamType::Rotation => self.typed(value, kind.current_values),
@@ -123,11 +123,31 @@ impl Resolver<'_> {
                 }
                 _ => self.typed(value, kind.current_values),
             },
+            ParamType::PerFrame(infos) => match &value.kind {
+                ValueKind::Block(b) => {
+                    for e in &b.entries {
+                        self.frame_name(&e.key.value, e.key.span, &[K::Link, K::Arm]);
+                        match &e.value.kind {
+                            ValueKind::Block(inner) => self.group(kind, infos, inner),
+                            _ => self.anything(&e.value),
+                        }
+                    }
+                }
+                _ => self.anything(value),
+            },
             ParamType::Axes => value.items().iter().for_each(|axis| {
                 self.cursor_in(axis, |_| C::Words(AXES));
             }),
             ParamType::Choice(words) => {
                 self.cursor_in(value, |_| C::Words(words));
+            }
+            ParamType::Expression(Form::Like(_)) if limits(value).iter().any(|item| is_none(&item)) => {
+                self.with(Around { state: true, ..self.around.clone() }, |r| {
+                    limits(value)
+                        .iter()
+                        .filter(|item| !is_none(item))
+                        .for_each(|item| r.typed(item, kind.current_values));
+                });
             }
             ParamType::Expression(_) => {
                 self.with(Around { state: true, ..self.around.clone() }, |r| r.typed(value, kind.current_values));
@@ -197,4 +217,18 @@ impl Resolver<'_> {
         self.note(&name.value, name.span, meaning);
         true
     }
+}
+
+/// Numbers of a vector of limits, also with one unit for all.
+fn limits(value: &Value) -> &[Value] {
+    match &value.kind {
+        ValueKind::List(items) => items,
+        ValueKind::Unit(inner, _) => limits(inner),
+        _ => &[],
+    }
+}
+
+/// True for a number of a vector that has no limit.
+fn is_none(value: &&Value) -> bool {
+    value.word() == Some("none")
 }

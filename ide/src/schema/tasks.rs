@@ -57,7 +57,7 @@ fn parameter(p: &ParamInfo) -> Value {
         ParamType::Scalar(q) | ParamType::AutoScalar(q) => values::scalar(q),
         ParamType::Vector(d) => values::vector(*d),
         ParamType::PerAxis(q) => values::per_axis(q),
-        ParamType::Vectors(n, d) => values::vectors(*n, *d),
+        ParamType::Vectors { least, most, dimension } => values::vectors(*least, *most, *dimension),
         ParamType::Rotation | ParamType::Frame | ParamType::Arm | ParamType::Task | ParamType::Field => values::name(),
         ParamType::Deviations => deviations(),
         ParamType::Gains(names) => gains(names),
@@ -72,6 +72,11 @@ fn parameter(p: &ParamInfo) -> Value {
             schema
         }
         ParamType::PerArm(d) => values::per_arm(*d),
+        ParamType::PerFrame(infos) => json!({
+            "type": "object",
+            "minProperties": 1,
+            "additionalProperties": object(parameters(infos), &[], ""),
+        }),
         ParamType::Choice(words) => json!({ "enum": words }),
         ParamType::Axes => json!({
             "anyOf": [{ "enum": AXES }, { "type": "array", "minItems": 1, "maxItems": 3, "items": { "enum": AXES } }],

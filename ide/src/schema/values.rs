@@ -137,9 +137,9 @@ pub(super) fn per_axis(q: &Quantity) -> Value {
     schema
 }
 
-/// A list of `count` vectors.
-pub(super) fn vectors(count: usize, d: Dimension) -> Value {
-    json!({ "type": ["string", "array"], "items": vector(d), "minItems": count, "maxItems": count })
+/// A list of `least` to `most` vectors.
+pub(super) fn vectors(least: usize, most: usize, d: Dimension) -> Value {
+    json!({ "type": ["string", "array"], "items": vector(d), "minItems": least, "maxItems": most })
 }
 
 /// A number or an expression of any dimension, or the three numbers of a vector.

@@ -1,7 +1,7 @@
 //! Update of an evaluator at a tick: kinematics, values, planners, and the rows of every task.
 
 use solver::Problem;
-use stdlib_tasks::task::{Rows, State, TaskFault};
+use stdlib_tasks::task::{Doubt, Rows, State, TaskFault};
 
 use super::{Evaluator, LedValue, TickInputs};
 use crate::fault::Fault;
@@ -160,6 +160,13 @@ impl Evaluator {
             level.leave_out(m.rows.start + row);
         }
         Ok(())
+    }
+
+    /// Returns what a task takes for granted, and what is not so at the configuration of the last update.
+    pub fn doubt(&mut self, member: usize, q: &[f64], inputs: TickInputs) -> Option<Doubt> {
+        let Evaluator { model, data, values: ValueTable { current, rates, .. }, tasks, .. } = self;
+        let TickInputs { velocity, stack_velocity, .. } = inputs;
+        tasks.get_mut(member)?.doubt(&State { model, data, q, values: current, rates, velocity, stack_velocity })
     }
 
     /// Passes the chosen velocity to the tasks and reads their outputs. Never allocates.

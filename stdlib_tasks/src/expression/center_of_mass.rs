@@ -14,10 +14,10 @@ use crate::state::State;
 
 /// Links with a mass, each with its centre in its own frame in m, and its share of the total mass.
 #[derive(Clone, Debug)]
-pub(super) struct CenterOfMass(Vec<(LinkId, Point3<f64>, f64)>);
+pub(crate) struct CenterOfMass(Vec<(LinkId, Point3<f64>, f64)>);
 
 /// Returns true if some link has a mass, so that there is a centre.
-pub(super) fn exists(model: &Model) -> bool {
+pub(crate) fn exists(model: &Model) -> bool {
     model.links.iter().any(|l| l.mass > 0.0)
 }
 

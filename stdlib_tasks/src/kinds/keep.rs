@@ -27,7 +27,8 @@ crate::params! {
     pub struct Params {
         /// y: the value that is kept within limits, a number or a vector; of a vector, each of the three numbers.
         value: Operand = ParamType::Expression(Form::Value { orientation: false }), Presence::Required;
-        /// The smallest allowed value; it may move. One of `min` and `max` must be given.
+        /// The smallest allowed value; it may move. One of `min` and `max` must be given. In a vector, `none` is a number
+        /// without a limit.
         min: Option<Operand> = ParamType::Expression(Form::Like("value")), Presence::Optional;
         /// The largest allowed value; it may move.
         max: Option<Operand> = ParamType::Expression(Form::Like("value")), Presence::Optional;
@@ -37,6 +38,9 @@ crate::params! {
         sampled_margin: Input<1> = ParamType::Expression(Form::Size("value")), Presence::Default("0");
     }
 }
+
+/// Size from which a limit counts as absent: the compiler writes it, with its sign, for `none` in a vector of limits.
+pub const OPEN: f64 = 1e300;
 
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
@@ -141,13 +145,13 @@ impl Keep {
         let still = value.add_row(state, &plus, rows.row(i));
         // A side that depends on the state has a row of its own, which contains its coefficients.
         let mut margin = f64::INFINITY;
-        if let Some(min) = self.min.as_mut().filter(|_| sides.0) {
+        if let Some(min) = self.min.as_mut().filter(|min| sides.0 && min.value(state, c) > -OPEN) {
             let h = y - min.value(state, c);
             let own = min.add_row(state, &minus, rows.row(i));
             rows.lower[i] = -gain * (h - self.sampled_margin) - own - still;
             margin = h;
         }
-        if let Some(max) = self.max.as_mut().filter(|_| sides.1) {
+        if let Some(max) = self.max.as_mut().filter(|max| sides.1 && max.value(state, c) < OPEN) {
             let h = max.value(state, c) - y;
             let own = max.add_row(state, &minus, rows.row(i));
             rows.upper[i] = gain * (h - self.sampled_margin) - own - still;

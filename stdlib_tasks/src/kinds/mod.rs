@@ -16,10 +16,12 @@ pub mod joint_velocity;
 pub mod joint_velocity_limits;
 pub mod keep;
 pub mod keep_clear;
+pub mod least_motion;
 pub mod look_at;
 pub mod safety_planner;
 pub mod self_collision;
 pub mod speed_separation;
+pub mod stance;
 pub mod swivel_angle;
 pub mod track;
 pub mod uncooperative_motion;
@@ -37,6 +39,7 @@ pub static KINDS: &[&TaskKind] = &[
     &keep_clear::KIND,
     &speed_separation::KIND,
     &keep::KIND,
+    &stance::KIND,
     &frame_pose::KIND,
     &frame_position::KIND,
     &frame_orientation::KIND,
@@ -48,6 +51,7 @@ pub static KINDS: &[&TaskKind] = &[
     &hold::KIND,
     &joint_position::KIND,
     &joint_velocity::KIND,
+    &least_motion::KIND,
     &swivel_angle::KIND,
     &track::KIND,
     &safety_planner::KIND,

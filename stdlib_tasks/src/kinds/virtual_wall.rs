@@ -11,29 +11,16 @@
 use nalgebra::{Point3, Vector3};
 use robot::{Closest, LinkId, Model, geometry};
 
-use crate::bound::{BoundParams, Geometry, Slot};
+use crate::bound::{BoundParams, Geometry};
 use crate::build::check;
 use crate::clearance;
 use crate::dimension::LENGTH;
 use crate::gradient_bound;
-use crate::params::{Auto, FromBound, Input, ParamType, Presence, Quantity};
+use crate::params::{Auto, Input, ParamType, Presence, Quantity, Vectors};
 use crate::protection::{Hazard, Protection};
 use crate::sampled_margin::{SampledMargin, extent};
 use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 use quantities::usual;
-
-/// Three points, as nine constants.
-#[derive(Clone, Copy, Debug)]
-pub struct ThreePoints(Input<9>);
-
-impl FromBound for ThreePoints {
-    fn from_bound(bound: Option<&crate::bound::Bound>) -> Option<Self> {
-        match bound {
-            Some(crate::bound::Bound::Value(Slot { at, len: 9 })) => Some(ThreePoints(Input { at: *at })),
-            _ => None,
-        }
-    }
-}
 
 crate::params! {
     /// Parameters of `virtual_wall`.
@@ -42,7 +29,7 @@ crate::params! {
         points: Vec<Geometry> = ParamType::Geometries, Presence::Required;
         /// Three points of the plane, not on one line. Seen from the free side they go round anticlockwise:
         /// the normal is `(p2 - p1) x (p3 - p1)`.
-        through: ThreePoints = ParamType::Vectors(3, LENGTH), Presence::Required;
+        through: Vectors = ParamType::Vectors { least: 3, most: 3, dimension: LENGTH }, Presence::Required;
         /// The link that carries the plane; `through` is then in that link's frame. Default: the world.
         on: Option<(String, LinkId)> = ParamType::Frame, Presence::Optional;
         /// d_min: smallest distance of a point from the plane.
@@ -111,9 +98,11 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         return Err(BuildError::new("points", "nothing is named that the wall could keep away")
             .help("name points, segments, links or groups of them, or remove the task"));
     }
-    let t = params.through.0.of(ctx.values);
-    let p = |i: usize| Vector3::new(t[3 * i], t[3 * i + 1], t[3 * i + 2]);
-    let (u, v) = (p(1) - p(0), p(2) - p(0));
+    let through: Vec<Vector3<f64>> = params.through.of(ctx.values).map(Vector3::from).collect();
+    let [p1, p2, p3] = through[..] else {
+        return Err(BuildError::new("through", "a plane is given by three points").help("write three points"));
+    };
+    let (u, v) = (p2 - p1, p3 - p1);
     let normal = u.cross(&v);
     // Sine of the angle at p1: three points with less than a thousandth of a degree are on a line.
     let is_plane = normal.norm() > 1e-5 * u.norm() * v.norm() && normal.norm().is_finite();
@@ -128,7 +117,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     };
     let names: Vec<&str> = params.points.iter().map(|g| g.name.as_str()).collect();
     let sampled_margin = SampledMargin::new(params.sampled_margin, params.gain, &names, &acceleration_bound_of, ctx)?;
-    let (a, n) = (Point3::from(p(0)), normal.normalize());
+    let (a, n) = (Point3::from(p1), normal.normalize());
     Ok(Box::new(VirtualWall {
         points: params.points,
         on,

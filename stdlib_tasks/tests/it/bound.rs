@@ -77,6 +77,18 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
                 .number("gain", &[5.0])
                 .number("sampled_margin", &[0.0])
         }
+        "stance" => {
+            let points = Bound::Value(case.slot(&[0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0], &[0.0; 9]));
+            let carries = Bound::Value(case.slot(&[1.0], &[0.0]));
+            let foot = [("points", points), ("carries", carries), ("frame", carrier)];
+            let foot = Bound::Group(foot.map(|(n, b)| (n.to_string(), b)).into());
+            case.with("feet", Bound::Group([("carrier".to_string(), foot)].into()))
+                .number("margin", &[0.01])
+                .number("gain", &[5.0])
+        }
+        "least_motion" => {
+            case.with("of", Bound::Choice("acceleration".to_string())).with("joints", Bound::Joints(vec![dof]))
+        }
         "frame_pose" => case
             .with("frame", carrier)
             .number("position", &[0.1, 0.2, 0.3])

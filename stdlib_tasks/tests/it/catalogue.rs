@@ -16,6 +16,7 @@ use crate::common::*;
 fn all(infos: &'static [ParamInfo]) -> Vec<&'static ParamInfo> {
     let inner = |p: &'static ParamInfo| match p.ty {
         ParamType::Group(group) => all(group),
+        ParamType::PerFrame(inner) => all(inner),
         ParamType::Deviations => all(safety_planner::PATH),
         _ => Vec::new(),
     };

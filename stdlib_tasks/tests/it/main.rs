@@ -23,4 +23,5 @@ mod manipulability;
 mod one_side;
 mod people;
 mod speed_separation;
+mod stance;
 mod targets;
