@@ -201,3 +201,30 @@ fn a_wall_holds_while_locked_joints_come_to_rest() {
     }
     assert!(near > 5, "the motion is too gentle to show anything: {near} runs come near the wall");
 }
+
+/// The same press against a ceiling that is a `keep`.
+fn kept(reserve: &str) -> Program {
+    let levels = "level a hard { joint_position_limits  slow }  level b hard { ceiling }  level c { press }";
+    let text = spec(50, "", levels);
+    let wall = text.lines().find(|line| line.contains("task ceiling")).expect("a ceiling");
+    common::program_of(&text.replace(wall, &format!("task ceiling = keep(frame(tool).position.z) {{ max 0.4 m  {reserve} }}")))
+}
+
+#[test]
+fn a_height_that_is_kept_has_the_reserve_of_a_wall() {
+    let levels = "level a hard { joint_position_limits  slow }  level b hard { ceiling }  level c { press }";
+    let wall = common::program_of(&spec(50, "sampled_margin auto", levels).replace(
+        "through [[0, 0, 0.42], [0, 1, 0.42], [1, 0, 0.42]] m  d_min 2 cm",
+        "through [[0, 0, 0.4], [0, 1, 0.4], [1, 0, 0.4]] m",
+    ));
+    let reserve = |program: &Program| {
+        let evaluator = common::evaluator(program);
+        let ceiling = evaluator.members().iter().position(|m| m.name == "ceiling").expect("there");
+        evaluator.sampled_margin(ceiling)[0]
+    };
+    let height = kept("sampled_margin auto");
+    assert!((reserve(&height) - reserve(&wall)).abs() < 1e-12, "{} and {}", reserve(&height), reserve(&wall));
+    let lowest = |program: &Program| margins(program).into_iter().fold(f64::INFINITY, f64::min);
+    assert!(lowest(&height) >= 0.0, "{}", lowest(&height));
+    assert!(lowest(&kept("")) < -1e-6, "nothing is lost without a reserve");
+}

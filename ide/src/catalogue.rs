@@ -57,7 +57,7 @@ fn expression(form: &Form) -> String {
             "number, vector, orientation or pose of the robot's state, in any unit".to_string()
         }
         Form::Like(other) => format!("of the kind and unit of `{other}`; the robot's state may stand in it"),
-        Form::Size(other) => format!("number in the unit of `{other}`, at least 0, constant"),
+        Form::Size(other) => format!("`auto`, or a number in the unit of `{other}`, at least 0, constant"),
         Form::Vector(d) => format!("vector in {}; the robot's state may stand in it", unit(*d)),
         Form::Number(q) => format!("{}; the robot's state may stand in it", quantity(q)),
     }

@@ -91,8 +91,8 @@ pub enum Form {
     Number(Quantity),
     /// A vector of a dimension, along the world's axes.
     Vector(Dimension),
-    /// A constant number, zero or more, of the dimension of another parameter, which is bound before. It must not read
-    /// the state.
+    /// `auto`, or a constant number, zero or more, of the dimension of another parameter, which is bound before. It must not
+    /// read the state.
     Size(&'static str),
 }
 

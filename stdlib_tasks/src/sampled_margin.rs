@@ -3,11 +3,11 @@
 //! `δ = A T / (2 φ)`, with the acceleration bound A of [`crate::clearance`], enters a row as `φ δ = A T / 2`: a rate
 //! that does not depend on φ, so that a margin computed by `auto` follows a gain that moves.
 
-use robot::Shape;
+use robot::{Model, Shape};
 
 use crate::bound::Geometry;
 use crate::clearance;
-use crate::params::{Auto, Input};
+use crate::params::Auto;
 use crate::task::{BuildError, Context};
 
 /// Largest distance from the origin of its link to the points of a shape that can be nearest to something, in m. The
@@ -20,6 +20,20 @@ pub fn extent(g: &Geometry) -> f64 {
 /// Returns true for a point and a sphere.
 pub fn is_ball(shape: &Shape) -> bool {
     matches!(shape, Shape::Sphere { .. }) || matches!(shape, Shape::Capsule { half_length, .. } if *half_length == 0.0)
+}
+
+/// Bound on the downward acceleration of the distance of two parts, in m/s². For a ball, it is that of its centre relative
+/// to the other part, which is convex. Of two long parts either may be the moving one.
+pub fn separation_bound(a: &Geometry, b: &Geometry, model: &Model, speed: &[f64]) -> f64 {
+    let seen = |from: &Geometry, to: &Geometry| {
+        clearance::acceleration_bound(model, Some(from.link), to.link, extent(to), speed)
+    };
+    match (is_ball(&a.shape), is_ball(&b.shape)) {
+        (true, true) => seen(a, b).min(seen(b, a)),
+        (true, false) => seen(b, a),
+        (false, true) => seen(a, b),
+        (false, false) => seen(a, b).max(seen(b, a)),
+    }
 }
 
 /// Loss of curved rows by sampling in time, and the margin that is kept against it.
@@ -40,18 +54,18 @@ pub struct SampledMargin {
 }
 
 impl SampledMargin {
-    /// Creates the margin from the name of each row, and its acceleration bound at given speeds, in m/s².
+    /// Creates the margin from the gain at the time of building, the name of each row, and its acceleration bound at given
+    /// speeds, in m/s².
     ///
     /// # Errors
     /// The margin is `auto`, and nothing bounds the curvature of a row.
     pub fn new(
         written: Option<Auto>,
-        gain: Input<1>,
+        gain: f64,
         names: &[&str],
         acceleration_bound_of: &dyn Fn(usize, &[f64]) -> f64,
         ctx: &Context,
     ) -> Result<Self, BuildError> {
-        let [gain] = gain.of(ctx.values);
         let bounds: Vec<f64> = (0..names.len()).map(|i| acceleration_bound_of(i, ctx.speed)).collect();
         let entry_bounds: Vec<f64> = (0..names.len()).map(|i| acceleration_bound_of(i, ctx.entry_speed)).collect();
         let loss: Vec<f64> = bounds.iter().map(|&a| clearance::loss(a, ctx.period, gain)).collect();

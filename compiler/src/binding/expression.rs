@@ -34,6 +34,9 @@ impl Binder<'_> {
     ) -> Option<Bound> {
         let what = format!("`{}`", info.name);
         if let Form::Size(other) = form {
+            if value.word() == Some("auto") && !self.params.knows("auto") {
+                return Some(Bound::Choice("auto".to_string()));
+            }
             let dimension = self.forms.get(other)?.1;
             let size = Quantity::at_least(dimension, 0.0).constant();
             return self.value(owner, value, (Kind::Scalar, dimension), Some(size), &what).map(Bound::Value);

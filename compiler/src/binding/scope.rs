@@ -106,13 +106,6 @@ impl Scope for TaskScope<'_> {
                 format!("a number of a vector without a limit is `none`; a number alone needs no `{}`", owner.param);
             return Some(text.into());
         }
-        if self.owner.is_some_and(|o| o.param == "sampled_margin") && name == "auto" {
-            return Some(
-                "the curvature of an expression is not bounded: write a length, or remove it; `self_collision` and \
-                 `virtual_wall` know `auto`"
-                    .into(),
-            );
-        }
         if model.dof(name).is_some_and(|d| model.dofs[d].q_index.is_some()) {
             return Some(format!("for the position of the joint write `joint({name})`").into());
         }

@@ -141,6 +141,7 @@ impl Resolver<'_> {
             ParamType::Choice(words) => {
                 self.cursor_in(value, |_| C::Words(words));
             }
+            ParamType::Expression(Form::Size(_)) if value.word() == Some("auto") => {}
             ParamType::Expression(Form::Like(_)) if limits(value).iter().any(|item| is_none(&item)) => {
                 self.with(Around { state: true, ..self.around.clone() }, |r| {
                     limits(value)

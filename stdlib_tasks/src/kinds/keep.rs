@@ -12,10 +12,11 @@ use std::cell::RefCell;
 use crate::bound::BoundParams;
 use crate::build::check;
 use crate::dimension::{Dimension, NONE};
-use crate::expression::{Term, settle};
+use crate::expression::{Bend, Term, bends, settle};
 use crate::expression_tasks::{Gain, current_value, dimension, fault, row_names};
-use crate::params::{Form, Input, Operand, ParamType, Presence};
+use crate::params::{Auto, Form, Operand, ParamType, Presence};
 use crate::protection::{BoundedPosition, BoundedValue, Protection};
+use crate::sampled_margin::SampledMargin;
 use crate::task::{
     BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, PersonVelocityUse, RowInfo, RowKind, Rows, State,
     Task, TaskFault, TaskKind,
@@ -34,8 +35,9 @@ crate::params! {
         max: Option<Operand> = ParamType::Expression(Form::Like("value")), Presence::Optional;
         /// φ: how fast the margin may decrease, relative to its size.
         gain: Operand = ParamType::Expression(Form::Number(usual::LIMIT_GAIN)), Presence::Default("5 /s");
-        /// δ: reserve against the margin that sampling in time can lose.
-        sampled_margin: Input<1> = ParamType::Expression(Form::Size("value")), Presence::Default("0");
+        /// δ: reserve against the margin that sampling in time can lose; `auto` computes it from the hard speed limits, for
+        /// all joints at full speed.
+        sampled_margin: Auto = ParamType::Expression(Form::Size("value")), Presence::Default("0");
     }
 }
 
@@ -64,8 +66,10 @@ If the value has no derivative (`norm` of zero, the corner of a `min`), the row 
 value takes, or zero; the page on expressions lists these points. No motion can meet a row that is zero.\n\n\
 A row is held over a period, and a curved value can fall slightly below its limit in that time: by `A T / (2 \
 φ)`, with the control period T and a bound A of its curvature in time. `sampled_margin` is a reserve against \
-this loss. The compiler does not compute A for an expression: there is no `auto` as for `self_collision` and \
-`virtual_wall`.\n\n\
+this loss. `auto` computes A from the operations of `value`, `min` and `max` at the speeds that `joint_velocity_limits` allow, on the hard \
+levels down to that of the task: positions, orientations, joints, `com` and `distance`, their sums, products, sines, norms and largest \
+values. Numbers that move with time count as moving at constant rates. Where a value has no bound (a quotient, root or arc function that comes near a \
+singular point, the smallest of several values, `manipulability`, positions of a base that multiply each other), `auto` is an error.\n\n\
 Source: thesis (3.19) for any h; the derivative by reverse accumulation is ours.",
     example: "task gap = keep(norm(frame(left_tool).position - frame(right_tool).position)) { min 0.3 m  gain 5 /s }",
     positional: &["value"],
@@ -84,7 +88,8 @@ struct Keep {
     max: Option<Term>,
     gain: Gain,
     dimension: Dimension,
-    sampled_margin: f64,
+    /// Reserves of the numbers at their lower limits, and at their upper ones.
+    reserves: [SampledMargin; 2],
     /// Links and joint positions that are bounded.
     bounded: BoundedValue,
     /// True if one row contains both sides.
@@ -113,7 +118,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     let moves = |t: &Option<Term>| t.as_ref().is_some_and(Term::is_state);
     let joint = min.is_none() || max.is_none() || !(moves(&min) || moves(&max));
     let gain = Gain::new(&params.gain, ctx)?;
-    let [sampled_margin] = params.sampled_margin.of(ctx.values);
+    let reserves = reserves(&params, &gain, ctx)?;
     let dimension = dimension(&params.value).unwrap_or(NONE);
     Ok(Box::new(Keep {
         value: RefCell::new(ready(&params.value)),
@@ -121,10 +126,58 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         max,
         gain,
         dimension,
-        sampled_margin,
+        reserves,
         bounded,
         joint,
     }))
+}
+
+/// Reserves of both sides.
+fn reserves(params: &Params, gain: &Gain, ctx: &Context) -> Result<[SampledMargin; 2], BuildError> {
+    let names = row_names(params.value.len());
+    let auto = params.sampled_margin == Auto::Auto;
+    let gain = match gain.constant(ctx.values).as_slice() {
+        [gain] => *gain,
+        _ if auto => {
+            return Err(BuildError::new(
+                "sampled_margin",
+                "`auto` needs a gain that does not depend on the robot's state",
+            )
+            .help("write a constant `gain`, or a length in place of `auto`"));
+        }
+        _ => 0.0,
+    };
+    let of = |operand: Option<&Operand>, number: usize, speed: &[f64]| match operand {
+        Some(Operand::Expression(e)) => bends(e, ctx.model, speed).get(number).copied(),
+        _ => Some(Bend::LINEAR),
+    };
+    let side = |least: bool| {
+        let limit = if least { &params.min } else { &params.max };
+        let bound = |number: usize, speed: &[f64]| match (auto, limit) {
+            (true, Some(limit)) => {
+                let (value, limit) = (of(Some(&params.value), number, speed), of(Some(limit), number, speed));
+                let both = value.zip(limit);
+                both.map_or(f64::INFINITY, |(y, s)| if least { y.down + s.up } else { y.up + s.down })
+            }
+            _ => 0.0,
+        };
+        SampledMargin::new(Some(params.sampled_margin), gain, names, &bound, ctx).map_err(|e| match auto {
+            true => unbounded(e, &|number| bound(number, &vec![1.0; ctx.speed.len()]), names),
+            false => e,
+        })
+    };
+    Ok([side(true)?, side(false)?])
+}
+
+/// Error of a value without a bound at any speeds, in place of one about speeds.
+fn unbounded(e: BuildError, bound: &dyn Fn(usize) -> f64, names: &[&str]) -> BuildError {
+    match (0..names.len()).find(|&i| !bound(i).is_finite()) {
+        Some(i) => {
+            BuildError::new("sampled_margin", format!("`auto` has no bound for the curvature of `{}`", names[i]))
+                .help("write a reserve in the unit of the value, or leave `sampled_margin` out")
+        }
+        None => e,
+    }
 }
 
 impl Keep {
@@ -148,13 +201,13 @@ impl Keep {
         if let Some(min) = self.min.as_mut().filter(|min| sides.0 && min.value(state, c) > -OPEN) {
             let h = y - min.value(state, c);
             let own = min.add_row(state, &minus, rows.row(i));
-            rows.lower[i] = -gain * (h - self.sampled_margin) - own - still;
+            rows.lower[i] = -gain * h + self.reserves[0].rate(c, gain) - own - still;
             margin = h;
         }
         if let Some(max) = self.max.as_mut().filter(|max| sides.1 && max.value(state, c) < OPEN) {
             let h = max.value(state, c) - y;
             let own = max.add_row(state, &minus, rows.row(i));
-            rows.upper[i] = gain * (h - self.sampled_margin) - own - still;
+            rows.upper[i] = gain * h - self.reserves[1].rate(c, gain) - own - still;
             margin = margin.min(h);
         }
         let value = self.value.get_mut();
@@ -176,6 +229,18 @@ impl Keep {
         }
         rows.margins[i] = margin;
         Ok(())
+    }
+}
+
+impl Keep {
+    /// Numbers of both sides as numbers of rows; empty if all are zero.
+    fn of_rows(&self, numbers: impl Fn(&SampledMargin) -> &Vec<f64>) -> Vec<f64> {
+        let [lower, upper] = [numbers(&self.reserves[0]), numbers(&self.reserves[1])];
+        let all: Vec<f64> = match self.joint {
+            true => lower.iter().zip(upper).map(|(a, b)| a.max(*b)).collect(),
+            false => lower.iter().chain(upper).copied().collect(),
+        };
+        if all.iter().all(|x| *x == 0.0) { Vec::new() } else { all }
     }
 }
 
@@ -224,8 +289,16 @@ impl Task for Keep {
         Ok(())
     }
 
+    fn sampled_loss(&self) -> Vec<f64> {
+        self.of_rows(|reserve| &reserve.loss)
+    }
+
     fn sampled_margin(&self) -> Vec<f64> {
-        vec![self.sampled_margin; if self.sampled_margin > 0.0 { self.rows().len() } else { 0 }]
+        self.of_rows(|reserve| &reserve.kept)
+    }
+
+    fn set_locked_joints_moving(&mut self, moving: bool) {
+        self.reserves.iter_mut().for_each(|reserve| reserve.set_locked_joints_moving(moving));
     }
 
     fn current_value(&self, name: &str, state: &State, out: &mut [f64]) -> bool {

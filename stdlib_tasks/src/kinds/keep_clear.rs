@@ -176,7 +176,8 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         let part = &parts[pairs[i].part];
         clearance::acceleration_bound(ctx.model, obstacles[pairs[i].obstacle].link, part.link, extent(part), speed)
     };
-    let sampled_margin = SampledMargin::new(sampled_margin, gain, &names, &acceleration_bound_of, ctx)?;
+    let sampled_margin =
+        SampledMargin::new(sampled_margin, gain.of(ctx.values)[0], &names, &acceleration_bound_of, ctx)?;
     let of = |p: &ObstaclePair| slope(ctx.model, &parts[p.part], &obstacles[p.obstacle], ctx.values);
     let slopes: Option<Vec<Vec<f64>>> = pairs.iter().map(of).collect();
     let speed = |slope: &Vec<f64>| -> f64 {

@@ -11,13 +11,12 @@ use robot::{LinkId, Model, contacts};
 
 use crate::bound::{BoundParams, ExceptedPair, Geometry};
 use crate::build::check;
-use crate::clearance;
 use crate::closest_points::{Pair, SeparationError};
 use crate::dimension::LENGTH;
 use crate::gradient_bound;
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};
 use crate::protection::{Hazard, Protection};
-use crate::sampled_margin::{SampledMargin, extent, is_ball};
+use crate::sampled_margin::{SampledMargin, extent, separation_bound};
 use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
 use quantities::usual;
 
@@ -110,8 +109,9 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         None => pairs_within(ctx.model, &params.between, is_open)?,
     };
     let names: Vec<&str> = pairs.iter().map(|p| p.a.name.as_str()).collect();
-    let acceleration_bound_of = |i: usize, speed: &[f64]| pair_bound(&pairs[i], ctx.model, speed);
-    let sampled_margin = SampledMargin::new(params.sampled_margin, params.gain, &names, &acceleration_bound_of, ctx)?;
+    let acceleration_bound_of = |i: usize, speed: &[f64]| separation_bound(&pairs[i].a, &pairs[i].b, ctx.model, speed);
+    let sampled_margin =
+        SampledMargin::new(params.sampled_margin, params.gain.of(ctx.values)[0], &names, &acceleration_bound_of, ctx)?;
     Ok(Box::new(SelfCollision { pairs, d_min: params.d_min, gain: params.gain, sampled_margin }))
 }
 
@@ -164,20 +164,6 @@ fn pairs_within(
             .help("name parts of links that are no neighbours, or name the other side with `and`"));
     }
     Ok(pairs)
-}
-
-/// Bound on the downward acceleration of the distance of a pair, in m/s². For a ball, it is that of its centre relative
-/// to the other part, which is convex. Of two long parts either may be the moving one.
-fn pair_bound(p: &Pair, model: &Model, speed: &[f64]) -> f64 {
-    let seen = |from: &Geometry, to: &Geometry| {
-        clearance::acceleration_bound(model, Some(from.link), to.link, extent(to), speed)
-    };
-    match (is_ball(&p.a.shape), is_ball(&p.b.shape)) {
-        (true, true) => seen(&p.a, &p.b).min(seen(&p.b, &p.a)),
-        (true, false) => seen(&p.b, &p.a),
-        (false, true) => seen(&p.a, &p.b),
-        (false, false) => seen(&p.a, &p.b).max(seen(&p.b, &p.a)),
-    }
 }
 
 impl Task for SelfCollision {

@@ -116,7 +116,8 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         clearance::acceleration_bound(ctx.model, on, g.link, extent(g), speed)
     };
     let names: Vec<&str> = params.points.iter().map(|g| g.name.as_str()).collect();
-    let sampled_margin = SampledMargin::new(params.sampled_margin, params.gain, &names, &acceleration_bound_of, ctx)?;
+    let sampled_margin =
+        SampledMargin::new(params.sampled_margin, params.gain.of(ctx.values)[0], &names, &acceleration_bound_of, ctx)?;
     let (a, n) = (Point3::from(p1), normal.normalize());
     Ok(Box::new(VirtualWall {
         points: params.points,

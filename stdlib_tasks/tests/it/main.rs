@@ -13,6 +13,7 @@ mod clearance;
 mod common;
 mod compliance;
 mod cooperative;
+mod curvature;
 mod degenerate;
 mod gradient_bound;
 mod keep_clear;
