@@ -207,7 +207,9 @@ fn kept(reserve: &str) -> Program {
     let levels = "level a hard { joint_position_limits  slow }  level b hard { ceiling }  level c { press }";
     let text = spec(50, "", levels);
     let wall = text.lines().find(|line| line.contains("task ceiling")).expect("a ceiling");
-    common::program_of(&text.replace(wall, &format!("task ceiling = keep(frame(tool).position.z) {{ max 0.4 m  {reserve} }}")))
+    common::program_of(
+        &text.replace(wall, &format!("task ceiling = keep(frame(tool).position.z) {{ max 0.4 m  {reserve} }}")),
+    )
 }
 
 #[test]

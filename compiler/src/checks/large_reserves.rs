@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use dsl::{Diagnostic, Help, Snippet};
 use runtime::program::{Program, TaskProgram};
 use stdlib_tasks::bound::Bound;
+use stdlib_tasks::dimension::LENGTH;
 
 use super::first_tick::millimetres;
 use super::{Checked, place};
@@ -27,7 +28,8 @@ pub(super) fn check(c: &Checked, diagnostics: &mut Vec<Diagnostic>) {
             };
             let d_min = distance(program, &program.tasks[task]);
             let kept = built.sampled_margin().into_iter().zip(built.rows());
-            let large = kept.filter(|(kept, _)| *kept > d_min.max(SMALL));
+            let kept = kept.filter(|(_, row)| row.dimension == LENGTH);
+            let large = kept.filter(|(kept, _)| *kept > d_min.unwrap_or(0.0).max(SMALL));
             let Some((reserve, row)) = large.reduce(|a, b| if b.0 > a.0 { b } else { a }) else { continue };
             let at = place(places, task, "sampled_margin");
             let known = diagnostics.iter().any(|d| d.code == "HQ0505" && d.primary.span == at);
@@ -35,30 +37,33 @@ pub(super) fn check(c: &Checked, diagnostics: &mut Vec<Diagnostic>) {
                 continue;
             }
             let name = &program.tasks[task].name;
-            let text = format!(
-                "`auto` keeps `{name}` {} farther away than its `d_min` of {}",
-                millimetres(reserve),
-                millimetres(d_min)
-            );
+            let reserve = millimetres(reserve);
+            let text = match d_min {
+                Some(d_min) => {
+                    format!("`auto` keeps `{name}` {reserve} farther away than its `d_min` of {}", millimetres(d_min))
+                }
+                None => format!("`auto` keeps the value of `{name}` {reserve} inside of its limit"),
+            };
+            let help = match d_min {
+                Some(_) => Help::with(
+                    "leave {} out: the limit then looks ahead at each tick and keeps nothing in reserve; or lower the speed limits, or \
+                     raise the rate",
+                    [Snippet::same("sampled_margin")],
+                ),
+                None => "write a smaller reserve, lower the speed limits, or raise the rate".into(),
+            };
             diagnostics.push(
                 Diagnostic::warning("HQ0527", at, text)
                     .here(format!("the reserve of {}", row.name))
                     .note("the reserve is constant, and that of all joints at their speed limits with the arm stretched out")
-                    .help(Help::with(
-                        "leave {} out: the limit then looks ahead at each tick and keeps nothing in reserve; or lower the speed limits, or \
-                         raise the rate",
-                        [Snippet::same("sampled_margin")],
-                    )),
+                    .help(help),
             );
         }
     }
 }
 
-/// The minimum distance of a task (m) before the first tick; zero if it has none.
-fn distance(program: &Program, task: &TaskProgram) -> f64 {
-    let of = match task.params.get("d_min") {
-        Some(Bound::Value(slot)) => program.values.initial.get(slot.at).copied(),
-        _ => None,
-    };
-    of.filter(|d| d.is_finite()).unwrap_or(0.0)
+/// The minimum distance of a task (m) before the first tick, zero if it is unknown; `None` if its type has none.
+fn distance(program: &Program, task: &TaskProgram) -> Option<f64> {
+    let Some(Bound::Value(slot)) = task.params.get("d_min") else { return None };
+    Some(program.values.initial.get(slot.at).copied().filter(|d| d.is_finite()).unwrap_or(0.0))
 }
