@@ -129,11 +129,16 @@ obstacle pillar { cylinder { radius 0.18 m  length 2.5 m }  position [2.2, -0.55
 
 #[test]
 fn every_example_of_the_catalogue_compiles() {
-    let robot = std::fs::read_to_string(common::example("common/canopies.hq")).expect("readable");
-    let start = robot.find("robot canopies").expect("a robot");
-    let end = robot[start..].find("\n}\n").expect("its end") + start + 3;
+    let robot = |file: &str, name: &str| {
+        let text = std::fs::read_to_string(common::example(file)).expect("readable");
+        let start = text.find(&format!("robot {name}")).expect("a robot");
+        let end = text[start..].find("\n}\n").expect("its end") + start + 3;
+        text[start..end].to_string()
+    };
+    let (arms, legs) = (robot("common/canopies.hq", "canopies"), robot("stance.hq", "humanoid"));
     for kind in stdlib_tasks::KINDS {
-        let robot = robot[start..end]
+        let robot = if kind.example.contains("left_sole") { &legs } else { &arms };
+        let robot = robot
             .replace("../robots/", "robots/")
             .replace("    head head_link", "    head head_link\n    tool left_tool");
         let example = kind.example.replace("(tool)", "(left_tool)");
