@@ -11,6 +11,7 @@ pub mod clearance;
 pub mod clik;
 pub mod closest_points;
 pub mod compliance;
+pub mod curvature;
 pub mod expression;
 pub mod expression_tasks;
 pub mod field;

@@ -11,8 +11,9 @@ use std::cell::RefCell;
 
 use crate::bound::BoundParams;
 use crate::build::check;
+use crate::curvature::{Bend, bends};
 use crate::dimension::{Dimension, NONE};
-use crate::expression::{Bend, Term, bends, settle};
+use crate::expression::{Term, settle};
 use crate::expression_tasks::{Gain, current_value, dimension, fault, row_names};
 use crate::params::{Auto, Form, Operand, ParamType, Presence};
 use crate::protection::{BoundedPosition, BoundedValue, Protection};

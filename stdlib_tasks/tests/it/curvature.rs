@@ -1,8 +1,9 @@
 //! Bounds of the curvature of expressions: no motion at constant speeds within the limits bends a value more.
 
 use hierarq_stdlib_tasks::bound::Geometry;
+use hierarq_stdlib_tasks::curvature::bends;
 use hierarq_stdlib_tasks::dimension::LENGTH;
-use hierarq_stdlib_tasks::expression::{Evaluation, Expression, Leaf, Op, Plane, PlaneDistance, bends};
+use hierarq_stdlib_tasks::expression::{Evaluation, Expression, Leaf, Op, Plane, PlaneDistance};
 use nalgebra::Vector3;
 use robot::{Base, Model, Shape};
 

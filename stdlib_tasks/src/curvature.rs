@@ -12,11 +12,11 @@
 use nalgebra::Vector3;
 use robot::{Base, DofUnit, LinkId, Model};
 
-use super::{Expression, Leaf, Op};
 use crate::bound::Geometry;
 use crate::clearance::{acceleration_bound, ancestors};
+use crate::expression::{Expression, Leaf, Op};
 use crate::gradient_bound;
-use crate::sampled_margin::{extent, separation_bound};
+use crate::sampled_margin::{extent, is_ball, separation_bound};
 
 /// Bounds of a number and of its derivatives in time, in its unit, per s and per s².
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -239,7 +239,7 @@ impl Bounds<'_> {
                 let bound = acceleration_bound(model, above.plane.link, part.link, extent(part), speed);
                 let slopes = gradient_bound::over_plane(model, above.plane.link, &above.plane.normal, part);
                 // The lowest point of a shape changes at a corner, which bends downwards.
-                let down = if crate::sampled_margin::is_ball(&part.shape) { bound } else { f64::INFINITY };
+                let down = if is_ball(&part.shape) { bound } else { f64::INFINITY };
                 vec![Bend { down, up: bound, rate: self.rate(&slopes), ..Bend::ANY }]
             }
             Leaf::Manipulability(_) | Leaf::Field(_) | Leaf::PointDistance(_) => vec![Bend::ANY; leaf.width()],
