@@ -15,11 +15,14 @@
 //! | [`runs`] | specs read and compiled, scenarios, sweeps |
 //! | [`views`] | reports, charts, drawings of machines |
 //! | [`ide`] | the language server, the catalogue, the schema |
+//! | `logs` | logs of runs in MCAP |
 //! | `serve` | web pages of a mission |
 
 pub use compiler;
 pub use dsl;
 pub use ide;
+#[cfg(feature = "mcap")]
+pub use logs;
 pub use mission;
 pub use robot;
 pub use runs;

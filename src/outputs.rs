@@ -9,6 +9,9 @@ pub const PICTURE: Kind = Kind { name: "a picture", begins: picture };
 /// `log.csv` of a run of a robot, a schedule or layers.
 pub const LOG: Kind = Kind { name: "the log of a run", begins: log };
 
+/// `log.mcap` of a run of a robot.
+pub const MCAP: Kind = Kind { name: "the log of a run in MCAP", begins: mcap };
+
 /// `summary.json`.
 pub const SUMMARY: Kind = Kind { name: "the summary of a run", begins: summary };
 
@@ -34,7 +37,8 @@ pub const POLICY: Kind = Kind { name: "a policy", begins: policy };
 pub const CHECKPOINT: Kind = Kind { name: "a checkpoint of a training", begins: checkpoint };
 
 /// The files of a run in its folder, in the order of writing.
-pub const RESULTS: [(&str, Kind); 3] = [("log.csv", LOG), ("report.html", REPORT), ("summary.json", SUMMARY)];
+pub const RESULTS: [(&str, Kind); 4] =
+    [("log.csv", LOG), ("log.mcap", MCAP), ("report.html", REPORT), ("summary.json", SUMMARY)];
 
 fn picture(head: &[u8]) -> bool {
     let svg = b"<svg xmlns=\"http://www.w3.org/2000/svg\" ";
@@ -46,6 +50,12 @@ fn log(head: &[u8]) -> bool {
     let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let names = |name: &[u8]| line.windows(name.len()).any(|part| part == name);
     head.starts_with(b"time,") && (names(b",q.") || names(b".stage") || names(b".doing"))
+}
+
+fn mcap(head: &[u8]) -> bool {
+    // The header of the file: its profile, and the program that wrote it.
+    let head = head.strip_prefix(b"\x89MCAP0\r\n\x01").and_then(|rest| rest.get(8..)).unwrap_or_default();
+    head.starts_with(b"\x04\0\0\0ros2") && head.get(12..).is_some_and(|name| name.starts_with(b"hierarq "))
 }
 
 fn summary(head: &[u8]) -> bool {

@@ -28,6 +28,7 @@ mod labels;
 mod layers_scenarios;
 mod learn;
 mod least_motion;
+mod logs;
 mod look_ahead;
 mod lsp;
 mod machine;

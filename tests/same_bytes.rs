@@ -35,6 +35,7 @@ const COMMANDS: &[(&str, &[&str], &[&str])] = &[
     ("layers", &["plan", "@/letters.hq", "letter_d", "--json"], &[]),
     ("a prompt", &["context", "@/letters.hq", "letter_d", "--prompt"], &[]),
     ("a run", &["run", "@/hello.hq", "--out", "%"], &["log.csv", "summary.json"]),
+    ("a log in MCAP", &["run", "@/hello.hq", "--duration", "1s", "--out", "%", "--log", "mcap"], &["log.mcap"]),
     (
         "problems",
         &["run", "@/hello.hq", "--duration", "1s", "--out", "%", "--problems", "%/ticks.jsonl"],

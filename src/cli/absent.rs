@@ -1,9 +1,7 @@
 //! Commands that need a cargo feature: in a build without it, a command is listed in the help, accepts any arguments,
-//! and reports the feature.
+//! and reports the feature. So does an option.
 
 use clap::Args;
-
-use super::Outcome;
 
 /// Arguments of a command that this build does not contain. They are not read.
 #[derive(Args)]
@@ -12,9 +10,9 @@ pub struct Arguments {
     _any: Vec<String>,
 }
 
-/// Reports that a command needs the feature of the same name.
-pub fn refuse(command: &str) -> Result<Outcome, String> {
-    Err(format!("this build does not contain `{command}`, which needs the feature `{command}`; {FULL}"))
+/// Message that a command or an option needs a feature.
+pub fn needs(wanted: &str, feature: &str) -> String {
+    format!("this build does not contain `{wanted}`, which needs the feature `{feature}`; {FULL}")
 }
 
 const FULL: &str = "`cargo build --release --features full` builds all commands";
@@ -28,7 +26,7 @@ pub fn listed() -> String {
     }
 }
 
-/// Declares each command that needs the feature of the same name, if that feature is off.
+/// Declares each command that needs a feature, if that feature is off.
 macro_rules! absent {
     ($($command:ident = $feature:literal),*) => {
         $(
@@ -37,14 +35,62 @@ macro_rules! absent {
                 pub use super::Arguments;
 
                 pub fn run(_: &Arguments) -> Result<crate::cli::Outcome, String> {
-                    super::refuse($feature)
+                    Err(super::needs(stringify!($command), $feature))
                 }
             }
         )*
 
         /// The commands that this build does not contain.
-        const ABSENT: &[&str] = &[$(#[cfg(not(feature = $feature))] $feature),*];
+        const ABSENT: &[&str] = &[$(#[cfg(not(feature = $feature))] stringify!($command)),*];
     };
 }
 
-absent!(context = "context", lsp = "lsp", serve = "serve", sweep = "sweep", watch = "watch");
+absent!(
+    context = "context",
+    convert = "mcap",
+    lsp = "lsp",
+    replay = "mcap",
+    serve = "serve",
+    sweep = "sweep",
+    watch = "watch"
+);
+
+/// The log of a run in MCAP, which this build cannot write.
+#[cfg(not(feature = "mcap"))]
+pub mod mcap_log {
+    use std::convert::Infallible;
+
+    use files::Results;
+    use runtime::program::ScenarioProgram;
+    use runtime::{Controller, Program, Recorder, Tick};
+
+    /// A log. There is none.
+    pub struct McapLog(Infallible);
+
+    /// Reports the feature.
+    pub fn possible() -> Result<(), String> {
+        Err(super::needs("--log mcap", "mcap"))
+    }
+
+    impl McapLog {
+        pub fn begin(
+            _: &Results,
+            _: &Program,
+            _: Option<&ScenarioProgram>,
+            _: &compiler::Report,
+            _: &Controller,
+        ) -> Result<McapLog, String> {
+            Err(super::needs("--log mcap", "mcap"))
+        }
+
+        pub fn finish(self, _: &mut Results) -> Result<(), String> {
+            match self.0 {}
+        }
+    }
+
+    impl Recorder for McapLog {
+        fn tick(&mut self, _: &Tick) -> std::io::Result<()> {
+            match self.0 {}
+        }
+    }
+}

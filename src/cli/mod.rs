@@ -11,6 +11,8 @@ mod compile;
 mod completions;
 #[cfg(feature = "context")]
 mod context;
+#[cfg(feature = "mcap")]
+mod convert;
 mod coverage;
 mod diff;
 mod explain;
@@ -22,8 +24,12 @@ mod learn;
 #[cfg(feature = "lsp")]
 mod lsp;
 mod man;
+#[cfg(feature = "mcap")]
+mod mcap_log;
 mod output;
 mod plan;
+#[cfg(feature = "mcap")]
+mod replay;
 mod robot;
 mod run;
 mod run_mission;
@@ -57,6 +63,8 @@ use self::absent::serve;
 use self::absent::sweep;
 #[cfg(not(feature = "watch"))]
 use self::absent::watch;
+#[cfg(not(feature = "mcap"))]
+use self::absent::{convert, mcap_log, replay};
 
 /// Task hierarchies for robots that work beside people: check a spec, compile it, run it.
 #[derive(Parser)]
@@ -82,6 +90,10 @@ enum Command {
     Graph(graph::Arguments),
     /// Run a spec, or a compiled program, on the simulated robot.
     Run(run::Arguments),
+    /// Run the program in a log in MCAP again, and compare every bit.
+    Replay(replay::Arguments),
+    /// Convert the log of a run: `log.csv` to MCAP, or MCAP to `log.csv`.
+    Convert(convert::Arguments),
     /// Run the scenarios of specs and evaluate their expectations.
     Test(test::Arguments),
     /// Generate the layers of a mission with a language model, until they pass all checks.
@@ -183,6 +195,8 @@ pub fn main() -> ExitCode {
         Command::Diff(a) => diff::run(&a),
         Command::Graph(a) => graph::run(&a),
         Command::Run(a) => run::run(&a),
+        Command::Replay(a) => replay::run(&a),
+        Command::Convert(a) => convert::run(&a),
         Command::Test(a) => test::run(&a),
         Command::Context(a) => context::run(&a),
         Command::Plan(a) => plan::run(&a),

@@ -22,6 +22,7 @@ use runtime::record::verify::{UNPROVEN, Verifier};
 use runtime::{ExpectationMonitors, Program, Simulation};
 use solver::Backend;
 
+use super::mcap_log::{self, McapLog};
 use super::{Outcome, SpecOptions, interruption, output, run_mission, table};
 use hierarq::qp_log::ProblemRecorder;
 
@@ -46,6 +47,9 @@ pub struct Arguments {
     /// Write the optimisation problem of each tick to this file, in the format of `hierarq solve`.
     #[arg(long, value_name = "FILE")]
     pub(super) problems: Option<PathBuf>,
+    /// Logs of the run: `mcap` also writes log.mcap, with messages of ROS 2 that other programs read.
+    #[arg(long, value_name = "FORMAT", value_enum, default_value = "csv")]
+    pub(super) log: LogFormat,
     /// Run this scenario of the spec, and evaluate its expectations.
     #[arg(long, value_name = "NAME")]
     scenario: Option<String>,
@@ -57,6 +61,15 @@ pub struct Arguments {
     pub(super) seed: Option<u64>,
 }
 
+/// Format of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum LogFormat {
+    /// log.csv alone.
+    Csv,
+    /// log.csv and log.mcap.
+    Mcap,
+}
+
 fn backend(text: &str) -> Result<Backend, String> {
     Backend::from_name(text).ok_or_else(|| {
         let names: Vec<&str> = Backend::ALL.iter().map(|b| b.name()).collect();
@@ -65,6 +78,9 @@ fn backend(text: &str) -> Result<Backend, String> {
 }
 
 pub fn run(a: &Arguments) -> Result<Outcome, String> {
+    if a.log == LogFormat::Mcap {
+        mcap_log::possible()?;
+    }
     let compiled = project::load(&a.spec, &a.options.settings());
     if !compiled.is_good() || (compiled.program.is_none() && a.scenario.is_none()) {
         return output::refuse(&compiled.report, &a.spec, a.json);
@@ -94,14 +110,14 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
     }
     let folder = a.out.clone().unwrap_or_else(|| Path::new("out").join(&program.name));
     let unproven = |s: &Summary| s.verification.as_ref().is_some_and(|v| v.max_certificate > UNPROVEN);
-    let (summary, good) = execute(&program, scenario.as_ref(), &folder, &sources, a)?;
+    let (summary, good) = execute((&program, scenario.as_ref()), &compiled.report, &folder, &sources, a)?;
     Ok(Outcome::of(good && !unproven(&summary)))
 }
 
 /// Runs, writes the files and prints the results; returns the summary, and true if all is well.
 fn execute(
-    program: &Program,
-    scenario: Option<&ScenarioProgram>,
+    (program, scenario): (&Program, Option<&ScenarioProgram>),
+    report: &compiler::Report,
     folder: &Path,
     sources: &[PathBuf],
     a: &Arguments,
@@ -135,6 +151,10 @@ fn execute(
         output::error_line(&warning);
     }
     let mut csv = CsvRecorder::new(&mut rows, program, controller).map_err(failed(&log))?;
+    let mut mcap = match a.log {
+        LogFormat::Csv => None,
+        LogFormat::Mcap => Some(McapLog::begin(&results, program, scenario, report, controller)?),
+    };
     let mut statistics = SummaryRecorder::new(controller, ticks);
     let mut series = SeriesRecorder::new(controller, ticks, report::drawn_links(program));
 
@@ -156,6 +176,9 @@ fn execute(
     if let Some(monitors) = &mut monitors {
         all.0.push(monitors);
     }
+    if let Some(mcap) = &mut mcap {
+        all.0.push(mcap);
+    }
     // Last recorder: if it fails to write, all others have recorded this tick.
     if let Some(problems) = &mut problems {
         all.0.push(problems);
@@ -169,13 +192,16 @@ fn execute(
     let took = started.elapsed();
     csv.finish().map_err(failed(&log))?;
     results.add("log.csv", rows.into_inner().map_err(|e| failed(&log)(e.into_error()))?);
+    let names = written(mcap.is_some());
+    if let Some(mcap) = mcap {
+        mcap.finish(&mut results)?;
+    }
     if let Some((problems, p)) = problems.zip(a.problems.as_ref()) {
         problems.finish().map_err(failed(p))?.finish()?;
     }
 
-    let outputs: Vec<String> =
-        ["report.html", "log.csv", "summary.json"].iter().map(|n| path(n).display().to_string()).collect();
-    let mut summary = statistics.summary(program, simulation.controller(), outputs);
+    let outputs: Vec<String> = names.iter().map(|n| path(n).display().to_string()).collect();
+    let mut summary = statistics.summary(program, simulation.controller(), outputs.clone());
     summary.verification = verifier.map(|v| v.result().clone());
     summary.interrupted = interrupted.load(Ordering::Relaxed);
     let mut good = summary.ok && !summary.interrupted;
@@ -192,9 +218,15 @@ fn execute(
     if a.json {
         output::data(&text);
     } else {
-        show(program, (&summary, good), folder, took);
+        show(program, (&summary, good), &outputs, took);
     }
     Ok((summary, good))
+}
+
+/// The files of a run, as people read them.
+fn written(mcap: bool) -> Vec<&'static str> {
+    let log = if mcap { Some("log.mcap") } else { None };
+    ["report.html", "log.csv"].into_iter().chain(log).chain(["summary.json"]).collect()
 }
 
 /// Size of a log (bytes) that is announced before the run.
@@ -227,7 +259,7 @@ fn progress(ticks: usize) -> ProgressBar {
     bar
 }
 
-fn show(program: &Program, (summary, good): (&Summary, bool), folder: &Path, took: Duration) {
+fn show(program: &Program, (summary, good): (&Summary, bool), outputs: &[String], took: Duration) {
     let order = report::task_order(program);
     let speed = summary.duration_s / took.as_secs_f64().max(1e-9);
     let t = &summary.tick_us.all;
@@ -259,7 +291,7 @@ fn show(program: &Program, (summary, good): (&Summary, bool), folder: &Path, too
         t.median,
         t.p99,
         t.max,
-        ["report.html", "log.csv", "summary.json"].map(|n| folder.join(n).display().to_string()).join(", "),
+        outputs.join(", "),
     ));
 }
 

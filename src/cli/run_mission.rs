@@ -15,7 +15,7 @@ use runtime::program::{MAX_INSTANTS, MAX_MISSION, MAX_TICKS, MissionProgram, Mis
 use runtime::quantity::quantity;
 use runtime::text::number;
 
-use super::run::Arguments;
+use super::run::{Arguments, LogFormat};
 use super::{Outcome, interruption, output, table};
 
 /// Maximum number of events in the output.
@@ -27,9 +27,9 @@ pub fn run(
     scenario: &MissionScenarioProgram,
     sources: &[PathBuf],
 ) -> Result<Outcome, String> {
-    if a.solver.is_some() || a.verify || a.problems.is_some() {
-        let text =
-            "`--solver`, `--verify` and `--problems` need a robot's controller, and this scenario executes a mission";
+    if a.solver.is_some() || a.verify || a.problems.is_some() || a.log != LogFormat::Csv {
+        let text = "`--solver`, `--verify`, `--problems` and `--log mcap` need a robot's controller, and this scenario \
+                    executes a mission";
         return Err(text.to_string());
     }
     let mut scenario = scenario.clone();

@@ -12,6 +12,12 @@ fn other_libraries_read_the_same_numbers() {
         println!("not run: HIERARQ_PYTHON names no interpreter with rosbags and mcap-ros2-support");
         return;
     };
+    let imports =
+        Command::new(&python).args(["-c", "import rosbags, mcap_ros2"]).output().expect("the interpreter runs");
+    if !imports.status.success() {
+        println!("not run: {}", String::from_utf8_lossy(&imports.stderr));
+        return;
+    }
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     for (name, scenario) in
         [("safety_tasks", None), ("room", Some("through the room")), ("protective_stop", Some("comes near and leaves"))]
