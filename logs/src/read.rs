@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError, Message, MessageStream};
 use runtime::Program;
 use runtime::program::{CompiledFile, ScenarioProgram};
@@ -51,6 +52,28 @@ impl From<McapError> for LogError {
     }
 }
 
+/// Longest record of a log that is shorter than this itself (bytes).
+const LONGEST: usize = 64 << 20;
+
+/// Checks the lengths of all records and the checksums of all chunks: a damaged length would have the library ask for any amount of
+/// memory.
+fn sound(bytes: &[u8]) -> Result<(), LogError> {
+    let options = LinearReaderOptions::default()
+        .with_prevalidate_chunk_crcs(true)
+        .with_record_length_limit(bytes.len().max(LONGEST));
+    let mut reader = LinearReader::new_with_options(options);
+    let mut left = bytes;
+    while let Some(event) = reader.next_event() {
+        if let LinearReadEvent::ReadRequest(wanted) = event? {
+            let (read, rest) = left.split_at(wanted.min(left.len()));
+            reader.insert(read.len()).copy_from_slice(read);
+            reader.notify_read(read.len());
+            left = rest;
+        }
+    }
+    Ok(())
+}
+
 /// A log.
 pub struct Log<'b> {
     bytes: &'b [u8],
@@ -80,6 +103,7 @@ impl<'b> Log<'b> {
         if bytes.len() < 2 * MAGIC.len() || !bytes.ends_with(MAGIC) {
             return Err(LogError::Truncated);
         }
+        sound(bytes)?;
         let mut metadata: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
         let mut program = None;
         for record in mcap::read::LinearReader::new(bytes)? {

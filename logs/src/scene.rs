@@ -13,7 +13,7 @@ use robot::{Closest, Data, LinkId, Model};
 use runtime::Program;
 use runtime::program::{HumanProgram, Interface, Times};
 use stdlib_tasks::bound::{Bound, BoundParams, Geometry, Obstacle, Slot};
-use stdlib_tasks::obstacle::Form;
+use stdlib_tasks::obstacle::{Form, PlacedObstacle};
 
 use crate::markers::{Drawn, Marker, OBSTACLE, PERSON, UNKNOWN, WALL, of_margin, of_shape};
 use crate::snapshot::Snapshot;
@@ -26,6 +26,9 @@ const PLANE: f64 = 2.0;
 const LINES: usize = 8;
 /// Width of a line, in m.
 const LINE: f64 = 0.006;
+/// Most elements of a cloud or a surface that are drawn, and the radius of their balls where it is less (m).
+const CORNERS: usize = 500;
+const CORNER: f64 = 0.005;
 /// Diameter of a point of a person, in m.
 const PERSON_POINT: f64 = 0.12;
 
@@ -245,6 +248,7 @@ impl Scene {
                     let size = Vector3::new(2.0 * PLANE, 2.0 * PLANE, 0.01);
                     vec![place(0, Drawn::Cube(size), here * *turn * nalgebra::Translation3::new(0.0, 0.0, -0.005))]
                 }
+                Form::Soup(soup) => vec![place(0, Drawn::Balls(corners(soup), 2.0 * soup.radius().max(CORNER)), here)],
             };
             if pose.is_none() {
                 markers.iter_mut().for_each(|m| m.drawn = Drawn::Nothing);
@@ -297,13 +301,10 @@ impl Scene {
                 let placed = all.iter().filter_map(|o| Some((o, self.pose(o)?)));
                 let lines = placed.flat_map(|(o, own)| {
                     let at = o.link.map_or(own, |l| self.data.pose(l) * own);
-                    limit.parts.iter().filter(move |g| Some(g.link) != o.link).filter_map(move |g| match &o.form {
-                        Form::Shape(origin, shape) => closest(&g.shape, &pose(g), shape, &(at * origin)).ok(),
-                        Form::HalfSpace(turn) => {
-                            let n = at.rotation * (turn * Vector3::z());
-                            Some(closest_plane(&g.shape, &pose(g), &n, n.dot(&at.translation.vector)))
-                        }
-                    })
+                    let zero = Vector3::zeros();
+                    let at = PlacedObstacle { pose: at, velocity: zero, angular_velocity: zero };
+                    let others = limit.parts.iter().filter(move |g| Some(g.link) != o.link);
+                    others.filter_map(move |g| o.closest(&g.shape, &pose(g), &at).ok())
                 });
                 lines.collect()
             }
@@ -313,6 +314,12 @@ impl Scene {
             },
         }
     }
+}
+
+/// Corners of a soup, at most [`CORNERS`], evenly chosen.
+fn corners(soup: &robot::Soup) -> Vec<Vector3<f64>> {
+    let every = soup.len().div_ceil(CORNERS).max(1);
+    (0..soup.len()).step_by(every).filter_map(|e| soup.corners(e).first().copied()).collect()
 }
 
 fn person(human: &HumanProgram, interface: &Interface, tick: &Snapshot) -> [Marker; 2] {

@@ -92,7 +92,7 @@ struct FixedObstacle<'p> {
 }
 
 impl<'p> FixedObstacle<'p> {
-    /// `None` for one that moves, is carried by a link, or is not always there.
+    /// `None` for one that moves, is carried by a link, is not always there, or consists of points or triangles.
     fn of(obstacle: &'p Obstacle, program: &Program) -> Option<FixedObstacle<'p>> {
         let fixed = |slot: &stdlib_tasks::slot::Slot| {
             let moved = program.values.tape.outputs.iter().any(|o| (slot.at..slot.at + slot.len).contains(&o.at));
@@ -116,6 +116,7 @@ impl<'p> FixedObstacle<'p> {
             Form::HalfSpace(turn) => {
                 FixedObstacle { pose: pose * Isometry3::from_parts(Vector3::zeros().into(), *turn), shape: None }
             }
+            Form::Soup(_) => return None,
         })
     }
 }

@@ -165,7 +165,7 @@ fn a_wall_holds_the_robot_unless_there_are_no_contacts() {
     if !installed() {
         return;
     }
-    let wall = "obstacle wall { box [2, 0.1, 3] m  position [0, 0.5, 1] m }";
+    let wall = "obstacle wall { box [2, 0.1, 3] m  position [0, 0.3, 1] m }";
     let reach = |settings: &str, wall: &str| {
         let program = pendulum(&format!("response 20 ms  {settings}"), wall);
         let (_, q) = after(&program, &[0.0, 1.0], 2.5);
@@ -184,7 +184,7 @@ fn an_arm_of_the_examples_stays_near_what_the_kinematic_robot_does() {
         return;
     }
     let text = "hierarq 1
-robot arm { urdf \"../../examples/robots/arm7.urdf\"  rate 500 Hz  home { joint_2 0.5 rad  joint_4 -1.2 rad } }
+robot arm { urdf \"../../examples/robots/arm7.urdf\"  rate 500 Hz  home { joint_2 0.5 rad  joint_4 1.2 rad } }
 task still = joint_velocity { velocity 0 rad/s }
 stack s { level l hard { joint_velocity_limits }  level motion { still } }
 run { duration 1 s  plant mujoco { response 5 ms } }

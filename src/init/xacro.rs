@@ -68,7 +68,7 @@ pub(super) fn expand(path: &Path, arguments: &[String], ending: &str) -> Result<
     let failed = |e: std::io::Error| format!("cannot store what `xacro` makes of {shown}: {e}");
     std::fs::create_dir(&folder).map_err(failed)?;
     let made = Expanded { text, file: folder.join(name), folder };
-    std::fs::write(&made.file, &made.text).map_err(failed)?;
+    ::files::create(&made.file, &made.text).map_err(failed)?;
     Ok(made)
 }
 

@@ -55,6 +55,11 @@ impl Hull {
             // It is the first corner of the other half.
             self.corners.pop();
         }
+        if let [a, b] = self.corners[..]
+            && (points[a] - points[b]).norm_squared() <= ON_A_LINE
+        {
+            self.corners.truncate(1);
+        }
     }
 
     /// Its edges, anticlockwise.

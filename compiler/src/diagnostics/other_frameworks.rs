@@ -200,7 +200,7 @@ mod tests {
             ("posture", "`joint_position"),
             ("TaskJointPosture", "`joint_position"),
             ("relative_frame", "inverse(frame(A).pose)"),
-            ("damping", "`joint_velocity"),
+            ("damping", "`least_motion"),
             ("config_limit", "`joint_position_limits"),
             ("ConfigurationLimit", "`joint_position_limits"),
             ("VelocityLimit", "`joint_velocity_limits"),

@@ -56,9 +56,11 @@ impl Lowerer<'_> {
         ];
         let names: Vec<&str> = written.iter().filter(|(is, _)| *is).map(|(_, name)| *name).collect();
         let (Some(of), false) = (&block.mujoco, names.is_empty()) else { return };
-        let text = format!("{} of the simulator has no effect beside a plant", names::list(names.iter().copied(), 3));
+        let verb = if names.len() == 1 { "has" } else { "have" };
+        let text =
+            format!("{} of the simulator {verb} no effect beside a plant", names::list(names.iter().copied(), 3));
         let d = Diagnostic::warning("HQ0822", self.origins.span(of.at), text);
-        self.push(d.help("leave it out: drives lag by their `response`, and are as fast as their torques allow"));
+        self.push(d.help("leave that out: drives lag by their `response`, and are as fast as their torques allow"));
     }
 }
 
