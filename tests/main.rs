@@ -40,6 +40,7 @@ mod obstacles;
 mod periods;
 mod plan_data;
 mod planner;
+mod plant;
 mod same_bytes;
 mod sampled_margin;
 mod scenarios;

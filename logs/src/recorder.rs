@@ -4,7 +4,7 @@
 //! slow, a simulation waits for it, so that its log is complete, and a host drops ticks and counts them.
 
 use std::io::{Error, Result, Write};
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::{JoinHandle, sleep};
 use std::time::Duration;
 
@@ -123,10 +123,8 @@ impl<W: Write + Send + 'static> McapRecorder<W> {
         };
         self.camera.take(tick, &mut snapshot);
         // As many snapshots exist as have room: the thread alone can be the reason.
-        match self.taken.as_ref().map(|taken| taken.try_send(snapshot)) {
-            Some(Ok(())) => Ok(()),
-            Some(Err(TrySendError::Full(_) | TrySendError::Disconnected(_))) | None => Err(self.reason()),
-        }
+        let sent = self.taken.as_ref().is_some_and(|taken| taken.try_send(snapshot).is_ok());
+        if sent { Ok(()) } else { Err(self.reason()) }
     }
 
     /// The error with which the thread ended.

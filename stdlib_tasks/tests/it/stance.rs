@@ -106,7 +106,8 @@ fn the_row_of_feet_that_stand_is_that_of_the_centre_of_mass_along_the_normal() {
     let around = [left.x + 0.085 - com.x, com.x - left.x + 0.085, left.y + 0.03 - com.y, com.y - right.y + 0.03];
     let mut expected = around.map(|d| d - 0.02).to_vec();
     let mut found: Vec<f64> = w.margins.iter().copied().filter(|m| m.is_finite()).collect();
-    (expected.sort_by(f64::total_cmp), found.sort_by(f64::total_cmp));
+    expected.sort_by(f64::total_cmp);
+    found.sort_by(f64::total_cmp);
     assert_eq!(found.len(), 4);
     assert!(expected.iter().zip(&found).all(|(a, b)| (a - b).abs() < 1e-9), "{expected:?} {found:?}");
     // Without the right foot, the left one alone.
