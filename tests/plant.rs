@@ -19,7 +19,7 @@ fn text(bytes: &[u8]) -> String {
 fn a_run_with_a_plant_says_how_to_install_its_physics() {
     let out = with(Some("/nowhere"), &["test", "physics/examples/hand_guiding.hq"]);
     let said = text(&out.stdout) + &text(&out.stderr);
-    assert_eq!(out.status.code(), Some(1), "{said}");
+    assert_eq!(out.status.code(), Some(2), "{said}");
     let words: Vec<&str> = said.split(|c: char| c.is_whitespace() || c == '│').filter(|w| !w.is_empty()).collect();
     let said = words.join(" ");
     assert!(said.contains("MuJoCo is not installed"), "{said}");
