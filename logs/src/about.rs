@@ -1,4 +1,4 @@
-//! What a log says of its run, beside its messages: the program that ran, the texts that it was compiled from, and their hashes.
+//! Description of the run of a log, beside its messages: the program that ran, the texts that it was compiled from, and their hashes.
 
 use std::collections::BTreeMap;
 

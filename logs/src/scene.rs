@@ -32,7 +32,7 @@ const CORNER: f64 = 0.005;
 /// Diameter of a point of a person, in m.
 const PERSON_POINT: f64 = 0.12;
 
-/// What a limit keeps parts of the robot from.
+/// Hazard that a limit keeps parts of the robot away from.
 enum Hazard {
     Plane { at: Vector3<f64>, normal: Vector3<f64>, on: Option<LinkId> },
     Parts(Vec<[Geometry; 2]>),

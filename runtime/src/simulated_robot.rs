@@ -24,7 +24,7 @@ pub struct SimulatedRobot {
     v: Vec<f64>,
     mean: Vec<f64>,
     measured: Vec<f64>,
-    /// What moves the joints, if the robot has masses and drives.
+    /// Physics that moves the joints, if the robot has masses and drives.
     physics: Option<Box<dyn Physics>>,
     /// Reason why it moves no more.
     failure: Option<String>,

@@ -218,7 +218,7 @@ fn execute(
     if a.json {
         output::data(&text);
     } else {
-        show(program, (&summary, good), &outputs, took);
+        show(program, &summary, good, &outputs, took);
     }
     Ok((summary, good))
 }
@@ -259,7 +259,8 @@ fn progress(ticks: usize) -> ProgressBar {
     bar
 }
 
-fn show(program: &Program, (summary, good): (&Summary, bool), outputs: &[String], took: Duration) {
+/// Prints the results of a run; `good` is true if all expectations hold.
+fn show(program: &Program, summary: &Summary, good: bool, outputs: &[String], took: Duration) {
     let order = report::task_order(program);
     let speed = summary.duration_s / took.as_secs_f64().max(1e-9);
     let t = &summary.tick_us.all;

@@ -20,7 +20,7 @@ pub(super) struct Expanded {
 
 impl Drop for Expanded {
     fn drop(&mut self) {
-        // What is left in the system's folder for temporary files harms nobody.
+        // A file that is left in the system's folder for temporary files harms nobody.
         let _ = std::fs::remove_dir_all(&self.folder);
     }
 }

@@ -110,7 +110,7 @@ fn init_expands_xacro_by_the_program_of_that_name() {
     assert!(spec.contains("urdf \"robots/arm.urdf\"") && spec.contains("srdf \"robots/arm.srdf\""), "{spec}");
     let check = hierarq(&["check", "--strict", utf8(&dir.join("cell/arm7.hq"))]);
     assert_eq!(check.status.code(), Some(0), "{}", text(&check.stderr));
-    // What is missing is named, and nothing is written.
+    // The missing argument is named, and nothing is written.
     let out = init("none", &path, &[]);
     assert_eq!(out.status.code(), Some(2), "{}", text(&out.stdout));
     let said = text(&out.stderr);

@@ -99,7 +99,8 @@ impl Binder<'_> {
                 None => {
                     good = false;
                     if !self.params.failed.contains(name) {
-                        let known = self.obstacles.iter().map(|o| o.name.as_str()).filter(|n| !n.contains('.'));
+                        // One whose declaration has an error may be meant too.
+                        let known = self.params.obstacles.iter().map(String::as_str).filter(|n| !n.contains('.'));
                         self.diagnostics.push(unknown_obstacle(written(name), item.span, known));
                     }
                 }

@@ -18,7 +18,7 @@ block! {
 block! {
     /// The robot in MuJoCo.
     pub struct MujocoBlock = MUJOCO, "the robot in MuJoCo" {
-        /// What the drives follow: the commanded `velocity`, or the `position` that it leads to.
+        /// Quantity that the drives follow: the commanded `velocity`, or the `position` that it leads to.
         actuators: Word = or(ValueType::Choice(&["velocity", "position"]), "velocity");
         /// Time constant of a drive that moves the masses of the home configuration; drives of positions are critically damped. The
         /// torque of a drive is at most the `effort` of its joint in the URDF.
