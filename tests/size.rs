@@ -1,5 +1,5 @@
 //! Texts of up to a mebibyte need little time and memory. Since times differ between machines, allocations are counted:
-//! their number, and the memory held at once. `benches/front_end.rs` measures times.
+//! their number, their bytes, and the memory held at once. `benches/front_end.rs` measures times.
 
 #![allow(unsafe_code, reason = "a global allocator cannot be written without")]
 
@@ -17,9 +17,11 @@ struct Counting;
 static COUNT: AtomicUsize = AtomicUsize::new(0);
 static HELD: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
+static BYTES: AtomicUsize = AtomicUsize::new(0);
 
 fn grown(bytes: usize) {
     COUNT.fetch_add(1, SeqCst);
+    BYTES.fetch_add(bytes, SeqCst);
     let held = HELD.fetch_add(bytes, SeqCst) + bytes;
     PEAK.fetch_max(held, SeqCst);
 }
@@ -67,6 +69,8 @@ const CODES: &[(&str, &str)] = &[
 const MEMORY: usize = 256 << 20;
 /// Maximum number of allocations. Half a million of them take about 20 ms; the work between two of them is bounded.
 const ALLOCATIONS: usize = 12_000_000;
+/// Maximum number of bytes allocated in all. A text that is copied at each of its words exceeds it.
+const ALLOCATED: usize = 4 << 30;
 
 fn check(text: &str, syntax: Syntax) -> compiler::Report {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
@@ -117,7 +121,7 @@ fn no_text_takes_long_or_much_memory() {
     let recording = Recording::of_many_columns();
     let mut wrong = Vec::new();
     for (name, syntax, text) in large::nuisances().into_iter().chain([recording.nuisance()]) {
-        let (count, held) = (COUNT.load(SeqCst), HELD.load(SeqCst));
+        let (count, bytes, held) = (COUNT.load(SeqCst), BYTES.load(SeqCst), HELD.load(SeqCst));
         PEAK.store(held, SeqCst);
         let begun = std::time::Instant::now();
         let report = check(&text, syntax);
@@ -125,10 +129,12 @@ fn no_text_takes_long_or_much_memory() {
             assert!(report.diagnostics.iter().any(|d| d.code == *code), "{name}: {:?}", report.diagnostics);
         }
         let shown = report.render(compiler::Style::Plain, 100).len();
-        let (count, peak) = (COUNT.load(SeqCst) - count, PEAK.load(SeqCst) - held);
-        println!("{name}: {count} allocations, {} MiB, {} bytes shown, {:?}", peak >> 20, shown, begun.elapsed());
-        if peak > MEMORY || count > ALLOCATIONS || shown > 1 << 20 {
-            wrong.push(format!("{name}: {count} allocations, {} MiB, {shown} bytes shown", peak >> 20));
+        let (count, bytes) = (COUNT.load(SeqCst) - count, BYTES.load(SeqCst) - bytes);
+        let (held, all) = ((PEAK.load(SeqCst) - held) >> 20, bytes >> 20);
+        let found = format!("{name}: {count} allocations of {all} MiB, {held} MiB at once, {shown} bytes shown");
+        println!("{found}, {:?}", begun.elapsed());
+        if held > MEMORY >> 20 || count > ALLOCATIONS || bytes > ALLOCATED || shown > 1 << 20 {
+            wrong.push(found);
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -293,9 +293,10 @@ fn word(
     if unit_only && value_takes_unit && on_line {
         return unknown_unit(word, place.span(at, end));
     }
-    if let (After::Value(value), Some(unit)) = (after, unit_end(text, at))
+    if let After::Value(value) = after
         && on_line
         && is_expression(value)
+        && let Some(unit) = unit_end(text, at)
     {
         return unit_behind_expression(&text[at..unit], place.span(at, unit));
     }
@@ -325,13 +326,24 @@ fn loose(span: crate::Span, bracket: char) -> Diagnostic {
     Diagnostic::error("HQ0106", span, format!("`{bracket}` closes nothing")).about(Topic::LooseBracket)
 }
 
+/// Bytes of a unit that are read.
+const LONGEST_UNIT: usize = 64;
+
 /// Returns the end of the unit at byte `at`, such as `rad/s`; `None` if there is no unit.
 pub(crate) fn unit_end(text: &str, at: usize) -> Option<usize> {
     let line = text[at..].lines().next().unwrap_or("");
-    let unit = Grammar::parse(Rule::unit, line).ok()?.next()?.as_str().trim_end();
-    let word = unit.find(|c: char| !c.is_ascii_alphabetic()).map_or(unit, |n| &unit[..n]);
+    let word = line.find(|c: char| !c.is_ascii_alphabetic()).map_or(line, |n| &line[..n]);
+    if !crate::vocabulary::UNITS.contains(&word) {
+        return None;
+    }
+    // The grammar copies what it cannot read: all of a long line, at each of its words.
+    let mut end = line.len().min(LONGEST_UNIT);
+    while !line.is_char_boundary(end) {
+        end -= 1;
+    }
+    let unit = Grammar::parse(Rule::unit, &line[..end]).ok()?.next()?.as_str().trim_end();
     let whole = !text[at + unit.len()..].starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
-    (whole && crate::vocabulary::UNITS.contains(&word)).then_some(at + unit.len())
+    whole.then_some(at + unit.len())
 }
 
 /// Returns true for a value behind which there can only be a unit if it is put into parentheses.
