@@ -45,6 +45,11 @@ crate::params! {
 /// Size from which a limit counts as absent: the compiler writes it, with its sign, for `none` in a vector of limits.
 pub const OPEN: f64 = 1e300;
 
+/// True for a limit that is absent. One that is not a number is none of these, and a fault.
+fn is_open(limit: f64) -> bool {
+    limit.abs() >= OPEN
+}
+
 /// The catalogue entry.
 pub static KIND: TaskKind = TaskKind {
     name: "keep",
@@ -199,17 +204,21 @@ impl Keep {
         let still = value.add_row(state, &plus, rows.row(i));
         // A side that depends on the state has a row of its own, which contains its coefficients.
         let mut margin = f64::INFINITY;
-        if let Some(min) = self.min.as_mut().filter(|min| sides.0 && min.value(state, c) > -OPEN) {
+        // Sides that are given; `none` leaves one open.
+        let mut closed = (false, false);
+        if let Some(min) = self.min.as_mut().filter(|min| sides.0 && !is_open(min.value(state, c))) {
             let h = y - min.value(state, c);
             let own = min.add_row(state, &minus, rows.row(i));
             rows.lower[i] = -gain * h + self.reserves[0].rate(c, gain) - own - still;
             margin = h;
+            closed.0 = true;
         }
-        if let Some(max) = self.max.as_mut().filter(|max| sides.1 && max.value(state, c) < OPEN) {
+        if let Some(max) = self.max.as_mut().filter(|max| sides.1 && !is_open(max.value(state, c))) {
             let h = max.value(state, c) - y;
             let own = max.add_row(state, &minus, rows.row(i));
             rows.upper[i] = gain * h - self.reserves[1].rate(c, gain) - own - still;
-            margin = margin.min(h);
+            margin = if h.is_nan() { h } else { margin.min(h) };
+            closed.1 = true;
         }
         let value = self.value.get_mut();
         match (sides, &self.min, &self.max) {
@@ -217,12 +226,9 @@ impl Keep {
             _ => settle(rows.row(i), &[value]),
         }
         // Comparisons with NaN are false, so NaN passes neither test.
-        let side = |x: f64, given: bool| !given || x.is_finite();
-        let good = y.is_finite() && margin.is_finite();
-        if !good
-            || !side(rows.lower[i], sides.0 && self.min.is_some())
-            || !side(rows.upper[i], sides.1 && self.max.is_some())
-        {
+        let side = |x: f64, closed: bool| !closed || x.is_finite();
+        let good = y.is_finite() && (margin.is_finite() || closed == (false, false));
+        if !good || !side(rows.lower[i], closed.0) || !side(rows.upper[i], closed.1) {
             return Err(TaskFault::NotFinite { row: i });
         }
         if rows.lower[i] > rows.upper[i] {
