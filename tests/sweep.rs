@@ -4,6 +4,8 @@
 use crate::common;
 
 #[cfg(unix)]
+mod arrays;
+#[cfg(unix)]
 mod interrupted;
 mod missions;
 
