@@ -16,6 +16,7 @@
 //! | [`views`] | reports, charts, drawings of machines |
 //! | [`ide`] | the language server, the catalogue, the schema |
 //! | `logs` | logs of runs in MCAP |
+//! | `ros` | a node of ROS 2 |
 //! | `serve` | web pages of a mission |
 
 pub use compiler;
@@ -25,6 +26,8 @@ pub use ide;
 pub use logs;
 pub use mission;
 pub use robot;
+#[cfg(feature = "ros")]
+pub use ros;
 pub use runs;
 pub use runtime;
 #[cfg(feature = "serve")]

@@ -58,6 +58,14 @@ pub static TEXT_KEYS: &[&str] = &[
     "heightfield",
     "scenario",
     "label",
+    "topic",
+    "message",
+    "prefix",
+    "frame_id",
+    "node",
+    "namespace",
+    "world_frame",
+    "odometry",
 ];
 
 /// Lists the roles of members of a mission.

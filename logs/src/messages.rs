@@ -14,7 +14,7 @@ use stdlib_tasks::task::RowKind;
 use crate::cdr::Cdr;
 use crate::description::urdf;
 use crate::markers::{self, Marker, header, quaternion, vector};
-use crate::scene::{Scene, Source, WORLD};
+use crate::scene::{Scene, Source};
 use crate::snapshot::Snapshot;
 use crate::topics::Topic;
 
@@ -59,6 +59,8 @@ pub struct Messages {
     every: usize,
     state: Option<String>,
     fault: Option<String>,
+    /// Time of the messages at the start of the run, in ns.
+    epoch: u64,
     cdr: Cdr,
 }
 
@@ -123,8 +125,16 @@ impl Messages {
             every: (1.0 / (SCENES * program.robot.period)).round().max(1.0) as usize,
             state: None,
             fault: None,
+            epoch: 0,
             cdr: Cdr::default(),
         }
+    }
+
+    /// Messages in a frame for the world other than `world`, whose times begin at `epoch`, in ns.
+    pub fn among_others(mut self, world: &str, epoch: u64) -> Messages {
+        self.scene.name_world(world);
+        self.epoch = epoch;
+        self
     }
 
     /// Names of the columns of a row.
@@ -142,13 +152,14 @@ impl Messages {
         self.signals_at
     }
 
-    /// Makes the messages that are written once, at the time 0.
+    /// Makes the messages that are written once, at the start.
     ///
     /// # Errors
     /// Those of `emit`.
     pub fn begin(&mut self, emit: &mut Emit) -> Result<()> {
+        let start = self.epoch;
         let urdf = urdf(self.scene.model());
-        self.text(Topic::RobotDescription, 0, &urdf, emit)?;
+        self.text(Topic::RobotDescription, start, &urdf, emit)?;
         let home = vec![f64::NAN; self.columns.len()];
         let model = self.scene.model();
         // Fixed links have the same pose relative to their parents at any configuration.
@@ -159,11 +170,11 @@ impl Messages {
         }
         let signals = self.scene.absent_signals();
         self.scene.update(&Snapshot { row: zero, signals, ..Snapshot::default() });
-        self.transforms(Topic::FixedTransforms, 0, emit)?;
+        self.transforms(Topic::FixedTransforms, start, emit)?;
         let walls = self.scene.walls();
-        self.markers(Topic::Walls, 0, &walls, emit)?;
+        self.markers(Topic::Walls, start, &walls, emit)?;
         let keep_out = self.scene.keep_out();
-        self.markers(Topic::KeepOut, 0, &keep_out, emit)
+        self.markers(Topic::KeepOut, start, &keep_out, emit)
     }
 
     /// Makes the messages of a tick.
@@ -171,7 +182,7 @@ impl Messages {
     /// # Errors
     /// Those of `emit`.
     pub fn tick(&mut self, tick: &Snapshot, emit: &mut Emit) -> Result<()> {
-        let time = nanoseconds(tick.time);
+        let time = self.epoch + nanoseconds(tick.time);
         self.joint_states(time, &tick.row, emit)?;
         let command = tick.row.get(self.command_at.clone()).unwrap_or_default();
         numbers(&mut self.cdr, "degree of freedom", command);
@@ -236,7 +247,8 @@ impl Messages {
         let is_root = |l: LinkId| model.parent(l).is_none();
         let wanted = |l: &LinkId| {
             let fixed = is_fixed(model, *l) || (is_root(*l) && model.base.nv() == 0);
-            (topic == Topic::FixedTransforms) == fixed && !(is_root(*l) && model.link_ref(*l).name == WORLD)
+            (topic == Topic::FixedTransforms) == fixed
+                && !(is_root(*l) && model.link_ref(*l).name == self.scene.world())
         };
         let links: Vec<LinkId> = links.filter(wanted).collect();
         if links.is_empty() {
@@ -248,7 +260,7 @@ impl Messages {
         for link in links {
             let (parent, pose) = match model.parent(link) {
                 Some(parent) => (model.link_ref(parent).name.as_str(), data.pose(parent).inv_mul(data.pose(link))),
-                None => (WORLD, *data.pose(link)),
+                None => (self.scene.world(), *data.pose(link)),
             };
             header(time, parent, out);
             out.text(&model.link_ref(link).name);

@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use robot::geometry::{closest, closest_plane};
 use robot::{Closest, Data, LinkId, Model};
 use runtime::Program;
-use runtime::program::{HumanProgram, Interface, Times};
+use runtime::program::{HumanProgram, Times};
 use stdlib_tasks::bound::{Bound, BoundParams, Geometry, Obstacle, Slot};
 use stdlib_tasks::obstacle::{Form, PlacedObstacle};
 
@@ -19,7 +19,7 @@ use crate::markers::{Drawn, Marker, OBSTACLE, PERSON, UNKNOWN, WALL, of_margin, 
 use crate::snapshot::Snapshot;
 
 /// Frame of the room.
-pub const WORLD: &str = "world";
+const WORLD: &str = "world";
 /// Edge length of the part of a plane that is drawn, in m.
 const PLANE: f64 = 2.0;
 /// Lines of a limit that are drawn: those of the smallest distances.
@@ -65,6 +65,8 @@ pub struct Source<'p> {
 /// The surroundings.
 pub struct Scene {
     program: Program,
+    /// Name of the frame of the room.
+    world: String,
     data: Data,
     limits: Vec<Limit>,
     tape: runtime::program::Tape,
@@ -159,6 +161,7 @@ impl Scene {
             rates: vec![0.0; program.values.initial.len()],
             tape,
             limits,
+            world: WORLD.to_string(),
             program: program.clone(),
         }
     }
@@ -166,6 +169,16 @@ impl Scene {
     /// Poses of the links at the last tick.
     pub fn data(&self) -> &Data {
         &self.data
+    }
+
+    /// The frame of the room.
+    pub fn world(&self) -> &str {
+        &self.world
+    }
+
+    /// Names the frame of the room.
+    pub fn name_world(&mut self, name: &str) {
+        self.world = name.to_string();
     }
 
     /// The model.
@@ -190,7 +203,7 @@ impl Scene {
     }
 
     fn frame(&self, link: Option<LinkId>) -> &str {
-        link.map_or(WORLD, |l| self.program.robot.model.link_ref(l).name.as_str())
+        link.map_or(&self.world, |l| self.program.robot.model.link_ref(l).name.as_str())
     }
 
     /// Walls, in the frames that carry them.
@@ -261,7 +274,24 @@ impl Scene {
     /// People: balls at their points, and lines between those that are linked. One whose points are not known is removed.
     pub fn people(&self, tick: &Snapshot) -> Vec<Marker> {
         let interface = &self.program.interface;
-        interface.humans.iter().flat_map(|human| person(human, interface, tick)).collect()
+        interface.humans.iter().flat_map(|human| self.person(human, tick)).collect()
+    }
+
+    fn person(&self, human: &HumanProgram, tick: &Snapshot) -> [Marker; 2] {
+        let interface = &self.program.interface;
+        let at = |point: usize| {
+            let signal = interface.signals.get(*human.points.get(point)?)?;
+            let known = tick.signals.get(signal.known_at()).is_some_and(|x| *x > 0.0);
+            three(&tick.signals, signal.at + 1).filter(|_| known)
+        };
+        let points: Vec<Vector3<f64>> = (0..human.points.len()).filter_map(at).collect();
+        let lines: Vec<Vector3<f64>> =
+            human.links.iter().filter_map(|(a, b)| Some([at(*a)?, at(*b)?])).flatten().collect();
+        let drawn = |points: Vec<Vector3<f64>>, id: usize, of: fn(Vec<Vector3<f64>>, f64) -> Drawn, size: f64| {
+            let drawn = if points.is_empty() { Drawn::Nothing } else { of(points, size) };
+            Marker::new(&self.world, &human.name, id, drawn, Isometry3::identity(), PERSON)
+        };
+        [drawn(points, 0, Drawn::Balls, PERSON_POINT), drawn(lines, 1, Drawn::Lines, PERSON_POINT / 2.0)]
     }
 
     /// Closest points of the limits that run: lines in the colour of their margins.
@@ -275,7 +305,7 @@ impl Scene {
             let color = |c: &Closest| least.map_or(UNKNOWN, |least| of_margin(c.distance - least));
             let points: Vec<Vector3<f64>> = lines.iter().flat_map(|c| [c.on_a, c.on_b]).collect();
             let drawn = if points.is_empty() { Drawn::Nothing } else { Drawn::Lines(points, LINE) };
-            let mut marker = Marker::new(WORLD, &limit.name, 0, drawn, Isometry3::identity(), UNKNOWN);
+            let mut marker = Marker::new(&self.world, &limit.name, 0, drawn, Isometry3::identity(), UNKNOWN);
             marker.colors = lines.iter().flat_map(|c| [color(c), color(c)]).collect();
             marker
         };
@@ -320,19 +350,4 @@ impl Scene {
 fn corners(soup: &robot::Soup) -> Vec<Vector3<f64>> {
     let every = soup.len().div_ceil(CORNERS).max(1);
     (0..soup.len()).step_by(every).filter_map(|e| soup.corners(e).first().copied()).collect()
-}
-
-fn person(human: &HumanProgram, interface: &Interface, tick: &Snapshot) -> [Marker; 2] {
-    let at = |point: usize| {
-        let signal = interface.signals.get(*human.points.get(point)?)?;
-        let known = tick.signals.get(signal.known_at()).is_some_and(|x| *x > 0.0);
-        three(&tick.signals, signal.at + 1).filter(|_| known)
-    };
-    let points: Vec<Vector3<f64>> = (0..human.points.len()).filter_map(at).collect();
-    let lines: Vec<Vector3<f64>> = human.links.iter().filter_map(|(a, b)| Some([at(*a)?, at(*b)?])).flatten().collect();
-    let drawn = |points: Vec<Vector3<f64>>, id: usize, of: fn(Vec<Vector3<f64>>, f64) -> Drawn, size: f64| {
-        let drawn = if points.is_empty() { Drawn::Nothing } else { of(points, size) };
-        Marker::new(WORLD, &human.name, id, drawn, Isometry3::identity(), PERSON)
-    };
-    [drawn(points, 0, Drawn::Balls, PERSON_POINT), drawn(lines, 1, Drawn::Lines, PERSON_POINT / 2.0)]
 }

@@ -50,6 +50,7 @@ absent!(
     convert = "mcap",
     lsp = "lsp",
     replay = "mcap",
+    ros = "ros",
     serve = "serve",
     sweep = "sweep",
     watch = "watch"

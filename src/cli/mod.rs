@@ -31,6 +31,8 @@ mod plan;
 #[cfg(feature = "mcap")]
 mod replay;
 mod robot;
+#[cfg(feature = "ros")]
+mod ros;
 mod run;
 mod run_mission;
 mod sampled;
@@ -57,6 +59,8 @@ use hierarq::project::Settings;
 use self::absent::context;
 #[cfg(not(feature = "lsp"))]
 use self::absent::lsp;
+#[cfg(not(feature = "ros"))]
+use self::absent::ros;
 #[cfg(not(feature = "serve"))]
 use self::absent::serve;
 #[cfg(not(feature = "sweep"))]
@@ -90,6 +94,8 @@ enum Command {
     Graph(graph::Arguments),
     /// Run a spec, or a compiled program, on the simulated robot.
     Run(run::Arguments),
+    /// Run a spec on a robot with ROS 2: a node that reads joints and sensors, and sends commands.
+    Ros(ros::Arguments),
     /// Run the program in a log in MCAP again, and compare every bit.
     Replay(replay::Arguments),
     /// Convert the log of a run: `log.csv` to MCAP, or MCAP to `log.csv`.
@@ -205,6 +211,7 @@ pub fn main() -> ExitCode {
         Command::Tasks(a) => tasks::run(&a),
         Command::Explain(a) => explain::run(&a),
         Command::Fmt(a) => fmt::run(&a),
+        Command::Ros(a) => ros::run(&a),
         Command::Serve(a) => serve::run(&a),
         Command::Solve(a) => solve::run(&a),
         Command::Bench(a) => bench::run(&a),

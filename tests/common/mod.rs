@@ -45,6 +45,7 @@ pub const EXAMPLES: &[&str] = &[
     "picker",
     "carrier",
     "completion",
+    "on_ros",
     "room",
     "cloud",
     "free_flyer",

@@ -24,6 +24,7 @@ mod plant;
 mod predicates;
 mod properties;
 mod reached;
+mod ros;
 mod run;
 mod scenario;
 mod sensors;

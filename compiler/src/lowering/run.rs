@@ -86,6 +86,7 @@ impl Lowerer<'_> {
             solver: Backend::from_name(run.solver).unwrap_or_default(),
             simulator,
             tick_budget: run.tick_budget.map(|budget| budget.value),
+            ros: robot.and_then(|robot| Some(self.ros(&run.ros.as_ref()?.value, robot))),
         };
         Some((program, title))
     }

@@ -13,6 +13,7 @@ mod mission_events;
 mod obstacle;
 mod plant;
 mod robot;
+mod ros;
 mod scenario;
 mod spec;
 mod stack;
@@ -37,6 +38,9 @@ pub use obstacle::{OBSTACLE, ObstacleBlock, ROUND, RoundBlock, TRUE_OBSTACLE, Tr
 pub use plant::{MUJOCO, MujocoBlock, PAYLOAD, PLANT, PayloadBlock, PlantBlock};
 pub use robot::{
     ARM, ArmBlock, BASES, LIMIT, LimitBlock, POINT, PointBlock, ROBOT, RobotBlock, SEGMENT, SegmentBlock, prefix,
+};
+pub use ros::{
+    COMMAND_TOPIC, CommandTopicBlock, JOINT_STATES, JointStatesBlock, ROS, RosBlock, SIGNAL_TOPIC, SignalTopicBlock,
 };
 pub use scenario::{
     LATE, LOST, LateBlock, LostBlock, OF_ALL_SCENARIOS, OF_MISSIONS, OUTCOME, OutcomeBlock, PUSH, PushBlock, SCENARIO,

@@ -12,6 +12,7 @@ use super::machine::{MACHINE, SIGNAL, VARIABLE};
 use super::obstacle::OBSTACLE;
 use super::plant::{PLANT, PlantBlock};
 use super::robot::ROBOT;
+use super::ros::{ROS, RosBlock};
 use super::scenario::SCENARIO;
 use super::stack::STACK;
 use super::{BlockSchema, Key, Named, Place, ValueType};
@@ -273,6 +274,8 @@ block! {
         simulator: SimulatorBlock = optional(ValueType::Block(&SIMULATOR));
         /// The robot as a body with masses and drives, moved by a library for physics: `plant mujoco { response 10 ms }`.
         plant: PlantBlock = optional(ValueType::Block(&PLANT));
+        /// Topics of ROS 2 for `hierarq ros`: `ros { commands { arm { topic "/arm_controller/commands" } } }`.
+        ros: Option<Located<RosBlock>> = optional(ValueType::Block(&ROS));
     }
 }
 

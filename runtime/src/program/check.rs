@@ -86,6 +86,9 @@ impl Program {
             &at("simulator"),
             "negative or not finite",
         )?;
+        if let Some(ros) = &run.ros {
+            ros.check(self).map_err(|message| error(at("ros"), message))?;
+        }
         if let Some(plant) = &s.plant {
             let at = at("simulator.plant");
             let positive = |x: f64| x.is_finite() && x > 0.0;

@@ -14,6 +14,7 @@ mod machine;
 mod mission;
 mod mission_scenario;
 mod plant;
+mod ros;
 mod scenario;
 mod signal;
 mod tape;
@@ -44,6 +45,7 @@ pub use mission_scenario::{
     step_within,
 };
 pub use plant::{Actuators, Gravity, Payload, PlantProgram};
+pub use ros::{CommandForm, CommandTopic, JointStates, RosProgram, SignalTopic, TickSource, wrong_topic};
 pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
     PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, TrueObstacle, WorldProgram,
@@ -322,6 +324,9 @@ pub struct RunProgram {
     /// The time in s that a tick of the controller may take before the robot makes do with what is known of the answer; none for any time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick_budget: Option<f64>,
+    /// The connection to ROS 2; none for the usual one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ros: Option<RosProgram>,
 }
 
 /// Subject of a run.

@@ -1,0 +1,432 @@
+//! The node: begins when all joints are known, and ticks until it is ended.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant, SystemTime};
+
+use ros2_client::dds::rustdds::mio1::{Events, Interest, Poll, Token};
+use ros2_client::{Context, ContextOptions, Node, NodeOptions, ParameterValue, ServiceMapping, Subscription};
+use runtime::program::{Program, RosProgram, TickSource};
+use runtime::{Controller, Observation, Recorder, Request, Tick};
+
+use crate::RosError;
+use crate::commands::Motion;
+use crate::inputs::{self, Reader};
+use crate::joints::{Configuration, Order};
+use crate::messages::{JointState, Odometry};
+use crate::names::{absolute, message_type, node_name, resolved};
+use crate::neighbours::Neighbours;
+use crate::outputs::Outputs;
+use crate::quality;
+use crate::remark::{Remark, Tell};
+use crate::services::{self, Call, Trigger};
+use crate::telemetry::Telemetry;
+
+/// Time between two remarks of a node that waits.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Time for which a node that ends repeats the command to stand, since the last message may be lost.
+const FAREWELL: Duration = Duration::from_millis(60);
+/// Pause of a node that waits for joints.
+const PAUSE: Duration = Duration::from_millis(2);
+/// Periods without a message after which a tick that messages begin begins all the same.
+const OVERDUE: f64 = 2.0;
+
+/// Settings of a node that are not in the spec.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Domain: `ROS_DOMAIN_ID`.
+    pub domain: u16,
+    /// How services are mapped: by the middleware of the others.
+    pub mapping: ServiceMapping,
+    /// Parameters that others may read, by name.
+    pub parameters: BTreeMap<String, f64>,
+    /// Duration of the run (s); `None` for ever.
+    pub duration: Option<f64>,
+}
+
+/// Result of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ended {
+    /// Number of ticks.
+    pub ticks: usize,
+    /// Ticks that began later than half a period after their time.
+    pub late: usize,
+    /// Greatest lateness of a tick (s).
+    pub latest: f64,
+    /// Longest computing time of a tick (s).
+    pub longest: f64,
+    /// Ticks that were not shown to others.
+    pub not_shown: u64,
+    /// True if the machine has ended.
+    pub is_final: bool,
+    /// True if a fault keeps the robot still.
+    pub is_halted: bool,
+}
+
+struct JointTopic {
+    subscription: Subscription<JointState>,
+    prefix: String,
+    order: Order,
+    topic: String,
+}
+
+/// All that a node reads.
+struct Inputs {
+    joints: Vec<JointTopic>,
+    odometry: Option<Subscription<Odometry>>,
+    signals: Vec<Box<dyn Reader>>,
+    services: Vec<Trigger>,
+    /// Resolved names of topics of the configuration.
+    topics: Vec<String>,
+}
+
+/// A moment.
+#[derive(Clone, Copy)]
+struct At {
+    /// By the clock of the node (s).
+    clock: f64,
+    /// Since the first tick (s).
+    time: f64,
+}
+
+/// Remarks, each told once.
+struct Once {
+    tell: Tell,
+    told: BTreeSet<Remark>,
+}
+
+impl Once {
+    fn tell(&mut self, remark: Remark) {
+        if !self.told.contains(&remark) {
+            (self.tell)(&remark);
+            self.told.insert(remark);
+        }
+    }
+}
+
+impl Inputs {
+    fn new(node: &mut Node, ros: &RosProgram, program: &Program, mapping: ServiceMapping) -> Result<Inputs, RosError> {
+        let quality = quality::sensor();
+        let (mut joints, mut topics) = (Vec::new(), Vec::new());
+        for states in &ros.joint_states {
+            let name = resolved(ros, &states.topic);
+            let topic = node.create_topic(&absolute(&name)?, message_type("sensor_msgs/JointState"), &quality)?;
+            joints.push(JointTopic {
+                subscription: node.create_subscription(&topic, Some(quality.clone()))?,
+                prefix: states.prefix.clone(),
+                order: Order::default(),
+                topic: name.clone(),
+            });
+            topics.push(name);
+        }
+        let mut odometry = None;
+        if let Some(name) = ros.odometry.as_ref().filter(|_| program.robot.model.base.nv() > 0) {
+            let name = resolved(ros, name);
+            let topic = node.create_topic(&absolute(&name)?, message_type("nav_msgs/Odometry"), &quality)?;
+            odometry = Some(node.create_subscription(&topic, Some(quality))?);
+            topics.push(name);
+        }
+        let mut signals = Vec::new();
+        for topic in &ros.signals {
+            signals.push(inputs::subscribe(node, ros, topic, program)?);
+        }
+        Ok(Inputs { joints, odometry, signals, services: services::offer(node, ros, program, mapping)?, topics })
+    }
+
+    /// Takes the messages that have arrived.
+    fn read(&mut self, q: &mut Configuration, controller: &mut Controller, at: At, once: &mut Once) {
+        self.configuration(q, at.clock, once);
+        for reader in &mut self.signals {
+            reader.read(at.time, controller.signals(), &mut |remark| once.tell(remark));
+        }
+        for service in &self.services {
+            service.serve(|call| match call {
+                Call::Raise(_) if controller.is_halted() => Err("a fault keeps the robot still: restart first".into()),
+                Call::Raise(event) => {
+                    controller.signals().raise(event);
+                    Ok(())
+                }
+                Call::Restart => {
+                    controller.restart();
+                    Ok(())
+                }
+            });
+        }
+    }
+
+    fn configuration(&mut self, q: &mut Configuration, time: f64, once: &mut Once) {
+        for JointTopic { subscription, prefix, order, topic } in &mut self.joints {
+            loop {
+                let why = match subscription.take() {
+                    Ok(None) => break,
+                    Ok(Some((message, _))) => match q.joints(&message, prefix, order, time) {
+                        Ok(()) => continue,
+                        Err(e) => e.to_string(),
+                    },
+                    Err(e) => e.to_string(),
+                };
+                once.tell(Remark::Unreadable { topic: topic.clone(), why });
+                break;
+            }
+        }
+        while let Some(Ok(Some((message, _)))) = self.odometry.as_ref().map(Subscription::take) {
+            q.odometry(&message, time);
+        }
+    }
+}
+
+/// Wakes a loop at its time, or when a message arrives.
+struct Waiting {
+    poll: Option<Poll>,
+    events: Events,
+    period: Duration,
+    next: Instant,
+}
+
+impl Waiting {
+    fn new(source: TickSource, inputs: &mut Inputs, period: f64) -> Result<Waiting, io::Error> {
+        let poll = match (source, inputs.joints.first_mut()) {
+            (TickSource::JointStates, Some(first)) => {
+                let poll = Poll::new()?;
+                poll.registry().register(&mut first.subscription, Token(0), Interest::READABLE)?;
+                Some(poll)
+            }
+            _ => None,
+        };
+        let period = Duration::from_secs_f64(period);
+        Ok(Waiting { poll, events: Events::with_capacity(8), period, next: Instant::now() + period })
+    }
+
+    /// Waits for the next tick, and returns how late it is (s).
+    fn wait(&mut self) -> Result<f64, io::Error> {
+        let now = Instant::now();
+        if let Some(poll) = &mut self.poll {
+            let patience = self.period.mul_f64(OVERDUE);
+            match poll.poll(&mut self.events, Some(patience)) {
+                Err(e) if e.kind() != io::ErrorKind::Interrupted => return Err(e),
+                _ => {}
+            }
+            let late = now.elapsed().saturating_sub(self.period);
+            return Ok(late.as_secs_f64());
+        }
+        std::thread::sleep(self.next.saturating_duration_since(now));
+        let late = self.next.elapsed();
+        // Ticks that were missed are not made up for: the next one is on the grid of the first.
+        let missed = late.as_nanos() / self.period.as_nanos().max(1);
+        self.next += self.period * (1 + u32::try_from(missed).unwrap_or(u32::MAX - 1));
+        Ok(late.as_secs_f64())
+    }
+}
+
+/// Stops the robot, also if the loop ends by an error.
+struct Farewell<'a> {
+    outputs: &'a Outputs,
+    reference: Vec<f64>,
+}
+
+impl Drop for Farewell<'_> {
+    fn drop(&mut self) {
+        let until = Instant::now() + FAREWELL;
+        while Instant::now() < until {
+            self.outputs.stand(&self.reference);
+            std::thread::sleep(FAREWELL / 6);
+        }
+    }
+}
+
+/// Types of the messages on the topics of a connection, by resolved name.
+fn types(ros: &RosProgram) -> BTreeMap<String, String> {
+    let joints = ros.joint_states.iter().map(|j| (&j.topic, "sensor_msgs/JointState"));
+    let odometry = ros.odometry.iter().map(|topic| (topic, "nav_msgs/Odometry"));
+    let signals = ros.signals.iter().map(|s| (&s.topic, s.message.as_str()));
+    let commands = ros.commands.iter().map(|c| (&c.topic, c.form.message()));
+    let all = joints.chain(odometry).chain(signals).chain(commands);
+    all.map(|(topic, kind)| (resolved(ros, topic), kind.to_string())).collect()
+}
+
+/// A node that has begun: what it reads and writes, and the threads that serve it.
+struct Connection {
+    inputs: Inputs,
+    outputs: Outputs,
+    // Dropped in this order: the watcher, then the node, which ends its spinner.
+    _neighbours: Neighbours,
+    node: Node,
+    spinning: JoinHandle<()>,
+}
+
+impl Connection {
+    fn new(program: &Program, ros: &RosProgram, settings: &Settings, tell: &Tell) -> Result<Connection, RosError> {
+        let context = Context::with_options(ContextOptions::new().domain_id(settings.domain))?;
+        // Parameters are declared by setting them to their own values.
+        let own = settings.parameters.clone();
+        let fixed = move |name: &str, value: &ParameterValue| match (own.get(name), value) {
+            (Some(own), ParameterValue::Double(value)) if own == value => Ok(()),
+            _ => Err(format!("`{name}` is a part of the compiled spec: start the node again with `--set {name}=..`")),
+        };
+        let mut options = NodeOptions::new().enable_rosout(true).parameter_validator(Box::new(fixed));
+        for (name, value) in &settings.parameters {
+            options = options.declare_parameter(name, ParameterValue::Double(*value));
+        }
+        let mut node = context.new_node(node_name(ros)?, options)?;
+        let spinner = node.spinner()?;
+        let spin = move || drop(futures_executor::block_on(spinner.spin()));
+        let spinning = std::thread::Builder::new().name("spinner".to_string()).spawn(spin)?;
+        Ok(Connection {
+            inputs: Inputs::new(&mut node, ros, program, settings.mapping)?,
+            outputs: Outputs::new(&mut node, ros, &program.robot.model, program.robot.period)?,
+            _neighbours: Neighbours::watch(context, types(ros), Tell::clone(tell))?,
+            node,
+            spinning,
+        })
+    }
+
+    /// Waits until all joints are known; false if it was told to end before.
+    fn wait_for_joints(&mut self, q: &mut Configuration, clock: Instant, once: &mut Once, go_on: GoOn) -> bool {
+        let mut next = PATIENCE;
+        while !q.is_known() {
+            if !go_on() {
+                return false;
+            }
+            self.inputs.configuration(q, clock.elapsed().as_secs_f64(), once);
+            if clock.elapsed() > next {
+                next += PATIENCE;
+                let (joints, topics) = (q.unknown(), self.inputs.topics.clone());
+                once.tell(Remark::WaitingFor { joints, topics, strangers: q.strangers() });
+            }
+            std::thread::sleep(PAUSE);
+        }
+        true
+    }
+
+    fn end(self) {
+        let Connection { inputs, outputs, _neighbours, node, spinning } = self;
+        drop((_neighbours, inputs, outputs));
+        drop(node);
+        // A spinner that panicked has said so.
+        let _ = spinning.join();
+    }
+}
+
+/// Asks whether to go on.
+type GoOn<'a> = &'a mut dyn FnMut() -> bool;
+
+/// Runs a program as a node, until `go_on` returns false, the duration has passed, or the machine has ended.
+///
+/// # Errors
+/// The node cannot begin, or the recorder has failed; the robot has been commanded to stand.
+pub fn run(
+    program: &Program,
+    settings: &Settings,
+    recorder: &mut dyn Recorder,
+    go_on: GoOn,
+    tell: &Tell,
+) -> Result<Ended, RosError> {
+    let ros = RosProgram::of(program);
+    let mut controller = Controller::new(program)?;
+    let mut connection = Connection::new(program, &ros, settings, tell)?;
+    let mut q = Configuration::new(&program.robot.model, ros.stale_after);
+    let mut once = Once { tell: Tell::clone(tell), told: BTreeSet::new() };
+    let clock = Instant::now();
+    if !connection.wait_for_joints(&mut q, clock, &mut once, go_on) {
+        connection.end();
+        return Ok(Ended::default());
+    }
+    tell(&Remark::Running);
+    let epoch = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
+    let mut telemetry = Telemetry::begin(&mut connection.node, &ros, program, &controller, epoch, Tell::clone(tell))?;
+    let waiting = Waiting::new(ros.tick, &mut connection.inputs, program.robot.period)?;
+    let mut driven = Driven {
+        zero: clock.elapsed().as_secs_f64(),
+        clock,
+        velocity: vec![0.0; program.robot.model.nv()],
+        requests: Vec::with_capacity(64),
+        ended: Ended::default(),
+        waiting,
+        q,
+        once,
+    };
+    let result = driven.ticks(settings.duration, &mut controller, &mut connection, &mut telemetry, recorder, go_on);
+    driven.ended.not_shown = telemetry.dropped;
+    (driven.ended.is_final, driven.ended.is_halted) = (controller.is_final(), controller.is_halted());
+    drop(telemetry);
+    connection.end();
+    result.map(|()| driven.ended)
+}
+
+/// A robot that is driven.
+struct Driven {
+    clock: Instant,
+    /// Time of the first tick by the clock (s).
+    zero: f64,
+    velocity: Vec<f64>,
+    requests: Vec<Request>,
+    ended: Ended,
+    waiting: Waiting,
+    q: Configuration,
+    once: Once,
+}
+
+impl Driven {
+    fn ticks(
+        &mut self,
+        duration: Option<f64>,
+        controller: &mut Controller,
+        connection: &mut Connection,
+        telemetry: &mut Telemetry,
+        recorder: &mut dyn Recorder,
+        go_on: GoOn,
+    ) -> Result<(), RosError> {
+        let Connection { inputs, outputs, .. } = connection;
+        let mut farewell = Farewell { outputs, reference: self.q.last().to_vec() };
+        while go_on() {
+            let now = self.clock.elapsed().as_secs_f64();
+            let time = now - self.zero;
+            if duration.is_some_and(|d| time >= d) || controller.is_final() {
+                break;
+            }
+            inputs.read(&mut self.q, controller, At { clock: now, time }, &mut self.once);
+            let began = Instant::now();
+            let command = controller.step(&Observation { time, q: self.q.at(now) });
+            let elapsed = began.elapsed().as_secs_f64();
+            let fault = command.fault;
+            self.velocity.copy_from_slice(command.velocity);
+            self.requests.clear();
+            self.requests.extend_from_slice(command.requests);
+            let motion = Motion { velocity: &self.velocity, reference: controller.reference() };
+            let once = &mut self.once;
+            outputs.send(motion, &mut |remark| once.tell(remark));
+            for request in &self.requests {
+                if let Some(action) = controller.action(request) {
+                    outputs.request(action, request.begin, &mut |remark| once.tell(remark));
+                }
+            }
+            farewell.reference.copy_from_slice(controller.reference());
+            let tick = Tick {
+                index: self.ended.ticks,
+                time,
+                q: self.q.last(),
+                v: controller.velocity(),
+                command: &self.velocity,
+                stack: controller.active_stack(),
+                state: controller.state(),
+                state_index: controller.state_index(),
+                controller,
+                evaluator: controller.evaluator(),
+                signals: controller.signal_table(),
+                problem: controller.problem(),
+                solution: controller.solution(),
+                fault,
+                elapsed,
+            };
+            telemetry.take(&tick);
+            recorder.tick(&tick)?;
+            self.ended.ticks += 1;
+            self.ended.longest = self.ended.longest.max(elapsed);
+            let late = self.waiting.wait()?;
+            self.ended.latest = self.ended.latest.max(late);
+            self.ended.late += usize::from(late > 0.5 * controller.period());
+        }
+        Ok(())
+    }
+}

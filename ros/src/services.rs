@@ -1,0 +1,76 @@
+//! Services: one for each event that others may raise, and one that restarts the controller.
+
+use ros2_client::{Node, Server, ServiceMapping};
+use runtime::program::{Program, RosProgram};
+
+use crate::RosError;
+use crate::messages::{TriggerRequest, TriggerResponse};
+use crate::names::{absolute, part, resolved, trigger};
+use crate::quality;
+
+/// A service of the type `std_srvs/Trigger`.
+pub struct Trigger {
+    /// What it asks for.
+    pub call: Call,
+    server: Server<TriggerRequest, TriggerResponse>,
+}
+
+/// Content of a call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Call {
+    /// The event with this index occurs.
+    Raise(usize),
+    /// The controller begins anew.
+    Restart,
+}
+
+/// An event that others raise.
+pub struct Event<'p> {
+    /// Its index.
+    pub index: usize,
+    /// Its name.
+    pub name: &'p str,
+}
+
+/// Events that others raise: those that the machine raises itself need no service.
+pub fn raised_by_others(program: &Program) -> impl Iterator<Item = Event<'_>> {
+    let actions = program.machine.iter().flat_map(|m| &m.actions);
+    let emitted: Vec<usize> = actions.filter_map(|a| a.event).collect();
+    let events = program.interface.events.iter().enumerate();
+    events.filter(move |(i, _)| !emitted.contains(i)).map(|(index, name)| Event { index, name })
+}
+
+/// Offers the services of a program.
+///
+/// # Errors
+/// The client library refuses one.
+pub fn offer(
+    node: &mut Node,
+    ros: &RosProgram,
+    program: &Program,
+    mapping: ServiceMapping,
+) -> Result<Vec<Trigger>, RosError> {
+    let events = raised_by_others(program);
+    let restart = ("restart".to_string(), Call::Restart);
+    let mut offered = Vec::new();
+    for (name, call) in events.map(|e| (part(e.name), Call::Raise(e.index))).chain([restart]) {
+        let name = resolved(ros, &format!("~/{name}"));
+        let (requests, responses) = (quality::service(), quality::service());
+        let server = node.create_server(mapping, &absolute(&name)?, &trigger(), requests, responses)?;
+        offered.push(Trigger { call, server });
+    }
+    Ok(offered)
+}
+
+impl Trigger {
+    /// Answers the calls that have arrived; `act` says whether it was done, or why not.
+    pub fn serve(&self, mut act: impl FnMut(Call) -> Result<(), String>) {
+        while let Ok(Some((id, _))) = self.server.receive_request() {
+            let done = act(self.call);
+            let success = done.is_ok();
+            let response = TriggerResponse { success, message: done.err().unwrap_or_default() };
+            // A caller that has gone needs no answer.
+            let _ = self.server.send_response(id, response);
+        }
+    }
+}

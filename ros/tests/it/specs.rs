@@ -1,0 +1,25 @@
+//! Specs of the tests.
+
+use std::path::Path;
+
+use runs::project::{Settings, load};
+use runtime::Program;
+
+/// Compiles a text for the arm of the examples.
+pub fn program(text: &str) -> Program {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros");
+    std::fs::create_dir_all(&folder).unwrap();
+    // Tests run beside each other.
+    let number =
+        std::hash::BuildHasher::hash_one(&std::hash::BuildHasherDefault::<std::hash::DefaultHasher>::new(), text);
+    let file = folder.join(format!("{number:x}.hq"));
+    std::fs::write(&file, format!("hierarq 1\n{text}")).unwrap();
+    let compiled = load(&file, &Settings::default());
+    compiled.program.unwrap_or_else(|| panic!("{}", compiled.report.render(compiler::Style::Plain, 100)))
+}
+
+/// The beginning of a spec of an arm. Ticks may be late: a machine that tests has other work too.
+pub fn arm(more: &str) -> String {
+    let urdf = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/robots/ur5.urdf");
+    format!("robot arm {{ urdf \"{}\"  rate 100 Hz  deadline 3 s  {more}", urdf.display())
+}
