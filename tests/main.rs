@@ -39,6 +39,7 @@ mod missions;
 mod obstacles;
 mod open_sides;
 mod periods;
+mod pieces;
 mod plan_data;
 mod planner;
 mod plant;

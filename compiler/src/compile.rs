@@ -100,11 +100,12 @@ fn compile_with(input: &Input, texts: &Texts, part: Part, deep: Option<&Deep>) -
     }
     let allowed = allowed(&report);
     let srdf = lowered.controller.as_ref().and_then(|c| all_of(&c.source_map.srdf));
+    let meshes = lowered.controller.as_ref().map(|c| c.source_map.meshes.clone()).unwrap_or_default();
     let program = lowered.controller.map(|c| Program { allowed: allowed.clone(), ..c.program });
     // Each warning is listed once by `hierarq compile`.
     let listed = if program.is_some() { Vec::new() } else { allowed };
     let missions = lowered.missions.into_iter().map(|m| MissionProgram { allowed: listed.clone(), ..m });
-    Compiled { program, missions: missions.collect(), srdf, report, sampled }
+    Compiled { program, missions: missions.collect(), srdf, meshes, report, sampled }
 }
 
 /// The allowed warnings of a report, for the program.

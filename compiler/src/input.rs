@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use dsl::Syntax;
-use robot::Srdf;
+use robot::{LinkMesh, Srdf};
 use runtime::program::{MissionProgram, Program};
 
 use crate::diagnostics::report::Report;
@@ -39,6 +39,8 @@ pub struct Compiled {
     pub missions: Vec<MissionProgram>,
     /// SRDF of the robot, if the spec names one.
     pub srdf: Option<Srdf>,
+    /// Meshes of the collision shapes of the robot's links.
+    pub meshes: Vec<LinkMesh>,
     /// Errors and warnings.
     pub report: Report,
     /// Figures of sampled postures; `None` if none were asked for, or after an error.

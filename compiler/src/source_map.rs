@@ -1,6 +1,7 @@
 //! Source spans of the parts of a program, for checks of the finished program.
 
 use dsl::Span;
+use robot::LinkMesh;
 use runtime::program::Measure;
 
 use crate::binding::BoundTask;
@@ -21,6 +22,8 @@ pub(crate) struct SourceMap {
     pub home: Span,
     /// The robot's SRDF.
     pub srdf: Vec<RobotSrdf>,
+    /// Meshes of the collision shapes of its links.
+    pub meshes: Vec<LinkMesh>,
     /// Demands on limits.
     pub coverage: Vec<CoverageDemands>,
     /// Places of the scenarios.

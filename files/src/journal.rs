@@ -5,7 +5,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Error, ErrorKind};
 use std::path::Path;
 
-/// Removes a journal that is no longer needed.
+/// Removes a file of Hierarq's own that is no longer needed.
 ///
 /// # Errors
 /// If it cannot be removed.

@@ -261,6 +261,7 @@ impl Scene {
                     let size = Vector3::new(2.0 * PLANE, 2.0 * PLANE, 0.01);
                     vec![place(0, Drawn::Cube(size), here * *turn * nalgebra::Translation3::new(0.0, 0.0, -0.005))]
                 }
+                Form::Soup(soup) if soup.corners(0).len() > 3 => vec![place(0, Drawn::Triangles(faces(soup)), here)],
                 Form::Soup(soup) => vec![place(0, Drawn::Balls(corners(soup), 2.0 * soup.radius().max(CORNER)), here)],
             };
             if pose.is_none() {
@@ -350,4 +351,9 @@ impl Scene {
 fn corners(soup: &robot::Soup) -> Vec<Vector3<f64>> {
     let every = soup.len().div_ceil(CORNERS).max(1);
     (0..soup.len()).step_by(every).filter_map(|e| soup.corners(e).first().copied()).collect()
+}
+
+/// Corners of the triangles of pieces.
+fn faces(soup: &robot::Soup) -> Vec<Vector3<f64>> {
+    (0..soup.len()).flat_map(|e| soup.faces(e)).flatten().collect()
 }

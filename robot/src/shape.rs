@@ -1,9 +1,9 @@
 //! Shapes of links: those for distance computations, and those for drawing only.
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::hull::Hull;
+use crate::hull::{Hull, HullError};
 
 /// A convex shape in its own frame, centred at the origin. Lengths in metres.
 ///
@@ -47,6 +47,17 @@ pub struct PlacedShape {
     pub origin: Isometry3<f64>,
     /// The shape.
     pub shape: Shape,
+}
+
+impl PlacedShape {
+    /// The convex hull of points in the frame of a link \[m\].
+    ///
+    /// # Errors
+    /// There are no points, or one is not finite.
+    pub fn hull(points: &[Vector3<f64>]) -> Result<PlacedShape, HullError> {
+        let (middle, hull) = Hull::around(points)?;
+        Ok(PlacedShape { origin: Isometry3::translation(middle.x, middle.y, middle.z), shape: Shape::Hull(hull) })
+    }
 }
 
 /// A shape for drawing. It is not used in computations.
@@ -109,6 +120,18 @@ impl Shape {
             // Hulls are made of finite points alone.
             Shape::Hull(_) => true,
             Shape::Box { half } => half.iter().all(|&x| good(x)),
+        }
+    }
+
+    /// Returns the volume \[m³\].
+    pub fn volume(&self) -> f64 {
+        use std::f64::consts::PI;
+        match *self {
+            Shape::Sphere { radius } => 4.0 / 3.0 * PI * radius.powi(3),
+            Shape::Capsule { radius, half_length } => PI * radius * radius * (2.0 * half_length + 4.0 / 3.0 * radius),
+            Shape::Box { half: [x, y, z] } => 8.0 * x * y * z,
+            Shape::Cylinder { radius, half_length } => PI * radius * radius * 2.0 * half_length,
+            Shape::Hull(ref hull) => hull.volume(),
         }
     }
 

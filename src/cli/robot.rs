@@ -4,8 +4,9 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use compiler::{RobotFacts, robot_facts};
+use compiler::{MeshFacts, RobotFacts, ShapeFacts, mesh_facts, robot_facts};
 use hierarq::project;
+use robot::ShapeKind;
 use runtime::text::number;
 use serde_json::{Value, json};
 
@@ -31,8 +32,9 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
         return Err(format!("{} has no robot of its own: it declares missions alone", a.spec.display()));
     };
     let facts = robot_facts(program, compiled.srdf.as_ref());
+    let meshes = mesh_facts(&compiled.meshes);
     if a.json {
-        output::data(&format!("{:#}\n", data(&facts)));
+        output::data(&format!("{:#}\n", data(&facts, &meshes)));
         return Ok(Outcome::Good);
     }
     output::show(&compiled.report);
@@ -44,6 +46,7 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
     }
     out.push('\n');
     let _ = text(&facts, &mut out);
+    let _ = mesh_text(&meshes, &mut out);
     output::data(&out);
     Ok(Outcome::Good)
 }
@@ -92,11 +95,74 @@ fn text(facts: &RobotFacts, out: &mut String) -> std::fmt::Result {
     )
 }
 
+/// Meshes, with a line for each kind of shapes that can stand for them.
+fn mesh_text(meshes: &[MeshFacts], out: &mut String) -> std::fmt::Result {
+    if !meshes.is_empty() {
+        writeln!(out, "\nmeshes, and how far shapes exceed them")?;
+    }
+    for mesh in meshes {
+        let open = if mesh.volume.is_none() { " (open)" } else { "" };
+        writeln!(out, "  {}: {}{open}", mesh.link, mesh.file)?;
+        match &mesh.shapes {
+            Err(why) => writeln!(out, "    not known: {why}")?,
+            Ok(shapes) => {
+                for shape in shapes {
+                    let by = volume_share(mesh, shape).map(|x| format!(", {:+.1} % of the volume", 100.0 * x));
+                    let is_used = if shape.kind == mesh.kind { "  (used)" } else { "" };
+                    // Rounded up, as it is a bound.
+                    let distance = (1e4 * shape.excess.distance).ceil() / 10.0;
+                    writeln!(out, "    {}: up to {distance:.1} mm{}{is_used}", named(shape), by.unwrap_or_default())?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Volume of shapes beyond that of their mesh, relative to it; `None` for an open or flat one.
+fn volume_share(mesh: &MeshFacts, shape: &ShapeFacts) -> Option<f64> {
+    mesh.volume.filter(|volume| *volume > 0.0).map(|volume| shape.excess.volume / volume - 1.0)
+}
+
+fn named(shape: &ShapeFacts) -> String {
+    match (shape.kind, shape.count) {
+        (ShapeKind::Capsules, _) => "capsule".to_string(),
+        (ShapeKind::Hulls, _) => "hull".to_string(),
+        (ShapeKind::Pieces, 1) => "1 piece".to_string(),
+        (ShapeKind::Pieces, n) => format!("{n} pieces"),
+    }
+}
+
 fn words(all: &[String]) -> String {
     if all.is_empty() { "none".to_string() } else { all.join(", ") }
 }
 
-fn data(facts: &RobotFacts) -> Value {
+fn mesh_data(mesh: &MeshFacts) -> Value {
+    let kind = |kind: ShapeKind| match kind {
+        ShapeKind::Capsules => "capsules",
+        ShapeKind::Hulls => "hulls",
+        ShapeKind::Pieces => "pieces",
+    };
+    let shape = |s: &ShapeFacts| {
+        json!({
+            "kind": kind(s.kind),
+            "count": s.count,
+            "excess_m": s.excess.distance,
+            "volume_m3": s.excess.volume,
+        })
+    };
+    let shapes = mesh.shapes.as_ref().map(|all| all.iter().map(shape).collect::<Vec<_>>());
+    json!({
+        "link": mesh.link,
+        "file": mesh.file,
+        "used": kind(mesh.kind),
+        "volume_m3": mesh.volume,
+        "shapes": shapes.as_ref().ok(),
+        "error": shapes.as_ref().err(),
+    })
+}
+
+fn data(facts: &RobotFacts, meshes: &[MeshFacts]) -> Value {
     let groups = facts
         .groups
         .iter()
@@ -121,5 +187,6 @@ fn data(facts: &RobotFacts) -> Value {
         "always_touching_pairs": facts.touching,
         "open_pairs": facts.open,
         "rows": facts.rows,
+        "meshes": meshes.iter().map(mesh_data).collect::<Vec<_>>(),
     })
 }

@@ -35,7 +35,7 @@ pub enum Form {
     Shape(Isometry3<f64>, Shape),
     /// Everything below z = 0 of a frame that is turned so against the obstacle's.
     HalfSpace(UnitQuaternion<f64>),
-    /// Many small elements: the points of a cloud, the triangles of a mesh, the columns under a heightfield.
+    /// Many convex elements: the points of a cloud, the triangles or the pieces of a mesh.
     Soup(Soup),
 }
 

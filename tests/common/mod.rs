@@ -48,6 +48,7 @@ pub const EXAMPLES: &[&str] = &[
     "on_ros",
     "room",
     "cloud",
+    "hook",
     "free_flyer",
     "rover",
     "handover",

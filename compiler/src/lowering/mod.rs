@@ -388,6 +388,7 @@ impl<'a> Lowerer<'a> {
                 rate: robot.rate_span,
                 home: robot.home_span,
                 srdf: robot.srdf.clone(),
+                meshes: robot.meshes.clone(),
                 coverage: Vec::new(),
                 scenarios: Vec::new(),
                 scenario_measures: Vec::new(),

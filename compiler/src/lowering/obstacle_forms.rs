@@ -6,22 +6,25 @@ use blocks::{Located, Origin};
 use dsl::tree::NamedBlock;
 use dsl::{Diagnostic, Help, Snippet};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use robot::{Heights, Hull, MOST_ELEMENTS, Shape, Soup, SoupError};
+use robot::{FilePieces, Heights, Hull, MOST_ELEMENTS, MeshFile, Shape, Soup, SoupError};
+use stdlib_tasks::dimension::LENGTH;
 use stdlib_tasks::obstacle::Form;
 
 use super::Lowerer;
 use crate::paths::instead_of;
 use crate::sections::{ObstacleBlock, RoundBlock};
+use crate::units;
 
 /// The keys of forms.
 const FORMS: [&str; 8] = ["box", "sphere", "cylinder", "capsule", "plane", "mesh", "cloud", "heightfield"];
 
 /// Keys of some forms alone.
-const KEYS_OF: [(&str, &[&str]); 4] = [
+const KEYS_OF: [(&str, &[&str]); 5] = [
     ("scale", &["mesh", "cloud", "heightfield"]),
     ("radius", &["cloud"]),
     ("cell", &["heightfield"]),
     ("shape", &["mesh"]),
+    ("pieces_within", &["mesh"]),
 ];
 
 /// Extent of a mesh from which on its numbers are probably millimetres (m).
@@ -41,7 +44,8 @@ impl Lowerer<'_> {
         match written.as_slice() {
             [] => {
                 // A misspelt key was reported.
-                let known = ["scale", "radius", "cell", "shape", "position", "orientation", "on", "present"];
+                let known =
+                    ["scale", "radius", "cell", "shape", "pieces_within", "position", "orientation", "on", "present"];
                 if b.body.entries.iter().all(|e| known.contains(&e.key.value.as_str())) {
                     let text = format!("obstacle `{}` has no form", b.name.value);
                     let d = Diagnostic::error("HQ0580", b.name.span, text);
@@ -83,6 +87,11 @@ impl Lowerer<'_> {
                 self.push(Diagnostic::unknown_key("HQ0205", entry.key.span, text).help(help));
             }
         }
+        if let Some(entry) = b.body.get("pieces_within").filter(|_| form == "mesh" && block.shape != "pieces") {
+            let text = format!("`pieces_within` goes with pieces, and the shape of this mesh is `{}`", block.shape);
+            let d = Diagnostic::unknown_key("HQ0205", entry.key.span, text);
+            self.push(d.help(Help::with("write {}, or remove it", [Snippet::entry("shape", "pieces")])));
+        }
         let round = |round: &RoundBlock| Some((round.radius.as_ref()?.value, 0.5 * round.length.as_ref()?.value));
         match form {
             "box" => {
@@ -122,6 +131,7 @@ impl Lowerer<'_> {
                 };
                 self.heightfield(path, cell.value, block.scale.value)
             }
+            _ if block.shape == "pieces" => self.pieces(block.mesh.as_ref()?, block),
             _ if block.shape == "triangles" => self.triangles(block.mesh.as_ref()?, block.scale.value),
             _ => self.hull(block.mesh.as_ref()?, block.scale.value),
         }
@@ -182,6 +192,39 @@ impl Lowerer<'_> {
             Ok((middle, hull)) => {
                 self.warn_of_size("mesh", path, 2.0 * hull.radius(), LARGE);
                 Some(Form::Shape(Isometry3::translation(middle.x, middle.y, middle.z), Shape::Hull(hull)))
+            }
+            Err(why) => {
+                self.refuse("mesh", path, &why, "export it again as STL or OBJ");
+                None
+            }
+        }
+    }
+
+    /// Convex pieces of a mesh file.
+    fn pieces(&mut self, path: &Located<String>, block: &ObstacleBlock) -> Option<Form> {
+        let file = self.file_of(path)?;
+        let within = block.pieces_within.value;
+        let beside = Some(self.input.folder);
+        let mesh = MeshFile { path: &file, scale: [block.scale.value; 3], within, beside };
+        match mesh.pieces() {
+            Ok(FilePieces { pieces, damaged }) => {
+                if let Some(text) = pieces.shortfall(within) {
+                    let text = format!("mesh `{}`: {text}", path.value);
+                    let d = Diagnostic::warning("HQ0584", self.origins.span(path.at), text);
+                    self.push(d.help(Help::with(
+                        "allow more, such as {}, or take the triangles, {}",
+                        [
+                            Snippet::entry("pieces_within", units::shown(1.2 * pieces.excess, LENGTH)),
+                            Snippet::entry("shape", "triangles"),
+                        ],
+                    )));
+                }
+                if let Some(entry) = damaged {
+                    let (entry, mesh) = (entry.display(), &path.value);
+                    let text = format!("`{entry}` is damaged; the pieces of `{mesh}` were computed again");
+                    self.push(Diagnostic::warning("HQ0585", self.origins.span(path.at), text));
+                }
+                self.soup("mesh", path, &pieces.corners, 0.0, LARGE)
             }
             Err(why) => {
                 self.refuse("mesh", path, &why, "export it again as STL or OBJ");

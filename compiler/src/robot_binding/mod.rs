@@ -3,11 +3,11 @@
 mod base_entries;
 mod geometry;
 mod home;
-mod hulls;
 mod joints;
 mod limits;
 mod lookup;
 mod postures;
+mod shapes;
 mod srdf;
 mod together;
 mod urdf;
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use blocks::{ByName, Located, Unbound};
 use dsl::tree::{Entry, Robot, Value};
 use dsl::{Diagnostic, Help, Snippet, Sources, Span, Spanned};
-use robot::{Base, LinkId, Model};
+use robot::{Base, LinkId, LinkMesh, Model, ReadUrdf};
 use runtime::program::overshoots;
 use stdlib_tasks::bound::{Arm, Geometry};
 
@@ -67,6 +67,8 @@ pub struct BoundRobot {
     pub joint_groups: JointGroups,
     /// The SRDFs of its robots, each with its text.
     pub(crate) srdf: Vec<RobotSrdf>,
+    /// Meshes of its collision shapes.
+    pub(crate) meshes: Vec<LinkMesh>,
     /// Its stand in the world.
     pub stand: Stand,
     /// Named postures.
@@ -112,10 +114,10 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     let path = Spanned::new(path.value.clone(), files.origins.span(path.at));
     let unbound = |of: &Option<Located<Unbound>>| files.origins.unbound(of.as_ref()?);
     let locks = urdf::locks(unbound(&block.lock), files.diagnostics);
-    let hulls = hulls::Hulls::read(unbound(&block.hulls), files.diagnostics);
-    let file = urdf::open(&path, (base, hulls.option()), block.package_path.as_deref(), files)?;
-    let (mut whole, warnings) = file.whole(!locks.is_empty(), files.diagnostics)?;
-    hulls.check(&whole, files.diagnostics);
+    let shapes = shapes::Shapes::read(block, files.origins, files.diagnostics);
+    let file = urdf::open(&path, (base, shapes.option()), block.package_path.as_deref(), files)?;
+    let ReadUrdf { model: mut whole, warnings, meshes } = file.whole(!locks.is_empty(), files.diagnostics)?;
+    shapes.check(&whole, files.diagnostics);
     let srdf_path = block.srdf.as_ref().map(|path| Spanned::new(path.value.clone(), files.origins.span(path.at)));
     // The whole spec would be full of names that only the SRDF has.
     let srdf = match &srdf_path {
@@ -152,11 +154,11 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
         let passive = passive.into_iter().map(|joint| (joint, None)).collect();
         at.extend(urdf::positions(&passive, (&whole, &groups), &home, constants, files.diagnostics));
     }
-    let (model, warnings, joint_groups) = if at.is_empty() && locks.is_empty() {
-        (whole, warnings, groups)
+    let (model, warnings, meshes, joint_groups) = if at.is_empty() && locks.is_empty() {
+        (whole, warnings, meshes, groups)
     } else {
         let names = at.keys().cloned().collect();
-        let (mut model, warnings) = file.locked(at, files.diagnostics)?;
+        let ReadUrdf { mut model, warnings, meshes } = file.locked(at, files.diagnostics)?;
         model.name.clone_from(&robot.name.value);
         if model.nv() == 0 {
             file.warn(&warnings, &model, files.diagnostics);
@@ -165,7 +167,7 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
             return None;
         }
         let groups = groups.without(names, &whole, &model);
-        (model, warnings, groups)
+        (model, warnings, meshes, groups)
     };
     let origins = files.origins;
     let diagnostics = &mut *files.diagnostics;
@@ -222,6 +224,7 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
         groups,
         joint_groups,
         srdf: srdf.into_iter().collect(),
+        meshes,
         stand,
         postures,
         failed,

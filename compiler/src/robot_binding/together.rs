@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use dsl::tree::Value;
 use dsl::{Diagnostic, Help, Snippet, Span};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use robot::{Base, MergeError, Merged, Model, Placed};
+use robot::{Base, LinkMesh, MergeError, Merged, Model, Placed};
 use stdlib_tasks::bound::{Arm, Geometry};
 use stdlib_tasks::dimension::LENGTH;
 
@@ -89,6 +89,7 @@ pub fn together(mut robots: Vec<BoundRobot>, diagnostics: &mut Vec<Diagnostic>) 
         groups: BTreeMap::new(),
         joint_groups: JointGroups::default(),
         srdf: Vec::new(),
+        meshes: Vec::new(),
         postures: Postures::default(),
         failed: BTreeSet::new(),
         ..first.clone()
@@ -189,6 +190,7 @@ impl BoundRobot {
         self.postures.add(&robot.postures, named);
         let srdfs = robot.srdf.iter().map(|of| RobotSrdf { srdf: of.srdf.merged(place, prefix), ..of.clone() });
         self.srdf.extend(srdfs);
+        self.meshes.extend(robot.meshes.iter().map(|m| LinkMesh { link: named(&m.link), ..m.clone() }));
         if !alone {
             // The name of a robot means all of it.
             let own = &robot.name.value;

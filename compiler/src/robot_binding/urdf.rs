@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, SourceId, Span, Spanned};
-use robot::{Base, Model};
+use robot::{Base, Model, ReadUrdf, UrdfCode};
 
 use super::home::Home;
 use super::lookup::joints;
@@ -66,7 +66,7 @@ pub(super) fn urdf_example() -> Snippet {
 /// Finds the URDF that a robot names, and reads its text.
 pub(super) fn open(
     Spanned { value: path_text, span }: &Spanned<String>,
-    (base, hulls): (Base, robot::Hulls),
+    (base, shapes): (Base, robot::Shapes),
     package_path: Option<&str>,
     files: &mut Files,
 ) -> Option<Urdf> {
@@ -101,30 +101,23 @@ pub(super) fn open(
     let mut package_paths: Vec<PathBuf> = files.package_paths.to_vec();
     package_paths.splice(0..0, package_path.map(|path| files.folder.join(path)));
     let urdf_dir = path.parent().map(Path::to_path_buf);
+    let cache = Some(files.folder.to_path_buf());
     let options =
-        robot::Options { base, urdf_dir, package_paths, read_meshes: true, hulls, ..robot::Options::default() };
+        robot::Options { base, urdf_dir, package_paths, read_meshes: true, shapes, cache, ..robot::Options::default() };
     Some(Urdf { text, source, span, options })
 }
 
 impl Urdf {
     /// Builds the model with all joints, and returns its warnings. If `to_be_locked`, meshes and warnings are left to
     /// [`Urdf::locked`].
-    pub(super) fn whole(
-        &self,
-        to_be_locked: bool,
-        diagnostics: &mut Vec<Diagnostic>,
-    ) -> Option<(Model, Vec<robot::UrdfMessage>)> {
+    pub(super) fn whole(&self, to_be_locked: bool, diagnostics: &mut Vec<Diagnostic>) -> Option<ReadUrdf> {
         let options = robot::Options { read_meshes: !to_be_locked, ..self.options.clone() };
-        let (model, warnings) = self.model(&options, diagnostics)?;
-        Some((model, if to_be_locked { Vec::new() } else { warnings }))
+        let read = self.model(&options, diagnostics)?;
+        Some(if to_be_locked { ReadUrdf { warnings: Vec::new(), ..read } } else { read })
     }
 
     /// Builds the model with the given joints fixed at the given positions.
-    pub(super) fn locked(
-        &self,
-        at: BTreeMap<String, f64>,
-        diagnostics: &mut Vec<Diagnostic>,
-    ) -> Option<(Model, Vec<robot::UrdfMessage>)> {
+    pub(super) fn locked(&self, at: BTreeMap<String, f64>, diagnostics: &mut Vec<Diagnostic>) -> Option<ReadUrdf> {
         self.model(&robot::Options { lock: at, ..self.options.clone() }, diagnostics)
     }
 
@@ -141,12 +134,8 @@ impl Urdf {
         diagnostics.extend(warnings.iter().filter(|m| !given(m)).map(|m| self.convert(m, false)));
     }
 
-    fn model(
-        &self,
-        options: &robot::Options,
-        diagnostics: &mut Vec<Diagnostic>,
-    ) -> Option<(Model, Vec<robot::UrdfMessage>)> {
-        match Model::from_urdf(&self.text, options) {
+    fn model(&self, options: &robot::Options, diagnostics: &mut Vec<Diagnostic>) -> Option<ReadUrdf> {
+        match robot::urdf::read(&self.text, options) {
             Ok(read) => Some(read),
             Err(errors) => {
                 diagnostics.extend(errors.iter().map(|m| self.convert(m, true)));
@@ -160,7 +149,12 @@ impl Urdf {
         let d = if error {
             Diagnostic::error("HQ0402", place, m.text.clone()).label(self.span, "this robot reads it")
         } else {
-            Diagnostic::warning("HQ0403", place, m.text.clone())
+            let code = match m.code {
+                UrdfCode::MeshPieces => "HQ0584",
+                UrdfCode::MeshEntry => "HQ0585",
+                _ => "HQ0403",
+            };
+            Diagnostic::warning(code, place, m.text.clone())
         };
         match &m.help {
             Some(h) => d.help(h.clone()),

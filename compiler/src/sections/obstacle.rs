@@ -8,6 +8,8 @@ use super::ValueType;
 
 const SIZE: Quantity = Quantity::at_least(LENGTH, 0.0).usually(1e-4, 200.0);
 const RADIUS: Quantity = Quantity::above(LENGTH, 0.0).usually(1e-4, 50.0);
+/// Distance by which pieces may exceed their mesh.
+pub(super) const PIECES_WITHIN: Quantity = Quantity::above(LENGTH, 0.0).usually(1e-4, 1.0);
 const PLACE: ValueType = ValueType::Vector(Quantity::any(LENGTH));
 
 block! {
@@ -27,8 +29,10 @@ block! {
         plane: Option<Located<[f64; 3]>> = optional(ValueType::Vector(Quantity::any(NONE)), "[0, 0, 1]");
         /// A mesh, by default its convex hull: a `.stl`, `.obj` or `.dae` file, relative to the folder of the spec.
         mesh: Option<Located<String>> = optional(ValueType::Text);
-        /// Of a mesh: its convex hull, or its triangles with all hollows (`.stl` and `.obj`).
-        shape: Word = or(ValueType::Choice(&["hull", "triangles"]), "hull");
+        /// Of a mesh: its convex hull; convex pieces that contain it, or its triangles, with its hollows (`.stl` and `.obj`).
+        shape: Word = or(ValueType::Choice(&["hull", "pieces", "triangles"]), "hull");
+        /// Distance by which `shape pieces` may exceed the mesh.
+        pieces_within: Located<f64> = or(ValueType::Number(PIECES_WITHIN), "0.005 m");
         /// The points of a cloud: a `.ply`, `.pcd` or `.xyz` file, relative to the folder of the spec.
         cloud: Option<Located<String>> = optional(ValueType::Text);
         /// Radius of the balls around the points of a cloud.

@@ -5,6 +5,7 @@ use quantities::usual;
 use stdlib_tasks::dimension::{RATE, TIME};
 use stdlib_tasks::params::Quantity;
 
+use super::obstacle::PIECES_WITHIN;
 use super::{Key, Named, Place, ValueType};
 
 /// The words for what carries the root link.
@@ -47,9 +48,16 @@ block! {
         lock: Option<Located<Unbound>> = elsewhere(ValueType::Locks);
         /// Limits that replace those of the URDF: `elbow { lower 0 rad  upper 2 rad  velocity 1 rad/s }`.
         limits: Vec<ByName<LimitBlock>> = optional(ValueType::PerJoint(&ValueType::Block(&LIMIT)));
-        /// Links whose cylinders are exact and whose meshes are their convex hulls, or `all` links. The shapes of others are
-        /// capsules around them, which are larger and faster.
+        /// Links whose cylinders and meshes are capsules around them, or `all` links: the default. They are the fastest, and the
+        /// largest.
+        capsules: Option<Located<Unbound>> = elsewhere(ValueType::Links);
+        /// Links whose cylinders are exact and whose meshes are their convex hulls, or `all` links.
         hulls: Option<Located<Unbound>> = elsewhere(ValueType::Links);
+        /// Links whose cylinders are exact and whose meshes are convex pieces that contain them, or `all` links: for links with
+        /// hollows.
+        pieces: Option<Located<Unbound>> = elsewhere(ValueType::Links);
+        /// Distance by which pieces may exceed their mesh.
+        pieces_within: Located<f64> = or(ValueType::Number(PIECES_WITHIN), "0.005 m");
         /// Maximum time between two ticks; a longer one is the fault `deadline`. More than a period; default: two
         /// periods.
         deadline: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0).usually(1e-5, 30.0)));

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::convex::{self, Body};
 use super::{CORES_MEET, Closest, Degenerate, closest, ends, rounded};
-use super::{closest_point_segment, closest_segment_triangle};
+use super::{closest_point_segment, closest_point_triangle, closest_segment_triangle};
 use crate::Shape;
 
 /// A shape whose distances to many elements are computed, in their frame.
@@ -110,6 +110,7 @@ impl<'a> Query<'a> {
                 let c = closest(self.shape, &self.pose, &point, &Isometry3::translation(p.x, p.y, p.z))?;
                 return Ok(Found { closest: c, along: 0.0 });
             }
+            (&[a, b, c], Some([s0, s1])) if s0 == s1 => (*s0, closest_point_triangle(s0, &[a, b, c])),
             (&[a, b, c], Some([s0, s1])) => closest_segment_triangle(s0, s1, &[a, b, c]),
             _ => {
                 let own = rounded(self.shape).core;

@@ -4,6 +4,7 @@
 //! without a higher neighbour is the highest.
 
 mod faces;
+mod flat;
 
 use std::sync::Arc;
 
@@ -12,6 +13,9 @@ use serde::{Deserialize, Serialize};
 
 /// Up to this number of corners, all of them are compared: faster than walking.
 const FEW: usize = 24;
+
+/// Distance from their plane, relative to the size, up to which points are flat.
+const FLAT: f64 = 1e-8;
 
 /// Largest coordinate of a point \[m\].
 const FARTHEST: f64 = 1e4;
@@ -93,6 +97,47 @@ impl Hull {
     /// Triangles of the surface, as indices of corners, anticlockwise from outside; empty for a flat hull.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.0.triangles
+    }
+
+    /// Triangles that cover the surface \[m\], of a flat hull once; `None` if rounding defeated the search for faces, and all
+    /// points are corners.
+    pub fn faces(&self) -> Option<Vec<[Vector3<f64>; 3]>> {
+        let corners = &self.0.corners;
+        if !self.0.triangles.is_empty() {
+            return Some(self.0.triangles.iter().map(|t| t.map(|i| corners[i as usize])).collect());
+        }
+        match self.outline()?.as_slice() {
+            [] => Some(Vec::new()),
+            &[p] => Some(vec![[p; 3]]),
+            &[p, q] => Some(vec![[p, q, q]]),
+            [first, rest @ ..] => Some(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]).collect()),
+        }
+    }
+
+    /// Corners without points of a flat hull that are no corners \[m\].
+    pub fn outer_corners(&self) -> Vec<Vector3<f64>> {
+        let outline = if self.0.triangles.is_empty() { self.outline() } else { None };
+        outline.unwrap_or_else(|| self.0.corners.clone())
+    }
+
+    /// Corners of a flat hull; `None` if its points are in no plane.
+    fn outline(&self) -> Option<Vec<Vector3<f64>>> {
+        let outline = flat::outline(&self.0.corners);
+        let is_flat = match outline.as_slice() {
+            [a, b, c, ..] => {
+                let normal = (b - a).cross(&(c - a)).normalize();
+                self.0.corners.iter().all(|p| normal.dot(&(p - a)).abs() <= FLAT * self.0.radius)
+            }
+            _ => true,
+        };
+        is_flat.then_some(outline)
+    }
+
+    /// Volume \[m³\]; zero for a flat hull.
+    pub fn volume(&self) -> f64 {
+        let corner = |i: u32| self.0.corners[i as usize];
+        let six_times = |t: &[u32; 3]| corner(t[0]).dot(&corner(t[1]).cross(&corner(t[2])));
+        self.0.triangles.iter().map(six_times).sum::<f64>() / 6.0
     }
 
     /// Radius of the ball about the origin that contains the hull \[m\].

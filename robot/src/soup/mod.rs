@@ -1,5 +1,5 @@
 //! Many small convex elements in one body that need not be convex: the points of a cloud, the triangles of a mesh, the
-//! columns under a heightfield.
+//! columns under a heightfield, the convex pieces of a solid.
 //!
 //! Elements are the convex hulls of a few corners, with one radius around all. They lie in a tree of balls, which is built
 //! once; [`Soup::spots`] finds the nearest ones of a shape in it.
@@ -13,7 +13,7 @@ use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Query;
-use crate::{Closest, Degenerate, Shape};
+use crate::{Closest, Degenerate, Hull, Shape};
 use tree::Tree;
 
 pub use search::{Search, Spot};
@@ -22,7 +22,7 @@ pub use search::{Search, Spot};
 pub const MOST_ELEMENTS: usize = 200_000;
 
 /// Largest number of corners of an element.
-pub const MOST_CORNERS: usize = 64;
+pub const MOST_CORNERS: usize = 1 << 16;
 
 /// Largest coordinate of a corner \[m\].
 const FARTHEST: f64 = 1e4;
@@ -108,6 +108,21 @@ impl Soup {
     pub fn corners(&self, element: usize) -> &[Vector3<f64>] {
         let first = &self.0.first;
         &self.0.corners[first[element] as usize..first[element + 1] as usize]
+    }
+
+    /// Triangles that cover an element without its radius \[m\]; none of a point.
+    pub fn faces(&self, element: usize) -> Vec<[Vector3<f64>; 3]> {
+        match self.corners(element) {
+            [] | [_] => Vec::new(),
+            &[a, b, c] => vec![[a, b, c]],
+            corners => match Hull::around(corners) {
+                Ok((middle, hull)) => {
+                    let faces = hull.faces().unwrap_or_default();
+                    faces.into_iter().map(|t| t.map(|p| p + middle)).collect()
+                }
+                Err(_) => Vec::new(),
+            },
+        }
     }
 
     /// Radius around each element \[m\].

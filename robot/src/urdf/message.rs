@@ -81,6 +81,10 @@ codes! {
     MeshMissing = "mesh-missing",
     /// Warning: a mesh file could not be read or has no usable vertices.
     MeshUnreadable = "mesh-unreadable",
+    /// Warning: the pieces of a mesh exceed it by more than is allowed.
+    MeshPieces = "mesh-pieces",
+    /// Warning: an entry of the cache of pieces was damaged.
+    MeshEntry = "mesh-entry",
     /// Warning: collision meshes were left out because [`Options::read_meshes`](crate::Options::read_meshes) is off.
     MeshNotRead = "mesh-not-read",
     /// Warning: a number that looks as if it were written in another unit.

@@ -13,15 +13,19 @@ use crate::{Base, Dof, DofUnit, Drive, Joint, JointId, JointKind, Link, LinkId, 
 pub(crate) mod cx;
 mod drive;
 mod followers;
+mod link_mesh;
 mod locate;
 mod message;
 mod read;
+mod shapes;
 mod solid;
 mod tree;
 mod units;
 pub(crate) mod xml;
 
+pub use link_mesh::LinkMesh;
 pub use message::{UrdfCode, UrdfMessage};
+pub use shapes::{ShapeKind, Shapes};
 
 use cx::Cx;
 use drive::Driven;
@@ -43,33 +47,23 @@ pub struct Options {
     /// Folders that contain packages, or are packages, for `package://` addresses; searched before `ROS_PACKAGE_PATH`
     /// and `AMENT_PREFIX_PATH`.
     pub package_paths: Vec<PathBuf>,
-    /// True to read collision meshes and bound them by capsules or hulls; otherwise they are left out.
+    /// True to read collision meshes and bound them by shapes; otherwise they are left out.
     pub read_meshes: bool,
-    /// Links whose collision shapes are hulls.
-    pub hulls: Hulls,
+    /// Kinds of the collision shapes of links.
+    pub shapes: Shapes,
+    /// Folder in which the cache of pieces is; `None` to keep nothing.
+    pub cache: Option<PathBuf>,
 }
 
-/// Links whose cylinders are exact and whose meshes are their convex hulls. The shapes of other links are capsules around
-/// them, which are faster.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Hulls {
-    /// No link.
-    #[default]
-    None,
-    /// All links.
-    All,
-    /// The links of these names.
-    Of(BTreeSet<String>),
-}
-
-impl Hulls {
-    fn contain(&self, link: &str) -> bool {
-        match self {
-            Hulls::None => false,
-            Hulls::All => true,
-            Hulls::Of(names) => names.contains(link),
-        }
-    }
+/// A model, and what else its file says.
+#[derive(Clone, Debug)]
+pub struct ReadUrdf {
+    /// The model.
+    pub model: Model,
+    /// Warnings, sorted by their location in the text.
+    pub warnings: Vec<UrdfMessage>,
+    /// Meshes of collision shapes that were read.
+    pub meshes: Vec<LinkMesh>,
 }
 
 impl Model {
@@ -86,18 +80,28 @@ impl Model {
     /// # Errors
     /// All codes of [`UrdfCode`] that are not marked as a warning.
     pub fn from_urdf(text: &str, options: &Options) -> Result<(Model, Vec<UrdfMessage>), Vec<UrdfMessage>> {
-        let document = xml::parse(text).map_err(|message| vec![message])?;
-        let mut cx = Cx { text, errors: Vec::new(), warnings: Vec::new() };
-        let root = document.root_element();
-        let mut solids = solid::Solids::new(&mut cx, root, options);
-        let model = read::robot(&mut cx, root, &mut solids).and_then(|robot| build(&mut cx, robot, options));
-        solids.report_missing(&mut cx);
-        cx.errors.sort_by_key(|m| m.span.start);
-        cx.warnings.sort_by_key(|m| m.span.start);
-        match model {
-            Some(model) if cx.errors.is_empty() => Ok((model, cx.warnings)),
-            _ => Err(cx.errors),
+        read(text, options).map(|read| (read.model, read.warnings))
+    }
+}
+
+/// Reads a URDF as [`Model::from_urdf`] does, with the meshes of its links.
+///
+/// # Errors
+/// Those of [`Model::from_urdf`].
+pub fn read(text: &str, options: &Options) -> Result<ReadUrdf, Vec<UrdfMessage>> {
+    let document = xml::parse(text).map_err(|message| vec![message])?;
+    let mut cx = Cx { text, errors: Vec::new(), warnings: Vec::new() };
+    let root = document.root_element();
+    let mut solids = solid::Solids::new(&mut cx, root, options);
+    let model = read::robot(&mut cx, root, &mut solids).and_then(|robot| build(&mut cx, robot, options));
+    solids.report_missing(&mut cx);
+    cx.errors.sort_by_key(|m| m.span.start);
+    cx.warnings.sort_by_key(|m| m.span.start);
+    match model {
+        Some(model) if cx.errors.is_empty() => {
+            Ok(ReadUrdf { model, warnings: cx.warnings, meshes: solids.into_meshes() })
         }
+        _ => Err(cx.errors),
     }
 }
 

@@ -153,7 +153,7 @@ fn link(cx: &mut Cx, node: Node, solids: &mut Solids) -> Option<RawLink> {
     }
     let of = name.as_ref().map_or("", |name| name.value);
     let collision: Vec<PlacedShape> =
-        children(node, "collision").filter_map(|element| solid::collision(cx, element, of, solids)).collect();
+        children(node, "collision").flat_map(|element| solid::collision(cx, element, of, solids)).collect();
     let visual = children(node, "visual").filter_map(|element| solid::visual(cx, element, solids)).collect();
     let name = name?;
     if let Some(inertial) = inertial {

@@ -2,15 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Vector3};
 use roxmltree::Node;
 
 use super::cx::{Cx, attribute, child, parse_numbers};
-use super::{Options, UrdfCode, UrdfMessage, locate};
+use super::{LinkMesh, Options, ShapeKind, Shapes, UrdfCode, UrdfMessage, locate};
 use crate::mesh;
-use crate::{Hull, PlacedShape, Shape, Visual, VisualGeometry};
+use crate::{FilePieces, MeshFile, PlacedShape, Shape, Visual, VisualGeometry};
+
+/// Extent of a mesh from which on its numbers are probably millimetres \[m\].
+const LARGE: f64 = 50.0;
 
 /// Context of the shapes: options, named colours and the meshes read so far.
 pub(super) struct Solids<'o> {
@@ -20,6 +23,8 @@ pub(super) struct Solids<'o> {
     unread: usize,
     /// Meshes that were not found, by what would make them findable: the first message, its address and their number.
     missing: BTreeMap<String, (UrdfMessage, String, usize)>,
+    found: Vec<LinkMesh>,
+    pieces: BTreeMap<(PathBuf, [u64; 3]), Result<FilePieces, String>>,
 }
 
 impl<'o> Solids<'o> {
@@ -33,7 +38,20 @@ impl<'o> Solids<'o> {
         }
         // Each visual parses its own colour again, and reports errors then.
         cx.warnings.clear();
-        Solids { options, colors, meshes: BTreeMap::new(), unread: 0, missing: BTreeMap::new() }
+        Solids {
+            options,
+            colors,
+            meshes: BTreeMap::new(),
+            unread: 0,
+            missing: BTreeMap::new(),
+            found: Vec::new(),
+            pieces: BTreeMap::new(),
+        }
+    }
+
+    /// Meshes that were found.
+    pub(super) fn into_meshes(self) -> Vec<LinkMesh> {
+        self.found
     }
 
     /// Warns of the meshes that were not found: once for all meshes of a package, since one path makes all of them findable.
@@ -139,38 +157,41 @@ pub(super) fn visual(cx: &mut Cx, element: Node, solids: &Solids) -> Option<Visu
     Some(Visual { origin, geometry, color })
 }
 
-/// Reads a collision shape of a link; a mesh becomes its convex hull, or its bounding capsule.
-pub(super) fn collision(cx: &mut Cx, element: Node, link: &str, solids: &mut Solids) -> Option<PlacedShape> {
-    let exact = solids.options.hulls.contain(link);
+/// Reads a collision shape of a link, with those around a mesh.
+pub(super) fn collision(cx: &mut Cx, element: Node, link: &str, solids: &mut Solids) -> Vec<PlacedShape> {
+    let kind = solids.options.shapes.kind(link);
     let origin = cx.origin(element);
-    let (geometry, span) = geometry(cx, element, |cx, m| cx.error(m))?;
+    let Some((geometry, span)) = geometry(cx, element, |cx, m| cx.error(m)) else { return Vec::new() };
     let shape = match geometry {
         VisualGeometry::Sphere { radius } => Shape::Sphere { radius },
-        VisualGeometry::Cylinder { radius, length } if exact => Shape::Cylinder { radius, half_length: 0.5 * length },
+        VisualGeometry::Cylinder { radius, length } if kind != ShapeKind::Capsules => {
+            Shape::Cylinder { radius, half_length: 0.5 * length }
+        }
         VisualGeometry::Cylinder { radius, length } | VisualGeometry::Capsule { radius, length } => {
             Shape::Capsule { radius, half_length: 0.5 * length }
         }
         VisualGeometry::Box { size } => Shape::Box { half: size.map(|x| 0.5 * x) },
         VisualGeometry::Mesh { path, scale } => {
-            let of = MeshOf { address: &path, scale, span, exact };
-            let PlacedShape { origin: inner, shape } = around_mesh(cx, solids, of)?;
-            return Some(PlacedShape { origin: origin * inner, shape });
+            let of = MeshOf { link, address: &path, scale, span, origin };
+            let shapes = around_mesh(cx, solids, of, kind);
+            return shapes.into_iter().map(|s| PlacedShape { origin: origin * s.origin, shape: s.shape }).collect();
         }
     };
-    Some(PlacedShape { origin, shape })
+    vec![PlacedShape { origin, shape }]
 }
 
 /// A mesh of a link.
 struct MeshOf<'a> {
+    link: &'a str,
     address: &'a str,
     scale: [f64; 3],
     span: Range<usize>,
-    /// True for its hull; else the capsule around it.
-    exact: bool,
+    origin: Isometry3<f64>,
 }
 
-fn around_mesh(cx: &mut Cx, solids: &mut Solids, mesh: MeshOf) -> Option<PlacedShape> {
-    let MeshOf { address, scale, span, exact } = mesh;
+/// Shapes around a mesh, in its frame; none if it cannot be read, which is reported.
+fn around_mesh(cx: &mut Cx, solids: &mut Solids, mesh: MeshOf, kind: ShapeKind) -> Vec<PlacedShape> {
+    let MeshOf { link, address, scale, span, origin } = mesh;
     if !solids.options.read_meshes {
         solids.unread += 1;
         if solids.unread == 1 {
@@ -180,7 +201,7 @@ fn around_mesh(cx: &mut Cx, solids: &mut Solids, mesh: MeshOf) -> Option<PlacedS
                     .help("ask for meshes to be read, or give the links simple shapes"),
             );
         }
-        return None;
+        return Vec::new();
     }
     let path = match locate::find(address, solids.options) {
         Ok(path) => path,
@@ -188,32 +209,73 @@ fn around_mesh(cx: &mut Cx, solids: &mut Solids, mesh: MeshOf) -> Option<PlacedS
             let message = UrdfMessage::new(UrdfCode::MeshMissing, span, "").help(help.as_str());
             let first = || (message, address.to_owned(), 0);
             solids.missing.entry(help).or_insert_with(first).2 += 1;
-            return None;
+            return Vec::new();
         }
     };
-    let vertices = solids.meshes.entry(path).or_insert_with_key(|path| mesh::vertices(path));
-    let bound = match vertices {
-        Ok(vertices) => {
-            let scale = Vector3::from(scale);
-            let scaled: Vec<_> = vertices.iter().map(|v| v.component_mul(&scale)).collect();
-            match exact {
-                true => Hull::around(&scaled).map_err(|e| e.to_string()).map(|(middle, hull)| PlacedShape {
-                    origin: Isometry3::translation(middle.x, middle.y, middle.z),
-                    shape: Shape::Hull(hull),
-                }),
-                false => mesh::bounding_capsule(&scaled)
-                    .map(|(origin, shape)| PlacedShape { origin, shape })
-                    .ok_or_else(|| "it has no vertex, or one that is not finite".to_string()),
+    let Options { shapes: Shapes { pieces_within, .. }, cache, .. } = solids.options;
+    let (link, cache) = (link.to_owned(), cache.clone());
+    let found = LinkMesh { link, path: path.clone(), scale, origin, kind, pieces_within: *pieces_within, cache };
+    solids.found.push(found);
+    let shapes = match kind {
+        ShapeKind::Pieces => solids.pieces(&path, scale).map(|found| {
+            let within = solids.options.shapes.pieces_within;
+            if let Some(text) = found.pieces.shortfall(within) {
+                let text = format!("mesh `{address}`: {text}");
+                let help = "allow more with `pieces_within`, or give the link a simpler mesh";
+                cx.warn(UrdfMessage::new(UrdfCode::MeshPieces, span.clone(), text).help(help));
             }
+            if let Some(entry) = &found.damaged {
+                let text = format!("`{}` is damaged; the pieces of `{address}` were computed again", entry.display());
+                cx.warn(UrdfMessage::new(UrdfCode::MeshEntry, span.clone(), text));
+            }
+            found.pieces.shapes()
+        }),
+        ShapeKind::Capsules | ShapeKind::Hulls => {
+            let vertices = solids.meshes.entry(path).or_insert_with_key(|path| mesh::vertices(path));
+            vertices.as_ref().map_err(String::clone).and_then(|vertices| {
+                let scale = Vector3::from(scale);
+                let scaled: Vec<_> = vertices.iter().map(|v| v.component_mul(&scale)).collect();
+                around_points(&scaled, kind).map(|shape| vec![shape])
+            })
         }
-        Err(what) => Err(what.clone()),
     };
-    match bound {
-        Ok(shape) => Some(shape),
-        Err(what) => {
-            let text = format!("mesh `{address}` cannot be used: {what}");
-            cx.warn(UrdfMessage::new(UrdfCode::MeshUnreadable, span, text));
-            None
-        }
+    if let Ok(shapes) = &shapes {
+        warn_of_size(cx, address, &span, shapes);
     }
+    shapes.unwrap_or_else(|what| {
+        let text = format!("mesh `{address}` cannot be used: {what}");
+        cx.warn(UrdfMessage::new(UrdfCode::MeshUnreadable, span, text));
+        Vec::new()
+    })
+}
+
+/// Warns of a mesh whose unit is probably another one.
+fn warn_of_size(cx: &mut Cx, address: &str, span: &Range<usize>, shapes: &[PlacedShape]) {
+    let extent = shapes.iter().map(|s| 2.0 * s.shape.bounding_radius()).fold(0.0, f64::max);
+    if extent <= LARGE {
+        return;
+    }
+    let text = format!("mesh `{address}` is about {extent:.0} m across; this looks like millimetres");
+    let help = "meshes are in metres: write `scale=\"0.001 0.001 0.001\"`";
+    cx.warn(UrdfMessage::new(UrdfCode::Unit, span.clone(), text).help(help));
+}
+
+impl Solids<'_> {
+    /// Pieces of a mesh file; those of the same mesh of several links are computed once.
+    fn pieces(&mut self, path: &Path, scale: [f64; 3]) -> Result<FilePieces, String> {
+        let within = self.options.shapes.pieces_within;
+        let beside = self.options.cache.as_deref();
+        let known = self.pieces.entry((path.to_path_buf(), scale.map(f64::to_bits)));
+        known.or_insert_with(|| MeshFile { path, scale, within, beside }.pieces()).clone()
+    }
+}
+
+/// The hull of points, or the capsule around them.
+fn around_points(points: &[Vector3<f64>], kind: ShapeKind) -> Result<PlacedShape, String> {
+    if kind == ShapeKind::Hulls {
+        return PlacedShape::hull(points).map_err(|e| e.to_string());
+    }
+    mesh::bounding_capsule(points)
+        .map(|(origin, shape)| PlacedShape { origin, shape })
+        .ok_or_else(|| "it has no vertex, or one that is not finite".to_string())
 }

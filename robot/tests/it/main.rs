@@ -13,6 +13,7 @@ mod merged;
 mod meshes;
 mod oddities;
 mod oracle;
+mod pieces;
 mod pinocchio;
 mod refusals;
 mod soups;

@@ -80,7 +80,7 @@ An obstacle that moves towards a robot faster than the robot can flee makes a ro
 level the fault `infeasible`, on a soft level an error that the level shows. An obstacle that is absent \
 (`present`) has no row.\n\n\
 A cloud of points, a heightfield and a mesh with its hollows have a row for each of the nearest `spots` of a part. The \
-first is that of the nearest element, a point or a triangle. Each further one is that of the nearest element for which no \
+first is that of the nearest element, a point, a triangle or a convex piece. Each further one is that of the nearest element for which no \
 spot before it stands: a spot stands for what is behind the plane through it, across its normal, or in front of it by at most \
 14 degrees and a tenth of its distance, and nearest to about the same part of the shape (of a capsule, to the same half of its \
 axis). So a wall of thousands of points has one row, or a few for a long part, and the wall on the other side has its own. No element is nearer than the first spot. A \

@@ -60,7 +60,8 @@ d_min'         m/s            time derivative of d_min\n\
 δ              m              reserve, `sampled_margin`; otherwise 0\n\
 ```\n\n\
 The closest points have exact closed forms for all pairs of points, segments, spheres, capsules and boxes. A \
-cylinder of the URDF is replaced by the capsule that contains it, a mesh by its bounding capsule. The distance \
+cylinder of the URDF is replaced by the capsule that contains it, a mesh by its bounding capsule, unless the robot names \
+the link under `hulls` or `pieces`; each piece is a part with rows of its own. The distance \
 is negative if the surfaces overlap. If the cores of two parts (the points, segments or boxes inside their \
 radii) meet, no direction leads apart: the task keeps the last valid direction and closest points. If there were \
 none, this is a fault.\n\n\

@@ -31,6 +31,7 @@ fn forms(rng: &mut impl FnMut() -> f64) -> Vec<(&'static str, Form)> {
         ("floor", Form::HalfSpace(turn)),
         ("cloud", Form::Soup(soup(60, 1, 0.02, rng))),
         ("sheet", Form::Soup(soup(20, 3, 0.0, rng))),
+        ("pieces", Form::Soup(soup(6, 20, 0.0, rng))),
     ]
 }
 
@@ -98,7 +99,7 @@ fn rows_are_the_derivative_of_the_margin_while_everything_moves() {
                     if w.margins[i] < 0.05 && !name.ends_with("floor") {
                         continue;
                     }
-                    let spots = name.contains("cloud") || name.contains("sheet");
+                    let spots = ["cloud", "sheet", "pieces"].iter().any(|form| name.contains(form));
                     // Round bodies against bodies are approached, up to 1e-10.
                     let step = if name.contains("can") || name.contains("drum") { 3e-5 } else { H };
                     let after = place.moved(&v, step).write(&mut *task, &case, step).unwrap();

@@ -50,7 +50,7 @@ fn form(form: &Form) -> Json {
 /// Largest number of elements that are drawn: of more, some are left out evenly.
 const MOST_DRAWN: usize = 4000;
 
-/// A mesh of the triangles, or of small octahedra in place of the points.
+/// A mesh of the triangles and pieces, or of small octahedra in place of the points.
 fn drawn_soup(soup: &Soup) -> Json {
     let (mut vertices, mut faces): (Vec<f64>, Vec<u32>) = (Vec::new(), Vec::new());
     let mut corner = |p: Vector3<f64>| {
@@ -70,11 +70,9 @@ fn drawn_soup(soup: &Soup) -> Json {
                     faces.extend([tips[a], tips[b], tips[c]]);
                 }
             }
-            corners => {
-                // A fan: the corners of an element of more than three are those of its upper side first.
-                let all: Vec<u32> = corners.iter().take(3).map(|p| corner(*p)).collect();
-                if let [a, b, c] = all[..] {
-                    faces.extend([a, b, c]);
+            _ => {
+                for [a, b, c] in soup.faces(element) {
+                    faces.extend([corner(a), corner(b), corner(c)]);
                 }
             }
         }
