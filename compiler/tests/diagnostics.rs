@@ -15,6 +15,8 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("robot", include_str!("cases/robot.txt"), Syntax::Native),
     ("plants", include_str!("cases/plants.txt"), Syntax::Native),
     ("plants_yaml", include_str!("cases/plants_yaml.txt"), Syntax::Yaml),
+    ("ros", include_str!("cases/ros.txt"), Syntax::Native),
+    ("ros_yaml", include_str!("cases/ros_yaml.txt"), Syntax::Yaml),
     ("robots", include_str!("cases/robots.txt"), Syntax::Native),
     ("robots_yaml", include_str!("cases/robots_yaml.txt"), Syntax::Yaml),
     ("state", include_str!("cases/state.txt"), Syntax::Native),
@@ -143,6 +145,16 @@ fn plants() {
 #[test]
 fn plants_yaml() {
     check("plants_yaml");
+}
+
+#[test]
+fn ros() {
+    check("ros");
+}
+
+#[test]
+fn ros_yaml() {
+    check("ros_yaml");
 }
 
 #[test]

@@ -127,7 +127,7 @@ impl Configuration {
         &self.last
     }
 
-    /// The configuration at a time (s). A reading that is too old is not a number, which is the fault `observation`.
+    /// The configuration at a time (s). A reading that is too old is not a number, which is the fault `not_finite`.
     pub fn at(&mut self, time: f64) -> &[f64] {
         for ((q, last), received) in self.q.iter_mut().zip(&self.last).zip(&self.received) {
             *q = if time - received <= self.stale_after { *last } else { f64::NAN };

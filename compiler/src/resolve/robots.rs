@@ -109,7 +109,9 @@ impl Resolver<'_> {
 
     /// True if the URDF is known and has no joint of this name.
     pub(super) fn is_no_joint(&self, name: &str) -> bool {
-        self.joints.as_ref().is_some_and(|joints| !joints.contains_key(name))
+        let of_all = name == "all" || (name == "base" && !self.base_joints.is_empty());
+        !of_all
+            && self.joints.as_ref().is_some_and(|joints| !joints.contains_key(name))
             && self.part(K::JointGroup, name).is_none()
     }
 

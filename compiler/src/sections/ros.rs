@@ -15,7 +15,7 @@ block! {
         namespace: Option<Located<String>> = optional(ValueType::Text);
         /// Event that begins a tick: the clock of the controller, `timer`, or a message with positions of joints, `joint_states`.
         tick: Word = or(ValueType::Choice(&["timer", "joint_states"]), "timer");
-        /// Time for which a position of a joint is valid. After it the fault `observation` occurs. At least a period.
+        /// Time for which a position of a joint is valid. After it the fault `not_finite` occurs. At least a period.
         stale_after: Located<f64> = or(ValueType::Number(Quantity::above(TIME, 0.0).usually(1e-3, 5.0)), "0.1 s");
         /// Frame of quantities in the world; messages in another frame are rejected.
         world_frame: Option<String> = optional(ValueType::Text);

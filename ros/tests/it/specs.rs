@@ -1,6 +1,7 @@
 //! Specs of the tests.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use runs::project::{Settings, load};
 use runtime::Program;
@@ -10,9 +11,8 @@ pub fn program(text: &str) -> Program {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros");
     std::fs::create_dir_all(&folder).unwrap();
     // Tests run beside each other.
-    let number =
-        std::hash::BuildHasher::hash_one(&std::hash::BuildHasherDefault::<std::hash::DefaultHasher>::new(), text);
-    let file = folder.join(format!("{number:x}.hq"));
+    static NEXT: AtomicUsize = AtomicUsize::new(0);
+    let file = folder.join(format!("{}-{}.hq", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed)));
     std::fs::write(&file, format!("hierarq 1\n{text}")).unwrap();
     let compiled = load(&file, &Settings::default());
     compiled.program.unwrap_or_else(|| panic!("{}", compiled.report.render(compiler::Style::Plain, 100)))
