@@ -14,6 +14,7 @@ use robot::{Base, DofUnit};
 use stdlib_tasks::bound::{Bound, ExceptedPair, Exception, Slot};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::expression::Expression;
+use stdlib_tasks::kinds::keep;
 
 use crate::program::{AllowedWarning, CaptureSource, Op, Program, Simulator, Subject, TaskProgram};
 use leaves::{leaf, whole_leaf};
@@ -199,6 +200,8 @@ fn runs(p: &Program, list: &[(usize, Slot)]) -> String {
 fn slot(p: &Program, s: &Slot) -> String {
     let one = |at: usize| match p.values.tape.outputs.iter().find(|o| o.at == at) {
         Some(o) => format!("%{}", o.value),
+        // A limit with an open side.
+        None if p.values.initial[at].abs() >= keep::OPEN => "none".to_string(),
         None => number(p.values.initial[at]),
     };
     let parts: Vec<String> = (s.at..s.at + s.len).map(one).collect();
