@@ -15,6 +15,7 @@ mod interrupted_blend;
 mod late_ticks;
 mod letting_go;
 mod motion;
+mod regions;
 mod semantics;
 mod sensors;
 mod slow_ticks;

@@ -99,6 +99,7 @@ fn another_stack_takes_the_hand_over_at_its_speed() {
         name: name.to_string(),
         parent: inside,
         initial: inside.is_none().then_some(1),
+        regions: Vec::new(),
         stack,
         is_final: false,
         enter: Vec::new(),

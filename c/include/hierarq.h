@@ -155,7 +155,8 @@ hierarq_result hierarq_step(hierarq_controller *controller,
 void hierarq_fault_text(const hierarq_controller *controller, char *message, size_t capacity);
 
 /*
- Path of the active state; an empty text without a machine. The text is freed with the controller.
+ Path of the active state; an empty text without a machine. The states of regions are joined, `work.left.reach | work.right.wait`; this text changes with
+ the next tick. The text is freed with the controller.
  */
 const char *hierarq_state(const hierarq_controller *controller);
 

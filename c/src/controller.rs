@@ -17,6 +17,8 @@ pub struct Controller {
     nv: usize,
     /// Names of the machine's states, by their indices.
     states: Vec<CString>,
+    /// States of regions that are active beside each other, with a terminator.
+    beside: Vec<u8>,
     tasks: Vec<Task>,
     /// The last fault.
     fault: Option<runtime::Fault>,
@@ -84,6 +86,7 @@ fn prepared(program: &runtime::Program, stack: Option<&str>) -> std::result::Res
     Ok(Controller {
         nq: program.robot.model.nq(),
         nv: program.robot.model.nv(),
+        beside: Vec::with_capacity(controller.longest_state() + 1),
         states: controller.machine().states.iter().map(|s| text::name(&s.name)).collect(),
         controller,
         tasks,
@@ -206,7 +209,13 @@ pub unsafe extern "C" fn hierarq_step(
     let stepped = catch_unwind(AssertUnwindSafe(|| {
         let command = c.controller.step(&Observation { time, q });
         velocity.copy_from_slice(command.velocity);
-        command.fault
+        let fault = command.fault;
+        if c.controller.leaves().len() > 1 {
+            c.beside.clear();
+            c.beside.extend_from_slice(c.controller.state().as_bytes());
+            c.beside.push(0);
+        }
+        fault
     }));
     match stepped {
         Ok(fault) => {
@@ -234,7 +243,8 @@ pub unsafe extern "C" fn hierarq_fault_text(controller: *const Controller, messa
     unsafe { text::write(&words, message, capacity) };
 }
 
-/// Path of the active state; an empty text without a machine. The text is freed with the controller.
+/// Path of the active state; an empty text without a machine. The states of regions are joined, `work.left.reach | work.right.wait`; this text changes with
+/// the next tick. The text is freed with the controller.
 ///
 /// # Safety
 /// `controller` is null or a controller.
@@ -244,6 +254,7 @@ pub unsafe extern "C" fn hierarq_state(controller: *const Controller) -> *const 
     let c = unsafe { controller.as_ref() };
     c.map_or(std::ptr::null(), |c| match c.controller.state() {
         "" => c"".as_ptr(),
+        _ if c.controller.leaves().len() > 1 && !c.beside.is_empty() => c.beside.as_ptr().cast(),
         _ => text::at(&c.states, c.controller.state_index()),
     })
 }

@@ -55,10 +55,12 @@ pub(crate) struct Atom {
 }
 
 /// Source spans of the parts of a machine, with facts for its checks.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct MachinePlaces {
     /// For each state, the span of its name.
     pub states: Vec<Span>,
+    /// For each state, its whole span.
+    pub wholes: Vec<Span>,
     /// For each state, the span of its stack's name.
     pub stacks: Vec<Option<Span>>,
     /// For each state, its transitions.
@@ -74,7 +76,7 @@ pub(crate) struct MachinePlaces {
 }
 
 /// A property of a machine.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct PropertyPlace {
     /// Its label, or its formula.
     pub name: String,
@@ -87,7 +89,7 @@ pub(crate) struct PropertyPlace {
 }
 
 /// A formula without time.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) enum Property {
     /// Node of a truth value.
     Value(usize),
@@ -100,7 +102,7 @@ pub(crate) enum Property {
 }
 
 /// Source spans of a transition, with facts about it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct TransitionPlace {
     /// Span of the trigger.
     pub trigger: Span,

@@ -40,6 +40,7 @@ const FILES: &[(&str, &str, Syntax)] = &[
     ("fields_yaml", include_str!("cases/fields_yaml.txt"), Syntax::Yaml),
     ("planners", include_str!("cases/planners.txt"), Syntax::Native),
     ("machines", include_str!("cases/machines.txt"), Syntax::Native),
+    ("regions", include_str!("cases/regions.txt"), Syntax::Native),
     ("missions", include_str!("cases/missions.txt"), Syntax::Native),
     ("missions_runs", include_str!("cases/missions_runs.txt"), Syntax::Native),
     ("missions_runs_yaml", include_str!("cases/missions_runs_yaml.txt"), Syntax::Yaml),
@@ -411,6 +412,11 @@ fn reuse_yaml() {
 #[test]
 fn machines() {
     check("machines");
+}
+
+#[test]
+fn regions() {
+    check("regions");
 }
 
 /// Defects found in public controllers of other frameworks, each written as a spec.

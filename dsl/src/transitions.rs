@@ -7,8 +7,22 @@ use crate::vocabulary::ALLOW;
 use crate::{Diagnostic, Help, Snippet, Span, checks};
 
 /// The words that begin a part of a state, and its keys in YAML: none of them can be the name of a setting.
-pub(crate) const STATE_WORDS: &[&str] =
-    &["state", "states", "final", "stack", "enter", "do", "exit", "on", "when", "after", "check", "transitions"];
+pub(crate) const STATE_WORDS: &[&str] = &[
+    "state",
+    "states",
+    "region",
+    "regions",
+    "final",
+    "stack",
+    "enter",
+    "do",
+    "exit",
+    "on",
+    "when",
+    "after",
+    "check",
+    "transitions",
+];
 
 /// The keys of a transition in YAML that cannot be names of settings either.
 pub(crate) const TRANSITION_WORDS: &[&str] = &["for", "to"];

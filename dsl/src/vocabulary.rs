@@ -87,5 +87,5 @@ pub static TASK_SETTINGS: &[&str] = &["label", "features", "to", "via", "object"
 
 /// Returns true for a word that begins a part of a state in the native syntax.
 pub(crate) fn begins_part(word: &str) -> bool {
-    matches!(word, "state" | "final" | "stack" | "enter" | "do" | "exit" | "on" | "when" | "after" | "check")
+    matches!(word, "state" | "region" | "final" | "stack" | "enter" | "do" | "exit" | "on" | "when" | "after" | "check")
 }

@@ -14,7 +14,7 @@ syntax match hierarqKeyword "\<\%(robot\|human\|worker\|object\|place\|layer\|so
 syntax match hierarqKeyword "\<task\ze\s\+\%(\h\|\$\)\S*\s*="
 syntax match hierarqOperator "\<in\ze\s\+\h"
 syntax match hierarqKeyword "\%(\<for\s\+\h\w*\s\+\)\@<=in\>"
-syntax match hierarqKeyword "\<\%(state\|final\|stack\|initial\|enter\|do\|exit\)\ze\s\+\%(\h\|\$\)"
+syntax match hierarqKeyword "\<\%(state\|region\|final\|stack\|initial\|enter\|do\|exit\)\ze\s\+\%(\h\|\$\)"
 syntax match hierarqKeyword "\<\%(on\|when\|after\|for\)\ze\s.*->"
 syntax match hierarqKeyword "^\s*\zs\%(on\|when\)\ze\s"
 syntax match hierarqKeyword "\%(^\s*\%(expect\|check\)\s.*\)\@<=\<\%(always\|eventually\|never\|within\|from\|to\|after\|until\|implies\)\>"

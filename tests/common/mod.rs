@@ -46,6 +46,7 @@ pub const EXAMPLES: &[&str] = &[
     "carrier",
     "completion",
     "on_ros",
+    "regions",
     "room",
     "cloud",
     "hook",

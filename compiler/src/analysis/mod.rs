@@ -6,6 +6,7 @@ pub(crate) mod exploration;
 pub(crate) mod idle_rows;
 pub(crate) mod played;
 pub(crate) mod postures;
+pub(crate) mod regions;
 pub(crate) mod stacks;
 pub(crate) mod value_ranges;
 pub(crate) mod wording;

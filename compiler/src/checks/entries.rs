@@ -28,7 +28,8 @@ fn first_states(machine: &MachineProgram, period: f64) -> BTreeSet<usize> {
     while let Some(state) = next.filter(|s| found.insert(*s)) {
         // First transition to be examined; those of inner states come first.
         let transitions = machine.path(state).flat_map(|s| &machine.states[s].transitions);
-        let first = transitions.filter(|t| machine.permits(state, t)).find(|t| !matches!(t.trigger, Trigger::Fault(_)));
+        let first =
+            transitions.filter(|t| machine.permits(state, state, t)).find(|t| !matches!(t.trigger, Trigger::Fault(_)));
         next = first.filter(|t| is_immediate(&t.trigger, period)).map(|t| machine.leaf(t.target));
     }
     found

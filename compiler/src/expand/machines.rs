@@ -55,6 +55,7 @@ impl Expander<'_> {
     fn state(&mut self, s: &State, frame: &mut Frame) -> State {
         State {
             name: self.name(&s.name, frame),
+            region: s.region,
             final_: s.final_.map(|at| self.at(at, frame)),
             body: self.states_body(&s.body, frame),
             span: self.at(s.span, frame),
@@ -110,7 +111,7 @@ impl Expander<'_> {
         let mut copy = self.copied_machine(&machine, frame);
         copy.name.value = self.program_name(m, Class::Machine, &copy.name.value);
         self.stacks_of(&mut copy.body, "", m);
-        self.triggers_of(&mut copy.body, None, m);
+        self.triggers_of(&mut copy.body, None, &[], m);
         self.out.machines.push(copy);
     }
 

@@ -17,6 +17,8 @@ struct Place<'p> {
     module: usize,
     /// Stacks that run in the state that has the transition, or in states inside it.
     stacks: &'p [String],
+    /// Stacks that run in regions beside it.
+    beside: &'p [String],
 }
 
 /// Task that a trigger names.
@@ -31,11 +33,11 @@ enum Named {
 
 impl Expander<'_> {
     /// Renames the tasks in the triggers of a state, or of a machine, once its stacks are those of the program.
-    /// `around` is the stack of the enclosing state.
-    pub(super) fn triggers_of(&mut self, body: &mut StateBody, around: Option<&str>, m: usize) {
+    /// `around` is the stack of the enclosing state, and `beside` are those that run in regions of it.
+    pub(super) fn triggers_of(&mut self, body: &mut StateBody, around: Option<&str>, beside: &[String], m: usize) {
         let mut stacks = Vec::new();
         running(body, around, &mut stacks);
-        let place = Place { module: m, stacks: &stacks };
+        let place = Place { module: m, stacks: &stacks, beside };
         for t in &mut body.transitions {
             match &mut t.trigger {
                 Trigger::On(value) => self.tasks_of(value, &place),
@@ -44,8 +46,10 @@ impl Expander<'_> {
             }
         }
         let own = body.stack.as_ref().map(|call| call.name.value.clone());
+        let regions = body.inner(true).next().is_some();
+        let beside = if regions { &stacks } else { beside };
         for state in &mut body.states {
-            self.triggers_of(&mut state.body, own.as_deref().or(around), m);
+            self.triggers_of(&mut state.body, own.as_deref().or(around), beside, m);
         }
     }
 
@@ -105,7 +109,10 @@ impl Expander<'_> {
         if parameters(&self.modules[found.0].items[found.1].kind).is_empty() {
             return made(self.emit_task(found));
         }
-        let instances = self.instances_in(found, place.stacks);
+        let mut instances = self.instances_in(found, place.stacks);
+        if instances.is_empty() {
+            instances = self.instances_in(found, place.beside);
+        }
         if let [one] = instances.as_slice() {
             return Named::Task(one.clone());
         }

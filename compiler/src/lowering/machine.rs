@@ -24,8 +24,12 @@ pub(super) struct Flat<'m> {
     pub name: String,
     /// Span of the name.
     pub at: Span,
+    /// Span of the whole state; that of the machine is the span of its name.
+    pub whole: Span,
     /// Enclosing state; `None` for the machine itself.
     pub parent: Option<usize>,
+    /// True for a region of the enclosing state.
+    pub region: bool,
     /// True if the machine ends in this state.
     pub is_final: bool,
     /// Body.
@@ -36,7 +40,8 @@ fn flatten<'m>(body: &'m StateBody, parent: usize, out: &mut Vec<Flat<'m>>) {
     for s in &body.states {
         let above = &out[parent].name;
         let name = if parent == 0 { s.name.value.clone() } else { format!("{above}.{}", s.name.value) };
-        out.push(Flat { name, at: s.name.span, parent: Some(parent), is_final: s.final_.is_some(), body: &s.body });
+        let (at, whole, region, is_final) = (s.name.span, s.span, s.region, s.final_.is_some());
+        out.push(Flat { name, at, whole, parent: Some(parent), region, is_final, body: &s.body });
         let own = out.len() - 1;
         flatten(&s.body, own, out);
     }
@@ -102,7 +107,8 @@ impl Lowerer<'_> {
         around: Surroundings,
         variables: &mut Variables,
     ) -> Option<(MachineProgram, MachinePlaces)> {
-        let root = Flat { name: m.name.value.clone(), at: m.name.span, parent: None, is_final: false, body: &m.body };
+        let (name, at) = (m.name.value.clone(), m.name.span);
+        let root = Flat { name, at, whole: at, parent: None, region: false, is_final: false, body: &m.body };
         let mut flat = vec![root];
         flatten(&m.body, 0, &mut flat);
         let (settings, measured, reached) = (Vec::new(), Vec::new(), Vec::new());
@@ -119,6 +125,7 @@ impl MachineLowering<'_, '_> {
         let before = self.lowerer.errors();
         self.settings = (0..self.flat.len()).map(|i| self.settings(i)).collect();
         self.twice();
+        self.misplaced_regions();
         let declared_events = self.lowerer.interface.events.len();
         let mut places = MachinePlaces { declared_events, ..MachinePlaces::default() };
         let (mut states, mut all) = (Vec::new(), Vec::new());
@@ -130,12 +137,14 @@ impl MachineLowering<'_, '_> {
             let stack = body.stack.as_ref().and_then(|c| self.around.stacks.iter().position(|s| *s == c.name.value));
             let (transitions, where_) = self.transitions(i);
             places.states.push(at);
+            places.wholes.push(self.flat[i].whole);
             places.stacks.push(body.stack.as_ref().map(|c| c.name.span));
             places.transitions.push(where_);
             states.push(StateProgram {
                 name: self.flat[i].name.clone(),
                 parent: self.flat[i].parent,
                 initial: self.initial(i),
+                regions: self.regions(i),
                 stack,
                 is_final: self.flat[i].is_final,
                 enter,
@@ -145,6 +154,9 @@ impl MachineLowering<'_, '_> {
             });
         }
         let program = MachineProgram { states, actions: all, measured: self.measured, reached: self.reached };
+        if self.lowerer.errors() == before {
+            self.lowerer.region_errors(&program, &places);
+        }
         (self.lowerer.errors() == before).then_some((program, places))
     }
 
@@ -177,6 +189,9 @@ impl MachineLowering<'_, '_> {
     /// Initial inner state of a state or machine.
     fn initial(&mut self, i: usize) -> Option<usize> {
         let own: Vec<usize> = (0..self.flat.len()).filter(|&k| self.flat[k].parent == Some(i)).collect();
+        if !self.regions(i).is_empty() {
+            return own.first().copied();
+        }
         let entry = self.flat[i].body.settings.get("initial");
         let short = |k: usize| self.flat[k].name.rsplit('.').next().unwrap_or(&self.flat[k].name);
         let first = own.first().map(|&k| short(k).to_string());
@@ -191,10 +206,10 @@ impl MachineLowering<'_, '_> {
             }
             (None, None) => None,
             (None, Some(first)) => {
-                let what = if i == 0 { "this machine" } else { "this state holds others, and" };
                 let text = match i {
-                    0 => format!("{what} has no initial state"),
-                    _ => format!("{what} has several states and no initial one"),
+                    0 => "this machine has no initial state",
+                    _ if self.flat[i].region => "this region has no initial state",
+                    _ => "this state holds others, and has several states and no initial one",
                 };
                 self.lowerer
                     .push(Diagnostic::error("HQ0701", self.flat[i].at, text).help(Snippet::entry("initial", first)));

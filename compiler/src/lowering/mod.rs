@@ -25,6 +25,7 @@ mod predicates;
 mod properties;
 mod reached;
 mod ros;
+mod regions;
 mod run;
 mod scenario;
 mod sensors;

@@ -111,11 +111,11 @@ impl MachineLowering<'_, '_> {
                 let trigger = Trigger::When { condition: found.expression.clone(), hold };
                 Some((trigger, Some(found), condition.span))
             }
-            dsl::tree::Trigger::On(value) => Some((self.on(value)?, None, value.span)),
+            dsl::tree::Trigger::On(value) => Some((self.on(i, value)?, None, value.span)),
         }
     }
 
-    fn on(&mut self, value: &Value) -> Option<Trigger> {
+    fn on(&mut self, i: usize, value: &Value) -> Option<Trigger> {
         match &value.kind {
             ValueKind::Call(function, args) if function.value == "fault" => {
                 let pattern = self.pattern(args, value.span)?;
@@ -124,6 +124,7 @@ impl MachineLowering<'_, '_> {
             ValueKind::Call(function, args) if function.value == "reached" => {
                 self.reached(args, value.span).map(Trigger::Reached)
             }
+            ValueKind::Call(function, args) if function.value == "ended" => self.ended(i, args, value.span),
             ValueKind::Call(function, _) => {
                 let text = format!("`{}(..)` is nothing that happens", function.value);
                 let d = Diagnostic::unknown_name(function.span, text);

@@ -55,7 +55,7 @@ impl Resolver<'_> {
 
     fn state(&mut self, s: &State) {
         if self.syntax == Syntax::Native {
-            self.keyword_before("state", s.name.span, STATE.key("state", self.syntax));
+            self.keyword_before(s.word(), s.name.span, STATE.key(s.word(), self.syntax));
         }
         if let Some(at) = s.final_ {
             self.keyword("final", at.range().start, STATE.key("final", self.syntax));
@@ -152,6 +152,7 @@ impl Resolver<'_> {
                 match (function.value.as_str(), args.as_slice()) {
                     (REACHED, [task, bounds @ ..]) => self.target_task(task, bounds),
                     ("fault", [pattern]) => self.fault(pattern),
+                    ("ended", regions) => regions.iter().for_each(|r| self.region(r)),
                     (_, args) => args.iter().for_each(|v| self.expression(v)),
                 }
             }
@@ -160,6 +161,26 @@ impl Resolver<'_> {
                     self.event_name(name, value.span, true);
                 }
             }
+        }
+    }
+
+    /// Resolves a region in `ended(..)`: one of the state that has the trigger, or of a state around it.
+    fn region(&mut self, value: &Value) {
+        let around: Vec<SymbolId> =
+            std::iter::successors(self.around.holder, |id| self.out.symbol(*id).container).collect();
+        let Some(name) = value.word() else { return };
+        let offer = |r: &Self| {
+            let mut offered = Vec::new();
+            around.iter().flat_map(|h| r.all_inside(*h, K::State)).for_each(|id| {
+                offered.push(Offered { name: r.out.symbol(id).name.clone(), about: K::State.word() });
+            });
+            C::Offered(offered)
+        };
+        if self.is_cursor(name, offer) {
+            return;
+        }
+        if let Some(found) = around.iter().find_map(|h| self.inside(*h, K::State, name)) {
+            self.refer(name, value.span, K::State, Some(found));
         }
     }
 

@@ -83,6 +83,7 @@ pub static TRIGGERS: &[Word] = &[
         "`reached(TASK, 5 mm, 2 deg)`: the target of the task is at rest, and each of its errors is at most its tolerance. \
          `reached(TASK, 5 mm, 1 mm/s)`: the robot moves along its rows no faster than that, too. Conditions after `when` know it as well.",
     ),
+    word("ended", "`ended(all)`, `ended(REGION, ..)`: all regions of a state, or these, are in final states."),
     word(
         "fault",
         "`fault(any)`, `fault(KIND)`, `fault(stale(SIGNAL))`, `fault(infeasible(LEVEL))`, `fault(limit(TASK))`: a fault came.",

@@ -168,8 +168,19 @@ block! {
         Key::optional("final", ValueType::Block(&STATE), FINAL).at(super::Place::Hq),
         Key::optional("states", ValueType::Each(&ValueType::Block(&STATE)), "States inside it, by name.")
             .at(super::Place::Yaml),
+        Key::optional("region", ValueType::Block(&STATE), REGION).at(super::Place::Hq),
+        Key::optional(
+            "regions",
+            ValueType::Each(&ValueType::Block(&STATE)),
+            "Regions by name: parts of the state that are active beside each other, each with an initial state, states \
+             and transitions of its own.",
+        )
+        .at(super::Place::Yaml),
     ]
 }
+
+const REGION: &str =
+    "A part of the state that is active beside its other regions: `region NAME { initial STATE  state STATE { .. } }`.";
 
 block! {
     /// A transition.

@@ -67,9 +67,11 @@ impl Reader<'_> {
         let mut comments = Comments::default();
         self.pool.before(start, &mut comments.before);
         let (mut name, mut mark, mut final_, mut block, mut junk) = (None::<Spanned<String>>, None, None, None, None);
+        let mut region = None;
         for part in pair.into_inner() {
             let at = self.of(&part);
             match part.as_rule() {
+                Rule::region_word => region = Some(at),
                 Rule::final_word => final_ = Some(at),
                 Rule::name => name = Some(self.place().spanned(&part)),
                 Rule::mark => mark = Some(at),
@@ -77,18 +79,19 @@ impl Reader<'_> {
                 _ => junk = Some(at),
             }
         }
-        let keyword = final_.unwrap_or_else(|| self.span(start, start + "state".len()));
+        let what = if region.is_some() { "region" } else { "state" };
+        let keyword = final_.or(region).unwrap_or_else(|| self.span(start, start + "state".len()));
         if final_.is_some() && name.is_none() && junk.is_some() {
             junk.into_iter().for_each(|junk| {
                 self.explain(junk, After::Start("`state` and a name"), false);
             });
             return None;
         }
-        self.head(mark, junk.as_slice(), "state");
+        self.head(mark, junk.as_slice(), what);
         if name.is_none() {
             self.diags.push(
-                Diagnostic::incomplete("HQ0116", keyword, "this state has no name")
-                    .help("write the name after `state`: letters, digits and `_`"),
+                Diagnostic::incomplete("HQ0116", keyword, format!("this {what} has no name"))
+                    .help(format!("write the name after `{what}`: letters, digits and `_`")),
             );
         }
         if self.states >= MAX_STATE_NESTING {
@@ -101,15 +104,19 @@ impl Reader<'_> {
                 if block.as_rule() == Rule::headless_body {
                     let end = self.of(&block).range().end;
                     self.diags.push(
-                        Diagnostic::incomplete("HQ0117", keyword, "the `{` of this state is missing")
+                        Diagnostic::incomplete("HQ0117", keyword, format!("the `{{` of this {what} is missing"))
                             .label(self.span(end - 1, end), "this brace closes it")
                             .help("write `{` at the end of the line"),
                     );
                 }
                 self.states += 1;
-                body = self.state_body(block, "state", &mut comments.behind);
+                body = self.state_body(block, what, &mut comments.behind);
                 self.states -= 1;
             }
+            None if region.is_some() && junk.is_none() => self.diags.push(
+                Diagnostic::incomplete("HQ0117", keyword, "this region has no block")
+                    .help("write `{ initial STATE  state STATE { .. } }` after its name"),
+            ),
             None if final_.is_none() && junk.is_none() => self.diags.push(
                 Diagnostic::incomplete("HQ0117", keyword, "this state has no block")
                     .help("write `{ stack NAME  on found -> STATE }` after its name; a last one is written `final state NAME`"),
@@ -117,7 +124,7 @@ impl Reader<'_> {
             None => {}
         }
         self.pool.behind(span.range().end, &[',', ';'], &mut comments.behind);
-        Some(State { name: name?, final_, body, span, comments })
+        Some(State { name: name?, region: region.is_some(), final_, body, span, comments })
     }
 
     /// Reads `stack reach_to(goal: peduncle)`.

@@ -119,7 +119,7 @@ fn one_line(it: &State, indent: usize) -> Option<String> {
         return None;
     }
     let mut line = OneLine::new(WIDTH.saturating_sub(indent));
-    let word = if it.final_.is_some() { "final state" } else { "state" };
+    let word = if it.final_.is_some() { "final state" } else { it.word() };
     line.push(&format!("{word} {}", it.name.value))?;
     match &it.body.stack {
         Some(stack) => line.push(&format!(" {{ stack {} }}", reuse::call(stack)))?,
@@ -136,7 +136,7 @@ fn state(it: &State, indent: usize, lines: &mut Lines) {
         lines.out.push_str(&text);
         return lines.end(&it.comments.behind);
     }
-    let word = if it.final_.is_some() { "final state" } else { "state" };
+    let word = if it.final_.is_some() { "final state" } else { it.word() };
     lines.out.push_str(&format!("{word} {} ", it.name.value));
     body(&it.body, &it.comments.behind, indent, lines);
 }

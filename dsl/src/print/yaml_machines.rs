@@ -89,9 +89,11 @@ fn body(it: &StateBody, is_final: bool, behind: &Option<String>, indent: usize, 
         self::transition(transition, inner + 2, lines);
     }
     expects("check", &it.properties, inner, lines);
-    title("states", it.states.is_empty(), inner, lines);
-    for state in &it.states {
-        self::state(state, inner + 2, lines);
+    for (word, region) in [("states", false), ("regions", true)] {
+        title(word, it.inner(region).next().is_none(), inner, lines);
+        for state in it.inner(region) {
+            self::state(state, inner + 2, lines);
+        }
     }
     lines.before(&it.closing_comments.before, inner);
 }

@@ -42,11 +42,13 @@ pub struct Machine {
     pub body: StateBody,
 }
 
-/// A state of a machine, or of another state.
+/// A state of a machine, or of another state, or one of the regions of a state that are active beside each other.
 #[derive(Clone, Debug)]
 pub struct State {
     /// Its name.
     pub name: Spanned<String>,
+    /// True for a region, `region left { .. }`.
+    pub region: bool,
     /// Location of `final`, if it was written. (`final: false` in YAML is `None`.)
     pub final_: Option<Span>,
     /// Its content; empty if no braces were written.
@@ -57,7 +59,7 @@ pub struct State {
     pub comments: Comments,
 }
 
-equal_by!(State: name, final_.is_some(), body);
+equal_by!(State: name, region, final_.is_some(), body);
 
 /// Content of the braces of a machine or a state. The order within a group is significant, the order of the groups is
 /// not; the actions of each moment are a group of their own.
@@ -75,7 +77,7 @@ pub struct StateBody {
     pub transitions: Vec<Transition>,
     /// Properties that hold at every tick at which the state is active: `check always not gripper_open`.
     pub properties: Vec<Expect>,
-    /// Nested states.
+    /// Nested states, and regions.
     pub states: Vec<State>,
     /// Comments before the closing brace.
     pub closing_comments: Comments,
@@ -89,11 +91,23 @@ impl PartialEq for StateBody {
             && Moment::ALL.into_iter().all(|moment| at(self, moment) == at(other, moment))
             && self.transitions == other.transitions
             && self.properties == other.properties
-            && self.states == other.states
+            && [false, true].into_iter().all(|region| self.inner(region).eq(other.inner(region)))
+    }
+}
+
+impl State {
+    /// Returns the word that it begins with in `*.hq` texts.
+    pub fn word(&self) -> &'static str {
+        if self.region { "region" } else { "state" }
     }
 }
 
 impl StateBody {
+    /// Returns the nested states, or the regions, in their order.
+    pub fn inner(&self, region: bool) -> impl Iterator<Item = &State> {
+        self.states.iter().filter(move |state| state.region == region)
+    }
+
     /// Returns the actions of a moment in their order.
     pub fn actions_at(&self, moment: Moment) -> impl Iterator<Item = &Action> {
         self.actions.iter().filter(move |action| action.moment.value == moment)

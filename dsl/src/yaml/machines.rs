@@ -11,7 +11,7 @@ use crate::{Diagnostic, Span, Spanned, actions, transitions};
 use pest::Parser;
 
 /// The keys of a state that are not settings.
-const STATE_KEYS: &[&str] = &["final", "stack", "enter", "do", "exit", "transitions", "check", "states"];
+const STATE_KEYS: &[&str] = &["final", "stack", "enter", "do", "exit", "transitions", "check", "states", "regions"];
 
 impl Reader<'_> {
     /// Reads `initial: look`, `states: { .. }`.
@@ -71,7 +71,8 @@ impl Reader<'_> {
                 "exit" => self.actions(Moment::Exit, &key, value, &mut body.actions),
                 "transitions" => body.transitions = self.transitions(value),
                 "check" => body.properties = self.expects(&key, value),
-                "states" => body.states = self.states(value, &key),
+                "states" => body.states.extend(self.states(value, &key, "state")),
+                "regions" => body.states.extend(self.states(value, &key, "region")),
                 _ => {
                     let entry = self.setting(key, value);
                     body.settings.entries.push(entry);
@@ -81,6 +82,7 @@ impl Reader<'_> {
         self.depth -= 1;
         self.closing(id, &mut body.closing_comments);
         transitions::settings(&mut body.settings, what, &mut self.diags);
+        transitions::distinct_states(&mut body.states, &mut self.diags);
         self.slips(&mut body.settings);
         body
     }
@@ -115,13 +117,14 @@ impl Reader<'_> {
         None
     }
 
-    fn states(&mut self, id: NodeId, key: &Spanned<String>) -> Vec<State> {
+    fn states(&mut self, id: NodeId, key: &Spanned<String>, what: &str) -> Vec<State> {
         let mut states = Vec::new();
         if self.is_null(id) {
             return states;
         }
         if !matches!(self.node(id).kind, Kind::Mapping(_)) {
-            self.wrong_shape(id, "a mapping of states", "write `NAME: { stack: .. }` lines below `states:`");
+            let help = format!("write `NAME: {{ stack: .. }}` lines below `{what}s:`");
+            self.wrong_shape(id, &format!("a mapping of {what}s"), &help);
             return states;
         }
         if self.states >= MAX_STATE_NESTING {
@@ -132,11 +135,11 @@ impl Reader<'_> {
         for (name, value) in self.distinct(id) {
             let mut comments = self.key_comments(name.span);
             let mut final_ = None;
-            let body = self.state_body(value, &name, "state", &mut final_, &mut comments);
+            let body = self.state_body(value, &name, what, &mut final_, &mut comments);
             let later = self.later(value, name.span);
             self.pool.behind(later.range().end, &[','], &mut comments.behind);
             let span = name.span.to(later);
-            states.push(State { name, final_, body, span, comments });
+            states.push(State { name, region: what == "region", final_, body, span, comments });
         }
         self.states -= 1;
         states

@@ -120,7 +120,7 @@ impl Outline<'_> {
 
     fn states(&self, body: &StateBody) -> Vec<DocumentSymbol> {
         let state = |s: &State| {
-            let detail = if s.final_.is_some() { "state, final" } else { "state" };
+            let detail = if s.final_.is_some() { "state, final" } else { s.word() };
             self.symbol(&s.name, s.span, SymbolKind::ENUM_MEMBER, detail, self.states(&s.body))
         };
         body.states.iter().map(state).collect()

@@ -179,11 +179,15 @@ fn machine(p: &Program, m: &MachineProgram, all: &mut Vec<Subject>) {
     let values = Values::new(p);
     let named = |index: usize| m.states.get(index).map_or("?", |state| state.name.as_str());
     for (index, state) in m.states.iter().enumerate() {
-        let word = if index == 0 { "machine" } else { "state" };
+        let word = match index {
+            0 => "machine",
+            _ if m.region(index) == Some(index) => "region",
+            _ => "state",
+        };
         let mut facts = Facts::about(format!("{word} {}", state.name));
         let stack = state.stack.and_then(|stack| p.stacks.get(stack));
         facts.add("stack", stack.map_or("none of its own", |stack| stack.name.as_str()));
-        if let Some(initial) = state.initial {
+        if let Some(initial) = state.initial.filter(|_| state.regions.is_empty()) {
             facts.add("initial state", named(initial));
         }
         if state.is_final {

@@ -290,6 +290,10 @@ impl Values<'_> {
             Trigger::Event(event) => {
                 self.program.interface.events.get(*event).map_or_else(String::new, |event| format!("on {event}"))
             }
+            Trigger::Ended(regions) => {
+                let all = self.program.machine.iter().flat_map(|m| regions.iter().filter_map(|r| m.states.get(*r)));
+                format!("ended {}", all.map(|s| s.name.as_str()).collect::<Vec<_>>().join(" "))
+            }
             // The words of a fault name what it is of.
             Trigger::Fault(_) => "fault".to_string(),
         }

@@ -11,7 +11,13 @@
 //! than events. A time is taken once. An event enters the target again. A condition or `reached` that re-enters the
 //! state that defines it must first have been false there.
 //!
-//! In a final state, only transitions to final states are tested: a machine that has ended does not begin again.
+//! The regions of a state are active beside each other, each with a state of its own. They are stepped in the order
+//! written, each like a machine of its own: the transitions of its innermost state first, then those of the states around
+//! it, out to the machine. A transition that leads out of its region, or that is defined around the regions, leaves them
+//! all, and ends the tick of the machine.
+//!
+//! In a final state, only transitions to final states are tested: a machine that has ended does not begin again. In
+//! a region, this concerns the transitions of the region.
 //!
 //! A fault never re-enters the state in which it occurred. If its transition leads to a state that is active already, and
 //! the stack that runs has a target, the robot stands still until the machine leaves that state.
@@ -24,7 +30,9 @@ use super::machine_actions::{Kinematics, ObservedState, ReadyAction};
 use super::stack_controller::StackController;
 use crate::evaluator::TickInputs;
 use crate::fault::Fault;
-use crate::program::{FaultPattern, MachineProgram, Program, ReachedProgram, Times, TransitionProgram, Trigger};
+use crate::program::{
+    BESIDE, FaultPattern, MachineProgram, Program, ReachedProgram, Times, TransitionProgram, Trigger,
+};
 use crate::signals::Signals;
 use crate::values::ValueTable;
 
@@ -46,6 +54,13 @@ pub(super) struct StateChange {
     pub stack: bool,
 }
 
+impl StateChange {
+    /// This change and another one at the same tick.
+    fn then(self, next: StateChange) -> StateChange {
+        StateChange { blend: if next.stack { next.blend } else { self.blend }, stack: self.stack || next.stack }
+    }
+}
+
 /// Response of the machine to a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum FaultResponse {
@@ -59,29 +74,36 @@ pub(super) enum FaultResponse {
 
 /// A machine at run time.
 pub(super) struct Machine {
-    program: MachineProgram,
-    guards: Vec<Guards>,
+    pub(super) program: MachineProgram,
+    pub(super) guards: Vec<Guards>,
     model: Model,
     data: Data,
-    current: usize,
+    /// The innermost active state that is not in a region.
+    pub(super) current: usize,
+    /// For each of its regions, the innermost active state.
+    pub(super) inner: Vec<usize>,
+    /// Text of the active states, if there are regions.
+    pub(super) text: String,
+    /// For each state with regions, the index among them of the one that moves the robot.
+    pub(super) moving: Vec<Option<usize>>,
     /// Time at which each state was entered (s).
-    entered: Vec<f64>,
+    pub(super) entered: Vec<f64>,
     /// Number of entries into each state.
-    entries: Vec<u64>,
+    pub(super) entries: Vec<u64>,
     /// State whose stack runs.
-    owner: usize,
+    pub(super) owner: usize,
     /// Active state that the transition for a fault leads to; the robot stands still until the machine leaves it.
-    standing: Option<usize>,
+    pub(super) standing: Option<usize>,
     /// Time at which the stack last began anew after such a stop, without an entry of its state (s).
-    resumed: f64,
+    pub(super) resumed: f64,
     /// Requests of this tick.
     pub requests: Vec<Request>,
     /// Events that the machine raised at the previous tick, and those of this one.
-    raised: [Vec<bool>; 2],
+    pub(super) raised: [Vec<bool>; 2],
     /// For each action, the part that the controller performs itself.
     own: Vec<Option<ReadyAction>>,
     /// Own actions due at this tick, each with the time at which its state was entered (s).
-    pending: Vec<(usize, f64)>,
+    pub(super) pending: Vec<(usize, f64)>,
 }
 
 impl Machine {
@@ -89,28 +111,58 @@ impl Machine {
     pub fn new(program: &Program, machine: &MachineProgram) -> Machine {
         let states = machine.states.len();
         let events = program.interface.events.len();
+        // Each state is left and entered at most once at a tick; one in a region once more, if another region is left.
+        let most = if machine.has_regions() { 4 } else { 2 };
         Machine {
             guards: (0..states).map(|s| Guards::new(program, machine, s)).collect(),
             data: Data::new(&program.robot.model),
             model: program.robot.model.clone(),
-            current: machine.leaf(0),
+            current: machine.spine(machine.leaf(0)),
+            inner: Vec::with_capacity(machine.states.iter().map(|s| s.regions.len()).max().unwrap_or(0)),
+            text: String::with_capacity(longest_text(machine)),
+            moving: (0..states).map(|s| moving(machine, s)).collect(),
             entered: vec![0.0; states],
             entries: vec![0; states],
             owner: 0,
             standing: None,
             resumed: f64::NEG_INFINITY,
-            // Each state is left and entered at most once at a tick.
-            requests: Vec::with_capacity(2 * machine.actions.len() + 2),
+            requests: Vec::with_capacity(most * machine.actions.len() + 2),
             raised: [vec![false; events], vec![false; events]],
             own: machine.actions.iter().map(|a| a.own.as_ref().map(|own| ReadyAction::new(program, own))).collect(),
-            pending: Vec::with_capacity(2 * machine.actions.len()),
+            pending: Vec::with_capacity(most * machine.actions.len()),
             program: machine.clone(),
         }
     }
 
-    /// The innermost state that the machine is in.
+    /// The innermost state that the machine is in; of regions, the state around them.
     pub fn state(&self) -> usize {
         self.current
+    }
+
+    /// The innermost active states: one, or one for each region.
+    pub fn leaves(&self) -> &[usize] {
+        if self.inner.is_empty() { std::slice::from_ref(&self.current) } else { &self.inner }
+    }
+
+    /// The active states: those of each region from the inside out, then those around them.
+    fn active(&self) -> impl Iterator<Item = usize> + '_ {
+        let regions = self.inner.iter().flat_map(|&leaf| self.program.path(leaf).take_while(|&s| s != self.current));
+        regions.chain(self.program.path(self.current))
+    }
+
+    /// Returns true if a state is active.
+    pub fn is_in(&self, state: usize) -> bool {
+        self.active().any(|s| s == state)
+    }
+
+    /// Largest length of this text while regions are active.
+    pub fn longest_text(&self) -> usize {
+        longest_text(&self.program)
+    }
+
+    /// Path of the innermost active state, or those of the regions, joined.
+    pub fn text(&self) -> &str {
+        if self.inner.is_empty() { &self.program.states[self.current].name } else { &self.text }
     }
 
     /// Number of entries into each state since the start.
@@ -150,6 +202,7 @@ impl Machine {
         self.raised.iter_mut().for_each(|r| r.fill(false));
         self.entries.fill(0);
         self.current = 0;
+        self.inner.clear();
         (self.standing, self.resumed) = (None, f64::NEG_INFINITY);
         self.enter(0, time);
     }
@@ -178,7 +231,7 @@ impl Machine {
 
     /// Returns the fault of a stale signal that a condition of an active state needs.
     pub fn stale(&self, is_stale: impl Fn(usize) -> bool) -> Option<Fault> {
-        let needs = self.program.path(self.current).flat_map(|s| self.guards[s].values.needs());
+        let needs = self.active().flat_map(|s| self.guards[s].values.needs());
         needs.copied().find(|&s| is_stale(s)).map(|signal| Fault::Stale { signal })
     }
 
@@ -194,36 +247,33 @@ impl Machine {
 
     /// Responds to a fault of `stack`.
     pub fn fault(&mut self, fault: &Fault, stack: &StackController, time: f64) -> FaultResponse {
-        let mut level = self.current;
-        loop {
-            for i in 0..self.program.states[level].transitions.len() {
-                let t = &self.program.states[level].transitions[i];
-                let Trigger::Fault(pattern) = &t.trigger else { continue };
-                if !self.permits(t) || !matches_fault(pattern, fault, stack) {
-                    continue;
-                }
-                let (target, blend) = (t.target, t.blend);
-                if self.program.path(self.current).any(|s| s == target) {
-                    // Without a target the robot stands in this state anyway, or moves back inside a limit: there is no
-                    // motion to be resumed.
-                    if self.stack() == Some(stack.index()) && stack.has_targets() {
-                        self.standing = Some(target);
-                    }
-                    return FaultResponse::AlreadyInTarget;
-                }
-                return FaultResponse::Transition(self.go(level, target, blend, time));
+        let Some((level, target, blend)) = self.answer(fault, stack) else { return FaultResponse::Unhandled };
+        if self.is_in(target) {
+            // Without a target the robot stands in this state anyway, or moves back inside a limit: there is no
+            // motion to be resumed.
+            if self.stack() == Some(stack.index()) && stack.has_targets() {
+                self.standing = Some(target);
             }
-            match self.program.states[level].parent {
-                Some(parent) => level = parent,
-                None => return FaultResponse::Unhandled,
-            }
+            return FaultResponse::AlreadyInTarget;
         }
+        FaultResponse::Transition(self.go(level, target, blend, time).change)
+    }
+
+    /// First transition for a fault: its state, its target and its blend (s).
+    fn answer(&self, fault: &Fault, stack: &StackController) -> Option<(usize, usize, f64)> {
+        self.active().find_map(|level| {
+            self.program.states[level].transitions.iter().find_map(|t| {
+                let Trigger::Fault(pattern) = &t.trigger else { return None };
+                let answers = self.permits(level, t) && matches_fault(pattern, fault, stack);
+                answers.then_some((level, t.target, t.blend))
+            })
+        })
     }
 
     /// Returns true if a transition of an active state is triggered by the violation of this limit task.
     pub fn watches(&self, task: usize) -> bool {
-        let all = self.program.path(self.current).flat_map(|s| &self.program.states[s].transitions);
-        all.filter(|t| self.permits(t)).any(|t| match &t.trigger {
+        let of = |s: usize| self.program.states[s].transitions.iter().filter(move |t| self.permits(s, t));
+        self.active().flat_map(of).any(|t| match &t.trigger {
             Trigger::Fault(FaultPattern::Limit(l)) => *l == task,
             Trigger::Fault(FaultPattern::Kind(k)) => *k == crate::fault::FaultKind::Limit,
             _ => false,
@@ -239,24 +289,39 @@ impl Machine {
         stack: &StackController,
     ) -> Option<StateChange> {
         let time = inputs.times.time;
-        if self.program.path(self.current).any(|s| self.guards[s].state) {
+        if self.active().any(|s| self.guards[s].state) {
             self.model.forward(q, &mut self.data);
         }
-        let mut taken = None;
-        let mut level = Some(self.current);
-        while let Some(s) = level {
+        // Conditions of outer states are evaluated in any case, because they may have to hold for a while.
+        for region in 0..self.inner.len() {
+            self.look_from(self.inner[region], Some(self.current), q, inputs, stack);
+        }
+        self.look_from(self.current, None, q, inputs, stack);
+        let mut change: Option<StateChange> = None;
+        for region in 0..self.inner.len().max(1) {
+            let from = self.leaves()[region];
+            let found = self.program.path(from).find_map(|s| Some((s, self.first(s, events, time, stack)?)));
+            let Some((s, i)) = found else { continue };
+            let t = &self.program.states[s].transitions[i];
+            let (target, blend) = (t.target, t.blend);
+            self.guards[s].ways[i].waits = matches!(t.trigger, Trigger::After(_));
+            let moved = self.go(s, target, blend, time);
+            change = Some(change.map_or(moved.change, |before| before.then(moved.change)));
+            if moved.left_regions {
+                break;
+            }
+        }
+        change
+    }
+
+    /// Evaluates the conditions of a state and those around it, up to `until`.
+    fn look_from(&mut self, from: usize, until: Option<usize>, q: &[f64], inputs: TickInputs, stack: &StackController) {
+        let mut level = Some(from);
+        while let Some(s) = level.filter(|s| Some(*s) != until) {
             self.look(s, q, inputs);
-            self.arm(s, time, stack);
-            let found = self.first(s, events, time, stack);
-            // Conditions of outer states are evaluated in any case, because they may have to hold for a while.
-            taken = taken.or(found.map(|i| (s, i)));
+            self.arm(s, inputs.times.time, stack);
             level = self.program.states[s].parent;
         }
-        let (s, i) = taken?;
-        let t = &self.program.states[s].transitions[i];
-        let (target, blend) = (t.target, t.blend);
-        self.guards[s].ways[i].waits = matches!(t.trigger, Trigger::After(_));
-        Some(self.go(s, target, blend, time))
     }
 
     /// Unblocks transitions that restart a state and whose trigger does not hold now, and blocks times that have
@@ -272,14 +337,15 @@ impl Machine {
         }
     }
 
-    /// Returns true if a transition can be taken in the current state.
-    fn permits(&self, t: &TransitionProgram) -> bool {
-        self.program.permits(self.current, t)
+    /// Returns true if a transition of an active state can be taken.
+    fn permits(&self, state: usize, t: &TransitionProgram) -> bool {
+        let region = self.inner.iter().find(|&&leaf| self.program.path(leaf).any(|s| s == state));
+        self.program.permits(region.copied().unwrap_or(self.current), state, t)
     }
 
     /// Returns true if a transition keeps the machine in its target, which is already active.
     fn stays(&self, state: usize, t: &TransitionProgram) -> bool {
-        self.program.keeps(state, t) && self.program.path(self.current).any(|s| s == t.target)
+        self.program.keeps(state, t) && self.is_in(t.target)
     }
 
     /// Returns the first transition of a state that is taken at this tick.
@@ -287,7 +353,7 @@ impl Machine {
         let mut kept = false;
         for (i, t) in self.program.states[state].transitions.iter().enumerate() {
             let event = matches!(t.trigger, Trigger::Event(_));
-            if !self.permits(t)
+            if !self.permits(state, t)
                 || (kept && !event)
                 || self.guards[state].ways[i].waits
                 || !self.holds(state, i, events, time, stack)
@@ -332,8 +398,15 @@ impl Machine {
             Trigger::When { hold, .. } => time - self.guards[state].ways[i].since >= hold - 5e-7,
             Trigger::After(d) => time - self.entered[state] >= d - 5e-7,
             Trigger::Reached(criterion) => self.runs(stack) && stack.has_reached(criterion),
+            Trigger::Ended(regions) => regions.iter().all(|r| self.has_ended(*r)),
             Trigger::Fault(_) => false,
         }
+    }
+
+    /// Returns true if a region is active and has ended.
+    fn has_ended(&self, region: usize) -> bool {
+        let leaf = self.inner.iter().find(|&&leaf| self.program.region(leaf) == Some(region));
+        leaf.is_some_and(|&leaf| self.program.region_ends(leaf))
     }
 
     /// Returns true if the measures of the current state's stack are valid: that stack runs, and for more than one
@@ -342,73 +415,21 @@ impl Machine {
     fn runs(&self, stack: &StackController) -> bool {
         self.stack() == Some(stack.index()) && stack.ticks() > 1 && !self.stands()
     }
+}
 
-    /// Moves from the current state to another; `source` is the state that defines the transition.
-    fn go(&mut self, source: usize, target: usize, blend: f64, time: f64) -> StateChange {
-        // Innermost state that is not exited: it contains both the transition and its target.
-        let holds_target = |s: usize| s != target && self.program.path(target).any(|p| p == s);
-        let stays = self.program.path(source).find(|&s| holds_target(s)).unwrap_or(0);
-        let (owner, mut state) = (self.owner, self.current);
-        let stood = self.stands();
-        while state != stays {
-            if self.standing == Some(state) {
-                self.standing = None;
-            }
-            self.ask(state, |s| &s.activities, false);
-            self.ask(state, |s| &s.exit, true);
-            state = self.program.states[state].parent.unwrap_or(stays);
-        }
-        self.current = stays;
-        self.enter(target, time);
-        let same = self.owner == owner && self.program.path(stays).any(|s| s == owner);
-        let resumes = stood && !self.stands();
-        if resumes {
-            // The stack begins anew, so that its blend starts at rest.
-            self.resumed = time;
-        }
-        StateChange { blend, stack: !same || resumes }
-    }
+/// Largest length of the text of the active states.
+fn longest_text(machine: &MachineProgram) -> usize {
+    let longest = |r: usize| {
+        let inside = (0..machine.states.len()).filter(|&s| machine.region(s) == Some(r));
+        inside.map(|s| machine.states[s].name.len() + BESIDE.len()).max().unwrap_or(0)
+    };
+    machine.states.iter().map(|s| s.regions.iter().map(|r| longest(*r)).sum()).max().unwrap_or(0)
+}
 
-    /// Enters a state inside the current one, with the states between them and its initial states.
-    fn enter(&mut self, target: usize, time: f64) {
-        let leaf = self.program.leaf(target);
-        let inside = |m: &Machine, s: usize| m.program.path(leaf).take_while(|&p| p != s).last();
-        let first = self.current == 0 && target == 0;
-        if first {
-            self.enter_one(0, time);
-        }
-        while let Some(next) = inside(self, self.current) {
-            self.enter_one(next, time);
-            self.current = next;
-        }
-        self.owner = self.program.owner(self.current).unwrap_or(0);
-    }
-
-    fn enter_one(&mut self, state: usize, time: f64) {
-        self.entered[state] = time;
-        self.entries[state] += 1;
-        self.guards[state].enter();
-        self.ask(state, |s| &s.enter, true);
-        self.ask(state, |s| &s.activities, true);
-    }
-
-    fn ask(&mut self, state: usize, which: fn(&crate::program::StateProgram) -> &Vec<usize>, begin: bool) {
-        let Machine { program, requests, raised, pending, entered, .. } = self;
-        for &action in which(&program.states[state]) {
-            let asked = &program.actions[action];
-            match asked.event {
-                _ if asked.own.is_some() && !begin => {}
-                _ if asked.own.is_some() && pending.len() < pending.capacity() => {
-                    pending.push((action, entered[state]));
-                }
-                _ if asked.own.is_some() => {}
-                Some(event) if begin => raised[1][event] = true,
-                Some(_) => {}
-                None if requests.len() < requests.capacity() => requests.push(Request { action, begin }),
-                None => {}
-            }
-        }
-    }
+/// Index among the regions of a state of the one that moves the robot.
+fn moving(machine: &MachineProgram, state: usize) -> Option<usize> {
+    let moving = machine.moving_region(state)?;
+    machine.states[state].regions.iter().position(|r| *r == moving)
 }
 
 fn matches_fault(pattern: &FaultPattern, fault: &Fault, stack: &StackController) -> bool {

@@ -16,6 +16,7 @@ mod hard_limits;
 mod look_ahead;
 mod machine;
 mod machine_actions;
+mod machine_moves;
 mod measured;
 mod reached;
 mod stack_controller;
@@ -118,6 +119,7 @@ fn single(stack: usize) -> MachineProgram {
         name: String::new(),
         parent: None,
         initial: None,
+        regions: Vec::new(),
         stack: Some(stack),
         is_final: false,
         enter: Vec::new(),
@@ -236,14 +238,30 @@ impl Controller {
         self.machine.program().actions.get(request.action)
     }
 
-    /// Path of the innermost active state; empty if there is no machine.
+    /// Path of the innermost active state; empty if there is no machine. The states of regions are joined,
+    /// `work.left.reach | work.right.wait`.
     pub fn state(&self) -> &str {
-        self.machine.program().states.get(self.machine.state()).map_or("", |s| s.name.as_str())
+        self.machine.text()
     }
 
-    /// Index of the innermost active state.
+    /// Index of the innermost active state; of regions, that of the state around them.
     pub fn state_index(&self) -> usize {
         self.machine.state()
+    }
+
+    /// Largest length of [`Controller::state`] while regions are active (bytes).
+    pub fn longest_state(&self) -> usize {
+        self.machine.longest_text()
+    }
+
+    /// Indices of the innermost active states: one, or one for each region.
+    pub fn leaves(&self) -> &[usize] {
+        self.machine.leaves()
+    }
+
+    /// Returns true if a state of the machine is active.
+    pub fn is_in(&self, state: usize) -> bool {
+        self.machine.is_in(state)
     }
 
     /// Number of entries into each state of the machine.

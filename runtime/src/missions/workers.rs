@@ -73,8 +73,8 @@ enum Doing {
     /// It performs operations.
     Operations {
         go: usize,
-        /// For each state of the machine, whether the one that ends an operation is it, or is around it.
-        ends: Vec<bool>,
+        /// State of the machine that ends an operation.
+        done: usize,
         /// It stood in the state that ends an operation at the last tick, or has not ticked yet.
         inside: bool,
     },
@@ -135,13 +135,8 @@ impl Worker {
         world.run.simulator.seed = seed_of(seed, number);
         let program = world.program(&of.program);
         let closed = ClosedLoop::new(&program, Some(&world))?;
-        let machine = closed.controller.machine();
         let doing = match &w.job {
-            Job::Operations { go, done } => Doing::Operations {
-                go: *go,
-                ends: (0..machine.states.len()).map(|s| machine.path(s).any(|s| s == *done)).collect(),
-                inside: true,
-            },
+            Job::Operations { go, done } => Doing::Operations { go: *go, done: *done, inside: true },
             Job::Drive(drive) => Doing::Drives(Drive::new(drive, w.member)),
         };
         Ok(Worker {
@@ -177,12 +172,12 @@ impl Worker {
         let (now, time) = (self.next()?, self.ticks as f64 * self.period);
         self.ticks += 1;
         let ended = match &mut self.doing {
-            Doing::Operations { go, ends, inside } => {
+            Doing::Operations { go, done, inside } => {
                 let go_on = if self.standing == WorkState::Works { 1.0 } else { -1.0 };
                 self.closed.tick(time, &mut || 0.0, |controller| {
                     controller.signals().set(*go, &[go_on], time);
                 });
-                let within = ends.get(self.closed.controller.state_index()).copied().unwrap_or(false);
+                let within = self.closed.controller.is_in(*done);
                 let before = std::mem::replace(inside, within);
                 within && !before
             }
@@ -248,7 +243,7 @@ impl Workers {
     /// Returns true if the machine of an agent is in a state, or in one inside it; `None` if the agent runs no machine.
     pub(super) fn is_in(&self, member: usize, state: usize) -> Option<bool> {
         let controller = &self.of(member)?.closed.controller;
-        Some(controller.machine().path(controller.state_index()).any(|s| s == state))
+        Some(controller.is_in(state))
     }
 
     /// Returns true if the controller of an agent has broken down.

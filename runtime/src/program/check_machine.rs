@@ -141,6 +141,16 @@ impl Program {
         ensure(m.path(i).take(MAX_DEPTH + 1).count() <= MAX_DEPTH, place, "stands inside too many others")?;
         let inside = |c: usize| c > i && m.states.get(c).is_some_and(|c| c.parent == Some(i));
         ensure(s.initial.is_none_or(inside), place, "its initial state does not stand in it")?;
+        let first = |r: &usize| s.initial == Some(*r);
+        ensure(s.regions.first().is_none_or(first), place, "its first region is not its initial state")?;
+        ensure(s.regions.iter().all(|r| inside(*r)), place, "a region does not stand in it")?;
+        ensure(
+            s.regions.is_empty() || (i > 0 && m.region(i).is_none()),
+            place,
+            "has regions, and is the machine or in one",
+        )?;
+        let own = |c: usize| m.states[c].parent != Some(i) || s.regions.contains(&c);
+        ensure(s.regions.is_empty() || (0..m.states.len()).all(own), place, "has a state beside its regions")?;
         ensure(s.stack.is_none_or(|k| k < self.stacks.len()), place, "its stack does not exist")?;
         let actions = s.enter.iter().chain(&s.activities).chain(&s.exit);
         for &a in actions {
@@ -151,6 +161,11 @@ impl Program {
             ensure(t.target < m.states.len(), &place, "its target does not exist")?;
             ensure(t.target != 0, &place, "leads to the machine itself")?;
             ensure(t.blend.is_finite() && t.blend >= 0.0, &place, "its blend is negative or not finite")?;
+            ensure(!m.are_beside(i, t.target), &place, "leads into another region of the same state")?;
+            if let Trigger::Ended(regions) = &t.trigger {
+                let known = |r: &usize| m.states.get(*r).is_some() && m.region(*r) == Some(*r);
+                ensure(!regions.is_empty() && regions.iter().all(known), &place, "waits for what is no region")?;
+            }
             self.check_trigger(&t.trigger, &place)?;
         }
         Ok(())
@@ -168,6 +183,7 @@ impl Program {
             }
             Trigger::After(d) => ensure(d.is_finite() && *d >= 0.0, place, "a time is negative or not finite"),
             Trigger::Reached(reached) => self.check_reached(reached, place),
+            Trigger::Ended(_) => Ok(()),
             Trigger::Fault(FaultPattern::StaleAmong(all)) => {
                 ensure(all.iter().all(|s| *s < self.interface.signals.len()), place, "a signal does not exist")
             }

@@ -36,8 +36,8 @@ pub use drive::{DriveProgram, around, is_mobile};
 pub use formula::{Formula, MAX_NODES, Node, Unit};
 pub use gain::overshoots;
 pub use machine::{
-    ActionProgram, FaultPattern, MachineAction, MachineProgram, MeasuredProgram, Reached, ReachedProgram, SpeedBound,
-    StateProgram, TransitionProgram, Trigger,
+    ActionProgram, BESIDE, FaultPattern, MachineAction, MachineProgram, MeasuredProgram, Reached, ReachedProgram,
+    SpeedBound, StateProgram, TransitionProgram, Trigger,
 };
 pub use mission::{CompiledFile, MissionProgram};
 pub use mission_scenario::{

@@ -321,7 +321,8 @@ impl SummaryRecorder {
         if tick.state.is_empty() {
             return;
         }
-        let entries = tick.controller.entries().get(tick.state_index).copied().unwrap_or(1);
+        let of = |s: &usize| tick.controller.entries().get(*s).copied().unwrap_or(1);
+        let entries: u64 = tick.controller.leaves().iter().map(of).sum();
         match self.states.last_mut() {
             Some(last) if last.state == tick.state => {
                 (last.to_s, last.entries) = (tick.time, entries.saturating_sub(self.entered_before));

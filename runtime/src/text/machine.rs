@@ -118,7 +118,11 @@ pub(super) fn machine(p: &Program, out: &mut String) -> std::fmt::Result {
     for (i, state) in m.states.iter().enumerate() {
         let depth = m.path(i).count() - 1;
         if i > 0 {
-            let word = if state.is_final { "final state" } else { "state" };
+            let word = match m.region(i) {
+                _ if state.is_final => "final state",
+                Some(region) if region == i => "region",
+                _ => "state",
+            };
             writeln!(out, "{:indent$}{word} {}", "", state.name, indent = 2 * depth)?;
         }
         body(p, m, i, state, 2 * depth + 2, out)?;
@@ -135,17 +139,24 @@ fn body(
     out: &mut String,
 ) -> std::fmt::Result {
     let stack = |k: usize| p.stacks.get(k).map_or("?", |s| s.name.as_str());
-    match (state.stack, m.owner(index)) {
+    // What runs while a region names no stack is that of the others.
+    let owner = m.path(index).find(|&s| m.states[s].stack.is_some());
+    match (state.stack, owner) {
         (Some(own), _) => writeln!(out, "{:indent$}stack {}", "", stack(own))?,
         (None, Some(owner)) if state.initial.is_none() => {
             let outer = &m.states[owner];
             let name = outer.stack.map_or("?", stack);
             writeln!(out, "{:indent$}stack {name}, that of {}", "", outer.name)?;
         }
-        (None, None) if state.initial.is_none() => writeln!(out, "{:indent$}no stack: the robot stands", "")?,
+        (None, None) if state.initial.is_none() && m.region(index).is_none() => {
+            writeln!(out, "{:indent$}no stack: the robot stands", "")?
+        }
         _ => {}
     }
-    if let Some(initial) = state.initial.and_then(|i| m.states.get(i)) {
+    if !state.regions.is_empty() {
+        let names: Vec<&str> = state.regions.iter().filter_map(|r| m.states.get(*r)).map(|s| s.name.as_str()).collect();
+        writeln!(out, "{:indent$}regions {}", "", names.join(", "))?;
+    } else if let Some(initial) = state.initial.and_then(|i| m.states.get(i)) {
         writeln!(out, "{:indent$}initial {}", "", initial.name)?;
     }
     for (moment, all) in [("enter", &state.enter), ("do", &state.activities), ("exit", &state.exit)] {

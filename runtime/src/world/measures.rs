@@ -163,7 +163,7 @@ impl Measures {
             *x = match measure {
                 Measure::Margin(_) => probe.map_or(f64::NAN, Probe::margin),
                 Measure::Error { part, .. } => probe.map_or(f64::NAN, |p| p.error(*part)),
-                Measure::In(s) => truth(tick.controller.machine().path(tick.state_index).any(|p| p == *s)),
+                Measure::In(s) => truth(tick.controller.is_in(*s)),
                 Measure::Fault(None) => truth(tick.fault.is_some()),
                 Measure::Fault(Some(kind)) => truth(tick.fault.is_some_and(|f| f.kind() == *kind)),
                 Measure::Speed(dof) if elapsed > 0.0 => self.way[*dof].abs() / elapsed,

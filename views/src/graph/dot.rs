@@ -24,7 +24,11 @@ fn write(c: &Chart, out: &mut String) -> std::fmt::Result {
         match step {
             Step::Enter(s) if s > 0 && !c.holds_others(s) => {
                 let lines: Vec<String> = std::iter::once(c.short(s).to_string()).chain(c.about(s)).collect();
-                let border = if c.machine.states[s].is_final { ", peripheries=2" } else { "" };
+                let border = match c.machine.states[s].is_final {
+                    true => ", peripheries=2",
+                    false if c.is_region(s) => ", style=\"rounded,dashed\"",
+                    false => "",
+                };
                 writeln!(out, "{:1$}s{s} [label={2}{border}];", "", 2 * depth, quoted(&lines.join("\n")))?;
             }
             Step::Enter(s) => {
@@ -38,9 +42,10 @@ fn write(c: &Chart, out: &mut String) -> std::fmt::Result {
                     };
                     let lines: Vec<String> = std::iter::once(title).chain(c.about(s)).collect();
                     writeln!(out, "{:1$}label={2};", "", 2 * depth, quoted(&lines.join("\n")))?;
-                    writeln!(out, "{:1$}style=rounded;", "", 2 * depth)?;
+                    let style = if c.is_region(s) { "\"rounded,dashed\"" } else { "rounded" };
+                    writeln!(out, "{:1$}style={style};", "", 2 * depth)?;
                 }
-                if let Some(initial) = c.machine.states[s].initial {
+                if let Some(initial) = c.initial(s) {
                     writeln!(out, "{:1$}begin{s} [shape=point, width=0.15];", "", 2 * depth)?;
                     let (leaf, head) = end(c, initial, "lhead");
                     writeln!(out, "{:1$}begin{s} -> s{leaf}{2};", "", 2 * depth, attributes(&[head]))?;

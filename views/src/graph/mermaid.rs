@@ -23,6 +23,10 @@ fn write(c: &Chart, out: &mut String) -> std::fmt::Result {
                 begin(c, 0, depth, out)?;
             }
             Step::Enter(s) => {
+                // Mermaid draws a line between regions.
+                if c.is_region(s) && !c.is_first_region(s) {
+                    writeln!(out, "{:1$}--", "", 4 * depth)?;
+                }
                 let name = c.short(s);
                 if c.holds_others(s) {
                     // A composite state shows only its title.
@@ -65,7 +69,7 @@ fn any(c: &Chart, from: usize, to: usize) -> bool {
 
 /// First entries of a state with inner states.
 fn begin(c: &Chart, s: usize, depth: usize, out: &mut String) -> std::fmt::Result {
-    if let Some(initial) = c.machine.states[s].initial {
+    if let Some(initial) = c.initial(s) {
         writeln!(out, "{:1$}[*] --> s{initial}", "", 4 * depth)?;
     }
     let own = c.edges.iter().filter(|e| e.from == s);

@@ -104,7 +104,8 @@ impl<'p> Chart<'p> {
                 }
             }
             ordered.extend(self.children[i].iter().filter(|s| !seen[**s]));
-            self.children[i] = ordered;
+            let regions = &self.machine.states[i].regions;
+            self.children[i] = if regions.is_empty() { ordered } else { regions.clone() };
         }
     }
 
@@ -131,6 +132,21 @@ impl<'p> Chart<'p> {
     /// True if `state` is `outer`, or inside it.
     fn inside(&self, state: usize, outer: usize) -> bool {
         self.machine.path(state).any(|s| s == outer)
+    }
+
+    /// True for a region, which is active beside others.
+    fn is_region(&self, state: usize) -> bool {
+        self.machine.region(state) == Some(state)
+    }
+
+    /// True for the first region of a state.
+    fn is_first_region(&self, state: usize) -> bool {
+        self.machine.states.iter().any(|s| s.regions.first() == Some(&state))
+    }
+
+    /// The state inside a state that is entered with it; none of regions, which all are.
+    fn initial(&self, state: usize) -> Option<usize> {
+        self.machine.states[state].initial.filter(|_| self.machine.states[state].regions.is_empty())
     }
 
     fn holds_others(&self, state: usize) -> bool {

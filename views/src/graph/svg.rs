@@ -37,8 +37,8 @@ fn write(c: &Chart, l: &Layout, out: &mut String) -> std::fmt::Result {
     for (i, lane) in l.lanes.iter().enumerate() {
         self::lane(c, l, lane, if lane.fault { FAULT } else { COLOURS[i % COLOURS.len()] }, out)?;
     }
-    for s in &c.machine.states {
-        if let Some(initial) = s.initial {
+    for s in 0..c.machine.states.len() {
+        if let Some(initial) = c.initial(s) {
             begin(&l.places[initial], out)?;
         }
     }
@@ -53,9 +53,10 @@ fn state(c: &Chart, s: usize, p: &Place, out: &mut String) -> std::fmt::Result {
         (_, true) => "#fbfbf8",
         _ => "#ffffff",
     };
+    let dashes = if c.is_region(s) { " stroke-dasharray=\"6 4\"" } else { "" };
     writeln!(
         out,
-        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" rx=\"7\" fill=\"{fill}\" stroke=\"#333333\" \
+        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" rx=\"7\" fill=\"{fill}\" stroke=\"#333333\"{dashes} \
          data-state=\"{}\"/>",
         p.x,
         p.y,

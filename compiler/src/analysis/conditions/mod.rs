@@ -182,7 +182,7 @@ impl Conditions {
                 triggers.push(match &t.trigger {
                     Trigger::When { .. } => place.condition.map(|node| parser.truth(node)),
                     Trigger::After(time) => Some(parser.since(*time)),
-                    Trigger::Event(_) | Trigger::Reached(_) | Trigger::Fault(_) => None,
+                    Trigger::Event(_) | Trigger::Reached(_) | Trigger::Ended(_) | Trigger::Fault(_) => None,
                 });
                 lasting.push(match t.trigger {
                     Trigger::When { hold, .. } if hold > 0.0 => parser.since(hold),

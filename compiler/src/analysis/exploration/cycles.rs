@@ -204,7 +204,7 @@ impl Exploration<'_> {
                 Trigger::When { .. } => !self.may_wait(step.way),
                 Trigger::After(_) => self.is_over(step.way),
                 Trigger::Event(_) => raised(step.way),
-                Trigger::Reached(_) | Trigger::Fault(_) => false,
+                Trigger::Reached(_) | Trigger::Ended(_) | Trigger::Fault(_) => false,
             };
             let blockers = self.blockers(leaf, step.way);
             if !at_once || blockers.iter().any(|b| self.is_over(*b)) {

@@ -75,6 +75,7 @@ impl<'e> Environments<'e> {
         machine: &'e MachineProgram,
         graph: &'e Graph,
         conditions: &Conditions,
+        elsewhere: &BTreeSet<usize>,
     ) -> Environments<'e> {
         let interface = &program.interface;
         let (mut changed, mut settings) = (BTreeSet::new(), BTreeMap::new());
@@ -93,7 +94,9 @@ impl<'e> Environments<'e> {
             }
         }
         let starts = |s: usize| interface.signals[s].variable.as_ref().is_some_and(|v| v.value.is_some());
-        let tracked: Vec<usize> = (0..interface.signals.len()).filter(|&s| changed.contains(&s) || starts(s)).collect();
+        // One that is set elsewhere may have any value at any tick.
+        let known = |s: usize| (changed.contains(&s) || starts(s)) && !elsewhere.contains(&s);
+        let tracked: Vec<usize> = (0..interface.signals.len()).filter(|&s| known(s)).collect();
         let initial = tracked.iter().map(|&s| {
             let value = interface.signals[s].variable.as_ref().and_then(|v| v.value.as_ref());
             value.map_or(Held::Absent, |v| Held::Known(v.iter().map(|x| x.to_bits()).collect()))

@@ -20,6 +20,7 @@ pub(crate) use properties::{OfMachine, Run, Taken, Verdict};
 pub(crate) use steps::Refusal;
 
 use super::conditions::{Conditions, Value};
+use super::regions::Elsewhere;
 use super::stacks::Stacks;
 use crate::expr::Graph;
 
@@ -76,6 +77,8 @@ pub(crate) struct Exploration<'e> {
     machine: &'e MachineProgram,
     conditions: &'e Conditions,
     environments: Environments<'e>,
+    /// What regions beside those of the machine may do.
+    elsewhere: &'e Elsewhere,
     /// Number of events that are declared, and which the host may raise at any time; the others are outcomes of actions,
     /// or raised by the machine.
     declared_events: usize,
@@ -103,14 +106,15 @@ impl<'e> Exploration<'e> {
         machine: &'e MachineProgram,
         graph: &'e Graph,
         conditions: &'e Conditions,
-        declared_events: usize,
+        (declared_events, elsewhere): (usize, &'e Elsewhere),
     ) -> Exploration<'e> {
         let mut out = Exploration {
             program,
             stacks,
             machine,
             conditions,
-            environments: Environments::new(program, machine, graph, conditions),
+            environments: Environments::new(program, machine, graph, conditions, &elsewhere.variables),
+            elsewhere,
             declared_events,
             nodes: Vec::new(),
             steps: Vec::new(),
@@ -223,7 +227,7 @@ impl<'e> Exploration<'e> {
     pub fn ways(&self, leaf: usize) -> Vec<Way> {
         let m = self.machine;
         let of = |state: usize| {
-            let all = m.states[state].transitions.iter().enumerate().filter(move |(_, t)| m.permits(leaf, t));
+            let all = m.states[state].transitions.iter().enumerate().filter(move |(_, t)| m.permits(leaf, state, t));
             all.map(move |(index, _)| Way { state, index })
         };
         m.path(leaf).flat_map(of).collect()
@@ -275,13 +279,16 @@ impl<'e> Exploration<'e> {
 
     /// True if an event may occur in an innermost state, besides those that the machine has raised before.
     pub fn may_occur(&self, leaf: usize, event: usize) -> bool {
-        event < self.declared_events || self.arriving.get(&leaf).is_some_and(|all| all.contains(&event))
+        event < self.declared_events
+            || self.elsewhere.raised.contains(&event)
+            || self.arriving.get(&leaf).is_some_and(|all| all.contains(&event))
     }
 
     /// True if the stack of an innermost state has a task.
     fn runs(&self, leaf: usize, task: usize) -> bool {
         let levels = self.machine.stack(leaf).map(|s| &self.program.stacks[s].levels);
-        levels.into_iter().flatten().flat_map(|l| &l.members).any(|m| m.task == task)
+        let beside = self.elsewhere.beside(self.machine, leaf).flat_map(|s| &self.program.stacks[s].levels);
+        levels.into_iter().flatten().chain(beside).flat_map(|l| &l.members).any(|m| m.task == task)
     }
 
     fn trigger(&self, way: Way) -> &'e Trigger {

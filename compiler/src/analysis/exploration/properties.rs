@@ -32,6 +32,8 @@ pub(crate) enum Verdict {
     TooLarge,
     /// Values may violate it, and it is not known whether they can occur.
     Open,
+    /// It depends on regions that are active beside each other.
+    Beside,
 }
 
 /// A run that violates a property.

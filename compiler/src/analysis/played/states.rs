@@ -52,8 +52,8 @@ impl Played<'_> {
         let mut out: Vec<Untaken> = Vec::new();
         for (&leaf, &since) in &self.entered {
             for s in m.path(leaf) {
-                for (index, t) in m.states[s].transitions.iter().enumerate().filter(|(_, t)| m.permits(leaf, t)) {
-                    let inside = m.path(m.leaf(t.target)).any(|p| p == state);
+                for (index, t) in m.states[s].transitions.iter().enumerate().filter(|(_, t)| m.permits(leaf, s, t)) {
+                    let inside = m.leaves(t.target).iter().any(|&leaf| m.path(leaf).any(|p| p == state));
                     if inside
                         && !out.iter().any(|u| u.state == s && u.index == index)
                         && let Err(missing) = self.taken(m, leaf, since, s, index, &self.entered)
@@ -70,17 +70,20 @@ impl Played<'_> {
     pub(super) fn reached(&self) -> BTreeMap<usize, f64> {
         let mut entered = BTreeMap::new();
         let Some(m) = self.program.machine.as_ref().filter(|_| self.is_of_machine()) else { return entered };
-        entered.insert(m.leaf(0), 0.0);
+        entered.extend(m.leaves(0).into_iter().map(|leaf| (leaf, 0.0)));
         for _ in 0..ROUNDS {
             let mut changed = false;
             for (leaf, since) in entered.clone() {
                 for s in m.path(leaf) {
-                    for (index, t) in m.states[s].transitions.iter().enumerate().filter(|(_, t)| m.permits(leaf, t)) {
+                    for (index, t) in m.states[s].transitions.iter().enumerate().filter(|(_, t)| m.permits(leaf, s, t))
+                    {
                         let Ok(time) = self.taken(m, leaf, since, s, index, &entered) else { continue };
-                        let known = entered.entry(m.leaf(t.target)).or_insert(f64::INFINITY);
-                        if time < *known - ROUNDING {
-                            *known = time;
-                            changed = true;
+                        for next in m.leaves(t.target) {
+                            let known = entered.entry(next).or_insert(f64::INFINITY);
+                            if time < *known - ROUNDING {
+                                *known = time;
+                                changed = true;
+                            }
                         }
                     }
                 }
@@ -120,7 +123,7 @@ impl Played<'_> {
             Trigger::Fault(FaultPattern::Kind(FaultKind::Deadline)) if !self.misses_the_deadline() => {
                 return Err(Missing::Condition);
             }
-            Trigger::Reached(_) | Trigger::Fault(_) => since,
+            Trigger::Reached(_) | Trigger::Ended(_) | Trigger::Fault(_) => since,
         };
         if time <= end { Ok(time) } else { Err(Missing::Time) }
     }

@@ -20,7 +20,7 @@ impl Checked<'_> {
                 exits.into_iter().any(|s| !is_fault(self.trigger(s.way)))
             });
             // A state without a transition that could hold was reported.
-            if self.machine.ends(leaf) || left || !self.has_exit(leaf) {
+            if self.ends(leaf) || left || !self.has_exit(leaf) {
                 continue;
             }
             let text = format!("state `{}` is entered and never left", self.name(leaf));

@@ -14,11 +14,22 @@ impl Checked<'_> {
             return;
         }
         for (s, state) in self.machine.states.iter().enumerate().filter(|(s, _)| self.machine.ends(*s)) {
-            for (i, t) in state.transitions.iter().enumerate().filter(|(_, t)| !self.machine.permits(s, t)) {
+            for (i, t) in state.transitions.iter().enumerate().filter(|(_, t)| !self.machine.permits(s, s, t)) {
                 diagnostics.push(self.never_leaves(s, i, t));
             }
             if self.reached.contains(&s) && state.initial.is_none() {
                 diagnostics.extend(self.moving_end(s));
+            }
+        }
+    }
+
+    /// Warns of transitions out of the final states of a region.
+    pub(super) fn region_finals(&self, diagnostics: &mut Vec<Diagnostic>) {
+        for &s in &self.elsewhere.ends {
+            for (i, t) in self.machine.states[s].transitions.iter().enumerate() {
+                if !self.ends(self.machine.leaf(t.target)) {
+                    diagnostics.push(self.never_leaves(s, i, t));
+                }
             }
         }
     }
@@ -41,7 +52,7 @@ impl Checked<'_> {
         let answers = |t: &TransitionProgram| matches!(t.trigger, Trigger::Event(_) | Trigger::When { .. });
         let mut around = m.path(leaf).filter(|&s| !m.ends(s)).flat_map(|s| {
             let all = m.states[s].transitions.iter().enumerate();
-            let lost = all.filter(move |(i, t)| answers(t) && !m.permits(leaf, t) && !self.is_dead(s, *i));
+            let lost = all.filter(move |(i, t)| answers(t) && !m.permits(leaf, s, t) && !self.is_dead(s, *i));
             lost.map(move |(i, t)| (self.places.transitions[s][i].trigger, t.target))
         });
         let (trigger, target) = around.next()?;

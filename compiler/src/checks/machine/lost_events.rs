@@ -61,7 +61,7 @@ impl Checked<'_> {
 
     /// True if a transition that is examined in this innermost state waits for the event.
     pub(super) fn hears(&self, leaf: usize, event: usize) -> bool {
-        self.machine.path(leaf).any(|s| self.on(s, event).is_some())
+        self.elsewhere.awaited.contains(&event) || self.machine.path(leaf).any(|s| self.on(s, event).is_some())
     }
 
     /// First transition of a state that waits for the event.

@@ -28,6 +28,7 @@ use stdlib_tasks::expression::Expression;
 
 use crate::analysis::conditions::Conditions;
 use crate::analysis::exploration::{Exploration, Way};
+use crate::analysis::regions::{self, Elsewhere};
 use crate::analysis::stacks::Stacks;
 use crate::source_map::MachinePlaces;
 
@@ -41,6 +42,8 @@ pub(crate) struct Checked<'c> {
     conditions: &'c Conditions,
     /// All that the machine can do; `None` if that is too much to be explored.
     exploration: Option<&'c Exploration<'c>>,
+    /// What regions that the machine leaves out may do.
+    elsewhere: &'c Elsewhere,
     /// For each transition of each state, the value of its condition if it never changes.
     constants: Vec<Vec<Option<bool>>>,
     /// Reachable states.
@@ -49,16 +52,37 @@ pub(crate) struct Checked<'c> {
 
 /// Runs all checks of the machine.
 pub(super) fn checks(c: &super::Checked, diagnostics: &mut Vec<Diagnostic>) {
+    let (Some(machine), Some(places)) = (&c.program.machine, &c.places.machine) else { return };
+    if !machine.has_regions() {
+        return checks_of(c, machine, places, &Elsewhere::default(), diagnostics);
+    }
+    let views = regions::views(machine, places);
+    let found = views.iter().map(|view| {
+        let mut found = Vec::new();
+        checks_of(c, &view.machine, &view.places, &view.elsewhere, &mut found);
+        found
+    });
+    diagnostics.extend(regions::agreed(&views, found.collect()));
+}
+
+/// Runs all checks of a machine without regions.
+fn checks_of(
+    c: &super::Checked,
+    machine: &MachineProgram,
+    places: &MachinePlaces,
+    elsewhere: &Elsewhere,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
     let (program, context, stacks) = (c.program, c.context, &c.stacks);
-    let (Some(machine), Some(places)) = (&program.machine, &c.places.machine) else { return };
     let conditions = &Conditions::new(context.graph, &program.interface, machine, places);
     let constants = never::constants(conditions, machine, places);
-    let mut exploration = Exploration::new(program, stacks, machine, context.graph, conditions, places.declared_events);
+    let events = (places.declared_events, elsewhere);
+    let mut exploration = Exploration::new(program, stacks, machine, context.graph, conditions, events);
     let cycles = exploration.cycles(&flips::ranges(conditions, context));
-    let verdicts = properties::judge(&mut exploration, places, context.graph, program.interface.width());
+    let verdicts = properties::judge(&mut exploration, places, context.graph, (program.interface.width(), elsewhere));
     let exploration = Some(&exploration).filter(|e| e.is_complete());
-    let mut c =
-        Checked { program, stacks, machine, places, conditions, exploration, constants, reached: BTreeSet::new() };
+    let reached = BTreeSet::new();
+    let mut c = Checked { program, stacks, machine, places, conditions, exploration, elsewhere, constants, reached };
     c.reached = c.reachable();
     c.unreachable(diagnostics);
     c.traps(diagnostics);
@@ -81,6 +105,7 @@ pub(super) fn checks(c: &super::Checked, diagnostics: &mut Vec<Diagnostic>) {
     c.outcomes(diagnostics);
     c.one_target(diagnostics);
     c.finals(diagnostics);
+    c.region_finals(diagnostics);
     c.stacks(diagnostics);
     c.absent(diagnostics);
 }
@@ -116,7 +141,7 @@ impl Checked<'_> {
             for s in m.path(leaf) {
                 reached.insert(s);
                 let all = m.states[s].transitions.iter().enumerate();
-                let alive = all.filter(|(i, t)| counts(&t.trigger) && !self.is_dead(s, *i) && m.permits(leaf, t));
+                let alive = all.filter(|(i, t)| counts(&t.trigger) && !self.is_dead(s, *i) && m.permits(leaf, s, t));
                 open.extend(alive.map(|(_, t)| m.leaf(t.target)));
             }
         }
@@ -176,7 +201,7 @@ impl Checked<'_> {
     fn traps(&self, diagnostics: &mut Vec<Diagnostic>) {
         for &s in &self.reached {
             let own = &self.machine.states[s];
-            if s == 0 || own.initial.is_some() || self.machine.ends(s) || self.has_exit(s) {
+            if s == 0 || own.initial.is_some() || self.ends(s) || self.has_exit(s) {
                 continue;
             }
             let text = format!("state `{}` has no exit", self.name(s));
@@ -227,8 +252,7 @@ impl Checked<'_> {
                 };
                 let leaves = self.reached.iter().copied().filter(|&l| self.machine.states[l].initial.is_none());
                 let inside: Vec<usize> = leaves.filter(|&l| self.machine.path(l).any(|p| p == s)).collect();
-                let runs =
-                    |task: usize| inside.iter().any(|l| self.machine.stack(*l).is_some_and(|k| self.holds(k, task)));
+                let runs = |task: usize| inside.iter().any(|l| self.runs(*l, task));
                 let Some(task) = tasks.into_iter().find(|task| !runs(*task)).filter(|_| !inside.is_empty()) else {
                     continue;
                 };
@@ -249,6 +273,17 @@ impl Checked<'_> {
         let signals = self.program.values.tape.only(&read).signals();
         let signals: Vec<usize> = signals.into_iter().filter_map(|at| self.program.interface.signal_of(at)).collect();
         self.machine.reached.iter().filter(|r| signals.contains(&r.signal)).collect()
+    }
+
+    /// True if a task runs in an innermost state, or may run in a region beside it.
+    fn runs(&self, leaf: usize, task: usize) -> bool {
+        let stacks = self.machine.stack(leaf).into_iter().chain(self.elsewhere.beside(self.machine, leaf));
+        stacks.into_iter().any(|stack| self.holds(stack, task))
+    }
+
+    /// True if the machine, or the region of the state, has ended in a state.
+    fn ends(&self, state: usize) -> bool {
+        self.machine.ends(state) || self.machine.path(state).any(|s| self.elsewhere.ends.contains(&s))
     }
 
     fn holds(&self, stack: usize, task: usize) -> bool {

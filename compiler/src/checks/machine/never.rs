@@ -195,6 +195,7 @@ fn covers(first: &Trigger, second: &Trigger) -> bool {
         (Trigger::After(a), Trigger::After(b)) => a <= b,
         (Trigger::When { condition: a, hold: x }, Trigger::When { condition: b, hold: y }) => a == b && x <= y,
         (Trigger::Reached(a), Trigger::Reached(b)) => a.follows_from(b),
+        (Trigger::Ended(a), Trigger::Ended(b)) => !a.is_empty() && a.iter().all(|r| b.contains(r)),
         (Trigger::Fault(a), Trigger::Fault(b)) => match (a, b) {
             (FaultPattern::Any, _) => true,
             (FaultPattern::Kind(kind), FaultPattern::Stale(_)) => *kind == runtime::FaultKind::Stale,

@@ -79,9 +79,9 @@ impl Checked<'_> {
                 Trigger::Event(event) => *event == failed,
                 Trigger::After(_) => true,
                 Trigger::When { condition, .. } => self.reads_time(&condition.inputs),
-                Trigger::Reached(_) | Trigger::Fault(_) => false,
+                Trigger::Reached(_) | Trigger::Ended(_) | Trigger::Fault(_) => false,
             })
-        })
+        }) || self.elsewhere.awaited.contains(&failed)
     }
 
     /// Name of an outcome, with the word for it if it has another one.
@@ -114,7 +114,7 @@ impl Checked<'_> {
             for (k, t) in self.machine.states[p].transitions.iter().enumerate().filter(|(k, _)| !self.is_dead(p, *k)) {
                 match &t.trigger {
                     Trigger::Event(event) if *event != done => return,
-                    Trigger::When { .. } | Trigger::Reached(_) => return,
+                    Trigger::When { .. } | Trigger::Reached(_) | Trigger::Ended(_) => return,
                     Trigger::After(time) if answer.as_ref().is_none_or(|a| *time < a.time) => {
                         answer = Some(Answer { time: *time, at: self.places.transitions[p][k].trigger });
                     }

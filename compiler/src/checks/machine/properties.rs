@@ -8,6 +8,7 @@ use runtime::program::{Measure, Op};
 use super::Checked;
 use crate::analysis::conditions::{Key, Value};
 use crate::analysis::exploration::{Exploration, OfMachine, Run, Taken, Verdict};
+use crate::analysis::regions::Elsewhere;
 use crate::analysis::wording::described;
 use crate::expr::Graph;
 use crate::source_map::{MachinePlaces, PropertyPlace};
@@ -20,7 +21,7 @@ pub(super) fn judge(
     exploration: &mut Exploration,
     places: &MachinePlaces,
     graph: &Graph,
-    width: usize,
+    (width, elsewhere): (usize, &Elsewhere),
 ) -> Vec<Verdict> {
     let conditions = exploration.conditions();
     let of = |(v, variable): (usize, &crate::analysis::conditions::Variable)| {
@@ -33,10 +34,18 @@ pub(super) fn judge(
         }
     };
     let of_machine: BTreeMap<usize, OfMachine> = conditions.variables.iter().enumerate().filter_map(of).collect();
+    let left_out = |v: &usize| matches!(of_machine.get(v), Some(OfMachine::In(s)) if elsewhere.states.contains(s));
     let all = places.properties.iter().zip(&conditions.properties);
-    all.map(|(place, formula)| match formula {
-        Some(formula) => exploration.judge(formula, place.state, &of_machine),
-        None => Verdict::Open,
+    all.map(|(place, formula)| {
+        let Some(formula) = formula else { return Verdict::Open };
+        let mut read = Vec::new();
+        formula.variables(&mut read);
+        match exploration.judge(formula, place.state, &of_machine) {
+            _ if read.iter().any(left_out) => Verdict::Beside,
+            // What the regions beside it do may exclude this run.
+            Verdict::Violated(_) if elsewhere.has_regions => Verdict::Beside,
+            verdict => verdict,
+        }
     })
     .collect()
 }
@@ -48,6 +57,7 @@ impl Checked<'_> {
             diagnostics.extend(match verdict {
                 Verdict::Holds => None,
                 Verdict::Violated(run) => Some(self.violation(place, run, graph)),
+                Verdict::Beside => Some(undecided(place, "the regions of a state are explored one at a time")),
                 Verdict::TooLarge => Some(undecided(place, "the machine is too large to be explored")),
                 Verdict::Open => Some(match place.formula {
                     Err(at) => of_time(place, at),

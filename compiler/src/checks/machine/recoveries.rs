@@ -78,7 +78,7 @@ impl Checked<'_> {
     fn decides(&self, leaf: usize) -> bool {
         let by = |t: &Trigger| match t {
             Trigger::When { .. } | Trigger::Event(_) => true,
-            Trigger::After(_) | Trigger::Reached(_) | Trigger::Fault(_) => false,
+            Trigger::After(_) | Trigger::Reached(_) | Trigger::Ended(_) | Trigger::Fault(_) => false,
         };
         let inside = || self.machine.path(leaf).filter(|&p| p != 0);
         self.counts_at(leaf) || inside().any(|p| self.machine.states[p].transitions.iter().any(|t| by(&t.trigger)))

@@ -21,7 +21,7 @@ impl Checked<'_> {
         for &s in &self.reached {
             let leaves = self.reached.iter().copied().filter(|&l| self.machine.states[l].initial.is_none());
             let inside: Vec<usize> = leaves.filter(|&l| self.machine.path(l).any(|p| p == s)).collect();
-            let runs = |task: usize| inside.iter().any(|&l| self.machine.stack(l).is_some_and(|k| self.holds(k, task)));
+            let runs = |task: usize| inside.iter().any(|&l| self.runs(l, task));
             for (i, t) in self.machine.states[s].transitions.iter().enumerate() {
                 let Trigger::When { condition, .. } = &t.trigger else { continue };
                 let read: BTreeSet<usize> = condition.inputs.iter().copied().collect();

@@ -138,7 +138,7 @@ impl Known {
             let leaves = |s: usize| (0..machine.states[s].transitions.len()).any(|t| asks(s, t));
             let enters = |s: usize| {
                 let of = machine.states[s].transitions.iter().enumerate();
-                of.into_iter().any(|(t, transition)| machine.leaf(transition.target) == state && asks(s, t))
+                of.into_iter().any(|(t, transition)| machine.leaves(transition.target).contains(&state) && asks(s, t))
             };
             machine.path(state).any(leaves) || (0..machine.states.len()).any(enters)
         };

@@ -87,7 +87,7 @@ impl Scene<'_> {
         let mut out = Vec::new();
         for (i, (v, a)) in states.iter().enumerate() {
             for (w, b) in &states[..i] {
-                if a != b && !m.is_around(*a, *b) && !m.is_around(*b, *a) {
+                if a != b && !m.is_around(*a, *b) && !m.is_around(*b, *a) && !m.are_beside(*a, *b) {
                     out.push(Formula::And(Box::new([Formula::Flag(*v), Formula::Flag(*w)])));
                 }
             }

@@ -72,7 +72,8 @@ impl Scene<'_> {
         let inside = |s: usize| s == state || m.is_around(state, s);
         let mut shortest: Option<Waiting> = None;
         for (s, of) in m.states.iter().enumerate().filter(|(s, _)| !inside(*s)) {
-            for (i, t) in of.transitions.iter().enumerate().filter(|(_, t)| inside(m.leaf(t.target))) {
+            for (i, t) in of.transitions.iter().enumerate().filter(|(_, t)| m.leaves(t.target).into_iter().any(inside))
+            {
                 let Trigger::When { hold, .. } = t.trigger else { return None };
                 let place = self.places.machine.as_ref().and_then(|p| p.transitions.get(s)?.get(i));
                 if shortest.as_ref().is_none_or(|w| hold < w.hold) {

@@ -35,8 +35,8 @@ fn pressed(c: &Checked, machine: &MachineProgram, state: usize, enters: bool, si
     let places = c.places.machine.as_ref()?;
     machine.states.iter().enumerate().find_map(|(from, s)| {
         s.transitions.iter().zip(&places.transitions[from]).find_map(|(t, place)| {
-            let entered =
-                machine.path(machine.leaf(t.target)).any(|s| s == state) && !machine.path(from).any(|s| s == state);
+            let entered = machine.leaves(t.target).iter().any(|leaf| machine.path(*leaf).any(|s| s == state))
+                && !machine.path(from).any(|s| s == state);
             let left = from == state;
             let taken = if enters { entered } else { left };
             let node = place.condition.filter(|_| taken)?;

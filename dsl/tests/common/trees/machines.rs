@@ -20,8 +20,22 @@ fn plain_settings() -> BoxedStrategy<Block> {
         .boxed()
 }
 
-const STATE_WORDS: &[&str] =
-    &["state", "states", "final", "stack", "enter", "do", "exit", "on", "when", "after", "check", "transitions"];
+const STATE_WORDS: &[&str] = &[
+    "state",
+    "states",
+    "region",
+    "regions",
+    "final",
+    "stack",
+    "enter",
+    "do",
+    "exit",
+    "on",
+    "when",
+    "after",
+    "check",
+    "transitions",
+];
 
 pub(super) fn signal() -> BoxedStrategy<Signal> {
     (name(), name(), any::<bool>(), settings(&["type"], any_value(), true))
@@ -125,10 +139,11 @@ fn state_body(states: BoxedStrategy<State>, inside: bool) -> BoxedStrategy<State
 
 fn state() -> BoxedStrategy<State> {
     let one = |states: BoxedStrategy<State>| {
-        (name(), any::<bool>(), state_body(states, true), comments())
-            .prop_map(|(name, is_final, body, comments)| State {
+        (name(), 0..3, state_body(states, true), comments())
+            .prop_map(|(name, kind, body, comments)| State {
                 name: spanned(name),
-                final_: is_final.then(Span::default),
+                region: kind == 2,
+                final_: (kind == 1).then(Span::default),
                 body,
                 span: Span::default(),
                 comments,
@@ -137,6 +152,7 @@ fn state() -> BoxedStrategy<State> {
     };
     let leaf = (name(), comments()).prop_map(|(name, comments)| State {
         name: spanned(name),
+        region: false,
         final_: Some(Span::default()),
         body: StateBody::default(),
         span: Span::default(),
