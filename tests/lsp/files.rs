@@ -51,7 +51,10 @@ fn the_file_of_all_words_is_a_good_spec() {
         ["import", "let", "for", "in", "from", "replace", "add", "remove", "before", "after", "and", "or", "not"];
     let signals =
         ["signal", "event", "flag", "wrench", "timeout", "present", "stale", "frame", "bias", "low_pass", "variable"];
-    let machines = ["machine", "initial", "blend", "state", "final", "stack", "enter", "do", "exit", "on", "when"];
+    let machines = [
+        "machine", "initial", "blend", "state", "region", "ended", "final", "stack", "enter", "do", "exit", "on",
+        "when",
+    ];
     let scenarios = [
         "mission",
         "robot",
