@@ -15,6 +15,7 @@ fn a_tick_allocates_nothing() {
     allocations::are_counted();
 
     machines();
+    regions();
     people();
     fields();
     planners();
@@ -225,4 +226,53 @@ machine m {
         robot.apply(&velocity);
     }
     assert_eq!((states.len(), faults > 0), (3, true), "{states:?}, {faults} faults");
+}
+
+/// Regions that change stacks, with tasks that go on in the next one: trajectories, captured values, memories.
+fn regions() {
+    let program = common::program_of(
+        "hierarq 1
+robot l { urdf \"robots/arm7.urdf\"  at [0, 0.5, 0] m  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
+robot r { urdf \"robots/arm7.urdf\"  at [0, -0.5, 0] m  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
+signal go : event
+variable turns : number = 0
+stack limits { level limits hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits } }
+task up = frame_position(l_tool) { position trapezoid(initial(position) + [0, 0, 0.1] m, speed: 0.3 m/s, acceleration: 1 m/s^2)  gain 5 /s }
+task keep = hold(l_tool)
+task wave = joint_position { target { r_joint_1 initial(joint(r_joint_1)) + 0.2 rad * sin(t/(1 s)) }  gain 5 /s }
+task soft = admittance(r_tool) {
+  target { position initial(position)  orientation initial(orientation) }
+  mass { linear 5 kg  angular 0.5 kg m^2 }  damping { linear 60 N s/m  angular 6 N m s/rad }
+  stiffness { linear 100 N/m  angular 10 N m/rad }  wrench { force [1, 0, 0] N } }
+stack rising from limits { add motion { up } }
+stack keeping from limits { add motion { keep } }
+stack waving from limits { add motion { wave } }
+stack yielding from limits { add motion { soft } }
+machine m {
+  initial w
+  blend 50 ms
+  on fault(any) -> w
+  state w {
+    after 3 s -> w
+    region a { initial b  state b { stack rising  after 110 ms -> c }  state c { stack keeping  exit set(turns, turns + 1)  after 70 ms -> d }  state d { after 30 ms -> b } }
+    region e { initial f  state f { stack waving  on go -> g  after 0.4 s -> g }  state g { stack yielding  do capture(camera)  after 90 ms -> f  on reached(up, 1 mm) -> f } }
+    region h { state i { after 10 ms -> j }  initial i  state j { after 10 ms -> i } } } }",
+    );
+    let mut controller = Controller::new(&program).expect("it can be executed");
+    let mut robot = SimulatedRobot::new(&program);
+    let mut states = std::collections::BTreeSet::new();
+    for k in 0..2000 {
+        let observation = Observation { time: k as f64 * 0.01, q: robot.measure() };
+        let before = allocations::so_far();
+        if k % 37 == 0 {
+            controller.signals().raise(0);
+        }
+        let command = controller.step(&observation);
+        assert_eq!(allocations::so_far(), before, "regions allocate at tick {k}");
+        assert!(command.fault.is_none(), "tick {k}: {:?}", command.fault);
+        let velocity = command.velocity.to_vec();
+        states.insert(controller.state().to_string());
+        robot.apply(&velocity);
+    }
+    assert_eq!(states.len(), 12, "{states:?}");
 }

@@ -15,6 +15,7 @@ mod interrupted_blend;
 mod late_ticks;
 mod letting_go;
 mod motion;
+mod region_stacks;
 mod regions;
 mod semantics;
 mod sensors;

@@ -114,7 +114,8 @@ fn another_stack_takes_the_hand_over_at_its_speed() {
         target: 2,
         blend: 0.0,
     });
-    program.machine = Some(MachineProgram { states, actions: Vec::new(), measured: Vec::new(), reached: Vec::new() });
+    let (actions, measured, reached, merged) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    program.machine = Some(MachineProgram { states, actions, measured, reached, merged });
     program.run.subject = Subject::Machine;
     let model = &program.robot.model;
     let places: Vec<Vector3<f64>> =

@@ -46,17 +46,27 @@ pub struct Simulation {
 
 impl Truth {
     fn tick(&mut self, controller: &Controller, q: &[f64], time: f64, signals: &[f64], velocity: &[f64]) -> &Evaluator {
-        let (evaluator, problem) = &mut self.stacks[controller.active_stack()];
+        let active = controller.active_stack();
         let times = Times { t: time - controller.stack_entered(), time };
         let anew = self.visit != Some(controller.visit());
         if anew {
             self.stack_velocity.copy_from_slice(&self.last);
         }
         let inputs = TickInputs { times, signals, velocity: &self.last, stack_velocity: &self.stack_velocity };
+        if anew {
+            self.stacks[active].0.follow_parts(controller.evaluator());
+            if let Some(from) = controller.carried_from().filter(|from| *from != active) {
+                let (low, high) = self.stacks.split_at_mut(from.max(active));
+                let (low, high) = (&mut low[from.min(active)].0, &mut high[0].0);
+                let (own, from) = if from < active { (high, low) } else { (low, high) };
+                own.take_over(from, controller.carried());
+            }
+        }
+        let (evaluator, problem) = &mut self.stacks[active];
         evaluator.follow(controller.evaluator());
         if anew {
             self.visit = Some(controller.visit());
-            evaluator.enter(q, inputs);
+            evaluator.enter_fresh(q, inputs);
             if controller.is_blending() {
                 evaluator.hand_over();
             }

@@ -109,6 +109,11 @@ impl ValueTable {
         }
     }
 
+    /// Returns true if an entry is one that the table computes.
+    pub fn computes(&self, at: usize) -> bool {
+        self.tape.outputs.iter().any(|o| o.at == at)
+    }
+
     /// Returns true if an entry depends on a captured number.
     pub fn is_read(&self, input: usize) -> bool {
         self.reads.binary_search_by_key(&input, |r| r.input).is_ok()

@@ -225,6 +225,23 @@ pub enum TaskFault {
     },
 }
 
+/// Methods of a task that hand over the fields that it remembers to the same task of another stack. What depends on the
+/// other tasks of a stack, such as speeds that they allow, is not among them.
+macro_rules! takes_over {
+    ($($field:ident),+) => {
+        fn as_any(&mut self) -> Option<&mut dyn std::any::Any> {
+            Some(self)
+        }
+
+        fn take_over(&mut self, from: &mut dyn $crate::task::Task) -> bool {
+            let Some(from) = from.as_any().and_then(|from| from.downcast_mut::<Self>()) else { return false };
+            $(std::mem::swap(&mut self.$field, &mut from.$field);)+
+            true
+        }
+    };
+}
+pub(crate) use takes_over;
+
 /// A built task. All memory that it needs at a tick was allocated when it was built.
 pub trait Task: Send {
     /// Its rows, in order; the number never changes.
@@ -237,6 +254,17 @@ pub trait Task: Send {
 
     /// Called once when a stack that contains the task becomes active.
     fn enter(&mut self, _state: &State) {}
+
+    /// Takes over what the same task of another stack remembers, which ran until now: called in place of [`Task::enter`]
+    /// where the task goes on. Returns false if it is to be entered instead. Never allocates.
+    fn take_over(&mut self, _from: &mut dyn Task) -> bool {
+        false
+    }
+
+    /// The task itself, for [`Task::take_over`].
+    fn as_any(&mut self) -> Option<&mut dyn std::any::Any> {
+        None
+    }
 
     /// Called after [`Task::enter`] if the velocity blends from that of another stack. A task that integrates
     /// accelerations asks at its next update for the velocity that it takes over: the offset of the blend is measured

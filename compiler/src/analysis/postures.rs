@@ -304,7 +304,7 @@ fn reduced(program: &Program, parts: &Parts) -> StackProgram {
     let of = &program.stacks[parts.stack];
     let mut levels = vec![level("limits", parts.limits), level("targets", parts.targets)];
     levels.retain(|l| !l.members.is_empty());
-    StackProgram { name: of.name.clone(), locked: of.locked.clone(), levels }
+    StackProgram { levels, ..of.clone() }
 }
 
 /// Places of all gains among parameters.

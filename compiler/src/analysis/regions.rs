@@ -88,9 +88,9 @@ impl View {
                 self.elsewhere.ends.insert(s);
             }
         }
-        let own = &mut self.machine.states[region].stack;
-        if own.is_none() && inside.iter().all(|&s| machine.states[s].stack.is_none()) {
-            *own = machine.stack(region);
+        // The other regions are taken to be in their initial states.
+        for &s in inside.iter().filter(|&&s| s == region || machine.states[s].stack.is_some()) {
+            self.machine.states[s].stack = machine.stack(s);
         }
     }
 

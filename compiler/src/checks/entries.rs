@@ -15,7 +15,7 @@ const SLACK: f64 = 5e-7;
 /// Returns true if a run can enter a stack at the home configuration.
 pub(crate) fn at_home(program: &Program, stack: usize) -> bool {
     let Some(machine) = &program.machine else { return true };
-    let in_a_state = machine.states.iter().any(|s| s.stack == Some(stack));
+    let in_a_state = !machine.naming(stack).is_empty();
     !in_a_state
         || program.run.subject == Subject::Stack(stack)
         || first_states(machine, program.robot.period).iter().any(|&s| machine.stack(s) == Some(stack))

@@ -153,7 +153,8 @@ impl MachineLowering<'_, '_> {
                 transitions,
             });
         }
-        let program = MachineProgram { states, actions: all, measured: self.measured, reached: self.reached };
+        let MachineLowering { measured, reached, .. } = self;
+        let program = MachineProgram { states, actions: all, measured, reached, merged: Vec::new() };
         if self.lowerer.errors() == before {
             self.lowerer.region_errors(&program, &places);
         }

@@ -16,6 +16,7 @@ mod humans;
 mod inline_tasks;
 mod machine;
 mod measures;
+mod merged_stacks;
 mod missions;
 mod obstacle_forms;
 mod obstacles;
@@ -281,6 +282,11 @@ impl<'a> Lowerer<'a> {
         let (mut program, mut source_map) =
             self.program(&robot, &definitions, bound, (&declared, stacks), (run?, machine))?;
         source_map.coverage = coverage.unwrap_or_default();
+        self.merge_stacks(declared.tasks.len(), &mut program, &mut source_map);
+        if self.errors() > 0 {
+            self.unused(&declared, expanded, complete && expanded.scenarios.is_empty());
+            return None;
+        }
         program.scenarios = self.scenarios(expanded, &program, &robot, &mut source_map);
         if let (Some(machine), Some(places)) = (declared.machine, &mut source_map.machine) {
             self.properties(machine, &program, &robot, places);

@@ -97,7 +97,7 @@ fn misplaced(at: Span, text: &str) -> Diagnostic {
 }
 
 impl Lowerer<'_> {
-    /// Reports transitions into sibling regions, and a second region that names stacks.
+    /// Reports transitions into sibling regions.
     pub(super) fn region_errors(&mut self, machine: &MachineProgram, places: &MachinePlaces) {
         for (s, state) in machine.states.iter().enumerate() {
             for (t, place) in state.transitions.iter().zip(&places.transitions[s]) {
@@ -106,22 +106,6 @@ impl Lowerer<'_> {
                 {
                     self.push(into_another(machine, places, [from, to], place.target));
                 }
-            }
-        }
-        for state in machine.states.iter().filter(|s| !s.regions.is_empty()) {
-            let stack = |r: usize| {
-                (0..machine.states.len()).find(|&s| machine.region(s) == Some(r) && places.stacks[s].is_some())
-            };
-            let mut named = state.regions.iter().filter_map(|&r| Some((r, places.stacks[stack(r)?]?)));
-            let Some((first, owner)) = named.next() else { continue };
-            for (region, at) in named {
-                let [a, b] = [first, region].map(|r| &machine.states[r].name);
-                let d = Diagnostic::error("HQ0731", at, format!("region `{b}` names a stack, as region `{a}` does"));
-                self.push(
-                    d.label(owner, format!("`{a}` moves the robot"))
-                        .note("the regions of a state are active at the same time, and one of them moves the robot")
-                        .help("name stacks in one region; let the others handle events, actions and variables"),
-                );
             }
         }
     }

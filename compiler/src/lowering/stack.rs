@@ -168,7 +168,7 @@ impl Stacks<'_, '_> {
                     Some(weight) => self.lowerer.read_word(&MEMBER, "weight", weight).unwrap_or(1.0),
                     None => 1.0,
                 };
-                members.push(MemberProgram { task, weight, idle: Vec::new() });
+                members.push(MemberProgram { task, weight, parts: Vec::new(), idle: Vec::new() });
             }
             levels.push(LevelProgram {
                 name: l.name.value.clone(),
@@ -178,7 +178,8 @@ impl Stacks<'_, '_> {
                 members,
             });
         }
-        StackProgram { name: s.name.value.clone(), locked: locked.unwrap_or_default(), levels }
+        let (name, locked) = (s.name.value.clone(), locked.unwrap_or_default());
+        StackProgram { name, locked, levels, parts: Vec::new() }
     }
 
     /// Reports a weight with a unit. In `reach weight 4  g weight 5` the next task is read as one.

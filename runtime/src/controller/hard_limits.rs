@@ -14,8 +14,21 @@ pub(super) struct HardLimits(Vec<HardLimit>);
 struct HardLimit {
     /// Its index among the tasks of the stack.
     member: usize,
+    /// Index of its task in the program.
+    task: usize,
     /// State of each thing that it keeps a margin of; see [`Task::subject`].
     subjects: Vec<Subject>,
+}
+
+impl HardLimit {
+    /// Lets the limit count only once the robot is within it.
+    fn forget(&mut self) {
+        for subject in &mut self.subjects {
+            if matches!(subject, Subject::Within) {
+                *subject = Subject::Outside;
+            }
+        }
+    }
 }
 
 /// Thing that a limit keeps a margin of.
@@ -41,16 +54,26 @@ impl HardLimits {
                 let inputs = task.margin_inputs(s).unwrap_or_else(|| m.slots.clone());
                 if is_moved(inputs.into_iter().collect()) { Subject::Moved } else { Subject::Outside }
             };
-            Some(HardLimit { member, subjects: (0..task.subjects()).map(subject).collect() })
+            Some(HardLimit { member, task: m.program_index, subjects: (0..task.subjects()).map(subject).collect() })
         };
         HardLimits(hard.filter_map(limit).collect())
     }
 
-    /// The stack is entered: limits that are violated now are restored, and count from the tick at which they hold.
-    pub fn enter(&mut self) {
-        for subject in self.0.iter_mut().flat_map(|l| &mut l.subjects) {
-            if matches!(subject, Subject::Within) {
-                *subject = Subject::Outside;
+    /// The stack is entered: limits that are violated now are restored, and count from the tick at which they hold; those
+    /// of parts that go on count already.
+    pub fn enter(&mut self, evaluator: &Evaluator) {
+        for limit in self.0.iter_mut().filter(|l| !evaluator.goes_on(l.member)) {
+            limit.forget();
+        }
+    }
+
+    /// The stack is entered after another one, whose limits count already if they go on.
+    pub fn take_over(&mut self, evaluator: &Evaluator, from: &HardLimits) {
+        for limit in &mut self.0 {
+            limit.forget();
+            let same = |o: &&HardLimit| o.task == limit.task && o.subjects.len() == limit.subjects.len();
+            if let Some(other) = from.0.iter().find(same).filter(|_| evaluator.goes_on(limit.member)) {
+                limit.subjects.copy_from_slice(&other.subjects);
             }
         }
     }
@@ -59,7 +82,7 @@ impl HardLimits {
     /// below `-tolerance`.
     pub fn passed(&mut self, evaluator: &Evaluator, tolerance: f64) -> Option<Fault> {
         let mut first = None;
-        for HardLimit { member, subjects } in &mut self.0 {
+        for HardLimit { member, subjects, .. } in &mut self.0 {
             let (Some(task), Some(m)) = (evaluator.task(*member), evaluator.members().get(*member)) else { continue };
             let margins = evaluator.margins().get(m.margins.clone()).unwrap_or_default();
             // Subjects without a row are further away than those that have one.

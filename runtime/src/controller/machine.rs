@@ -45,6 +45,17 @@ pub struct Request {
     pub begin: bool,
 }
 
+/// Part of the running stack.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Part {
+    /// State that names its stack.
+    pub owner: usize,
+    /// Number of entries into this state.
+    pub entries: u64,
+    /// Time since which the part has run (s).
+    pub entered: f64,
+}
+
 /// Result of a transition.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StateChange {
@@ -52,12 +63,18 @@ pub(super) struct StateChange {
     pub blend: f64,
     /// True if the stack of the new state is entered.
     pub stack: bool,
+    /// True if no part of it goes on from the stack before, because the robot stood.
+    pub anew: bool,
 }
 
 impl StateChange {
     /// This change and another one at the same tick.
     fn then(self, next: StateChange) -> StateChange {
-        StateChange { blend: if next.stack { next.blend } else { self.blend }, stack: self.stack || next.stack }
+        StateChange {
+            blend: if next.stack { next.blend } else { self.blend },
+            stack: self.stack || next.stack,
+            anew: self.anew || next.anew,
+        }
     }
 }
 
@@ -84,14 +101,18 @@ pub(super) struct Machine {
     pub(super) inner: Vec<usize>,
     /// Text of the active states, if there are regions.
     pub(super) text: String,
-    /// For each state with regions, the index among them of the one that moves the robot.
-    pub(super) moving: Vec<Option<usize>>,
     /// Time at which each state was entered (s).
     pub(super) entered: Vec<f64>,
     /// Number of entries into each state.
     pub(super) entries: Vec<u64>,
-    /// State whose stack runs.
-    pub(super) owner: usize,
+    /// States whose stacks run, in the order of their regions; the machine itself if there are none.
+    pub(super) owners: Vec<usize>,
+    /// Those before a transition.
+    pub(super) before: Vec<usize>,
+    /// Time at which the running stack was entered (s).
+    pub(super) stack_since: f64,
+    /// True if a state has regions.
+    has_regions: bool,
     /// Active state that the transition for a fault leads to; the robot stands still until the machine leaves it.
     pub(super) standing: Option<usize>,
     /// Time at which the stack last began anew after such a stop, without an entry of its state (s).
@@ -111,6 +132,9 @@ impl Machine {
     pub fn new(program: &Program, machine: &MachineProgram) -> Machine {
         let states = machine.states.len();
         let events = program.interface.events.len();
+        let regions = machine.states.iter().map(|s| s.regions.len()).max().unwrap_or(0);
+        let mut owners = Vec::with_capacity(regions.max(1));
+        owners.push(0);
         // Each state is left and entered at most once at a tick; one in a region once more, if another region is left.
         let most = if machine.has_regions() { 4 } else { 2 };
         Machine {
@@ -118,12 +142,14 @@ impl Machine {
             data: Data::new(&program.robot.model),
             model: program.robot.model.clone(),
             current: machine.spine(machine.leaf(0)),
-            inner: Vec::with_capacity(machine.states.iter().map(|s| s.regions.len()).max().unwrap_or(0)),
+            inner: Vec::with_capacity(regions),
             text: String::with_capacity(longest_text(machine)),
-            moving: (0..states).map(|s| moving(machine, s)).collect(),
             entered: vec![0.0; states],
             entries: vec![0; states],
-            owner: 0,
+            owners,
+            before: Vec::with_capacity(regions.max(1)),
+            stack_since: 0.0,
+            has_regions: machine.has_regions(),
             standing: None,
             resumed: f64::NEG_INFINITY,
             requests: Vec::with_capacity(most * machine.actions.len() + 2),
@@ -182,7 +208,7 @@ impl Machine {
 
     /// Index of the stack that runs, or `None` if the robot stands still.
     pub fn stack(&self) -> Option<usize> {
-        self.program.states[self.owner].stack
+        self.program.stack_of(&self.owners)
     }
 
     /// Returns true if the robot stands still because a fault occurred in the target of its own transition.
@@ -190,9 +216,26 @@ impl Machine {
         self.standing.is_some()
     }
 
-    /// Time at which the state whose stack runs was entered, or at which the stack began anew there (s).
+    /// Time at which the state whose stack runs was entered, or at which the stack began anew there (s). With regions, the
+    /// time of the last change of the stack.
     pub fn stack_entered(&self) -> f64 {
-        self.entered[self.owner].max(self.resumed)
+        let entered = if self.has_regions { self.stack_since } else { self.entered[self.owners[0]] };
+        entered.max(self.resumed)
+    }
+
+    /// Returns true if a state has regions, so that a part of a stack may go on in another one.
+    pub fn has_regions(&self) -> bool {
+        self.has_regions
+    }
+
+    /// Parts of the running stack: the states that name their stacks.
+    pub fn parts(&self) -> impl Iterator<Item = Part> + '_ {
+        let part = |&owner: &usize| Part {
+            owner,
+            entries: self.entries[owner],
+            entered: self.entered[owner].max(self.resumed),
+        };
+        self.owners.iter().map(part)
     }
 
     /// Restarts the machine in its initial state.
@@ -203,6 +246,7 @@ impl Machine {
         self.entries.fill(0);
         self.current = 0;
         self.inner.clear();
+        self.stack_since = time;
         (self.standing, self.resumed) = (None, f64::NEG_INFINITY);
         self.enter(0, time);
     }
@@ -238,9 +282,9 @@ impl Machine {
     /// Sets the flags of targets that conditions ask to be reached, by the last tick of `stack`; none is reached at the
     /// first tick of a run. Never allocates.
     pub fn observe_targets(&self, signals: &mut Signals, stack: &StackController, first: bool) {
-        let runs = !first && self.runs(stack);
+        let runs = |task: usize| !first && self.runs(stack, task);
         for ReachedProgram { signal, criterion } in &self.program.reached {
-            let truth = if runs && stack.has_reached(criterion) { 1.0 } else { -1.0 };
+            let truth = if runs(criterion.task) && stack.has_reached(criterion) { 1.0 } else { -1.0 };
             signals.assign(*signal, &[truth]);
         }
     }
@@ -329,7 +373,10 @@ impl Machine {
     fn arm(&mut self, state: usize, time: f64, stack: &StackController) {
         for i in 0..self.guards[state].ways.len() {
             let t = &self.program.states[state].transitions[i];
-            let known = !matches!(t.trigger, Trigger::Reached(_)) || self.runs(stack);
+            let known = match &t.trigger {
+                Trigger::Reached(criterion) => self.runs(stack, criterion.task),
+                _ => true,
+            };
             let passes = matches!(t.trigger, Trigger::After(_)) && self.stays(state, t);
             if self.guards[state].ways[i].waits || passes {
                 self.guards[state].ways[i].waits = !known || self.holds(state, i, &[], time, stack);
@@ -397,7 +444,7 @@ impl Machine {
             // Tolerates half a microsecond, for the rounding error of a sum of periods.
             Trigger::When { hold, .. } => time - self.guards[state].ways[i].since >= hold - 5e-7,
             Trigger::After(d) => time - self.entered[state] >= d - 5e-7,
-            Trigger::Reached(criterion) => self.runs(stack) && stack.has_reached(criterion),
+            Trigger::Reached(criterion) => self.runs(stack, criterion.task) && stack.has_reached(criterion),
             Trigger::Ended(regions) => regions.iter().all(|r| self.has_ended(*r)),
             Trigger::Fault(_) => false,
         }
@@ -409,11 +456,11 @@ impl Machine {
         leaf.is_some_and(|&leaf| self.program.region_ends(leaf))
     }
 
-    /// Returns true if the measures of the current state's stack are valid: that stack runs, and for more than one
+    /// Returns true if the measures of a task of the current state's stack are valid: it runs, and for more than one
     /// tick. A target that starts slowly does not move at its first tick. While the robot stands after a fault, nothing
     /// is reached.
-    fn runs(&self, stack: &StackController) -> bool {
-        self.stack() == Some(stack.index()) && stack.ticks() > 1 && !self.stands()
+    fn runs(&self, stack: &StackController, task: usize) -> bool {
+        self.stack() == Some(stack.index()) && stack.ticks_of(task) > 1 && !self.stands()
     }
 }
 
@@ -424,12 +471,6 @@ fn longest_text(machine: &MachineProgram) -> usize {
         inside.map(|s| machine.states[s].name.len() + BESIDE.len()).max().unwrap_or(0)
     };
     machine.states.iter().map(|s| s.regions.iter().map(|r| longest(*r)).sum()).max().unwrap_or(0)
-}
-
-/// Index among the regions of a state of the one that moves the robot.
-fn moving(machine: &MachineProgram, state: usize) -> Option<usize> {
-    let moving = machine.moving_region(state)?;
-    machine.states[state].regions.iter().position(|r| *r == moving)
 }
 
 fn matches_fault(pattern: &FaultPattern, fault: &Fault, stack: &StackController) -> bool {

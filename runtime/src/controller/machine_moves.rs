@@ -16,7 +16,9 @@ impl Machine {
         // Innermost state that is not exited: it contains both the transition and its target.
         let holds_target = |s: usize| s != target && self.program.path(target).any(|p| p == s);
         let stays = self.program.path(source).find(|&s| holds_target(s)).unwrap_or(0);
-        let (owner, stood) = (self.owner, self.stands());
+        let stood = self.stands();
+        self.before.clear();
+        self.before.extend_from_slice(&self.owners);
         // A region that contains both is the only one that changes.
         let region = self.program.region(source).filter(|&r| self.program.region(target) == Some(r));
         let changes = self.inner.iter().position(|&leaf| region.is_some() && self.program.region(leaf) == region);
@@ -33,13 +35,17 @@ impl Machine {
             self.current = stays;
             self.enter(target, time);
         }
-        let same = self.owner == owner && !left_owner;
+        let same = self.owners == self.before && !left_owner;
         let resumes = stood && !self.stands();
         if resumes {
             // The stack begins anew, so that its blend starts at rest.
             self.resumed = time;
         }
-        Moved { change: StateChange { blend, stack: !same || resumes }, left_regions: changes.is_none() }
+        let stack = !same || resumes;
+        if stack {
+            self.stack_since = time;
+        }
+        Moved { change: StateChange { blend, stack, anew: resumes }, left_regions: changes.is_none() }
     }
 
     /// Leaves a state and those around it, up to `until`. Returns true if the stack of one of them ran.
@@ -49,7 +55,7 @@ impl Machine {
             if self.standing == Some(state) {
                 self.standing = None;
             }
-            owner |= state == self.owner;
+            owner |= self.owners.contains(&state);
             self.ask(state, |s| &s.activities, false);
             self.ask(state, |s| &s.exit, true);
             state = self.program.states[state].parent.unwrap_or(until);
@@ -84,11 +90,14 @@ impl Machine {
         to
     }
 
-    /// Updates what follows from the active states: the state whose stack runs, and their text.
+    /// Updates what follows from the active states: the states whose stacks run, and their text.
     fn settle(&mut self) {
-        let moving = self.moving[self.current].and_then(|k| self.inner.get(k));
-        let mut path = self.program.path(moving.copied().unwrap_or(self.current));
-        self.owner = path.find(|&s| self.program.states[s].stack.is_some()).unwrap_or(0);
+        self.owners.clear();
+        self.owners.extend(self.inner.iter().filter_map(|&leaf| self.program.region_owner(leaf)));
+        if self.owners.is_empty() {
+            let mut around = self.program.path(self.current);
+            self.owners.push(around.find(|&s| self.program.states[s].stack.is_some()).unwrap_or(0));
+        }
         self.text.clear();
         for (k, &leaf) in self.inner.iter().enumerate() {
             self.text.push_str(if k == 0 { "" } else { BESIDE });

@@ -31,11 +31,11 @@ use crate::evaluator::Evaluator;
 use crate::fault::Fault;
 use crate::program::{ActionProgram, MachineProgram, Program, ProgramError, StateProgram, Subject};
 use crate::signals::Signals;
-use machine::Machine;
 pub use machine::Request;
+use machine::{Machine, Part};
 use measured::MeasuredMotion;
 pub use stack_controller::StackController;
-use stack_controller::{common_levels, standing};
+use stack_controller::{Carried, common_levels, standing};
 
 /// Largest distance between a joint and its reference, in rad or m. A larger one is the fault `Tracking`.
 pub const TRACKING_LIMIT: f64 = 0.5;
@@ -77,6 +77,14 @@ pub struct Controller {
     entering: Option<f64>,
     /// Number of times a stack has been entered.
     visits: u64,
+    /// Index in `stacks` of the stack that was entered last, with its parts.
+    entered: Option<usize>,
+    parts: Vec<Part>,
+    /// Parts of that stack as they were entered, and the index in `stacks` of the stack before it.
+    carried: Vec<Carried>,
+    carried_from: Option<usize>,
+    /// True if no part of the stack that is to be entered goes on.
+    anew: bool,
     /// Index in `stacks` of the stack whose velocity moves the robot.
     moving: Option<usize>,
     machine: Machine,
@@ -127,7 +135,8 @@ fn single(stack: usize) -> MachineProgram {
         exit: Vec::new(),
         transitions: Vec::new(),
     };
-    MachineProgram { states: vec![state], actions: Vec::new(), measured: Vec::new(), reached: Vec::new() }
+    let (actions, measured, reached, merged) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    MachineProgram { states: vec![state], actions, measured, reached, merged }
 }
 
 impl Controller {
@@ -155,17 +164,18 @@ impl Controller {
     fn of(program: &Program, machine: &MachineProgram) -> Result<Controller, ProgramError> {
         let mut index_of_stack = vec![usize::MAX; program.stacks.len()];
         let mut stacks = Vec::new();
-        for stack in machine.states.iter().filter_map(|s| s.stack) {
+        for stack in machine.stacks() {
             if index_of_stack.get(stack).is_none_or(|s| *s == usize::MAX) {
                 stacks.push(StackController::new(program, stack)?);
                 index_of_stack[stack] = stacks.len() - 1;
             }
         }
-        if (0..machine.states.len()).any(|s| machine.stack(machine.leaf(s)).is_none()) {
+        if machine.may_stand() {
             stacks.push(StackController::new(&standing(program), program.stacks.len())?);
         }
         let model = &program.robot.model;
         let (nq, nv) = (model.nq(), model.nv());
+        let most = machine.states.iter().map(|s| s.regions.len()).max().unwrap_or(0).max(1);
         Ok(Controller {
             common: common_levels(program, &stacks),
             stacks,
@@ -173,6 +183,11 @@ impl Controller {
             active: 0,
             entering: None,
             visits: 0,
+            entered: None,
+            parts: Vec::with_capacity(most),
+            carried: Vec::with_capacity(most),
+            carried_from: None,
+            anew: true,
             moving: None,
             machine: Machine::new(program, machine),
             measured: MeasuredMotion::new(program, machine),
@@ -302,6 +317,16 @@ impl Controller {
     /// Number of times a stack has been entered.
     pub fn visit(&self) -> u64 {
         self.visits
+    }
+
+    /// Index into [`Controller::stacks`] of the stack before the running one, if parts of it go on.
+    pub(crate) fn carried_from(&self) -> Option<usize> {
+        self.carried_from
+    }
+
+    /// For each part of the running stack, the part of the stack before that it continues.
+    pub(crate) fn carried(&self) -> impl Iterator<Item = Option<usize>> + '_ {
+        self.carried.iter().map(|c| c.before)
     }
 
     /// Time at which the running stack was entered (s).

@@ -41,10 +41,21 @@ pub struct StackController {
     look_ahead: LookAhead,
     /// Number of ticks since the stack was entered.
     ticks: u64,
+    /// Number of ticks since each part of it was entered.
+    part_ticks: Vec<u64>,
     /// True if the hierarchy was not solved in time at the last tick.
     late: bool,
     /// Factor on the velocity from one late tick to the next.
     slowing: f64,
+}
+
+/// Part of a stack that is entered.
+#[derive(Clone, Copy)]
+pub(super) struct Carried {
+    /// Time since which it has run (s).
+    pub entered: f64,
+    /// Part of the stack before of which it is the continuation; `None` if it is entered with the stack.
+    pub before: Option<usize>,
 }
 
 /// Name of a range of the table of values.
@@ -123,6 +134,7 @@ impl StackController {
             look_ahead: LookAhead::new(&evaluator, stack_program, program.robot.period),
             index: stack,
             ticks: 0,
+            part_ticks: vec![0; evaluator.parts()],
             late: false,
             slowing: (-program.robot.period / FADING).exp(),
             evaluator,
@@ -186,9 +198,36 @@ impl StackController {
         &self.level_names
     }
 
-    /// Number of ticks since the stack was entered.
-    pub(super) fn ticks(&self) -> u64 {
-        self.ticks
+    /// Number of ticks for which a task has run: since the stack was entered, or a part with the task that goes on; 0 if
+    /// the stack does not contain it.
+    pub(super) fn ticks_of(&self, task: usize) -> u64 {
+        let member = self.evaluator.members().iter().find(|m| m.program_index == task);
+        member.and_then(|m| m.parts.iter().map(|part| self.part_ticks[*part]).max()).unwrap_or(0)
+    }
+
+    /// Prepares the entry of the stack: its parts run since `entered` (s), each from now on or as part `before` of the
+    /// stack `from` that ran, or of this one if it is entered again. Never allocates.
+    pub(super) fn prepare(&mut self, parts: &[Carried], from: Option<&mut StackController>) {
+        for (part, carried) in parts.iter().enumerate() {
+            self.evaluator.set_part(part, carried.entered, carried.before.is_none());
+            if carried.before.is_none() {
+                self.part_ticks[part] = 0;
+            }
+        }
+        let before = || parts.iter().map(|carried| carried.before);
+        match from {
+            Some(from) => {
+                for (mine, before) in self.part_ticks.iter_mut().zip(before()) {
+                    *mine = before.and_then(|b| from.part_ticks.get(b)).copied().unwrap_or(0);
+                }
+                self.evaluator.take_over(&mut from.evaluator, before());
+                self.hard_limits.take_over(&self.evaluator, &from.hard_limits);
+            }
+            None => {
+                self.evaluator.keep_members();
+                self.hard_limits.enter(&self.evaluator);
+            }
+        }
     }
 
     /// Returns true while the command blends from the velocity of the previous stack.
@@ -239,15 +278,21 @@ impl StackController {
         self.solver.name()
     }
 
-    /// Enters the stack. `blend` is the duration of the blend (s), and `common` the number of levels, from the top,
+    /// Prepares the entry of the stack without any part that goes on. Never allocates.
+    pub(super) fn begin_anew(&mut self) {
+        self.evaluator.begin_anew();
+        self.part_ticks.fill(0);
+        self.hard_limits.enter(&self.evaluator);
+    }
+
+    /// Enters the stack, which was prepared. `blend` is the duration of the blend (s), and `common` the number of levels, from the top,
     /// that it shares with the previous stack.
     pub(super) fn enter(&mut self, q: &[f64], inputs: TickInputs, blend: f64, common: usize) {
-        self.evaluator.enter(q, inputs);
+        self.evaluator.enter_fresh(q, inputs);
         self.solver.forget();
         if blend > 0.0 {
             self.evaluator.hand_over();
         }
-        self.hard_limits.enter();
         (self.ticks, self.late) = (0, false);
         (self.blend.duration, self.blend.begun) = (blend, false);
         for (i, (kept, level)) in self.blend.kept.iter_mut().zip(&self.problem.levels).enumerate() {
@@ -287,6 +332,7 @@ impl StackController {
             }
         }
         self.ticks += 1;
+        self.part_ticks.iter_mut().for_each(|ticks| *ticks += 1);
         Ok(())
     }
 
@@ -391,7 +437,8 @@ impl StackController {
 /// Copy of a program with one more stack, which is empty: the robot stands still.
 pub(super) fn standing(program: &Program) -> Program {
     let mut program = program.clone();
-    program.stacks.push(StackProgram { name: String::new(), locked: Vec::new(), levels: Vec::new() });
+    let (name, locked, levels, parts) = (String::new(), Vec::new(), Vec::new(), Vec::new());
+    program.stacks.push(StackProgram { name, locked, levels, parts });
     program
 }
 

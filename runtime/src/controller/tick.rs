@@ -2,8 +2,9 @@
 
 use std::time::Instant;
 
-use super::machine::{FaultResponse, Machine, StateChange};
+use super::machine::{FaultResponse, Machine, Part, StateChange};
 use super::machine_actions::ObservedState;
+use super::stack_controller::Carried;
 use super::{Controller, Observation, StackController, TRACKING_LIMIT};
 use crate::evaluator::TickInputs;
 use crate::fault::{Fault, PASSED};
@@ -36,7 +37,8 @@ impl Controller {
             self.moving = None;
             self.velocity.fill(0.0);
             self.machine.start(time);
-            self.enter(StateChange { blend: 0.0, stack: true });
+            self.entered = None;
+            self.enter(StateChange { blend: 0.0, stack: true, anew: true });
         }
         self.machine.observe_targets(&mut self.signals, &self.stacks[self.active], first);
         let seen = self.look(o);
@@ -130,6 +132,7 @@ impl Controller {
             let stack = self.machine.stack();
             self.active = stack.map_or(self.stacks.len() - 1, |s| self.index_of_stack[s]);
             self.entering = Some(change.blend);
+            self.anew |= change.anew;
             self.visits += 1;
             // A task that does not run has no outputs.
             for signal in self.stacks.iter().flat_map(|s| s.evaluator.output_signals()) {
@@ -182,16 +185,19 @@ impl Controller {
             return Err(Fault::Tracking { dof });
         }
         let times = Times { t: time - self.machine.stack_entered(), time };
-        if self.entering.is_some() {
+        let entering = self.entering.take();
+        if entering.is_some() {
             self.stack_velocity.copy_from_slice(&self.velocity);
+            self.prepare();
         }
+        let stack = &mut self.stacks[self.active];
         let inputs = TickInputs {
             times,
             signals: self.signals.table(),
             velocity: &self.velocity,
             stack_velocity: &self.stack_velocity,
         };
-        if let Some(blend) = self.entering.take() {
+        if let Some(blend) = entering {
             let common = self.moving.map_or(0, |from| self.common[from][self.active].min(met));
             stack.enter(&self.reference, inputs, blend, common);
         }
@@ -215,6 +221,35 @@ impl Controller {
         // Both are evaluated: the second one updates its record of the limits that hold.
         let hard = stack.passed(PASSED);
         watched(stack, &self.machine).and(hard.map_or(Ok(()), Err))
+    }
+
+    /// Prepares the entry of the active stack: parts of the stack before it that its regions have not left go on.
+    fn prepare(&mut self) {
+        let anew = std::mem::take(&mut self.anew) || !self.machine.has_regions();
+        let from = self.entered.replace(self.active).filter(|_| !anew);
+        self.carried.clear();
+        for part in self.machine.parts() {
+            let same = |p: &Part| (p.owner, p.entries) == (part.owner, part.entries);
+            let before = from.and_then(|_| self.parts.iter().position(same));
+            self.carried.push(Carried { entered: part.entered, before });
+        }
+        self.parts.clear();
+        self.parts.extend(self.machine.parts());
+        self.carried_from = from.filter(|_| self.carried.iter().any(|c| c.before.is_some()));
+        if !self.machine.has_regions() {
+            return self.stacks[self.active].begin_anew();
+        }
+        let before = self.carried_from.filter(|from| *from != self.active);
+        let Some(from) = before else {
+            return self.stacks[self.active].prepare(&self.carried, None);
+        };
+        let (low, high) = self.stacks.split_at_mut(from.max(self.active));
+        let (Some(last), Some(high)) = (low.get_mut(from.min(self.active)), high.first_mut()) else { return };
+        if from < self.active {
+            high.prepare(&self.carried, Some(last))
+        } else {
+            last.prepare(&self.carried, Some(high))
+        }
     }
 
     /// Commands the robot to stand still.

@@ -92,6 +92,7 @@ impl Ahead {
             let m = &members[i];
             let level = &levels[m.level];
             // A distance that moves takes up to what its row asks for besides.
+            let values = &values[m.part()];
             let moves = m.slots.iter().any(|&at| values.rates.get(at).is_some_and(|r| *r != 0.0));
             for (k, row) in m.rows.clone().enumerate() {
                 let (h, lower) = (margins[m.margins.start + k], level.lower[row]);

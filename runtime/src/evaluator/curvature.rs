@@ -38,7 +38,7 @@ pub(super) struct Stack<'a> {
     pub members: &'a [Member],
     pub tasks: &'a mut [Box<dyn Task>],
     /// Parameter values before the first tick.
-    pub values: &'a mut ValueTable,
+    pub values: &'a mut [ValueTable],
     pub interface: &'a Interface,
     pub locked: &'a [usize],
     pub period: f64,
@@ -68,10 +68,14 @@ const AROUND: f64 = 1.0;
 impl Stack<'_> {
     /// Stores the curvature of the rows in the problem's levels.
     pub(super) fn measure(&mut self, problem: &mut Problem) {
-        let before = (self.values.current.clone(), self.values.rates.clone());
-        self.measure_each(problem, &before.0);
-        (self.values.current, self.values.rates) = before;
-        self.values.restart();
+        let of = |table: &ValueTable| (table.current.clone(), table.rates.clone());
+        let before: Vec<(Vec<f64>, Vec<f64>)> = self.values.iter().map(of).collect();
+        let initial = self.values.first().map(|table| table.current.clone()).unwrap_or_default();
+        self.measure_each(problem, &initial);
+        for (table, before) in self.values.iter_mut().zip(before) {
+            (table.current, table.rates) = before;
+            table.restart();
+        }
     }
 
     /// Places external points at random around the robot. Rows that depend on these points may have curvature there and
@@ -95,9 +99,11 @@ impl Stack<'_> {
         if !some {
             return;
         }
-        self.values.evaluate(Times::default(), &signals);
-        self.values.current.iter_mut().zip(initial).filter(|(x, _)| !x.is_finite()).for_each(|(x, i)| *x = *i);
-        self.values.rates.fill(0.0);
+        for table in self.values.iter_mut() {
+            table.evaluate(Times::default(), &signals);
+            table.current.iter_mut().zip(initial).filter(|(x, _)| !x.is_finite()).for_each(|(x, i)| *x = *i);
+            table.rates.fill(0.0);
+        }
     }
 
     fn measure_each(&mut self, problem: &mut Problem, initial: &[f64]) {
@@ -165,8 +171,8 @@ impl Stack<'_> {
                 model: self.model,
                 data: &data,
                 q: &q,
-                values: &self.values.current,
-                rates: &self.values.rates,
+                values: &self.values[self.members[task].part()].current,
+                rates: &self.values[self.members[task].part()].rates,
                 velocity: &velocity,
                 stack_velocity: &velocity,
             };

@@ -35,9 +35,16 @@ pub struct Member {
     /// True for each row that was proven to be idle (without effect) while all joints are inside their limits; empty if
     /// none was.
     pub idle: Vec<bool>,
+    /// Parts of the stack that contain it; its values are those of the first one.
+    pub parts: Vec<usize>,
 }
 
 impl Member {
+    /// Part of the stack whose values it reads.
+    pub fn part(&self) -> usize {
+        self.parts.first().copied().unwrap_or(0)
+    }
+
     /// Dimension that all rows share, or `None` if they differ.
     pub fn dimension(&self) -> Option<Dimension> {
         let first = self.row_info.first()?.dimension;

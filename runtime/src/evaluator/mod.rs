@@ -9,6 +9,7 @@ mod build;
 mod capture;
 mod curvature;
 mod member;
+mod parts;
 mod ready;
 mod task_outputs;
 mod tick_inputs;
@@ -35,7 +36,14 @@ use crate::values::ValueTable;
 pub struct Evaluator {
     model: Model,
     data: Data,
-    values: ValueTable,
+    /// Values of each part of the stack; a stack that was not merged is one part.
+    values: Vec<ValueTable>,
+    /// Time at which each part was entered (s), where it is not that of the stack.
+    clocks: Vec<Option<f64>>,
+    /// True for each part that is entered with the stack, and does not go on from the stack before.
+    fresh: Vec<bool>,
+    /// True for each member that goes on from the stack before.
+    goes_on: Vec<bool>,
     captures: Vec<Captured>,
     tasks: Vec<Box<dyn Task>>,
     members: Vec<Member>,
@@ -78,6 +86,8 @@ struct JointLimits {
 
 /// Entry of the table of values that a planner of another evaluator computes.
 struct LedValue {
+    /// Part of the stack that reads it.
+    part: usize,
     /// Index of the entry.
     at: usize,
     value: f64,
@@ -177,20 +187,20 @@ impl Evaluator {
 
     /// Value of a parameter at the last tick.
     pub fn value(&self, at: usize) -> Option<f64> {
-        self.values.current.get(at).copied()
+        self.table_of(at).current.get(at).copied()
     }
 
     /// Returns true if the value of a parameter has settled: it does not move, and a trajectory that it follows from is
     /// at its goal.
     pub fn is_settled(&self, at: usize) -> bool {
         self.rate(at).is_none_or(|r| r == 0.0)
-            && self.values.is_settled(at)
+            && self.table_of(at).is_settled(at)
             && self.planners.iter().all(|p| p.values.is_settled(at))
     }
 
     /// Rate of a parameter at the last tick, per second.
     pub fn rate(&self, at: usize) -> Option<f64> {
-        self.values.rates.get(at).copied()
+        self.table_of(at).rates.get(at).copied()
     }
 
     /// Signals that must be present for the stack to run.
@@ -226,9 +236,11 @@ impl Evaluator {
     /// the next update and for all later ones, instead of own decisions. Never allocates.
     pub fn follow(&mut self, leader: &Evaluator) {
         self.led.on = true;
-        for LedValue { at, value, rate } in &mut self.led.values {
-            if let (Some(x), Some(r)) = (leader.value(*at), leader.rate(*at)) {
-                (*value, *rate) = (x, r);
+        for LedValue { part, at, value, rate } in &mut self.led.values {
+            if let Some(table) = leader.values.get(*part)
+                && let (Some(x), Some(r)) = (table.current.get(*at), table.rates.get(*at))
+            {
+                (*value, *rate) = (*x, *r);
             }
         }
         for planner in &leader.planners {

@@ -9,7 +9,7 @@ use stdlib_tasks::task::{BuildError, RowKind, Task};
 use super::{Built, Evaluator, JointLimits, LIMIT_TOLERANCE, Led, LedValue, Member, TaskOutputs, build_tasks, capture};
 use crate::locked_joint_motion::LockedJointMotion;
 use crate::planning::{self, Planning, Protection, TaskIndex};
-use crate::program::{Capture, Program, ProgramError, StackProgram, TaskProgram, overshoots};
+use crate::program::{Capture, EqualTask, Program, ProgramError, StackProgram, TaskProgram, overshoots};
 use crate::values::ValueTable;
 
 /// Indices of the table of values that some tasks read. Values of other stacks are not computed and cause no faults.
@@ -95,6 +95,7 @@ impl Layout {
                     slots: places(std::iter::once(p)).into_iter().collect(),
                     constant: task.degrees_of_freedom().is_some(),
                     idle,
+                    parts: if m.parts.is_empty() { vec![0] } else { m.parts.clone() },
                 });
                 if let Some(last) = members.last() {
                     rows = last.rows.end;
@@ -157,10 +158,18 @@ impl Evaluator {
         let mut locked_joint_motion = LockedJointMotion::new(&problem, &stack_program.locked);
         members.iter().zip(&tasks).for_each(|(member, task)| locked_joint_motion.fix(member, task.as_ref()));
         let planned = planning::planners(program, stack_program);
-        let mut wanted = places(members.iter().map(|m| &program.tasks[m.program_index]));
+        // A part computes the values of all of its tasks, so that it is the same in each stack that it goes on in.
+        let wanted_by = |part: usize| {
+            let own = members.iter().filter(|m| m.parts.contains(&part)).map(|m| m.program_index);
+            let is_member = |e: &&EqualTask| members.iter().any(|m| m.program_index == e.member);
+            let equal = stack_program.parts.get(part).map_or(&[][..], |p| &p.equal).iter().filter(is_member);
+            places(own.chain(equal.map(|e| e.task)).filter_map(|t| program.tasks.get(t)))
+        };
+        let mut wanted: Vec<BTreeSet<usize>> = (0..stack_program.parts.len().max(1)).map(wanted_by).collect();
         let mut led = Led::default();
         for m in members.iter().filter(|m| planning::planner_of(program, m.program_index).is_some()) {
-            led.values.extend(m.slots.iter().map(|&at| LedValue { at, value: 0.0, rate: 0.0 }));
+            let of = |&at: &usize| LedValue { part: m.part(), at, value: 0.0, rate: 0.0 };
+            led.values.extend(m.slots.iter().map(of));
         }
         let mut planners = Vec::new();
         for Protection { guard, task } in planned.iter().filter(|_| only.is_none()) {
@@ -171,28 +180,36 @@ impl Evaluator {
             let speed = speeds.get(g).map_or(&[][..], Vec::as_slice);
             let above = &shapes[..members[t].level];
             let planner = Planning::new(program, stack_program, both, tasks[t].as_mut(), speed, above)?;
+            let wanted = &mut wanted[members[t].part()];
             wanted.retain(|at| planner.places.binary_search(at).is_err());
             wanted.extend(Planning::reads(program, *guard));
             planners.push(planner);
         }
         // Planners decide in the order of levels.
         planners.sort_by_key(|p: &Planning| members[p.task].level);
-        let values = ValueTable::new(&program.values, &wanted, &program.interface);
-        let tables = || std::iter::once(&values).chain(planners.iter().map(|p| &p.values));
-        let needed = |c: &&Capture| (c.at..c.at + c.len).any(|k| tables().any(|t| t.is_read(k)));
+        let table = |wanted| ValueTable::new(&program.values, wanted, &program.interface);
+        let values: Vec<ValueTable> = wanted.iter().map(table).collect();
+        let tables = || values.iter().chain(planners.iter().map(|p| &p.values));
+        let mut captures = Vec::new();
+        for (part, table) in values.iter().enumerate() {
+            // A planner reads the captured numbers of the part that contains it.
+            let of_part: Vec<&ValueTable> = std::iter::once(table)
+                .chain(planners.iter().filter(|p| members[p.task].part() == part).map(|p| &p.values))
+                .collect();
+            let reads = |c: &&Capture| (c.at..c.at + c.len).any(|k| of_part.iter().any(|t| t.is_read(k)));
+            let own = program.values.captures.iter().filter(reads);
+            captures.extend(own.filter_map(|c| capture::ready(c, &model, &members, part)));
+        }
         let needs: BTreeSet<usize> = tables().flat_map(|t| t.needs().iter().copied()).collect();
         let evaluator = Evaluator {
             data: Data::new(&model),
-            captures: program
-                .values
-                .captures
-                .iter()
-                .filter(needed)
-                .filter_map(|c| capture::ready(c, &model, &members))
-                .collect(),
+            captures,
             needs: needs.into_iter().collect(),
             led,
             outputs: members.iter().enumerate().filter_map(|(i, m)| TaskOutputs::new(program, i, m)).collect(),
+            clocks: vec![None; values.len()],
+            fresh: vec![true; values.len()],
+            goes_on: vec![false; tasks.len()],
             values,
             planners,
             undefined: vec![false; tasks.len()],

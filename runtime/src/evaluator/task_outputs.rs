@@ -10,7 +10,7 @@ use crate::signals::SignalValue;
 /// Outputs of one task.
 pub(super) struct TaskOutputs {
     /// Index of the task in the stack.
-    member: usize,
+    pub member: usize,
     /// Signals that store the outputs, if they are declared.
     signals: Vec<Option<usize>>,
     numbers: Vec<f64>,

@@ -6,6 +6,7 @@ use stdlib_tasks::task::{Doubt, Rows, State, TaskFault};
 use super::{Evaluator, LedValue, TickInputs};
 use crate::fault::Fault;
 use crate::planning::RobotState;
+use crate::program::Times;
 use crate::values::ValueTable;
 
 /// Numbers below this magnitude are set to zero: products of them would be denormal, which processors handle far more
@@ -21,12 +22,16 @@ fn flush(numbers: &mut [f64]) {
 impl Evaluator {
     pub(super) fn kinematics(&mut self, q: &[f64], inputs: TickInputs) {
         self.model.forward(q, &mut self.data);
-        self.values.evaluate(inputs.times, inputs.signals);
-        let ValueTable { current, rates, .. } = &mut self.values;
+        for (table, clock) in self.values.iter_mut().zip(&self.clocks) {
+            let times = Times { t: clock.map_or(inputs.times.t, |clock| inputs.times.time - clock), ..inputs.times };
+            table.evaluate(times, inputs.signals);
+        }
         for p in &mut self.planners {
+            let ValueTable { current, rates, .. } = &mut self.values[self.members[p.task].part()];
             p.evaluate(inputs.signals, current, rates);
         }
-        for &LedValue { at, value, rate } in self.led.values.iter().filter(|_| self.led.on) {
+        for &LedValue { part, at, value, rate } in self.led.values.iter().filter(|_| self.led.on) {
+            let ValueTable { current, rates, .. } = &mut self.values[part];
             (current[at], rates[at]) = (value, rate);
         }
     }
@@ -38,10 +43,10 @@ impl Evaluator {
             return Ok(());
         }
         let Evaluator { model, data, values, planners, tasks, members, .. } = self;
-        let ValueTable { current, rates, .. } = values;
         let TickInputs { velocity, stack_velocity, .. } = inputs;
         let now = RobotState { model, data, q, velocity, stack_velocity };
         for p in planners.iter_mut().filter(|p| members[p.task].level == level) {
+            let ValueTable { current, rates, .. } = &mut values[members[p.task].part()];
             p.values.check(inputs.signals)?;
             p.see(tasks[p.task].as_mut(), &now, current, rates)?;
             p.decide(&problem.levels[..level], current, rates)?;
@@ -67,7 +72,8 @@ impl Evaluator {
         let Some(p) = self.planners.get_mut(k) else { return Ok(false) };
         let (task, guard) = (p.task, p.guard);
         let above = &problem.levels[..self.members[task].level];
-        if !p.reconsider(above, x, &self.values.current, &mut self.values.rates)? {
+        let table = &mut self.values[self.members[task].part()];
+        if !p.reconsider(above, x, &table.current, &mut table.rates)? {
             return Ok(false);
         }
         self.tasks[guard].set_decided_velocity(&p.internal);
@@ -82,7 +88,7 @@ impl Evaluator {
     /// A task could not write its rows.
     pub fn update(&mut self, q: &[f64], inputs: TickInputs, problem: &mut Problem) -> Result<(), Fault> {
         self.kinematics(q, inputs);
-        self.values.check(inputs.signals)?;
+        self.values.iter_mut().try_for_each(|table| table.check(inputs.signals))?;
         self.locked_joint_motion.begin();
         self.margins.fill(f64::INFINITY);
         self.inside = self.limits.iter().all(|l| l.lower <= q[l.q_index] && q[l.q_index] <= l.upper);
@@ -101,8 +107,8 @@ impl Evaluator {
     /// Writes the rows of one task.
     fn write(&mut self, i: usize, q: &[f64], inputs: TickInputs, problem: &mut Problem) -> Result<(), Fault> {
         let Evaluator { model, data, values, tasks, locked_joint_motion, margins, measures, undefined, .. } = self;
-        let ValueTable { current, rates, .. } = values;
         let (m, task) = (&self.members[i], &mut tasks[i]);
+        let ValueTable { current, rates, .. } = &values[m.part()];
         let TickInputs { velocity, stack_velocity, .. } = inputs;
         let state = State { model, data, q, values: current, rates, velocity, stack_velocity };
         let level = &mut problem.levels[m.level];
@@ -164,7 +170,8 @@ impl Evaluator {
 
     /// Returns what a task takes for granted, and what is not so at the configuration of the last update.
     pub fn doubt(&mut self, member: usize, q: &[f64], inputs: TickInputs) -> Option<Doubt> {
-        let Evaluator { model, data, values: ValueTable { current, rates, .. }, tasks, .. } = self;
+        let Evaluator { model, data, values, members, tasks, .. } = self;
+        let ValueTable { current, rates, .. } = &values[members.get(member)?.part()];
         let TickInputs { velocity, stack_velocity, .. } = inputs;
         tasks.get_mut(member)?.doubt(&State { model, data, q, values: current, rates, velocity, stack_velocity })
     }
@@ -172,11 +179,13 @@ impl Evaluator {
     /// Passes the chosen velocity to the tasks and reads their outputs. Never allocates.
     pub fn observe(&mut self, q: &[f64], v: &[f64]) {
         let Evaluator { model, data, values, tasks, members, margins, measures, outputs, .. } = self;
-        let ValueTable { current, rates, .. } = values;
-        let state = State { model, data, q, values: current, rates, velocity: v, stack_velocity: v };
+        let state = |part: usize| {
+            let ValueTable { current, rates, .. } = &values[part];
+            State { model, data, q, values: current, rates, velocity: v, stack_velocity: v }
+        };
         for (task, m) in tasks.iter().zip(members.iter()) {
-            task.observe(&state, v, &mut margins[m.margins.clone()], &mut measures[m.measures.clone()]);
+            task.observe(&state(m.part()), v, &mut margins[m.margins.clone()], &mut measures[m.measures.clone()]);
         }
-        outputs.iter_mut().for_each(|t| t.update(tasks, &state, v));
+        outputs.iter_mut().for_each(|t| t.update(tasks, &state(members[t.member].part()), v));
     }
 }

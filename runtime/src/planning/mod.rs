@@ -188,6 +188,15 @@ impl Planning {
         }
     }
 
+    /// Goes on where the same planner of another stack is. Never allocates.
+    pub fn take_over(&mut self, from: &mut Planning) {
+        self.entered = from.entered;
+        self.planner.take_over(&mut from.planner);
+        self.internal.copy_from_slice(&from.internal);
+        std::mem::swap(&mut self.values, &mut from.values);
+        std::mem::swap(&mut self.deviated, &mut from.deviated);
+    }
+
     /// Evaluates the protected task's parameters at the planner's clock and writes them to the stack's table.
     pub fn evaluate(&mut self, signals: &[f64], current: &mut [f64], rates: &mut [f64]) {
         let c = self.planner.clock();

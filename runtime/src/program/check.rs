@@ -55,12 +55,16 @@ impl Program {
         for (i, stack) in self.stacks.iter().enumerate() {
             let place = format!("stacks[{i}]");
             ensure(stack.locked.iter().all(|&d| d < self.robot.model.nv()), &place, "a locked joint does not exist")?;
+            let equal = stack.parts.iter().flat_map(|p| &p.equal).all(|e| e.task.max(e.member) < self.tasks.len());
+            ensure(equal, &place, "a task of a part does not exist")?;
             for (k, level) in stack.levels.iter().enumerate() {
                 let place = format!("{place}.levels[{k}]");
                 ensure(level.damping.is_finite() && level.damping >= 0.0, &place, "damping is negative or not finite")?;
                 for m in &level.members {
                     ensure(m.task < self.tasks.len(), &place, "a task does not exist")?;
                     ensure(m.weight.is_finite() && m.weight > 0.0, &place, "a weight is not positive")?;
+                    let fits = m.parts.is_empty() == stack.parts.is_empty() && m.parts.is_sorted();
+                    ensure(fits && m.parts.iter().all(|p| *p < stack.parts.len()), &place, "a part does not exist")?;
                 }
             }
         }

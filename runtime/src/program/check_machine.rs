@@ -2,8 +2,8 @@
 
 use super::check::{ProgramError, ensure, error};
 use super::{
-    FaultPattern, Lost, MAX_SIGNAL, MachineAction, MachineProgram, Measure, MeasuredProgram, Program, Reached,
-    SignalProgram, StateProgram, Trigger, Velocity,
+    FaultPattern, Lost, MAX_MERGED, MAX_SIGNAL, MachineAction, MachineProgram, Measure, MeasuredProgram, Program,
+    Reached, SignalProgram, StateProgram, Trigger, Velocity,
 };
 
 /// Largest number of states that may be nested.
@@ -66,6 +66,7 @@ impl Program {
         for (i, state) in machine.states.iter().enumerate() {
             self.check_state(machine, i, state, &format!("machine.states[{i}]"))?;
         }
+        self.check_merged(machine)?;
         for (i, action) in machine.actions.iter().enumerate() {
             let place = format!("machine.actions[{i}]");
             let events = action.outcomes.iter().map(|o| o.1).chain(action.event);
@@ -85,6 +86,28 @@ impl Program {
             let fits = flag.is_some_and(|s| s.is_variable() && s.optional && s.len == 1 && s.kind == "flag");
             ensure(fits, &place, "sets what is no flag that may be absent")?;
             self.check_reached(&reached.criterion, &place)?;
+        }
+        Ok(())
+    }
+
+    /// Checks that there is a stack for each combination of those of regions.
+    fn check_merged(&self, machine: &MachineProgram) -> Result<(), ProgramError> {
+        for (i, m) in machine.merged.iter().enumerate() {
+            let place = format!("machine.merged[{i}]");
+            let parts = self.stacks.get(m.stack).map_or(0, |s| s.parts.len());
+            ensure(parts > 1 && parts == m.parts.len(), &place, "its stack does not exist, or has other parts")?;
+            ensure(m.parts.iter().all(|p| *p < self.stacks.len()), &place, "a stack of a region does not exist")?;
+        }
+        for state in (0..machine.states.len()).filter(|&s| !machine.states[s].regions.is_empty()) {
+            let place = format!("machine.states[{state}]");
+            ensure(
+                machine.count_merged(state) <= MAX_MERGED,
+                &place,
+                "its regions have too many combinations of stacks",
+            )?;
+            let all = machine.combinations(state);
+            let runs = |owners: &Vec<usize>| owners.len() < 2 || machine.stack_of(owners).is_some();
+            ensure(all.iter().all(runs), &place, "the stacks of its regions were not merged")?;
         }
         Ok(())
     }

@@ -20,6 +20,18 @@ pub struct MachineProgram {
     /// Targets that conditions ask to be reached.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reached: Vec<ReachedProgram>,
+    /// Stacks of regions that run together.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub merged: Vec<MergedStack>,
+}
+
+/// Stack that runs while several regions add theirs.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MergedStack {
+    /// Stacks of the regions, in the order of these.
+    pub parts: Vec<usize>,
+    /// The merged stack.
+    pub stack: usize,
 }
 
 /// Target that conditions ask to be reached: a flag that only the controller sets, before it tests the transitions of a
@@ -193,9 +205,6 @@ pub enum MachineAction {
     Tare(usize),
 }
 
-/// Text between the states of regions that are active beside each other.
-pub const BESIDE: &str = " | ";
-
 impl MachineProgram {
     /// States from this one up to the root.
     pub fn path(&self, state: usize) -> impl Iterator<Item = usize> + '_ {
@@ -205,44 +214,6 @@ impl MachineProgram {
     /// Innermost state that is entered together with a state; of regions beside each other, that of the first one.
     pub fn leaf(&self, state: usize) -> usize {
         std::iter::successors(Some(state), |&s| self.states.get(s).and_then(|s| s.initial)).last().unwrap_or(state)
-    }
-
-    /// Innermost states that are entered together with a state: one, or one for each region inside it.
-    pub fn leaves(&self, state: usize) -> Vec<usize> {
-        let spine = self.spine(self.leaf(state));
-        let regions = &self.states[spine].regions;
-        // The state may be in a region itself, and is then one of these.
-        let chosen = self.region(state).filter(|r| regions.contains(r));
-        let of = |r: &usize| if chosen == Some(*r) { self.leaf(state) } else { self.leaf(*r) };
-        if regions.is_empty() { vec![spine] } else { regions.iter().map(of).collect() }
-    }
-
-    /// Returns true if any state has regions.
-    pub fn has_regions(&self) -> bool {
-        self.states.iter().any(|s| !s.regions.is_empty())
-    }
-
-    /// Region that a state is, or in which it is.
-    pub fn region(&self, state: usize) -> Option<usize> {
-        let mut inner = state;
-        for outer in self.path(state).skip(1) {
-            if !self.states[outer].regions.is_empty() {
-                return Some(inner);
-            }
-            inner = outer;
-        }
-        None
-    }
-
-    /// Returns true if two states are in different regions of the same state, so that both can be active.
-    pub fn are_beside(&self, a: usize, b: usize) -> bool {
-        let regions = self.region(a).zip(self.region(b));
-        regions.is_some_and(|(a, b)| a != b && self.states[a].parent == self.states[b].parent)
-    }
-
-    /// The state itself, or the state around the regions of which one contains it.
-    pub fn spine(&self, state: usize) -> usize {
-        self.region(state).and_then(|r| self.states[r].parent).unwrap_or(state)
     }
 
     /// Returns true if `inner` is inside `outer`, at any depth.
@@ -276,35 +247,5 @@ impl MachineProgram {
     pub fn permits(&self, leaf: usize, source: usize, transition: &TransitionProgram) -> bool {
         let leaf = if self.region(source).is_some() { leaf } else { self.spine(leaf) };
         !self.ends(leaf) || self.ends(self.leaf(transition.target))
-    }
-
-    /// Returns true if a region has ended in an innermost state: it, or a state around it in the region, is final.
-    pub fn region_ends(&self, leaf: usize) -> bool {
-        let around = self.region(leaf).and_then(|r| self.states[r].parent);
-        self.path(leaf).take_while(|&s| Some(s) != around).any(|s| self.states[s].is_final)
-    }
-
-    /// Describes the innermost states that are active together: `work.left.reach | work.right.wait`.
-    pub fn describe(&self, leaves: &[usize]) -> String {
-        leaves.iter().map(|&s| self.states[s].name.as_str()).collect::<Vec<_>>().join(BESIDE)
-    }
-
-    /// Region of a state with regions that moves the robot: the first in which a state names a stack.
-    pub fn moving_region(&self, state: usize) -> Option<usize> {
-        let names =
-            |r: usize| (r..self.states.len()).any(|s| self.states[s].stack.is_some() && self.region(s) == Some(r));
-        self.states[state].regions.iter().copied().find(|&r| names(r))
-    }
-
-    /// State whose stack runs in a state. In a region it is that of the region that moves the robot, in its initial state.
-    pub fn owner(&self, state: usize) -> Option<usize> {
-        let moving = self.moving_region(self.spine(state)).filter(|&r| self.region(state) != Some(r));
-        let from = moving.map_or(state, |r| self.leaf(r));
-        self.path(from).find(|&s| self.states[s].stack.is_some())
-    }
-
-    /// Stack that runs in a state.
-    pub fn stack(&self, state: usize) -> Option<usize> {
-        self.owner(state).and_then(|s| self.states[s].stack)
     }
 }

@@ -15,6 +15,7 @@ mod mission;
 mod mission_scenario;
 mod plant;
 mod ros;
+mod regions;
 mod scenario;
 mod signal;
 mod tape;
@@ -36,7 +37,7 @@ pub use drive::{DriveProgram, around, is_mobile};
 pub use formula::{Formula, MAX_NODES, Node, Unit};
 pub use gain::overshoots;
 pub use machine::{
-    ActionProgram, BESIDE, FaultPattern, MachineAction, MachineProgram, MeasuredProgram, Reached, ReachedProgram,
+    ActionProgram, FaultPattern, MachineAction, MachineProgram, MeasuredProgram, MergedStack, Reached, ReachedProgram,
     SpeedBound, StateProgram, TransitionProgram, Trigger,
 };
 pub use mission::{CompiledFile, MissionProgram};
@@ -46,6 +47,7 @@ pub use mission_scenario::{
 };
 pub use plant::{Actuators, Gravity, Payload, PlantProgram};
 pub use ros::{CommandForm, CommandTopic, JointStates, RosProgram, SignalTopic, TickSource, wrong_topic};
+pub use regions::{BESIDE, MAX_MERGED};
 pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
     PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, TrueObstacle, WorldProgram,
@@ -133,7 +135,7 @@ impl Program {
         for subject in subjects {
             let entered: Vec<usize> = match subject {
                 Subject::Stack(stack) => vec![stack],
-                Subject::Machine => self.machine.iter().flat_map(|m| &m.states).filter_map(|s| s.stack).collect(),
+                Subject::Machine => self.machine.iter().flat_map(MachineProgram::stacks).collect(),
             };
             for stack in entered {
                 if !stacks.contains(&stack) {
@@ -266,6 +268,26 @@ pub struct StackProgram {
     pub locked: Vec<usize>,
     /// Levels, the most important first.
     pub levels: Vec<LevelProgram>,
+    /// Parts of a stack that was merged of those of regions, in the order of the regions; none for a stack that was
+    /// written.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartProgram>,
+}
+
+/// Part of a merged stack: the stack of one region. Its values have a clock of their own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PartProgram {
+    /// Tasks of that stack that are no members, because they equal one of an earlier part.
+    pub equal: Vec<EqualTask>,
+}
+
+/// Task of a part of a merged stack that equals a member of an earlier part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EqualTask {
+    /// Index into [`Program::tasks`].
+    pub task: usize,
+    /// Index of the task that is a member.
+    pub member: usize,
 }
 
 /// A level.
@@ -292,6 +314,10 @@ pub struct MemberProgram {
     pub task: usize,
     /// Weight of its squared slack inside the level.
     pub weight: f64,
+    /// Parts of a merged stack that contain the task, in ascending order; it reads the values of the first one. Empty in a
+    /// stack that was written.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<usize>,
     /// Rows that were proven to have no say, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub idle: Vec<IdleRow>,

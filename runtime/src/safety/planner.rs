@@ -216,6 +216,13 @@ impl SafetyPlanner {
         self.courses.iter_mut().for_each(Course::reset);
     }
 
+    /// Goes on where the same planner of another stack is, whose levels above the task may differ.
+    pub fn take_over(&mut self, from: &mut SafetyPlanner) {
+        self.clock = from.clock;
+        self.limited.forget();
+        std::mem::swap(&mut self.courses, &mut from.courses);
+    }
+
     /// Control period P \[s\].
     pub fn period(&self) -> f64 {
         self.settings.period

@@ -39,10 +39,10 @@ struct Probe {
 
 impl Probe {
     fn new(program: &Program, task: usize) -> Result<Probe, ProgramError> {
-        let member = MemberProgram { task, weight: 1.0, idle: Vec::new() };
+        let member = MemberProgram { task, weight: 1.0, parts: Vec::new(), idle: Vec::new() };
         let level =
             LevelProgram { name: String::new(), hard: false, damping: 0.0, exact: false, members: vec![member] };
-        let own = StackProgram { name: String::new(), locked: Vec::new(), levels: vec![level] };
+        let own = StackProgram { name: String::new(), locked: Vec::new(), levels: vec![level], parts: Vec::new() };
         // A task is built for the stack that contains it.
         let stack = stack_of(program, task).unwrap_or(&own);
         let (evaluator, problem) = Evaluator::alone(program, stack, task)?;
@@ -60,18 +60,26 @@ impl Probe {
             return;
         }
         let times = Times { t: tick.time - c.stack_entered(), time: tick.time };
-        let anew = if runs { self.visit != Some(c.visit()) } else { self.visit.is_none() };
-        let stack_velocity = if anew { last } else { stack_velocity };
+        // A task of a region goes on when another region changes the stack.
+        let goes_on = self.visit.is_some() && c.evaluator().task_goes_on(self.task);
+        let entered = runs && self.visit != Some(c.visit());
+        let anew = if runs { entered && !goes_on } else { self.visit.is_none() };
+        let stack_velocity = if anew || entered { last } else { stack_velocity };
         let inputs = TickInputs { times, signals: tick.signals, velocity: last, stack_velocity };
         if runs {
             self.evaluator.follow(c.evaluator());
         }
         if anew {
-            self.visit = Some(c.visit());
             self.evaluator.enter(tick.q, inputs);
+        }
+        if anew || entered {
+            self.visit = Some(c.visit());
             if c.is_blending() {
                 self.evaluator.hand_over();
             }
+        }
+        if runs {
+            self.evaluator.follow_clock(c.evaluator(), self.task);
         }
         self.known = self.evaluator.update(tick.q, inputs, &mut self.problem).is_ok();
         self.evaluator.observe(tick.q, tick.command);

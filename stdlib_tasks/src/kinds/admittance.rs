@@ -137,6 +137,8 @@ impl Task for Admittance {
         self.body.enter();
     }
 
+    crate::task::takes_over!(before, body);
+
     fn hand_over(&mut self) {
         self.body.hand_over();
     }

@@ -89,6 +89,8 @@ impl Task for HandGuiding {
         self.body.enter();
     }
 
+    crate::task::takes_over!(body);
+
     fn hand_over(&mut self) {
         self.body.hand_over();
     }

@@ -73,6 +73,8 @@ impl Task for Hold {
         }
     }
 
+    crate::task::takes_over!(targets);
+
     fn remembers_entry(&self) -> bool {
         true
     }

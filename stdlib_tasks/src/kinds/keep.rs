@@ -277,6 +277,8 @@ impl Task for Keep {
         self.gain.forget();
     }
 
+    crate::task::takes_over!(value, min, max, gain);
+
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let value = self.value.get_mut();
         let n = value.len();

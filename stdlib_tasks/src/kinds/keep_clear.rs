@@ -330,6 +330,8 @@ impl Task for KeepClear {
         self.pairs.iter_mut().for_each(ObstaclePair::forget);
     }
 
+    crate::task::takes_over!(pairs, nearest);
+
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         for (i, (placed, obstacle)) in self.placed.iter_mut().zip(&self.obstacles).enumerate() {
             *placed = match obstacle.is_present(state.values) {

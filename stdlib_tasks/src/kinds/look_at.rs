@@ -129,6 +129,8 @@ impl Task for LookAt {
         self.target.forget();
     }
 
+    crate::task::takes_over!(target);
+
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         self.target.forward(state).map_err(fault)?;
         let ([gain], pose) = (self.gain.of(state.values), state.data.pose(self.link));

@@ -188,6 +188,8 @@ impl Task for SelfCollision {
         }
     }
 
+    crate::task::takes_over!(pairs);
+
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let ([gain], [d_min]) = (self.gain.of(state.values), self.d_min.of(state.values));
         let [d_min_rate] = self.d_min.of(state.rates);

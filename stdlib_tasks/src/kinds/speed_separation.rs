@@ -244,6 +244,8 @@ impl Task for SpeedSeparation {
         self.parts.iter_mut().for_each(|p| p.normal = None);
     }
 
+    crate::task::takes_over!(parts);
+
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let (at, speed) = (Vector3::from(self.from.of(state.values)), Vector3::from(self.from.of(state.rates)));
         let ([assumed], [uncertainty]) = (self.human_speed.of(state.values), self.human_uncertainty.of(state.values));

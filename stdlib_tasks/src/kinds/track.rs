@@ -169,6 +169,8 @@ impl Task for Track {
         self.gain.forget();
     }
 
+    crate::task::takes_over!(value, target, gain);
+
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let value = self.value.get_mut();
         let n = value.len();

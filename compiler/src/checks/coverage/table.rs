@@ -202,7 +202,7 @@ impl StackCoverage {
 fn states(program: &Program, stack: usize) -> Vec<usize> {
     let Some(machine) = &program.machine else { return Vec::new() };
     let leaves = (0..machine.states.len()).filter(|&s| machine.states[s].initial.is_none());
-    leaves.filter(|&s| machine.stack(s) == Some(stack)).collect()
+    leaves.filter(|&s| machine.stacks_in(s).contains(&stack)).collect()
 }
 
 fn row_kind(program: &Program, task: usize) -> Option<RowKind> {

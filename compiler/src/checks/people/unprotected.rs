@@ -143,7 +143,7 @@ impl Known {
             machine.path(state).any(leaves) || (0..machine.states.len()).any(enters)
         };
         for &stack in stacks.iter().filter(|&&s| guard(s).is_none()) {
-            let mut states = (0..machine.states.len()).filter(|&s| machine.states[s].stack == Some(stack));
+            let mut states = machine.naming(stack).into_iter();
             if states.any(watched) || !moves(c, stack) {
                 continue;
             }

@@ -62,7 +62,8 @@ impl Pace {
             exact: true,
             members: vec![member.clone()],
         };
-        let stack = StackProgram { name: own.name.clone(), locked: own.locked.clone(), levels: vec![level] };
+        let (name, locked) = (own.name.clone(), own.locked.clone());
+        let stack = StackProgram { name, locked, levels: vec![level], parts: own.parts.clone() };
         let mut program = alone(program, stack);
         let places = gains(&program.tasks[member.task].params);
         program.values.tape.outputs.retain(|o| !places.contains(&o.at));

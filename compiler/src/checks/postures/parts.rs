@@ -160,7 +160,7 @@ fn of_positions(c: &Checked, stack: usize, limits: Vec<Limit>) -> Vec<Limit> {
 /// end the state at any time, as a contact ends a motion towards it.
 fn duration(program: &Program, stack: usize) -> f64 {
     let machine = program.machine.iter().filter(|_| program.run.subject == Subject::Machine);
-    let states = machine.flat_map(|m| &m.states).filter(|s| s.stack == Some(stack));
+    let states = machine.flat_map(|m| m.naming(stack).into_iter().map(|s| &m.states[s]));
     let exits = states.flat_map(|s| &s.transitions).map(|t| match t.trigger {
         Trigger::After(d) => d,
         Trigger::Fault(_) => f64::INFINITY,
