@@ -11,8 +11,8 @@ fn libraries(more: &[&str]) -> BTreeMap<String, BTreeSet<String>> {
         .args(more)
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
-        .unwrap();
-    let text = String::from_utf8(tree.stdout).unwrap();
+        .expect("cargo");
+    let text = String::from_utf8(tree.stdout).expect("text");
     assert!(tree.status.success(), "{}", String::from_utf8_lossy(&tree.stderr));
     let mut all: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for (library, features) in text.lines().filter_map(|line| line.split_once('|')) {

@@ -101,7 +101,7 @@ impl Telemetry {
             let _ = back.try_send(Snapshot::default());
         }
         let mut last_diagnostics = 0;
-        let mut send = move |topic: Topic, time: u64, message: &[u8]| {
+        let mut send = move |topic: Topic, time: u64, message: &[u8]| -> std::io::Result<()> {
             if topic == Topic::Diagnostics && time < last_diagnostics + DIAGNOSTICS {
                 return Ok(());
             }
@@ -110,7 +110,7 @@ impl Telemetry {
             }
             if let (Some(publisher), Some(body)) = (publishers.get(&topic), message.get(HEADER..)) {
                 // A viewer that is too slow misses a picture.
-                let _ = publisher.publish(Encoded(body.to_vec()));
+                drop(publisher.publish(Encoded(body.to_vec())));
             }
             Ok(())
         };
@@ -143,7 +143,7 @@ impl Telemetry {
         };
         self.camera.take(tick, &mut snapshot);
         // As many snapshots exist as have room.
-        let _ = self.taken.as_ref().map(|taken| taken.try_send(snapshot));
+        let _ = self.taken.as_ref().is_some_and(|taken| taken.try_send(snapshot).is_ok());
     }
 }
 

@@ -41,8 +41,12 @@ fn machine(blend: &str, left: &str, right: &str) -> Program {
     ))
 }
 
+/// Velocity and state at a tick.
+#[derive(Debug, PartialEq)]
+struct Moment(Vec<f64>, String);
+
 /// Velocities and states of a run; `go` is raised at some ticks.
-fn run(program: &Program, ticks: usize, go: &[usize]) -> Vec<(Vec<f64>, String)> {
+fn run(program: &Program, ticks: usize, go: &[usize]) -> Vec<Moment> {
     let mut controller = Controller::new(program).expect("it can be executed");
     let mut robot = SimulatedRobot::new(program);
     (0..ticks)
@@ -60,7 +64,7 @@ fn run(program: &Program, ticks: usize, go: &[usize]) -> Vec<(Vec<f64>, String)>
             assert_eq!(command.fault, None, "tick {tick}: {:?}", command.fault.map(|f| controller.describe(&f)));
             let velocity = command.velocity.to_vec();
             robot.apply(&velocity);
-            (controller.velocity().to_vec(), controller.state().to_string())
+            Moment(controller.velocity().to_vec(), controller.state().to_string())
         })
         .collect()
 }
@@ -81,10 +85,8 @@ const RIGHT: &str = "initial a
 const REST: &str = "initial a  state a { stack limits }";
 
 /// The largest difference of two runs among some joints.
-fn difference(a: &[(Vec<f64>, String)], b: &[(Vec<f64>, String)], joints: std::ops::Range<usize>) -> f64 {
-    let of = |(a, b): (&(Vec<f64>, String), &(Vec<f64>, String))| {
-        joints.clone().map(|j| (a.0[j] - b.0[j]).abs()).fold(0.0, f64::max)
-    };
+fn difference(a: &[Moment], b: &[Moment], joints: std::ops::Range<usize>) -> f64 {
+    let of = |(a, b): (&Moment, &Moment)| joints.clone().map(|j| (a.0[j] - b.0[j]).abs()).fold(0.0, f64::max);
     a.iter().zip(b).map(of).fold(0.0, f64::max)
 }
 
@@ -114,7 +116,7 @@ fn a_blend_of_one_region_hardly_disturbs_the_other() {
     let most = difference(&still, &busy, 7..14);
     // What is blended is at most what the wave changes in a period: 0.2 rad (2 pi / 1.5 s)^2 10 ms.
     assert!(most < 0.04, "{most}");
-    let joints = |run: &[(Vec<f64>, String)]| run.iter().map(|t| 0.01 * t.0[7]).sum::<f64>();
+    let joints = |run: &[Moment]| run.iter().map(|t| 0.01 * t.0[7]).sum::<f64>();
     assert!((joints(&still) - joints(&busy)).abs() < 2e-3, "{} {}", joints(&still), joints(&busy));
 }
 

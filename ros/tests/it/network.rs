@@ -36,16 +36,21 @@ struct Peer {
 impl Peer {
     fn start(python: &str, to_do: &Value) -> Peer {
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/peer.py");
-        let child = Command::new(python).arg(script).arg(to_do.to_string()).stdout(Stdio::piped()).spawn().unwrap();
+        let child = Command::new(python)
+            .arg(script)
+            .arg(to_do.to_string())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("a peer that answers");
         Peer { child }
     }
 
     /// What it saw.
     fn end(mut self) -> Value {
         let mut text = String::new();
-        self.child.stdout.take().unwrap().read_to_string(&mut text).unwrap();
-        assert!(self.child.wait().unwrap().success(), "{text}");
-        serde_json::from_str(text.lines().last().unwrap()).unwrap()
+        self.child.stdout.take().expect("a peer that answers").read_to_string(&mut text).expect("a peer that answers");
+        assert!(self.child.wait().expect("a peer that answers").success(), "{text}");
+        serde_json::from_str(text.lines().last().expect("a peer that answers")).expect("a peer that answers")
     }
 }
 
@@ -69,7 +74,8 @@ fn run(program: &Program, python: &str, mut to_do: Value) -> Run {
         Settings { domain, mapping: ServiceMapping::Cyclone, parameters: Default::default(), duration: None };
     let remarks: Arc<Mutex<Vec<Remark>>> = Arc::default();
     let heard = Arc::clone(&remarks);
-    let tell: ros::Tell = Arc::new(move |remark: &Remark| heard.lock().unwrap().push(remark.clone()));
+    let tell: ros::Tell =
+        Arc::new(move |remark: &Remark| heard.lock().expect("a peer that answers").push(remark.clone()));
     let end = Arc::new(AtomicBool::new(false));
     let ending = Arc::clone(&end);
     let peer = Peer::start(python, &to_do);
@@ -77,22 +83,32 @@ fn run(program: &Program, python: &str, mut to_do: Value) -> Run {
         let node = scope.spawn(move || {
             let began = Instant::now();
             let mut go_on = || !ending.load(Ordering::Relaxed) && began.elapsed() < Duration::from_secs(60);
-            ros::run(program, &settings, &mut All(Vec::new()), &mut go_on, &tell).unwrap()
+            ros::run(program, &settings, &mut All(Vec::new()), &mut go_on, &tell).expect("a peer that answers")
         });
         let seen = peer.end();
         end.store(true, Ordering::Relaxed);
-        (node.join().unwrap(), seen)
+        (node.join().expect("a peer that answers"), seen)
     });
-    let remarks = remarks.lock().unwrap().clone();
+    let remarks = remarks.lock().expect("a peer that answers").clone();
     Run { ended, remarks, seen }
 }
 
 fn position(seen: &Value) -> Vec<f64> {
-    seen["position"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+    seen["position"]
+        .as_array()
+        .expect("a peer that answers")
+        .iter()
+        .map(|x| x.as_f64().expect("a peer that answers"))
+        .collect()
 }
 
 fn texts(seen: &Value, key: &str) -> Vec<String> {
-    seen[key].as_array().unwrap().iter().map(|x| x.as_str().unwrap().to_string()).collect()
+    seen[key]
+        .as_array()
+        .expect("a peer that answers")
+        .iter()
+        .map(|x| x.as_str().expect("a peer that answers").to_string())
+        .collect()
 }
 
 /// The first joint follows a signal, and another one goes to a posture.
@@ -109,7 +125,7 @@ fn posture() -> Program {
 }
 
 fn at(program: &Program, seen: &Value, joint: &str) -> f64 {
-    position(seen)[program.robot.model.dof(joint).unwrap()]
+    position(seen)[program.robot.model.dof(joint).expect("a peer that answers")]
 }
 
 #[test]
@@ -126,7 +142,7 @@ fn a_robot_is_led_to_its_target_whatever_the_order_of_its_joints() {
     assert!(ended.ticks > 200 && !ended.is_halted, "{ended:?} {remarks:?} {seen}");
     assert!((at(&program, &seen, "shoulder_pan_joint") - 0.4).abs() < 5e-3, "{seen}");
     assert!((at(&program, &seen, "elbow_joint") - 1.2).abs() < 5e-3, "{seen}");
-    assert_eq!(texts(&seen, "state").last().unwrap(), "go", "{seen}");
+    assert_eq!(texts(&seen, "state").last().expect("a peer that answers"), "go", "{seen}");
     assert!(texts(&seen, "fault").iter().all(String::is_empty), "{seen}");
 }
 
@@ -143,8 +159,8 @@ fn a_driver_that_falls_silent_leaves_a_robot_that_stands() {
     assert!(ended.is_halted, "{ended:?} {remarks:?} {seen}");
     let missing = |text: &String| text.starts_with("not_finite");
     assert!(texts(&seen, "fault").iter().any(missing), "{seen}");
-    assert!(seen["largest"].as_f64().unwrap() > 0.1, "it had moved: {seen}");
-    let last = seen["last"].as_array().unwrap();
+    assert!(seen["largest"].as_f64().expect("a peer that answers") > 0.1, "it had moved: {seen}");
+    let last = seen["last"].as_array().expect("a peer that answers");
     assert!(last.iter().all(|v| v.as_f64() == Some(0.0)), "{seen}");
 }
 
@@ -171,7 +187,7 @@ fn joints_that_nobody_publishes_are_named_and_nothing_is_commanded() {
     let to_do = json!({ "seconds": 7.5, "order": order });
     let Run { ended, remarks, seen } = run(&program, &python, to_do);
     assert_eq!((ended.ticks, seen["commands"].as_u64()), (0, Some(0)), "{seen}");
-    let missing = program.robot.model.dofs.last().unwrap().name.clone();
+    let missing = program.robot.model.dofs.last().expect("a peer that answers").name.clone();
     let strangers = vec!["a_gripper_joint".to_string()];
     let topics = vec!["/joint_states".to_string()];
     assert_eq!(remarks, [Remark::WaitingFor { joints: vec![missing], topics, strangers }]);
@@ -224,7 +240,7 @@ fn services_raise_events_and_restart_after_a_fault() {
     });
     let Run { ended, remarks, seen } = run(&program, &python, to_do);
     assert!(!ended.is_halted, "{ended:?} {remarks:?} {seen}");
-    let answers: Vec<(bool, String)> = serde_json::from_value(seen["answers"].clone()).unwrap();
+    let answers: Vec<(bool, String)> = serde_json::from_value(seen["answers"].clone()).expect("a peer that answers");
     let done: Vec<bool> = answers.iter().map(|a| a.0).collect();
     assert_eq!(done, [true, false, true, true], "{answers:?}");
     assert!(answers[1].1.contains("restart"), "{answers:?}");

@@ -14,8 +14,8 @@ mod machine;
 mod mission;
 mod mission_scenario;
 mod plant;
-mod ros;
 mod regions;
+mod ros;
 mod scenario;
 mod signal;
 mod tape;
@@ -46,8 +46,8 @@ pub use mission_scenario::{
     step_within,
 };
 pub use plant::{Actuators, Gravity, Payload, PlantProgram};
-pub use ros::{CommandForm, CommandTopic, JointStates, RosProgram, SignalTopic, TickSource, wrong_topic};
 pub use regions::{BESIDE, MAX_MERGED};
+pub use ros::{CommandForm, CommandTopic, JointStates, RosProgram, SignalTopic, TickSource, wrong_topic};
 pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
     PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, TrueObstacle, WorldProgram,
