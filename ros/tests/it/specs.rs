@@ -21,5 +21,5 @@ pub fn program(text: &str) -> Program {
 /// The beginning of a spec of an arm. Ticks may be late: a machine that tests has other work too.
 pub fn arm(more: &str) -> String {
     let urdf = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/robots/ur5.urdf");
-    format!("robot arm {{ urdf \"{}\"  rate 100 Hz  deadline 3 s  {more}", urdf.display())
+    format!("robot arm {{ urdf \"{}\"  rate 100 Hz  deadline 3 s  tracking_gain 5 /s  {more}", urdf.display())
 }
