@@ -28,7 +28,7 @@ pub struct ShapeFacts {
     pub kind: ShapeKind,
     /// Their number.
     pub count: usize,
-    /// How much they exceed the mesh.
+    /// Excess over the mesh.
     pub excess: Excess,
 }
 

@@ -25,7 +25,7 @@ const EDGE: f64 = 1e-4;
 /// Number of edges of the polygon around the end of a cylinder.
 const RIM: usize = 64;
 
-/// How much shapes exceed a mesh.
+/// Excess of shapes over a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excess {
     /// A bound of the distance of their surfaces from the mesh \[m\].
@@ -126,7 +126,7 @@ impl Patch {
         Look { middle: seen.distance, bound, triangle: seen.triangle }
     }
 
-    /// What is left of a flat patch without a triangle of the mesh that covers its middle; `None` if they are in two planes.
+    /// Rest of a flat patch without a triangle of the mesh that covers its middle; `None` if they are in two planes.
     fn uncovered(&self, by: &Triangle, tolerance: f64) -> Option<Vec<Patch>> {
         let Patch::Flat { corners, in_cut } = *self else { return None };
         let [a, b, c] = by;

@@ -182,7 +182,7 @@ fn is_closed(triangles: &[[Vector3<f64>; 3]]) -> bool {
     balance.values().all(|n| *n == 0)
 }
 
-/// How often the surface winds around a point: the sum of the solid angles of its triangles over 4π (Van Oosterom and
+/// Winding number of the surface around a point: the sum of the solid angles of its triangles over 4π (Van Oosterom and
 /// Strackee, IEEE Transactions on Biomedical Engineering 30(2), 1983).
 fn winding_number(triangles: &[[Vector3<f64>; 3]], p: &Vector3<f64>) -> f64 {
     let half_angle = |t: &[Vector3<f64>; 3]| {

@@ -38,7 +38,7 @@ pub enum Mistake {
     },
 }
 
-/// Where the joints of a topic are in a configuration. Publishers keep the order of their joints, so that it is found once.
+/// Places of the joints of a topic in a configuration. Publishers keep the order of their joints, so that it is found once.
 #[derive(Default)]
 pub struct Order {
     names: Vec<String>,

@@ -37,7 +37,7 @@ const OVERDUE: f64 = 2.0;
 pub struct Settings {
     /// Domain: `ROS_DOMAIN_ID`.
     pub domain: u16,
-    /// How services are mapped: by the middleware of the others.
+    /// Mapping of services, which depends on the middleware of the others.
     pub mapping: ServiceMapping,
     /// Parameters that others may read, by name.
     pub parameters: BTreeMap<String, f64>,

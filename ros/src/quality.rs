@@ -25,7 +25,7 @@ pub fn request() -> QosProfile {
     command().history(History::KeepLast { depth: EVENTS })
 }
 
-/// What is drawn: the newest values count.
+/// Pictures: the newest values count.
 pub fn view() -> QosProfile {
     command()
 }

@@ -1,4 +1,4 @@
-//! What a node has to say while it runs.
+//! Remarks of a node while it runs.
 
 use std::fmt;
 use std::sync::Arc;

@@ -10,7 +10,7 @@ use crate::quality;
 
 /// A service of the type `std_srvs/Trigger`.
 pub struct Trigger {
-    /// What it asks for.
+    /// Content of its calls.
     pub call: Call,
     server: Server<TriggerRequest, TriggerResponse>,
 }

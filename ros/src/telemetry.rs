@@ -1,4 +1,4 @@
-//! What a node shows: markers, transforms, diagnostics, the state of the machine. A thread makes the messages and sends them, so
+//! The pictures that a node shows: markers, transforms, diagnostics, the state of the machine. A thread makes the messages and sends them, so
 //! that a tick only copies its numbers.
 
 use std::collections::BTreeMap;

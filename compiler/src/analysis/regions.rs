@@ -1,8 +1,8 @@
 //! A machine whose states have regions, seen one region at a time: as a machine in which one region of each such state
 //! is an ordinary state, and the others are left out.
 //!
-//! What the regions that are left out do counts as possible at any tick: they set their variables to any value, raise their
-//! events, and leave the state that contains them. What holds in such a machine therefore holds in the whole one as well, as
+//! Regions that are left out may do anything at any tick: they set their variables to any value, raise their
+//! events, and leave the state that contains them. A property of such a machine therefore holds in the whole one as well, as
 //! far as it speaks of states that it contains. Something that never happens must be found in each of them.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,7 +12,7 @@ use runtime::program::{MachineAction, MachineProgram, TransitionProgram, Trigger
 
 use crate::source_map::{MachinePlaces, TransitionPlace};
 
-/// What the regions that are left out may do.
+/// Effects that the regions that are left out may have.
 #[derive(Debug, Default)]
 pub(crate) struct Elsewhere {
     /// Variables that they set.

@@ -1,7 +1,7 @@
 //! Pieces of mesh files, kept in a folder from one compilation to the next: a mesh of 20,000 triangles takes half a second.
 //!
 //! The name of an entry is a hash of the file's bytes, the scale, the tolerance and the version of the algorithm, so that an
-//! entry is never out of date. It holds the corners to the last bit. What is not an entry, or is damaged, is replaced; a folder
+//! entry is never out of date. It holds the corners to the last bit. A file that is no entry, or is damaged, is replaced; a folder
 //! that cannot be written is no error.
 
 use std::fmt::Write as _;

@@ -45,7 +45,7 @@ impl Peer {
         Peer { child }
     }
 
-    /// What it saw.
+    /// Everything that it saw.
     fn end(mut self) -> Value {
         let mut text = String::new();
         self.child.stdout.take().expect("a peer that answers").read_to_string(&mut text).expect("a peer that answers");

@@ -139,7 +139,7 @@ fn body(
     out: &mut String,
 ) -> std::fmt::Result {
     let stack = |k: usize| p.stacks.get(k).map_or("?", |s| s.name.as_str());
-    // What runs while a region names no stack is that of the others.
+    // While a region names no stack, those of the others run.
     let owner = m.path(index).find(|&s| m.states[s].stack.is_some());
     match (state.stack, owner) {
         (Some(own), _) => writeln!(out, "{:indent$}stack {}", "", stack(own))?,

@@ -77,7 +77,7 @@ pub(crate) struct Exploration<'e> {
     machine: &'e MachineProgram,
     conditions: &'e Conditions,
     environments: Environments<'e>,
-    /// What regions beside those of the machine may do.
+    /// Effects that regions beside those of the machine may have.
     elsewhere: &'e Elsewhere,
     /// Number of events that are declared, and which the host may raise at any time; the others are outcomes of actions,
     /// or raised by the machine.

@@ -42,7 +42,7 @@ pub(crate) struct Checked<'c> {
     conditions: &'c Conditions,
     /// All that the machine can do; `None` if that is too much to be explored.
     exploration: Option<&'c Exploration<'c>>,
-    /// What regions that the machine leaves out may do.
+    /// Effects that regions that the machine leaves out may have.
     elsewhere: &'c Elsewhere,
     /// For each transition of each state, the value of its condition if it never changes.
     constants: Vec<Vec<Option<bool>>>,

@@ -42,7 +42,7 @@ pub(super) fn judge(
         formula.variables(&mut read);
         match exploration.judge(formula, place.state, &of_machine) {
             _ if read.iter().any(left_out) => Verdict::Beside,
-            // What the regions beside it do may exclude this run.
+            // The regions beside it may exclude this run.
             Verdict::Violated(_) if elsewhere.has_regions => Verdict::Beside,
             verdict => verdict,
         }
