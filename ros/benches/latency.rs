@@ -46,7 +46,7 @@ fn shown(name: &str, mut all: Vec<f64>) {
 fn main() {
     let urdf = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/robots/ur5.urdf");
     let text = format!(
-        "robot arm {{ urdf \"{urdf}\"  rate 500 Hz  deadline 1 s }}\n\
+        "hierarq 1\nrobot arm {{ urdf \"{urdf}\"  rate 500 Hz  deadline 1 s }}\n\
          task still = joint_velocity {{ velocity 0 rad/s }}\n\
          stack s {{ level limits hard {{ joint_position_limits  joint_velocity_limits }}  level rest {{ still }} }}\n\
          run {{ stack s  duration 1 s  ros {{ tick joint_states  stale_after 1 s }} }}\n"
