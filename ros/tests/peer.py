@@ -181,7 +181,7 @@ class Robot:
             if len(self.calls[0]) == 2:
                 ask.write(TriggerRequest(7, 1 + len(self.seen["answers"])))
                 self.calls[0].append("asked")
-            for got in answer.take(N=4):
+            for got in self.taken(answer):
                 # Each caller sees all answers, and knows its own by their numbers.
                 if (got.client, got.number) == (7, 1 + len(self.seen["answers"])):
                     self.seen["answers"].append([got.success, got.message])
@@ -195,14 +195,19 @@ class Robot:
             JointState(Header(), extra + pick(self.names), [0.04] + pick(self.position), [], [])
         )
 
+    @staticmethod
+    def taken(reader):
+        """Messages that have arrived, without those that only say that a writer has gone."""
+        return [sample for sample in reader.take(N=32) if sample.sample_info.valid_data]
+
     def listen(self):
-        for command in self.commands.take(N=32):
+        for command in self.taken(self.commands):
             self.velocity = list(command.data)
             self.seen["commands"] += 1
             self.seen["last"] = self.velocity
             self.seen["largest"] = max([self.seen["largest"], *map(abs, self.velocity)])
         for key in ("state", "fault"):
-            self.seen[key] += [text.data for text in getattr(self, key).take(N=32)]
+            self.seen[key] += [text.data for text in self.taken(getattr(self, key))]
 
     def move(self):
         self.position = [q + v * self.period for q, v in zip(self.position, self.velocity)]
