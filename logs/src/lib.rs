@@ -23,5 +23,5 @@ pub use about::{About, Origin, SourceText};
 pub use file::LogFile;
 pub use messages::{Emit, Messages};
 pub use read::{Log, LogError};
-pub use recorder::{Finished, McapRecorder, Overflow, Written};
+pub use recorder::{Finished, McapRecorder, Overflow, Written, next};
 pub use snapshot::{Camera, LevelNumbers, Snapshot};

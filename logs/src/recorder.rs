@@ -152,8 +152,8 @@ impl<W: Write + Send + 'static> McapRecorder<W> {
     }
 }
 
-/// The next tick; none after the last one.
-fn next(ticks: &Receiver<Snapshot>) -> Option<Snapshot> {
+/// The next tick for a thread that looks for them every millisecond; none after the last one.
+pub fn next(ticks: &Receiver<Snapshot>) -> Option<Snapshot> {
     loop {
         match ticks.try_recv() {
             Ok(tick) => return Some(tick),

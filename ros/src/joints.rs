@@ -25,8 +25,8 @@ pub struct Configuration {
     strangers: BTreeSet<String>,
 }
 
-/// Mistake in a message with positions of joints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+/// Mistake in a message.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Mistake {
     /// A message names other joints than it has positions of.
     #[error("it has {names} names and {positions} positions")]
@@ -35,6 +35,12 @@ pub enum Mistake {
         names: usize,
         /// Number of positions.
         positions: usize,
+    },
+    /// The pose of a base is in another frame than the world.
+    #[error("it is in the frame `{frame}`")]
+    OtherFrame {
+        /// The frame.
+        frame: String,
     },
 }
 
@@ -88,13 +94,20 @@ impl Configuration {
         Ok(())
     }
 
-    /// Takes the pose of the base that was received at a time (s).
-    pub fn odometry(&mut self, message: &Odometry, time: f64) {
+    /// Takes the pose of the base in the frame `world` that was received at a time (s). A message without a frame is taken too.
+    ///
+    /// # Errors
+    /// It is in another frame: nothing is taken.
+    pub fn odometry(&mut self, message: &Odometry, world: &str, time: f64) -> Result<(), Mistake> {
+        let frame = message.header.frame_id.trim_start_matches('/');
+        if !frame.is_empty() && frame != world {
+            return Err(Mistake::OtherFrame { frame: frame.to_string() });
+        }
         let p = message.pose.position.numbers();
         let [w, x, y, z] = message.pose.orientation.numbers();
         let n = self.base.nq();
         match self.base {
-            Base::Fixed => return,
+            Base::Fixed => {}
             Base::Planar | Base::Unicycle => {
                 let (_, _, yaw) = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).euler_angles();
                 self.last[..3].copy_from_slice(&[p[0], p[1], yaw]);
@@ -102,6 +115,7 @@ impl Configuration {
             Base::Floating => self.last[..7].copy_from_slice(&[p[0], p[1], p[2], w, x, y, z]),
         }
         self.received[..n].fill(time);
+        Ok(())
     }
 
     /// Names of what has not been heard of yet.

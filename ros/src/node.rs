@@ -13,7 +13,7 @@ use runtime::{Controller, Observation, Recorder, Request, Tick};
 use crate::RosError;
 use crate::commands::Motion;
 use crate::inputs::{self, Reader};
-use crate::joints::{Configuration, Order};
+use crate::joints::{Configuration, Mistake, Order};
 use crate::messages::{JointState, Odometry};
 use crate::names::{absolute, message_type, node_name, resolved};
 use crate::neighbours::Neighbours;
@@ -71,10 +71,17 @@ struct JointTopic {
     topic: String,
 }
 
+struct OdometryTopic {
+    subscription: Subscription<Odometry>,
+    topic: String,
+    /// Frame that poses must be in.
+    world: String,
+}
+
 /// All that a node reads.
 struct Inputs {
     joints: Vec<JointTopic>,
-    odometry: Option<Subscription<Odometry>>,
+    odometry: Option<OdometryTopic>,
     signals: Vec<Box<dyn Reader>>,
     services: Vec<Trigger>,
     /// Resolved names of topics of the configuration.
@@ -124,7 +131,11 @@ impl Inputs {
         if let Some(name) = ros.odometry.as_ref().filter(|_| program.robot.model.base.nv() > 0) {
             let name = resolved(ros, name);
             let topic = node.create_topic(&absolute(&name)?, message_type("nav_msgs/Odometry"), &quality)?;
-            odometry = Some(node.create_subscription(&topic, Some(quality))?);
+            odometry = Some(OdometryTopic {
+                subscription: node.create_subscription(&topic, Some(quality))?,
+                topic: name.clone(),
+                world: ros.world.trim_start_matches('/').to_string(),
+            });
             topics.push(name);
         }
         let mut signals = Vec::new();
@@ -170,8 +181,20 @@ impl Inputs {
                 break;
             }
         }
-        while let Some(Ok(Some((message, _)))) = self.odometry.as_ref().map(Subscription::take) {
-            q.odometry(&message, time);
+        let Some(OdometryTopic { subscription, topic, world }) = &self.odometry else { return };
+        loop {
+            match subscription.take() {
+                Ok(None) => return,
+                Ok(Some((message, _))) => {
+                    if let Err(Mistake::OtherFrame { frame }) = q.odometry(&message, world, time) {
+                        once.tell(Remark::OtherFrame { topic: topic.clone(), frame, needed: world.clone() });
+                    }
+                }
+                Err(e) => {
+                    once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() });
+                    return;
+                }
+            }
         }
     }
 }

@@ -2,9 +2,8 @@
 //! that a tick only copies its numbers.
 
 use std::collections::BTreeMap;
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
-use std::thread::{JoinHandle, sleep};
-use std::time::Duration;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
 
 use logs::topics::Topic;
 use logs::{Camera, Messages, Snapshot};
@@ -21,8 +20,6 @@ use crate::remark::{Remark, Tell};
 
 /// Ticks that can wait.
 const WAITING: usize = 64;
-/// Time between two looks of the thread.
-const LOOK: Duration = Duration::from_millis(1);
 /// Least time between two diagnostics, in ns.
 const DIAGNOSTICS: u64 = 100_000_000;
 /// Length of the header of an encoded message.
@@ -117,7 +114,7 @@ impl Telemetry {
         let show = move || {
             let _ = messages.begin(&mut send);
             let (mut state, mut fault) = (String::new(), String::new());
-            while let Some(tick) = next(&ticks) {
+            while let Some(tick) = logs::next(&ticks) {
                 let _ = messages.tick(&tick, &mut send);
                 if tick.state != state {
                     state.clone_from(&tick.state);
@@ -153,17 +150,6 @@ impl Drop for Telemetry {
         if let Some(thread) = self.thread.take() {
             // A thread that panicked has said so.
             let _ = thread.join();
-        }
-    }
-}
-
-/// The next tick; none after the last one.
-fn next(ticks: &Receiver<Snapshot>) -> Option<Snapshot> {
-    loop {
-        match ticks.try_recv() {
-            Ok(tick) => return Some(tick),
-            Err(TryRecvError::Disconnected) => return None,
-            Err(TryRecvError::Empty) => sleep(LOOK),
         }
     }
 }

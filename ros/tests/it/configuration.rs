@@ -98,7 +98,11 @@ fn the_pose_of_a_base_is_that_of_its_odometry() {
         let model = program(&text).robot.model;
         let mut q = Configuration::new(&model, 1.0);
         assert_eq!(q.unknown()[0], "the base");
-        q.odometry(&message, 0.0);
+        let mut elsewhere = message.clone();
+        elsewhere.header.frame_id = "/odom".into();
+        assert_eq!(q.odometry(&elsewhere, "world", 0.0), Err(Mistake::OtherFrame { frame: "odom".into() }));
+        assert_eq!(q.unknown()[0], "the base");
+        q.odometry(&message, "world", 0.0).unwrap();
         // The pose of the root by the kinematics of the model.
         let mut whole = q.last().to_vec();
         whole[base.nq()..].fill(0.0);
