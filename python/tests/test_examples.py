@@ -3,6 +3,7 @@
 import ast
 import json
 import runpy
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,23 @@ def test_the_arm_in_mujoco_keeps_above_its_floor():
     # The circle is below the floor for a part of the way, and servos lag: physics may lose what a servo's error is worth.
     assert 0.199 < found["height"] < 0.202
     assert found["lag"] < 0.02 and found["error"] < 0.004
+
+
+def test_a_ur5_keeps_above_its_table_as_pink_does():
+    for package in ("mujoco", "pink", "daqp"):
+        pytest.importorskip(package)
+    try:
+        distribution("example-robot-data")
+    except PackageNotFoundError:
+        pytest.skip("example-robot-data is not installed")
+    example = runpy.run_path(str(FOLDER / "ur5_beside_pink.py"))
+    ours = example["Hierarq"]()
+    assert not hierarq.check(example["SPEC"]), "its meshes are found in their package"
+    found = example["follow"](ours.step, ours.home, 8.0)
+    theirs = example["follow"](example["Pink"](ours.home).step, ours.home, 8.0)
+    # Both references stop at the table; without gravity compensation, the same servos are the same way below it.
+    assert 0.178 < found["height"] < 0.180 and abs(found["height"] - theirs["height"]) < 1e-4
+    assert found["lag"] < 4e-3 and found["error"] < theirs["error"]
 
 
 def test_the_notebook_runs(monkeypatch, capsys):

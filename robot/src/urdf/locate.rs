@@ -35,6 +35,9 @@ fn in_package(package: &str, inside: &str, options: &Options) -> Result<PathBuf,
     folders.extend(variable("ROS_PACKAGE_PATH"));
     let shares = variable("AMENT_PREFIX_PATH").into_iter().map(|prefix| prefix.join("share"));
     folders.extend(shares);
+    // A file that stands in its package needs no path. Links are kept: a workspace may install its files as links.
+    let above = options.urdf_dir.as_ref().and_then(|dir| std::path::absolute(dir).ok());
+    folders.extend(above.iter().flat_map(|dir| dir.ancestors()).map(Path::to_path_buf));
     let inside = unescape(inside);
     for folder in &folders {
         let mut candidates = vec![folder.join(package)];

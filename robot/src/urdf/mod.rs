@@ -44,8 +44,8 @@ pub struct Options {
     pub keep: Option<BTreeSet<String>>,
     /// Folder of the URDF, for relative mesh addresses.
     pub urdf_dir: Option<PathBuf>,
-    /// Folders that contain packages, or are packages, for `package://` addresses; searched before `ROS_PACKAGE_PATH`
-    /// and `AMENT_PREFIX_PATH`.
+    /// Folders that contain packages, or are packages, for `package://` addresses; searched before `ROS_PACKAGE_PATH`,
+    /// `AMENT_PREFIX_PATH` and the folders above the URDF.
     pub package_paths: Vec<PathBuf>,
     /// True to read collision meshes and bound them by shapes; otherwise they are left out.
     pub read_meshes: bool,

@@ -41,7 +41,10 @@ fn meshes_are_found_and_bounded() {
     let cases = [
         ("package://my_robot/meshes/a link.obj", Some(folder.0.clone()), None),
         ("package://my_robot/meshes/a%20link.obj", Some(inside.clone()), None),
-        ("meshes/a link.obj", None, Some(inside)),
+        ("meshes/a link.obj", None, Some(inside.clone())),
+        // A URDF in its package, and one in a package beside it.
+        ("package://my_robot/meshes/a link.obj", None, Some(inside.join("urdf"))),
+        ("package://my_robot/meshes/a link.obj", None, Some(folder.0.join("another_robot/urdf/arms"))),
     ];
     let absolute = format!("file://{}", file.display());
     for (address, package, urdf_dir) in cases.into_iter().chain([(absolute.as_str(), None, None)]) {
