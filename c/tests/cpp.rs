@@ -48,22 +48,27 @@ fn hexadecimal(text: &str) -> f64 {
     sign * mantissa as f64 * 2f64.powi(exponent - 4 * fraction.len() as i32)
 }
 
-fn run(library: &Path, json: &str) {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("loop");
+/// Folder for what a test builds.
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::create_dir_all(&folder).expect("a folder");
-    let (binary, file) = (folder.join("loop"), folder.join("reach.json"));
-    std::fs::write(&file, json).expect("the program is written");
-    let include = Path::new(env!("CARGO_MANIFEST_DIR")).join("include");
-    let mut compile = Command::new("c++");
-    compile.args(["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I"]).arg(include);
-    compile.arg(spec::folder().join("loop.cpp")).arg(library).args(["-lpthread", "-ldl", "-lm", "-o"]).arg(&binary);
-    let output = compile.output().expect("the compiler runs");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let mut run = Command::new(&binary);
-    run.arg(&file).args([&SECONDS.to_string(), "--as-fast-as-possible"]).env("LD_LIBRARY_PATH", libraries());
-    let output = run.output().expect("it runs");
-    let text = String::from_utf8_lossy(&output.stdout);
+    folder
+}
+
+fn succeeds(command: &mut Command) -> String {
+    let output = command.output().expect("it runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
+    text
+}
+
+/// Runs the loop, and compares.
+fn check(binary: &Path, json: &str) {
+    let file = binary.with_extension("json");
+    std::fs::write(&file, json).expect("the program is written");
+    let mut run = Command::new(binary);
+    run.arg(&file).args([&SECONDS.to_string(), "--as-fast-as-possible"]).env("LD_LIBRARY_PATH", libraries());
+    let text = succeeds(&mut run);
     assert!(text.contains("state wait") && text.contains("0.500 s  state follow") && !text.contains("fault"), "{text}");
     let line = text.lines().find_map(|line| line.strip_prefix("q ")).expect("the joints");
     let found: Vec<f64> = line.split(' ').map(hexadecimal).collect();
@@ -73,14 +78,44 @@ fn run(library: &Path, json: &str) {
     assert!(sine && found.len() == wanted.len(), "{found:?} {wanted:?}");
 }
 
+fn is_there(program: &Path) -> bool {
+    let there = Command::new(program).arg("--version").output().is_ok();
+    if !there {
+        println!("not run: there is no `{}`", program.display());
+    }
+    there
+}
+
 #[test]
 fn a_loop_in_cpp_ends_where_the_controller_does() {
-    if Command::new("c++").arg("--version").output().is_err() {
-        println!("not run: there is no C++ compiler");
+    if !is_there(Path::new("c++")) {
         return;
     }
     let json = spec::json();
+    let include = Path::new(env!("CARGO_MANIFEST_DIR")).join("include");
     for library in ["libhierarq_c.so", "libhierarq_c.a"] {
-        run(&libraries().join(library), &json);
+        let binary = scratch("loop").join("loop");
+        let mut compile = Command::new("c++");
+        compile.args(["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I"]).arg(&include);
+        compile.arg(spec::folder().join("loop.cpp")).arg(libraries().join(library));
+        succeeds(compile.args(["-lpthread", "-ldl", "-lm", "-o"]).arg(&binary));
+        check(&binary, &json);
     }
+}
+
+#[test]
+fn cmake_builds_the_loop() {
+    // The environment that `.ci/python` makes has a CMake of its own.
+    let beside = std::env::var_os("HIERARQ_PYTHON").map(|python| Path::new(&python).with_file_name("cmake"));
+    let cmake = beside.filter(|path| path.is_file()).unwrap_or_else(|| "cmake".into());
+    if !is_there(Path::new("c++")) || !is_there(&cmake) {
+        return;
+    }
+    let build = scratch("cmake");
+    let library = libraries().join("libhierarq_c.so");
+    let mut configure = Command::new(&cmake);
+    configure.arg("-S").arg(spec::folder()).arg("-B").arg(&build);
+    succeeds(configure.arg(format!("-DHIERARQ_LIBRARY={}", library.display())));
+    succeeds(Command::new(&cmake).arg("--build").arg(&build));
+    check(&build.join("loop"), &spec::json());
 }
