@@ -4,6 +4,8 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use crate::common::sources;
+
 /// Task type, and the file that contains its name in quotes. `hold` is also an option of a trajectory and of humans.
 const NAMED: [(&str, &str); 30] = [
     ("frame_pose", "compiler/src/checks/conflicting_targets.rs"),
@@ -38,35 +40,10 @@ const NAMED: [(&str, &str); 30] = [
     ("virtual_wall", "views/src/report/scene.rs"),
 ];
 
-fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() {
-            sources(&path, files);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            files.push(path);
-        }
-    }
-}
-
 /// Returns the sources of all crates but the library of tasks without their tests, each with its path from the root.
 fn program_sources() -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut files = Vec::new();
-    for folder in [
-        "compiler/src",
-        "runtime/src",
-        "mission/src",
-        "dsl/src",
-        "context/src",
-        "ide/src",
-        "views/src",
-        "serve/src",
-        "runs/src",
-        "src",
-    ] {
-        sources(&root.join(folder), &mut files);
-    }
+    let files = sources::of_crates(|name| name != "stdlib_tasks");
     let read = |file: &PathBuf| {
         let name = file.strip_prefix(root).expect("below").to_string_lossy().replace('\\', "/");
         let text = std::fs::read_to_string(file).expect("text");

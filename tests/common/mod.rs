@@ -5,6 +5,7 @@
 pub mod cli;
 pub mod played;
 pub mod reckoner;
+pub mod sources;
 
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! Files are read and written in one crate, so that every reader and writer has its bounds and checks.
 
-use std::path::{Path, PathBuf};
+use crate::common::sources;
 
 /// Calls that open, write or move a file without that crate.
 const CALLS: [&str; 12] = [
@@ -18,38 +18,9 @@ const CALLS: [&str; 12] = [
     "OpenOptions",
 ];
 
-fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() {
-            sources(&path, out);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            out.push(path);
-        }
-    }
-}
-
 #[test]
 fn files_are_read_and_written_in_one_place() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut all = Vec::new();
-    for part in [
-        "src",
-        "dsl/src",
-        "robot/src",
-        "solver/src",
-        "stdlib_tasks/src",
-        "runtime/src",
-        "compiler/src",
-        "mission/src",
-        "context/src",
-        "ide/src",
-        "views/src",
-        "serve/src",
-        "runs/src",
-    ] {
-        sources(&root.join(part), &mut all);
-    }
+    let all = sources::of_crates(|name| name != "files");
     assert!(all.len() > 300, "{} files", all.len());
     let mut found = Vec::new();
     for path in all {
