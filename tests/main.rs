@@ -43,6 +43,7 @@ mod pieces;
 mod plan_data;
 mod planner;
 mod plant;
+mod replay_people;
 mod same_bytes;
 mod sampled_margin;
 mod scenarios;

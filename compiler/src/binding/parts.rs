@@ -56,6 +56,23 @@ fn frame_of(value: &Value) -> Option<&str> {
     }
 }
 
+/// Adds help to the diagnostic for an arm whose parts are meant.
+fn of_arm(robot: &BoundRobot, arm: &Arm, d: Diagnostic) -> Diagnostic {
+    let group = format!("arms.{}", arm.name);
+    if robot.groups.contains_key(&group) {
+        return d.meant_as("the points of the arm,", group);
+    }
+    let tip = robot.model.link_ref(arm.tip).name.as_str();
+    let points = Snippet::block("points", [Snippet::entry(format!("{}_end", arm.name), tip)]);
+    let within = Snippet::entry("points", format!("[{}_end]", arm.name));
+    d.note(format!("`{}` is an arm that names none of its points", arm.name)).help(Help::with(
+        &format!(
+            "declare points in the robot, {{}}, and name them in the arm, {{}}: then `{group}` is the group of them"
+        ),
+        [points, within],
+    ))
+}
+
 /// Points, segments and shapes that a value names; `None` if a name is wrong, which is reported.
 pub(super) fn geometries(
     robot: &BoundRobot,
@@ -118,7 +135,10 @@ pub(super) fn geometries(
                 }));
             } else {
                 let d = unknown_geometry(&robot.model, &robot.geometries, &robot.groups, &name, item.span);
-                diagnostics.push(d);
+                diagnostics.push(match robot.arms.iter().find(|arm| name.trim_start_matches("arms.") == arm.name) {
+                    Some(arm) => of_arm(robot, arm, d),
+                    None => d,
+                });
                 good = false;
             }
         }

@@ -20,8 +20,8 @@ from . import _hierarq
 from .diagnostics import SpecError
 from .sweeps import Sweep, _run, merge
 
-# Shards for each processor: the last ones to end keep the others idle for a quarter of their share at most.
-SHARDS = 4
+# Shards for each processor: the last ones to end keep the others idle for a sixteenth of their share at most.
+SHARDS = 16
 # Times that a task is started again whose worker has died.
 RETRIES = 5
 

@@ -4,6 +4,7 @@
 
 mod mission;
 mod obstacles;
+mod people;
 mod plots;
 pub mod roughness;
 mod scene;

@@ -10,6 +10,7 @@ use serde_json::{Value as Json, json};
 use stdlib_tasks::bound::{Bound, Geometry};
 
 use super::obstacles::obstacles;
+use super::people::people;
 
 /// Drawn links: all, in model order.
 pub fn drawn_links(program: &Program) -> Vec<LinkId> {
@@ -42,6 +43,7 @@ pub fn scene(program: &Program, series: &SeriesRecorder) -> Json {
         "points": points(program).iter().map(|g| json!({ "name": g.name, "link": g.link.0, "xyz": xyz(&g.origin.translation.vector) })).collect::<Vec<_>>(),
         "keep_out": keep_out(program),
         "obstacles": obstacles(program, series),
+        "people": people(program, series),
         "targets": [],
         "traces": traces(program),
     })

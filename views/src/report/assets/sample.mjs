@@ -46,6 +46,7 @@ function hostile() {
       up: 'z', links: [{ name: long, visuals: [{ type: 'mesh' }, { type: 'box', size: [1, 1, null] }, { type: 'sphere', radius: 0.2, color: [1, 0, 0, 0.5] }] }, null],
       poses: { stride: 7, frames: 9, times: [0, 1], data: [0, 0, 1, 1, 0, 0, 0, null, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0] },
       planes: [{ name: html, point: [0, 0, 0], normal: [0, 0, 0] }], points: [{ name: html, link: 7, xyz: [0, 0, 0] }], keep_out: [{ name: 'k', link: 0, from: [0, 0, 0], radius: null }],
+      people: [{ name: html, points: [1, html], links: [[0, 9], 'x', [0, 1]], data: [null, 0, 0, 0, 1, 1, 1, 'x'] }, { name: 'k', points: [] }, null],
       targets: [{ name: html, data: [] }], traces: [{ name: html, link: 0, xyz: null }],
     },
   };

@@ -81,8 +81,14 @@ try {
   const [first, second, again] = [await at(10), await at(30), await at(10)];
   check('the replay shows another pose at another time', first !== second && first.length > 5000);
   check('the replay shows the same picture at the same time', first === again);
-  await page.evaluate(`[...document.querySelectorAll('.chip')].find((b) => b.textContent === 'Volumes').click()`);
+  const flip = (name) => page.evaluate(`[...document.querySelectorAll('.chip')].find((b) => b.textContent === '${name}').click()`);
+  await flip('Volumes');
   check('a switch hides the volumes', (await at(10)) !== first);
+  const [known, unknown] = [await at(20), await at(30)];
+  await flip('People');
+  check('a switch hides the person', (await at(20)) !== known);
+  check('who is not drawn while nobody knows where', (await at(30)) === unknown);
+  await flip('People');
 
   // the shared zoom
   await page.mouse('mousePressed', a.x + a.w * 0.2, a.y + 60, { button: 'left', buttons: 1, clickCount: 1 });

@@ -71,6 +71,15 @@ const POINTS = [
 ];
 const DECK = 0.3;
 
+// A person who passes in front, and is out of sight for a third of the way: the uncertainty grows, and then nobody knows.
+function walker(t) {
+  const hidden = t - 0.4 * T;
+  if (hidden > 0.15 * T && hidden < 0.3 * T) return Array(8).fill(null);
+  const uncertainty = hidden > 0 && hidden < 0.15 * T ? 0.05 * hidden : 0;
+  const y = -1.5 + (3 * t) / T;
+  return [1, y, 1.3, uncertainty, 0.8, y + 0.3, 1, uncertainty];
+}
+
 function visuals() {
   const box = (size, xyz = [0, 0, 0], color = null) => ({ type: 'box', size, xyz, wxyz: [1, 0, 0, 0], color });
   const capsule = (radius, length, xyz) => ({ type: 'capsule', radius, length, xyz, wxyz: [1, 0, 0, 0], color: null });
@@ -104,6 +113,7 @@ function scene() {
     planes: [{ name: 'deck', point: [0.35, 0, DECK], normal: [0, 0, 1], size: 1.5, distance: 0.06 }],
     points: POINTS.map(([name, link, xyz]) => ({ name, link, xyz })),
     keep_out: [{ name: 'torso', link: 1, from: [0, 0, 0], to: [0, 0, 0.62], radius: 0.15 }, { name: 'head', link: 2, from: [0, 0, 0], to: [0, 0, 0], radius: 0.22 }],
+    people: [{ name: 'walker', points: ['chest', 'wrist'], links: [[0, 1]], data: times.flatMap(walker) }],
     targets: [{ name: 'left target', data: target(LEFT + 6) }, { name: 'right target', data: target(RIGHT + 6) }],
     traces: [{ name: 'left_tool path', link: LEFT + 6, xyz: [0, 0, 0.1] }, { name: 'right_tool path', link: RIGHT + 6, xyz: [0, 0, 0.1] }],
   };

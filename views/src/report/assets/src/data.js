@@ -128,6 +128,11 @@ function scene(raw) {
     obstacles: list(raw.obstacles).map(object).map((o) => ({
       name: text(o.name), link: onLink(o) ? o.link : null, visual: visual(object(o.visual)), data: flat(o.data),
     })).filter((o) => o.data.length >= 7),
+    people: list(raw.people).map(object).map((p) => {
+      const points = list(p.points).map((n) => text(n));
+      const ends = (l) => list(l).length === 2 && l.every((i) => Number.isInteger(i) && i >= 0 && i < points.length);
+      return { name: text(p.name), points, links: list(p.links).filter(ends), data: flat(p.data) };
+    }).filter((p) => p.points.length > 0 && p.data.length >= 4 * p.points.length),
     targets: list(raw.targets).map(object).map((t) => ({ name: text(t.name), data: flat(t.data) })).filter((t) => t.data.length >= 7),
   };
 }

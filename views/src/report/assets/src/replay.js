@@ -5,6 +5,7 @@ import { Box3, Vector3 } from 'three';
 import { h } from './dom.js';
 import { createLabels } from './labels.js';
 import { createObstacles, createPlanes, createPoints, createTargets, createTraces, createVolumes } from './overlays.js';
+import { createPeople, near } from './people.js';
 import { createPoses } from './poses.js';
 import { createRobot } from './robot.js';
 import { createStage } from './stage.js';
@@ -12,8 +13,11 @@ import { createStage } from './stage.js';
 const NO_WEBGL = 'The 3D replay needs WebGL, which this browser does not offer. Tables and plots are complete without it.';
 const ON_PAPER = 'The 3D replay needs WebGL and a screen: open this file in a browser.';
 
-// Where the links go during the whole run, sampled; the camera holds all of it.
-function reach(robot, poses, scene, t0) {
+// How far from the robot people are held by the camera too, in m.
+const BESIDE = 1.5;
+
+// Where the links go during the whole run, sampled, and people beside them; the camera holds all of it.
+function reach(robot, poses, people, scene, t0) {
   const box = new Box3();
   robot.groups.forEach((g, k) => poses.place(g, k, t0));
   scene.updateMatrixWorld(true);
@@ -26,6 +30,7 @@ function reach(robot, poses, scene, t0) {
       if (Number.isFinite(point.x + point.y + point.z)) box.expandByPoint(point);
     });
   }
+  near(people, box.clone(), BESIDE, box);
   if (box.isEmpty()) box.expandByPoint(point.set(-0.5, -0.5, 0)).expandByPoint(point.set(0.5, 0.5, 1));
   return box;
 }
@@ -40,17 +45,18 @@ export function createReplay(data, clock) {
   } catch {
     return sentence(NO_WEBGL);
   }
-  const { links, poses: recorded, planes, points, keepOut, obstacles, targets, traces } = data.scene;
+  const { links, poses: recorded, planes, points, keepOut, obstacles, people, targets, traces } = data.scene;
   const poses = createPoses(recorded.times, recorded.data, links.length, recorded.stride);
   const robot = createRobot(links);
   stage.scene.add(...robot.groups);
-  stage.frame(reach(robot, poses, stage.scene, recorded.times[0]));
+  stage.frame(reach(robot, poses, people, stage.scene, recorded.times[0]));
 
   const parts = {
     Points: createPoints(points, robot.groups),
     Volumes: createVolumes(keepOut, robot.groups),
     Walls: createPlanes(planes, stage.scene),
     Obstacles: createObstacles(obstacles, recorded.times, robot.groups, stage.scene),
+    People: createPeople(people, recorded.times, stage.scene),
     Targets: createTargets(targets, recorded.times, stage.scene),
     Traces: createTraces(traces, poses, stage.scene),
   };
@@ -62,6 +68,7 @@ export function createReplay(data, clock) {
     robot.groups.forEach((g, k) => { g.visible = poses.place(g, k, clock.time); });
     parts.Targets.show(clock.time, on.Targets);
     parts.Obstacles.show(clock.time, on.Obstacles);
+    parts.People.show(clock.time, on.People);
     parts.Traces.show(clock.time);
     stage.request();
   }
