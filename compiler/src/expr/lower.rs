@@ -71,10 +71,16 @@ impl Lowering<'_> {
             ),
             ValueKind::Field(inner, field) => self.field(inner, field, span),
             ValueKind::List(items) => self.list(items, span, None),
-            ValueKind::Block(_) => self.fail(
-                Diagnostic::error("HQ0304", span, "these are named values in braces, and a number is needed here")
-                    .help("write a number, or `[x, y, z]` for a vector"),
-            ),
+            ValueKind::Block(block) => {
+                let d =
+                    Diagnostic::error("HQ0304", span, "these are named values in braces, and a number is needed here");
+                self.fail(match block.entries.as_slice() {
+                    [one] if !["x", "y", "z"].contains(&one.key.value.as_str()) => {
+                        d.help(format!("write its value alone, without `{}`", one.key.value))
+                    }
+                    _ => d.help("write a number, or `[x, y, z]` for a vector"),
+                })
+            }
             ValueKind::Negate(inner) => {
                 let a = self.value(inner)?;
                 if matches!(a.kind, Kind::Rotation | Kind::Pose) {
