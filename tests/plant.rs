@@ -1,5 +1,6 @@
 //! Runs with masses and drives: the examples in both spellings, and what is said where MuJoCo is missing.
 
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 fn with(library: Option<&str>, arguments: &[&str]) -> Output {
@@ -30,6 +31,19 @@ fn a_run_with_a_plant_says_how_to_install_its_physics() {
 }
 
 #[test]
+fn a_reserve_makes_up_for_the_lag_of_the_drives() {
+    if std::env::var_os("HIERARQ_MUJOCO").is_none() {
+        println!("not run: HIERARQ_MUJOCO names no MuJoCo");
+        return;
+    }
+    // The scenario expects the loss beside the reserve: with as much as the slowest drives lose, they keep 0.75 m.
+    let spec = "physics/examples/beside_harvest.hq";
+    let arguments = ["test", spec, "--scenario", "position drives of 50 ms", "--set", "reserve=20mm"];
+    let out = with(None, &arguments);
+    assert_eq!(out.status.code(), Some(0), "{}\n{}", text(&out.stdout), text(&out.stderr));
+}
+
+#[test]
 fn the_examples_do_with_masses_what_they_say() {
     if std::env::var_os("HIERARQ_MUJOCO").is_none() {
         println!("not run: HIERARQ_MUJOCO names no MuJoCo");
@@ -39,4 +53,80 @@ fn the_examples_do_with_masses_what_they_say() {
     let said = text(&out.stdout);
     assert_eq!(out.status.code(), Some(0), "{said}\n{}", text(&out.stderr));
     assert!(!said.contains("FAILS") && said.contains("position drives"), "{said}");
+}
+
+/// A folder of its own with a spec, whose drives have no limit of torque and are far faster than the time step.
+fn diverging(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("plant_{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let robot = std::fs::read_to_string("physics/tests/robots/pendulum.urdf").expect("a robot");
+    std::fs::write(folder.join("pendulum.urdf"), robot.replace("effort=\"200\"", "effort=\"0\"")).expect("written");
+    let spec = "hierarq 1
+robot r { urdf \"pendulum.urdf\"  rate 500 Hz  home { shoulder 0.4 rad  elbow -0.7 rad } }
+task swing = joint_velocity { velocity 0.5*sin(time/(0.3 s)) rad/s }
+stack s { level l hard { joint_velocity_limits }  level motion { swing } }
+run { stack s  duration 2 s  plant mujoco { actuators position  response 0.1 ms  step 2 ms } }
+scenario wild { stack s  duration 2 s  expect always speed(all) < 100 rad/s }
+";
+    std::fs::write(folder.join("wild.hq"), spec).expect("written");
+    folder
+}
+
+#[test]
+fn a_run_that_diverges_says_so_and_keeps_what_it_recorded() {
+    if std::env::var_os("HIERARQ_MUJOCO").is_none() {
+        println!("not run: HIERARQ_MUJOCO names no MuJoCo");
+        return;
+    }
+    let folder = diverging("run");
+    let (spec, out) = (folder.join("wild.hq"), folder.join("out"));
+    let (spec, out) = (spec.display().to_string(), out.display().to_string());
+    let ran = with(None, &["run", &spec, "--out", &out]);
+    let said = text(&ran.stdout);
+    assert_eq!(ran.status.code(), Some(1), "{said}\n{}", text(&ran.stderr));
+    assert!(said.contains("FAILED") && said.contains("has diverged: a shorter `step` than 2 ms"), "{said}");
+    assert!(
+        said.contains("MuJoCo ") && said.contains("moved the robot, in steps of 2 ms, by drives of positions"),
+        "{said}"
+    );
+    let summary = std::fs::read_to_string(format!("{out}/summary.json")).expect("a summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    assert_eq!(summary["ok"], false);
+    let why = summary["diverged"].as_str().expect("a reason");
+    assert!(why.starts_with("at 0.") && why.contains("has diverged"), "{why}");
+    assert!(summary["plant"]["engine"].as_str().is_some_and(|name| name.starts_with("MuJoCo ")), "{summary}");
+    assert_eq!((&summary["plant"]["step_s"], &summary["plant"]["actuators"]), (&0.002.into(), &"position".into()));
+    // All ticks until then are in the log, and the report tells the reason.
+    let ticks = summary["ticks"].as_u64().expect("a number") as usize;
+    assert!((1..1000).contains(&ticks), "{ticks}");
+    let log = std::fs::read_to_string(format!("{out}/log.csv")).expect("a log");
+    assert_eq!(log.lines().count(), ticks + 1);
+    let report = std::fs::read_to_string(format!("{out}/report.html")).expect("a report");
+    assert!(report.contains("The run ended early: at 0.") && report.contains("moved the robot"), "no reason");
+    // MuJoCo leaves no log of its own in the working folder.
+    assert!(!Path::new("MUJOCO_LOG.TXT").exists());
+}
+
+#[test]
+fn a_scenario_that_diverges_fails_whatever_it_expects() {
+    if std::env::var_os("HIERARQ_MUJOCO").is_none() {
+        println!("not run: HIERARQ_MUJOCO names no MuJoCo");
+        return;
+    }
+    let spec = diverging("test").join("wild.hq").display().to_string();
+    let ran = with(None, &["test", &spec]);
+    let said = text(&ran.stdout);
+    assert_eq!(ran.status.code(), Some(1), "{said}");
+    assert!(said.contains("FAILS") && said.contains("ended early") && said.contains("moved the robot"), "{said}");
+}
+
+#[test]
+fn a_plant_is_missing_in_a_sentence() {
+    let out = with(Some("/nowhere"), &["run", "physics/examples/hand_guiding.hq", "--scenario", "drives of 5 ms"]);
+    let said = text(&out.stderr);
+    let words: Vec<&str> = said.split(|c: char| c.is_whitespace() || c == '│').filter(|w| !w.is_empty()).collect();
+    let said = words.join(" ");
+    assert!(said.contains("this run has a `plant`, and MuJoCo is not installed"), "{said}");
+    assert!(!said.contains("run.simulator"), "{said}");
 }

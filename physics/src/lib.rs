@@ -1,12 +1,16 @@
 //! The robot of a compiled program in the physics of [MuJoCo](https://mujoco.org): masses, gravity, drives that push with
-//! limited torques, friction, a payload, and contacts with the fixed obstacles of the spec.
+//! limited torques, friction, a payload, and contacts with obstacles and people.
 //!
-//! [`mjcf`] writes a MuJoCo model from the program, [`library`] finds MuJoCo at run time and calls it, and [`plant`] is what
-//! the simulated robot of the runtime moves by. [`provide`] makes it available to every run of this process.
+//! [`room`] is what is around the robot, [`mjcf`] writes a MuJoCo model of both, [`library`] finds MuJoCo at run time and calls
+//! it, and [`plant`] is what the simulated robot of the runtime moves by. [`provide`] makes it available to every run of this
+//! process.
 
+pub mod geometry;
 pub mod library;
 pub mod mjcf;
+pub mod overlaps;
 pub mod plant;
+pub mod room;
 
 use runtime::physics::Physics;
 use runtime::program::{Program, ScenarioProgram};

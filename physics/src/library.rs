@@ -132,6 +132,7 @@ impl MuJoCo {
         };
         let number = number.map_err(|e| unusable(e.to_string()))?;
         loaded.version = text.map_err(|e| unusable(e.to_string()))?;
+        be_quiet(&loaded._library);
         if number < OLDEST {
             return Err(unusable(format!(
                 "version {} is older than 3.3.0; `{INSTALL}` brings a newer one",
@@ -208,6 +209,21 @@ fn functions(library: Library) -> Result<MuJoCo, libloading::Error> {
             mocap_rotations: 0,
             _library: library,
         })
+    }
+}
+
+/// Takes no notice of a warning: a simulation that diverges is told by whoever runs it.
+extern "C" fn ignore(_: *const c_char) {}
+
+/// Keeps MuJoCo from printing its warnings, and from writing them to a file in the working folder.
+fn be_quiet(library: &Library) {
+    type Handler = Option<extern "C" fn(*const c_char)>;
+    // SAFETY: `mujoco.h` declares this global variable with this type. It is written before any simulation is made; two
+    // threads can only write the same value.
+    unsafe {
+        if let Ok(handler) = library.get::<*mut Handler>(b"mju_user_warning\0") {
+            **handler = Some(ignore);
+        }
     }
 }
 
@@ -322,10 +338,16 @@ impl Scene {
         self.set(self.of.controls, controls);
     }
 
-    /// Places the only mocap body: its position (m), and its orientation as a unit quaternion `w x y z`.
-    pub fn place(&mut self, position: [f64; 3], orientation: [f64; 4]) {
-        self.set(self.of.mocap_positions, &position);
-        self.set(self.of.mocap_rotations, &orientation);
+    /// Number of mocap bodies: those that are placed from outside.
+    pub fn placed(&self) -> usize {
+        self.size(self.of.mocap_positions) / 3
+    }
+
+    /// Places all mocap bodies, in the order of the model: three numbers for each position (m), and four for each orientation,
+    /// a unit quaternion `w x y z`.
+    pub fn place(&mut self, positions: &[f64], orientations: &[f64]) {
+        self.set(self.of.mocap_positions, positions);
+        self.set(self.of.mocap_rotations, orientations);
     }
 
     /// Computes what follows from the state, without a step.

@@ -1,16 +1,19 @@
 //! The model of MuJoCo for the robot of a program: the tree of its links with masses and joints, a drive for each degree of
-//! freedom, a payload, and the fixed obstacles.
+//! freedom, a payload, and what is around it.
 //!
 //! Frames are those of the robot: the frame of a body is that of its link, with its joint at zero, and a joint turns about
-//! its axis through the origin of that frame. Links of the robot touch obstacles, and not each other: the shapes for
-//! distances are larger than the links, and overlap where links meet.
+//! its axis through the origin of that frame. Links touch what is in the room, and each other only if the plant says so: the
+//! shapes for distances are larger than the links, and overlap where links meet. Bodies that overlap at home never touch.
 
 use std::fmt::Write;
 
-use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
-use robot::{Base, Data, Drive, JointKind, Link, LinkId, Model, PlacedShape, Shape};
+use nalgebra::{Isometry3, Matrix3, Vector3};
+use robot::{Base, Data, Drive, JointKind, Link, LinkId, Model, PlacedShape};
 use runtime::program::{Actuators, Gravity, PlantProgram, Program};
-use stdlib_tasks::obstacle::{Form, Obstacle};
+
+use crate::geometry::{Geometries, Group, placed};
+use crate::overlaps;
+use crate::room::Room;
 
 /// Smallest effective inertia of a joint \[kg m² or kg\]: that of a drive.
 const LEAST_INERTIA: f64 = 1e-3;
@@ -46,29 +49,28 @@ pub struct JointSource {
     pub own: bool,
 }
 
-/// Writes the model for a program whose run has a plant. `truth` is the program with obstacles where they truly are.
-pub fn write(program: &Program, truth: &Program, plant: &PlantProgram) -> Mjcf {
+/// Writes the model for a program whose run has a plant, in a room.
+pub fn write(program: &Program, room: &Room, plant: &PlantProgram) -> Mjcf {
     let model = &program.robot.model;
     let steps = (program.robot.period / plant.step).round().max(1.0);
     let step = program.robot.period / steps;
-    let mut writer = Writer { model, plant, children: children(model), joints: Vec::new(), xml: String::new() };
+    let (mut bodies, mut meshes) = (String::new(), String::new());
+    room.write(&mut bodies, &mut meshes);
+    let children = children(model);
+    let mut writer = Writer { model, plant, room, children, joints: Vec::new(), xml: bodies, meshes };
+    writer.link(LinkId(0));
+    let (bodies, meshes) = (std::mem::take(&mut writer.xml), std::mem::take(&mut writer.meshes));
     let gravity = if plant.gravity == Gravity::None { "0 0 0" } else { "0 0 -9.81" };
-    let obstacles: Vec<FixedObstacle> = match plant.contacts {
-        true => truth.obstacles.iter().filter_map(|o| FixedObstacle::of(o, truth)).collect(),
-        false => Vec::new(),
-    };
     let _ = write!(
         writer.xml,
         "<mujoco model=\"robot\">\n<compiler angle=\"radian\" inertiafromgeom=\"false\" balanceinertia=\"true\" boundmass=\"1e-3\" \
          boundinertia=\"1e-6\"/>\n<option timestep=\"{step}\" integrator=\"implicitfast\" gravity=\"{gravity}\"/>\n"
     );
-    writer.assets(&obstacles);
-    writer.xml += "<worldbody>\n";
-    for (k, obstacle) in obstacles.iter().enumerate() {
-        writer.geometry(&format!("obstacle{k}"), &obstacle.pose, obstacle.shape, "contype=\"2\" conaffinity=\"1\"");
+    if !meshes.is_empty() {
+        let _ = write!(writer.xml, "<asset>\n{meshes}</asset>\n");
     }
-    writer.link(LinkId(0));
-    writer.xml += "</worldbody>\n";
+    let _ = write!(writer.xml, "<worldbody>\n{bodies}</worldbody>\n");
+    writer.never_touching(&program.robot.home);
     let drives = writer.actuators(&program.robot.home);
     writer.followers();
     writer.xml += "</mujoco>\n";
@@ -84,89 +86,33 @@ fn children(model: &Model) -> Vec<Vec<usize>> {
     children
 }
 
-/// An obstacle that stays where it is during a run.
-struct FixedObstacle<'p> {
-    pose: Isometry3<f64>,
-    /// `None` for everything below z = 0 of the pose.
-    shape: Option<&'p Shape>,
-}
-
-impl<'p> FixedObstacle<'p> {
-    /// `None` for one that moves, is carried by a link, is not always there, or consists of points or triangles.
-    fn of(obstacle: &'p Obstacle, program: &Program) -> Option<FixedObstacle<'p>> {
-        let fixed = |slot: &stdlib_tasks::slot::Slot| {
-            let moved = program.values.tape.outputs.iter().any(|o| (slot.at..slot.at + slot.len).contains(&o.at));
-            (!moved).then(|| &program.values.initial[slot.at..slot.at + slot.len])
-        };
-        if obstacle.link.is_some() {
-            return None;
-        }
-        if let Some(present) = &obstacle.present
-            && fixed(present)?.first().is_none_or(|x| *x < 0.0)
-        {
-            return None;
-        }
-        let (&[x, y, z], &[w, i, j, k]) = (fixed(&obstacle.position)?, fixed(&obstacle.orientation)?) else {
-            return None;
-        };
-        let turn = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
-        let pose = Isometry3::from_parts(Vector3::new(x, y, z).into(), turn);
-        Some(match &obstacle.form {
-            Form::Shape(origin, shape) => FixedObstacle { pose: pose * origin, shape: Some(shape) },
-            Form::HalfSpace(turn) => {
-                FixedObstacle { pose: pose * Isometry3::from_parts(Vector3::zeros().into(), *turn), shape: None }
-            }
-            Form::Soup(_) => return None,
-        })
-    }
-}
-
 struct Writer<'p> {
     model: &'p Model,
     plant: &'p PlantProgram,
+    room: &'p Room,
     children: Vec<Vec<usize>>,
     joints: Vec<JointSource>,
     xml: String,
+    /// Elements `mesh`.
+    meshes: String,
 }
 
 impl Writer<'_> {
-    /// Hulls are meshes, which are declared before they are used.
-    fn assets(&mut self, obstacles: &[FixedObstacle]) {
-        let mut meshes = String::new();
-        let mut mesh = |name: String, shape: &Shape| {
-            if let Shape::Hull(hull) = shape {
-                let points: Vec<String> = hull.corners().iter().map(|p| format!("{} {} {}", p.x, p.y, p.z)).collect();
-                let _ = writeln!(meshes, "<mesh name=\"{name}\" vertex=\"{}\"/>", points.join(" "));
-            }
-        };
-        for (k, obstacle) in obstacles.iter().enumerate() {
-            if let Some(shape) = obstacle.shape {
-                mesh(format!("obstacle{k}"), shape);
+    /// Writes the pairs of bodies that overlap at home, and so never touch.
+    fn never_touching(&mut self, home: &[f64]) {
+        let link = |link: LinkId| format!("link {}", escaped(&self.model.link_ref(link).name));
+        let mut pairs = String::new();
+        if self.plant.self_contact {
+            for [a, b] in overlaps::of_links(self.model, home) {
+                let _ = writeln!(pairs, "<exclude body1=\"{}\" body2=\"{}\"/>", link(a), link(b));
             }
         }
-        for (k, link) in self.model.links.iter().enumerate() {
-            link.collision.iter().enumerate().for_each(|(i, placed)| mesh(format!("link{k}_{i}"), &placed.shape));
+        for (k, with) in overlaps::of_carried(self.model, home, self.room) {
+            let _ = writeln!(pairs, "<exclude body1=\"obstacle {k}\" body2=\"{}\"/>", link(with));
         }
-        if !meshes.is_empty() {
-            let _ = write!(self.xml, "<asset>\n{meshes}</asset>\n");
+        if !pairs.is_empty() {
+            let _ = write!(self.xml, "<contact>\n{pairs}</contact>\n");
         }
-    }
-
-    /// Writes a geometry; `name` is that of its mesh, if it has one, and `None` stands for a half space.
-    fn geometry(&mut self, name: &str, pose: &Isometry3<f64>, shape: Option<&Shape>, settings: &str) {
-        let form = match shape {
-            None => "type=\"plane\" size=\"0 0 1\"".to_string(),
-            Some(Shape::Sphere { radius }) => format!("type=\"sphere\" size=\"{radius}\""),
-            Some(Shape::Capsule { radius, half_length }) => {
-                format!("type=\"capsule\" size=\"{radius} {}\"", half_length.max(1e-6))
-            }
-            Some(Shape::Cylinder { radius, half_length }) => {
-                format!("type=\"cylinder\" size=\"{radius} {half_length}\"")
-            }
-            Some(Shape::Box { half: [x, y, z] }) => format!("type=\"box\" size=\"{x} {y} {z}\""),
-            Some(Shape::Hull(_)) => format!("type=\"mesh\" mesh=\"{name}\""),
-        };
-        let _ = writeln!(self.xml, "<geom {form} {} {settings}/>", placed(pose));
     }
 
     /// Writes the body of a link, with all that it carries.
@@ -194,9 +140,19 @@ impl Writer<'_> {
                 self.inertial(of);
             }
         }
-        for (i, PlacedShape { origin, shape }) in of.collision.iter().enumerate() {
-            let settings = "contype=\"1\" conaffinity=\"2\"";
-            self.geometry(&format!("link{}_{i}", link.index()), origin, Some(shape), settings);
+        let mut geometries = Geometries::default();
+        for PlacedShape { origin, shape } in &of.collision {
+            let group = Group::Links { each_other: self.plant.self_contact };
+            geometries.shape(&format!("link{}", link.index()), origin, shape, group);
+        }
+        self.xml += &geometries.geoms;
+        self.meshes += &geometries.meshes;
+        for (k, _, pose) in self.room.on_links().iter().filter(|(_, on, _)| *on == link) {
+            let mut geometries = Geometries::default();
+            let form = &self.room.obstacle(*k).form;
+            geometries.form(&format!("obstacle{k}"), pose, form, Group::Carried, true);
+            let _ = writeln!(self.xml, "<body name=\"obstacle {k}\">\n{}</body>", geometries.geoms);
+            self.meshes += &geometries.meshes;
         }
         if let Some(payload) = self.plant.payload.as_ref().filter(|p| p.link == link) {
             let [x, y, z] = payload.at;
@@ -346,12 +302,6 @@ fn motion(kind: JointKind, axis: &Vector3<f64>, position: f64) -> Isometry3<f64>
         JointKind::Revolute | JointKind::Continuous => Isometry3::rotation(axis * position),
         JointKind::Prismatic => Isometry3::translation(axis.x * position, axis.y * position, axis.z * position),
     }
-}
-
-/// Attributes of a pose.
-fn placed(pose: &Isometry3<f64>) -> String {
-    let (p, r) = (&pose.translation, &pose.rotation);
-    format!("pos=\"{} {} {}\" quat=\"{} {} {} {}\"", p.x, p.y, p.z, r.w, r.i, r.j, r.k)
 }
 
 /// A name in XML.

@@ -3,11 +3,12 @@
 use std::sync::{Arc, OnceLock};
 
 use robot::{Base, LinkId, Model};
-use runtime::physics::Physics;
+use runtime::physics::{Around, Physics};
 use runtime::program::{Actuators, Program, ScenarioProgram};
 
 use crate::library::{LibraryError, MuJoCo, Scene};
 use crate::mjcf::{self, Mjcf};
+use crate::room::Room;
 
 /// Reason why a program has no physical robot.
 #[derive(Clone, Debug, thiserror::Error, PartialEq, Eq)]
@@ -27,6 +28,7 @@ pub enum PlantError {
 pub struct Plant {
     scene: Scene,
     mjcf: Mjcf,
+    room: Room,
     name: String,
     model: Model,
     data: robot::Data,
@@ -37,6 +39,9 @@ pub struct Plant {
     controls: Vec<f64>,
     /// Positions that the drives are asked for, by degree of freedom (rad or m).
     wanted: Vec<f64>,
+    /// Position and orientation of each body that is placed from outside: those of the room, then the base.
+    positions_placed: Vec<f64>,
+    orientations_placed: Vec<f64>,
     started: bool,
 }
 
@@ -59,17 +64,14 @@ impl Plant {
         }
         let library = library()?;
         let truth = scenario.and_then(|s| s.true_program(program));
-        let mjcf = mjcf::write(program, truth.as_ref().unwrap_or(program), settings);
+        let room = Room::new(truth.as_ref().unwrap_or(program), scenario, settings.contacts, settings.person_radius);
+        let mjcf = mjcf::write(program, &room, settings);
         let scene = Scene::new(&library, &mjcf.xml)?;
-        let counts = (scene.joints(), scene.actuators());
-        if counts != (mjcf.joints.len(), mjcf.drives.len()) {
-            let text = format!(
-                "it has {} joints and {} drives of the {} and {} written",
-                counts.0,
-                counts.1,
-                mjcf.joints.len(),
-                mjcf.drives.len()
-            );
+        let placed = room.moving() + usize::from(model.base != Base::Fixed);
+        let counts = [scene.joints(), scene.actuators(), scene.placed()];
+        let written = [mjcf.joints.len(), mjcf.drives.len(), placed];
+        if counts != written {
+            let text = format!("it has {counts:?} joints, drives and placed bodies of the {written:?} written");
             return Err(LibraryError::Refused(text).into());
         }
         Ok(Plant {
@@ -80,9 +82,12 @@ impl Plant {
             wanted: vec![0.0; model.nv()],
             data: robot::Data::new(&model),
             actuators: settings.actuators,
+            positions_placed: vec![0.0; 3 * placed],
+            orientations_placed: [1.0, 0.0, 0.0, 0.0].repeat(placed),
             started: false,
             scene,
             mjcf,
+            room,
             model,
         })
     }
@@ -106,20 +111,28 @@ impl Plant {
             *at = joint.multiplier * self.wanted[joint.dof] + joint.offset;
         }
         self.scene.set_positions(&self.positions);
-        self.place_base(q);
+        self.place(q, 0.0);
         self.scene.forward();
         self.started = true;
     }
 
-    /// Places the base where the configuration has it.
-    fn place_base(&mut self, q: &[f64]) {
-        if self.model.base == Base::Fixed {
+    /// Places the base where the configuration has it, and what is around so many seconds after the tick.
+    fn place(&mut self, q: &[f64], after: f64) {
+        let Plant { positions_placed: positions, orientations_placed: orientations, .. } = self;
+        if positions.is_empty() {
             return;
         }
-        self.model.forward(q, &mut self.data);
-        let pose = self.data.pose(LinkId(0));
-        let (p, r) = (&pose.translation, &pose.rotation);
-        self.scene.place([p.x, p.y, p.z], [r.w, r.i, r.j, r.k]);
+        self.room.place(after, positions, orientations);
+        let others = self.room.moving();
+        let (position, orientation) = (&mut positions[3 * others..], &mut orientations[4 * others..]);
+        if !position.is_empty() {
+            self.model.forward(q, &mut self.data);
+            let pose = self.data.pose(LinkId(0));
+            let (p, r) = (&pose.translation, &pose.rotation);
+            position.copy_from_slice(&[p.x, p.y, p.z]);
+            orientation.copy_from_slice(&[r.w, r.i, r.j, r.k]);
+        }
+        self.scene.place(positions, orientations);
     }
 }
 
@@ -128,13 +141,18 @@ impl Physics for Plant {
         &self.name
     }
 
-    fn advance(&mut self, q: &mut [f64], command: &[f64], period: f64) -> Result<(), String> {
+    fn step(&self) -> f64 {
+        self.mjcf.step
+    }
+
+    fn advance(&mut self, q: &mut [f64], command: &[f64], period: f64, around: Option<&Around>) -> Result<(), String> {
+        self.room.tick(around);
         if !self.started {
             self.start(q);
         }
         let steps = self.mjcf.steps;
         let before = self.scene.time();
-        for _ in 0..steps {
+        for k in 0..steps {
             for (control, &dof) in self.controls.iter_mut().zip(&self.mjcf.drives) {
                 *control = match self.actuators {
                     Actuators::Velocity => command[dof],
@@ -146,7 +164,7 @@ impl Physics for Plant {
                 };
             }
             self.scene.set_controls(&self.controls);
-            self.place_base(q);
+            self.place(q, k as f64 * self.mjcf.step);
             self.scene.step();
         }
         self.scene.positions(&mut self.positions);
@@ -155,9 +173,9 @@ impl Physics for Plant {
         let went_on = self.scene.time() > before + 0.5 * period;
         let finite = self.positions.iter().chain(&self.velocities).all(|x| x.is_finite());
         if !went_on || !finite {
-            let (step, response) = (self.mjcf.step, "`response`");
+            let ms = (self.mjcf.step * 1e6).round() / 1e3;
             return Err(format!(
-                "the simulation in {} has diverged: a shorter `step` than {step} s, or a longer {response}, keeps it stable",
+                "the simulation in {} has diverged: a shorter `step` than {ms} ms, or a longer `response`, keeps it stable",
                 self.name
             ));
         }

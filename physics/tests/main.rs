@@ -55,7 +55,7 @@ fn after(program: &Program, command: &[f64], seconds: f64) -> (Vec<f64>, Vec<f64
     let mut q = program.robot.home.clone();
     let period = program.robot.period;
     for _ in 0..(seconds / period).round() as usize {
-        plant.advance(&mut q, command, period).expect("it is stable");
+        plant.advance(&mut q, command, period, None).expect("it is stable");
     }
     (plant.velocities().to_vec(), q)
 }
@@ -215,7 +215,7 @@ run { duration 1 s  plant mujoco { } }
         physics::provide();
         runtime::SimulatedRobot::of_run(&program, None).expect("physics")
     };
-    assert!(robot.physics().is_some_and(|name| name.starts_with("MuJoCo ")), "{:?}", robot.physics());
+    assert!(robot.plant().is_some_and(|plant| plant.engine.starts_with("MuJoCo ")), "{:?}", robot.plant());
     let mut ideal = runtime::SimulatedRobot::new(&program);
     let mut command = vec![0.0; program.robot.model.nv()];
     command[..3].copy_from_slice(&[0.2, -0.1, 0.3]);
@@ -247,4 +247,239 @@ fn the_same_run_gives_the_same_bits() {
     let once = after(&program, &[0.3, -0.2], 0.5);
     let again = after(&program, &[0.3, -0.2], 0.5);
     assert_eq!(once, again);
+}
+
+/// Final angle of the elbow after a run of the pendulum in a scenario, with the reason why it diverged, if it did.
+fn elbow_after(settings: &str, declared: &str, scenario: &str) -> (f64, Option<String>) {
+    let program = compiled(&format!(
+        "hierarq 1
+robot r {{ urdf \"robots/pendulum.urdf\"  rate 500 Hz  home {{ shoulder 0 rad  elbow 0 rad }} }}
+{declared}
+task still = joint_velocity {{ velocity 0 rad/s }}
+stack s {{ level l hard {{ joint_velocity_limits }}  level motion {{ still }} }}
+run {{ duration 1 s  stack s }}
+scenario one {{ duration 2 s  plant mujoco {{ response 20 ms  {settings} }}
+{scenario} }}
+"
+    ));
+    physics::provide();
+    struct Last(f64, usize, Option<String>);
+    impl runtime::Recorder for Last {
+        fn tick(&mut self, tick: &runtime::Tick) -> std::io::Result<()> {
+            (self.0, self.1) = (tick.q[1], tick.index + 1);
+            Ok(())
+        }
+        fn diverged(&mut self, why: &str) {
+            self.2 = Some(why.to_string());
+        }
+    }
+    let scenario = &program.scenarios[0];
+    let program = scenario.program(&program);
+    let mut simulation = runtime::Simulation::in_world(&program, scenario).expect("physics");
+    let mut last = Last(f64::NAN, 0, None);
+    simulation.run(&mut last, &mut || 0.0, &mut |_| true).expect("nothing is written");
+    assert!(last.2.is_some() || last.1 == simulation.ticks());
+    (last.0, last.2)
+}
+
+/// Angle of the elbow after such a run, which does not diverge. The lower sphere of the pendulum hangs at [-0.01, 0.07, 0.3] m, so
+/// that everything that comes from +y pushes it towards -y, which lessens this angle.
+fn pushed(settings: &str, declared: &str, scenario: &str) -> f64 {
+    let (angle, diverged) = elbow_after(settings, declared, scenario);
+    assert_eq!(diverged, None);
+    angle
+}
+
+const WALL: &str = "box [2, 0.1, 3] m";
+
+#[test]
+fn an_obstacle_that_moves_pushes_the_robot_as_far_as_it_comes() {
+    if !installed() {
+        return;
+    }
+    // A wall whose near side comes from y = 0.25 to y = -0.1 in a second.
+    let moving = format!("obstacle wall {{ {WALL}  position [0, 0.3 - 0.35*min(time/(1 s), 1), 1] m }}");
+    let free = pushed("", "", "");
+    assert!(free.abs() < 1e-3, "{free}");
+    let angle = pushed("", &moving, "");
+    // The sphere of 4 cm hangs 0.7 m below the shoulder, 0.3 m below the elbow.
+    assert!(angle < -0.15, "{angle}");
+    assert!(pushed("contacts false", &moving, "").abs() < 1e-3);
+    // By a signal, as a tracker sends it: where it truly is, not where the controller takes it to be.
+    let tracked = format!(
+        "signal at : point  timeout 0.5 s  velocity estimated  max_speed 2 m/s
+obstacle wall {{ {WALL}  position at + [0, 0.05, 1] m }}"
+    );
+    let path = "path [{ at 0 s  value [0, 0.25, 0] m }, { at 1 s  value [0, -0.1, 0] m }]";
+    let signalled = pushed("", &tracked, &format!("signals {{ at {{ {path} }} }}"));
+    assert!((signalled - angle).abs() < 0.02, "{signalled} by a signal, {angle} by the time");
+    let late = pushed("", &tracked, &format!("signals {{ at {{ {path}  delay 0.4 s }} }}"));
+    assert!((late - signalled).abs() < 0.02, "{late} measured late, {signalled} at once");
+}
+
+#[test]
+fn an_obstacle_touches_only_while_it_is_there() {
+    if !installed() {
+        return;
+    }
+    let wall = |present: &str| format!("obstacle wall {{ {WALL}  position [0, 0, 1] m  present {present} }}");
+    let standing = pushed("", &wall("time > 0.5 s"), "");
+    assert!(standing.abs() > 0.05, "{standing}");
+    assert!(pushed("", &wall("time > 3 s"), "").abs() < 1e-3);
+    let half_space = "obstacle rising { plane [0, 0, 1]  position [0, 0, -1 + 0.5*time/(1 s)] m }";
+    assert!(pushed("", half_space, "").abs() < 1e-3, "it does not come so high");
+    let half_space = "obstacle rising { plane [0, -1, 0]  position [0, 0.5 - 0.3*time/(1 s), 0] m }";
+    assert!(pushed("", half_space, "") < -0.1, "a half-space that moves");
+}
+
+#[test]
+fn people_touch_the_robot_where_they_truly_are() {
+    if !installed() {
+        return;
+    }
+    let declared = "human walker { points [left, right]  links [[left, right]]  max_speed 4 m/s }";
+    // From y = 0.4 to y = 0.02 at the height of the lower sphere, which is between the two points.
+    let walk = |more: &str| {
+        format!(
+            "humans {{ walker {{ path [{{ at 0 s  value [0, 0.4, 0.3] m }}, {{ at 1 s  value [0, 0.02, 0.3] m }}]
+shape {{ left [-0.3, 0, 0] m  right [0.3, 0, 0] m }}  {more} }} }}"
+        )
+    };
+    let angle = pushed("", declared, &walk(""));
+    assert!(angle < -0.1, "{angle}");
+    assert!(pushed("contacts false", declared, &walk("")).abs() < 1e-3);
+    let thick = pushed("person_radius 10 cm", declared, &walk(""));
+    assert!(thick < angle - 0.1, "{thick} by a thick one, {angle} by a thin one");
+    let unseen = pushed("", declared, &walk("delay 0.15 s  noise 2 cm"));
+    assert!((unseen - angle).abs() < 0.02, "{unseen} seen badly, {angle} seen well");
+    let apart = "human walker { points [left, right]  max_speed 4 m/s }";
+    let unlinked = pushed("", apart, &walk(""));
+    assert!(unlinked.abs() < 1e-3, "nothing between two points that are not linked: {unlinked}");
+}
+
+#[test]
+fn clouds_triangles_and_pieces_are_bodies() {
+    if !installed() {
+        return;
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bodies");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.join(name), text).expect("written");
+        folder.join(name).display().to_string()
+    };
+    // A plate of points in the plane y = 0, and a box and a sheet as triangles.
+    let points: Vec<String> = (0..20).flat_map(|i| (0..20).map(move |k| format!("{} 0 {}", at(i), at(k)))).collect();
+    let cloud = write("plate.xyz", &points.join("\n"));
+    let solid = write("box.obj", BOX);
+    let heights = write("flat.csv", "0,0,0\n0,0,0\n0,0,0\n");
+    // All of them come from y = 0.3 to y = -0.05.
+    let comes = "[0, 0.3 - 0.35*min(time/(1 s), 1), 0.3] m";
+    for (form, most) in [
+        (format!("cloud \"{cloud}\"  radius 3 cm"), -0.1),
+        (format!("mesh \"{solid}\"  shape triangles"), -0.1),
+        (format!("mesh \"{solid}\"  shape pieces"), -0.1),
+        (format!("mesh \"{solid}\""), -0.1),
+        // Its surface, upwards, is turned towards -y.
+        (format!("heightfield \"{heights}\"  cell 0.2 m  orientation rpy(90 deg, 0, 0)"), -0.1),
+    ] {
+        let angle = pushed("", &format!("obstacle body {{ {form}  position {comes} }}"), "");
+        assert!(angle < most, "{form}: {angle}");
+    }
+}
+
+/// Coordinate of a point of the plate.
+fn at(i: usize) -> f64 {
+    0.03 * (i as f64 - 9.5)
+}
+
+/// A box of 0.6, 0.04 and 0.6 m.
+const BOX: &str = "v -0.3 -0.02 -0.3
+v 0.3 -0.02 -0.3
+v 0.3 0.02 -0.3
+v -0.3 0.02 -0.3
+v -0.3 -0.02 0.3
+v 0.3 -0.02 0.3
+v 0.3 0.02 0.3
+v -0.3 0.02 0.3
+f 1 3 2
+f 1 4 3
+f 5 6 7
+f 5 7 8
+f 1 2 6
+f 1 6 5
+f 3 4 8
+f 3 8 7
+f 2 3 7
+f 2 7 6
+f 1 5 8
+f 1 8 4
+";
+
+#[test]
+fn an_obstacle_on_a_link_touches_the_room_and_other_links() {
+    if !installed() {
+        return;
+    }
+    // A wall at rest, which the lower link alone does not reach, and a stick on that link, which does.
+    let wall = format!("obstacle wall {{ {WALL}  position [0, 0.42, 1] m }}");
+    let stick = "obstacle stick { capsule { radius 2 cm  length 0.3 m }  on lower  position [0, 0.15, -0.3] m  orientation rpy(90 deg, 0, 0) }";
+    let turned = |declared: &str| {
+        let program = pendulum("response 20 ms", declared);
+        after(&program, &[0.0, 1.0], 1.5).1[1]
+    };
+    let (alone, carried) = (turned(&wall), turned(&format!("{wall}\n{stick}")));
+    assert!(carried < alone - 0.2, "{carried} with the stick, {alone} without it");
+    let free = turned(stick);
+    assert!((free - 0.8).abs() < 0.05, "nothing to touch: {free}");
+}
+
+#[test]
+fn links_touch_each_other_if_they_are_asked_to() {
+    if !installed() {
+        return;
+    }
+    // Three links fold to a triangle: the sphere of the last one comes to that of the first one, to which it is not joined, at about
+    // 2.05 rad of both joints.
+    let folded = |settings: &str| {
+        let program = compiled(&format!(
+            "hierarq 1
+robot r {{ urdf \"robots/folding.urdf\"  rate 500 Hz }}
+task still = joint_velocity {{ velocity 0 rad/s }}
+stack s {{ level l hard {{ joint_velocity_limits }}  level motion {{ still }} }}
+run {{ duration 1 s  plant mujoco {{ response 20 ms  {settings} }} }}
+"
+        ));
+        after(&program, &[1.0, 1.0], 2.4).1
+    };
+    let (through, held) = (folded(""), folded("self_contact true"));
+    assert!(through.iter().all(|q| (q - 2.4).abs() < 0.15), "{through:?}");
+    assert!(held[0] + held[1] < through[0] + through[1] - 0.1, "{held:?} held, {through:?} through");
+}
+
+#[test]
+fn a_simulation_that_diverges_says_when_and_ends() {
+    if !installed() {
+        return;
+    }
+    // A drive that is a hundred times faster than the time step oscillates until its torque is at its limit; without gravity and with
+    // light links that is enough.
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/robots/pendulum.urdf"));
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("diverging");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let urdf = folder.join("strong.urdf");
+    std::fs::write(&urdf, text.expect("a robot").replace("effort=\"200\"", "effort=\"0\"")).expect("written");
+    let program = compiled(&format!(
+        "hierarq 1
+robot r {{ urdf \"{}\"  rate 500 Hz  home {{ shoulder 0.4 rad  elbow -0.7 rad }} }}
+task still = joint_velocity {{ velocity 0 rad/s }}
+stack s {{ level l hard {{ joint_velocity_limits }}  level motion {{ still }} }}
+run {{ duration 1 s  plant mujoco {{ actuators position  response 0.1 ms  step 2 ms }} }}
+",
+        urdf.display()
+    ));
+    let mut plant = Plant::new(&program, None).expect("a plant");
+    let mut q = program.robot.home.clone();
+    let why = (0..500).find_map(|_| plant.advance(&mut q, &[0.5, -0.5], 0.002, None).err()).expect("it diverges");
+    assert!(why.contains("has diverged") && why.contains("a shorter `step` than 2 ms"), "{why}");
 }

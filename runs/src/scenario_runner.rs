@@ -8,6 +8,7 @@ use dsl::tree::{Item, ItemKind};
 use dsl::{SourceId, Syntax};
 use mission::parallel;
 use runtime::missions::{End, MissionSummary, RejectedEvent, WorkerRecord};
+use runtime::physics::PlantRecord;
 use runtime::program::{MissionProgram, MissionScenarioProgram, ScenarioProgram};
 use runtime::record::All;
 use runtime::record::expectations::{ExpectationRecord, is_good, records};
@@ -36,6 +37,12 @@ pub struct ScenarioResult {
     pub faults: Vec<FaultRecord>,
     /// True if at the end a fault without an answer keeps the robot still.
     pub halted: bool,
+    /// Reason why the run ended early: the simulation of its robot has diverged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diverged: Option<String>,
+    /// The physics that moved the robot, if it had masses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plant: Option<PlantRecord>,
     /// Names of limits whose margin fell below zero, if nothing else is expected.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passed: Vec<String>,
@@ -179,6 +186,8 @@ pub fn run(spec: &str, program: &Program, scenario: &ScenarioProgram) -> Result<
         duration_s: summary.duration_s,
         halted: summary.halted,
         passed: if scenario.expectations.is_empty() { passed(&summary) } else { Vec::new() },
+        diverged: summary.diverged,
+        plant: summary.plant,
         faults: summary.faults,
         rough: summary.joints.into_iter().filter(|(_, j)| j.is_rough()).collect(),
         mission: None,
@@ -205,6 +214,8 @@ pub fn run_mission(
         ok,
         duration_s,
         halted: false,
+        diverged: None,
+        plant: None,
         passed: Vec::new(),
         faults: Vec::new(),
         rough: BTreeMap::new(),

@@ -2,6 +2,7 @@
 
 use crate::controller::{Controller, Observation};
 use crate::fault::Fault;
+use crate::physics::Around;
 use crate::program::{Program, ProgramError, ScenarioProgram};
 use crate::simulated_robot::SimulatedRobot;
 use crate::world::World;
@@ -16,6 +17,10 @@ pub(crate) struct ClosedLoop {
     pub velocity: Vec<f64>,
     /// Fault of that tick.
     pub fault: Option<Fault>,
+    /// Table of signals at the last tick, with the true motion of people and of what is tracked.
+    pub signals: Vec<f64>,
+    /// Time of the last tick (s).
+    time: f64,
     started: bool,
 }
 
@@ -31,6 +36,8 @@ impl ClosedLoop {
             robot: SimulatedRobot::of_run(program, scenario)?,
             world: scenario.map(|s| World::new(program, s)),
             fault: None,
+            signals: program.interface.absent(),
+            time: 0.0,
             started: false,
             controller,
         })
@@ -41,7 +48,9 @@ impl ClosedLoop {
     /// late.
     pub fn tick(&mut self, time: f64, clock: &mut dyn FnMut() -> f64, tell: impl FnOnce(&mut Controller)) -> f64 {
         // The first tick sets the reference of the controller, so it is never late.
+        self.time = time;
         if std::mem::replace(&mut self.started, true) && self.world.as_ref().is_some_and(|w| w.is_late(time)) {
+            self.look();
             return 0.0;
         }
         if let Some(world) = &mut self.world {
@@ -59,11 +68,20 @@ impl ClosedLoop {
             let requests = command.requests.to_vec();
             world.ask(&self.controller, &requests, time);
         }
+        self.look();
         elapsed
+    }
+
+    /// Updates the table of signals.
+    fn look(&mut self) {
+        self.signals.copy_from_slice(self.controller.signal_table());
+        if let Some(world) = &self.world {
+            world.truth(self.time, &mut self.signals);
+        }
     }
 
     /// Moves the robot with the last command until the next tick.
     pub fn apply(&mut self) {
-        self.robot.apply(&self.velocity);
+        self.robot.apply_among(&self.velocity, &Around { time: self.time, signals: &self.signals });
     }
 }

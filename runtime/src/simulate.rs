@@ -17,9 +17,6 @@ pub enum RunError {
     /// A recorder failed.
     #[error(transparent)]
     Record(std::io::Error),
-    /// The simulation of the robot has diverged.
-    #[error("{0}")]
-    Diverged(String),
 }
 
 /// Stacks at the robot's true configuration, which the controller does not know.
@@ -38,8 +35,6 @@ struct Truth {
 pub struct Simulation {
     closed: ClosedLoop,
     truth: Option<Truth>,
-    /// Table of signals for recorders.
-    signals: Vec<f64>,
     period: f64,
     ticks: usize,
 }
@@ -113,8 +108,7 @@ impl Simulation {
             })
         };
         let ticks = (program.run.duration / program.robot.period).round() as usize;
-        let signals = program.interface.absent();
-        Ok(Simulation { signals, closed, truth, period: program.robot.period, ticks })
+        Ok(Simulation { closed, truth, period: program.robot.period, ticks })
     }
 
     /// The controller.
@@ -127,7 +121,8 @@ impl Simulation {
         self.ticks
     }
 
-    /// Runs to the end, or until `go_on` returns false. `clock` returns seconds; the run does not depend on it.
+    /// Runs to the end, or until `go_on` returns false, or until the simulation of a robot with masses has diverged, which is told
+    /// to the recorder. `clock` returns seconds; the run does not depend on it.
     ///
     /// # Errors
     /// A recorder failed.
@@ -137,19 +132,18 @@ impl Simulation {
         clock: &mut dyn FnMut() -> f64,
         go_on: &mut dyn FnMut(usize) -> bool,
     ) -> Result<(), RunError> {
+        if let Some(plant) = self.closed.robot.plant() {
+            recorder.moved_by(plant);
+        }
         for index in 0..self.ticks {
             if !go_on(index) {
                 break;
             }
             let time = index as f64 * self.period;
             let elapsed = self.closed.tick(time, clock, |_| ());
-            let ClosedLoop { controller, robot, world, velocity, fault, .. } = &self.closed;
-            self.signals.copy_from_slice(controller.signal_table());
-            if let Some(world) = world {
-                world.truth(time, &mut self.signals);
-            }
+            let ClosedLoop { controller, robot, velocity, fault, signals, .. } = &self.closed;
             let evaluator = match &mut self.truth {
-                Some(truth) => truth.tick(controller, robot.q(), time, &self.signals, velocity),
+                Some(truth) => truth.tick(controller, robot.q(), time, signals, velocity),
                 None => controller.evaluator(),
             };
             let tick = Tick {
@@ -162,7 +156,7 @@ impl Simulation {
                 state_index: controller.state_index(),
                 controller,
                 command: velocity,
-                signals: &self.signals,
+                signals,
                 evaluator,
                 problem: controller.problem(),
                 solution: controller.solution(),
@@ -172,7 +166,8 @@ impl Simulation {
             recorder.tick(&tick).map_err(RunError::Record)?;
             self.closed.apply();
             if let Some(why) = self.closed.robot.failure() {
-                return Err(RunError::Diverged(format!("at {time:.3} s {why}")));
+                recorder.diverged(&format!("at {time:.3} s {why}"));
+                break;
             }
         }
         Ok(())

@@ -9,7 +9,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 use robot::Model;
 
-use crate::physics::{self, Physics};
+use crate::physics::{self, Around, Physics, PlantRecord};
 use crate::program::{Program, ProgramError, ScenarioProgram};
 
 /// A simulated robot.
@@ -26,6 +26,7 @@ pub struct SimulatedRobot {
     measured: Vec<f64>,
     /// Physics that moves the joints, if the robot has masses and drives.
     physics: Option<Box<dyn Physics>>,
+    plant: Option<PlantRecord>,
     /// Reason why it moves no more.
     failure: Option<String>,
 }
@@ -37,9 +38,10 @@ impl SimulatedRobot {
     /// # Errors
     /// The run has a plant, and there is no physics.
     pub fn of_run(program: &Program, scenario: Option<&ScenarioProgram>) -> Result<SimulatedRobot, ProgramError> {
-        let physics =
-            physics::make(program, scenario).map_err(|text| crate::program::error("run.simulator.plant", text))?;
-        Ok(SimulatedRobot { physics, ..SimulatedRobot::new(program) })
+        let physics = physics::make(program, scenario).map_err(|text| crate::program::error("", text))?;
+        let settings = program.run.simulator.plant.as_ref();
+        let plant = physics.as_deref().zip(settings).map(|(physics, settings)| PlantRecord::new(physics, settings));
+        Ok(SimulatedRobot { physics, plant, ..SimulatedRobot::new(program) })
     }
 
     /// A robot without masses, at rest in the home configuration of a checked program.
@@ -58,6 +60,7 @@ impl SimulatedRobot {
             mean: vec![0.0; model.nv()],
             measured: program.robot.home.clone(),
             physics: None,
+            plant: None,
             failure: None,
             model,
         }
@@ -77,9 +80,9 @@ impl SimulatedRobot {
             && self.noise.is_none()
     }
 
-    /// Name of the physics that moves it; `None` for a robot without masses.
-    pub fn physics(&self) -> Option<&str> {
-        self.physics.as_ref().map(|physics| physics.name())
+    /// The physics that moves it; `None` for a robot without masses.
+    pub fn plant(&self) -> Option<&PlantRecord> {
+        self.plant.as_ref()
     }
 
     /// Reason why the robot moves no more: its simulation has diverged.
@@ -104,8 +107,17 @@ impl SimulatedRobot {
         &self.measured
     }
 
-    /// Moves for one period under a constant velocity command.
+    /// Moves for one period under a constant velocity command, where nobody and nothing that moves is near.
     pub fn apply(&mut self, command: &[f64]) {
+        self.move_by(command, None);
+    }
+
+    /// Moves for one period under a constant velocity command, among people and obstacles as they are now.
+    pub fn apply_among(&mut self, command: &[f64], around: &Around) {
+        self.move_by(command, Some(around));
+    }
+
+    fn move_by(&mut self, command: &[f64], around: Option<&Around>) {
         let t = self.period;
         if self.failure.is_some() {
             return;
@@ -116,7 +128,7 @@ impl SimulatedRobot {
                 self.mean[i] = if d.q_index.is_none() { command[i].clamp(-d.velocity, d.velocity) } else { 0.0 };
             }
             self.model.integrate(&mut self.q, &self.mean, t);
-            self.failure = physics.advance(&mut self.q, command, t).err();
+            self.failure = physics.advance(&mut self.q, command, t, around).err();
             return;
         }
         for (i, d) in self.model.dofs.iter().enumerate() {

@@ -6,6 +6,7 @@ use solver::{Problem, Solution};
 use crate::controller::Controller;
 use crate::evaluator::Evaluator;
 use crate::fault::Fault;
+use crate::physics::PlantRecord;
 
 /// One tick, as it is passed to recorders.
 pub struct Tick<'a> {
@@ -48,4 +49,11 @@ pub trait Recorder {
     /// # Errors
     /// The record could not be stored, for instance because the disk is full.
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()>;
+
+    /// Called before the first tick of a run whose robot has masses, with the physics that moves it.
+    fn moved_by(&mut self, _plant: &PlantRecord) {}
+
+    /// Called after the last tick of a run that ended because the simulation of its robot has diverged, with a sentence that
+    /// says when, and what helps.
+    fn diverged(&mut self, _why: &str) {}
 }

@@ -82,6 +82,9 @@ fn trouble(t: &ScenarioResult) -> String {
         let all: Vec<&str> = mission.trouble.iter().map(|(_, text)| text.as_str()).collect();
         return all.join("; ");
     }
+    if let Some(why) = &t.diverged {
+        return format!("ended early: {why}");
+    }
     match t.faults.iter().find(|f| !f.answered) {
         Some(fault) if t.halted => format!("halted at {:.2} s: {}", fault.time, fault.text),
         Some(fault) => format!("stopped at {:.2} s, with a transition to the state itself: {}", fault.time, fault.text),
@@ -132,6 +135,9 @@ fn text(results: &[ScenarioResult], broken: &[&str]) -> String {
         out.clear();
     } else {
         let _ = writeln!(out, "{}, {simulated:.0} s simulated: {verdict}", count(results.len(), "scenario"));
+    }
+    for (t, plant) in results.iter().filter_map(|t| Some((t, t.plant.as_ref()?))) {
+        let _ = writeln!(out, "{}, {}: {}", t.spec, t.scenario, plant.describe());
     }
     for (t, rough) in results.iter().filter_map(|t| Some((t, roughness::sentence(&t.rough)?))) {
         let _ = writeln!(out, "warning: {}, {}: {rough}", t.spec, t.scenario);

@@ -21,6 +21,7 @@ mod magnitudes;
 mod missing_limits;
 mod partial_limits;
 mod people;
+mod plants;
 mod postures;
 mod reachability;
 mod readings;
@@ -91,6 +92,7 @@ static CHECKS: &[(On, Check)] = &[
     (On::AnyProgram, |c, out| ineffective::spec(c.expanded, c.program, out)),
     (On::GoodProgram, sensors::checks),
     (On::GoodProgram, people::checks),
+    (On::GoodProgram, plants::check),
     (On::GoodProgram, compliance::checks),
     (On::GoodProgram, partial_limits::check),
     (On::GoodProgram, missing_limits::check),

@@ -9,7 +9,7 @@ use super::Lowerer;
 use crate::robot_binding::{BoundRobot, unknown_link};
 use crate::sections::{MujocoBlock, PayloadBlock, PlantBlock};
 
-/// Time step of a plant (s), if none is written.
+/// Longest time step of a plant (s), if none is written.
 const USUAL_STEP: f64 = 1e-3;
 
 impl Lowerer<'_> {
@@ -29,10 +29,23 @@ impl Lowerer<'_> {
             self.push(d.label(robot.rate_span, tick).help("write a part of the tick: 1 ms is common"));
             return None;
         }
+        if let Some(step) = mujoco.step.as_ref().filter(|step| step.value > mujoco.response.value) {
+            let (step, response) = (self.origins.span(step.at), self.origins.span(mujoco.response.at));
+            let d = Diagnostic::warning("HQ0826", step, "the drives are faster than the time step of the plant");
+            let d = d.label(response, "time constant of the drives");
+            self.push(
+                d.note("a drive then is as slow as the step").help("leave `step` out, or write a part of `response`"),
+            );
+        }
         let payload = match &mujoco.payload {
             Some(payload) => Some(self.payload(payload, robot)?),
             None => None,
         };
+        if mujoco.contacts {
+            // Links touch all of them, also those that no task knows.
+            let bodies: Vec<String> = self.params.obstacles.iter().chain(self.params.humans.keys()).cloned().collect();
+            self.params.used.extend(bodies);
+        }
         Some(settings(mujoco, payload, robot.period))
     }
 
@@ -44,6 +57,11 @@ impl Lowerer<'_> {
             self.push(unknown_link(&robot.model, &named.value, span, &robot.arms));
             return None;
         };
+        if robot.model.support(link).iter().all(|s| robot.model.dofs[s.dof as usize].joint.is_none()) {
+            let span = self.origins.span(named.at);
+            let text = format!("no drive moves `{}`, so that the payload has no effect", named.value);
+            self.push(Diagnostic::warning("HQ0826", span, text).help("write the link that carries the load"));
+        }
         Some(Payload { link, mass, at: block.at })
     }
 
@@ -76,7 +94,9 @@ fn settings(block: &MujocoBlock, payload: Option<Payload>, period: f64) -> Plant
         friction: block.friction,
         payload,
         contacts: block.contacts,
-        step: block.step.as_ref().map_or(USUAL_STEP.min(period), |step| step.value),
+        self_contact: block.self_contact,
+        person_radius: block.person_radius,
+        step: block.step.as_ref().map_or(USUAL_STEP.min(period).min(block.response.value), |step| step.value),
     }
 }
 

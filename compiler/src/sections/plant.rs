@@ -2,7 +2,7 @@
 
 use blocks::{Located, Word, block};
 use quantities::usual;
-use stdlib_tasks::dimension::{MASS, MOMENT, TIME};
+use stdlib_tasks::dimension::{LENGTH, MASS, MOMENT, TIME};
 use stdlib_tasks::params::Quantity;
 
 use super::ValueType;
@@ -30,9 +30,13 @@ block! {
         friction: f64 = or(ValueType::Number(Quantity::at_least(MOMENT, 0.0)), "0 Nm");
         /// A mass that the robot carries, and that its drives do not know of.
         payload: Option<PayloadBlock> = optional(ValueType::Block(&PAYLOAD));
-        /// True if links touch the obstacles that stay where they are. They never touch each other.
+        /// True if links touch obstacles and people.
         contacts: bool = or(ValueType::Flag, "true");
-        /// Longest time step, at most a period; default: 1 ms, or the period.
+        /// True if links touch each other, as far as they do not at home.
+        self_contact: bool = or(ValueType::Flag, "false");
+        /// Radius of the balls at the tracked points of people, and of the rods along their `links`.
+        person_radius: f64 = or(ValueType::Number(Quantity::above(LENGTH, 0.0).usually(1e-3, 1.0)), "0.05 m");
+        /// Longest time step, at most a period; default: 1 ms, or what is shorter of the period and the `response`.
         step: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0).usually(1e-5, 0.01)));
     }
 }

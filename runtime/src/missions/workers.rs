@@ -206,7 +206,10 @@ impl Worker {
             notes.push((now, format!("the controller of {} has a fault: {text}", self.label)));
         }
         self.closed.apply();
-        came
+        match self.closed.robot.failure() {
+            Some(why) if self.standing != WorkState::Over => Some(Came::Broken(why.to_string())),
+            _ => came,
+        }
     }
 }
 

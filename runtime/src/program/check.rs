@@ -11,9 +11,9 @@ use super::{CaptureSource, FORMAT, Op, Program, RunProgram, Subject, overshoots}
 
 /// Reason why a program cannot be executed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{place}: {message}")]
+#[error("{place}{}{message}", if .place.is_empty() { "" } else { ": " })]
 pub struct ProgramError {
-    /// Part of the program, as a path such as `stacks[0].levels[2]`.
+    /// Part of the program, as a path such as `stacks[0].levels[2]`; empty if the program is not what is wrong.
     pub place: String,
     /// Description of the error.
     pub message: String,
@@ -98,6 +98,7 @@ impl Program {
             let positive = |x: f64| x.is_finite() && x > 0.0;
             ensure(positive(plant.response) && positive(plant.step), &at, "a time is not positive")?;
             ensure(plant.friction.is_finite() && plant.friction >= 0.0, &at, "the friction is negative or not finite")?;
+            ensure(positive(plant.person_radius), &at, "the radius of people is not positive")?;
             let sound = plant.payload.as_ref().is_none_or(|p| {
                 p.link.index() < self.robot.model.links.len() && positive(p.mass) && p.at.iter().all(|x| x.is_finite())
             });

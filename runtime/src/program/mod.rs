@@ -45,7 +45,7 @@ pub use mission_scenario::{
     MAX_EVENTS, MAX_INSTANTS, MAX_MISSION, MissionMeasure, MissionScenarioProgram, TimedEvent, ends_with_step,
     step_within,
 };
-pub use plant::{Actuators, Gravity, Payload, PlantProgram};
+pub use plant::{Actuators, Gravity, MOST_BODY_ELEMENTS, NoBody, Payload, PlantProgram, no_body, varies};
 pub use regions::{BESIDE, MAX_MERGED};
 pub use ros::{CommandForm, CommandTopic, JointStates, RosProgram, SignalTopic, TickSource, wrong_topic};
 pub use scenario::{

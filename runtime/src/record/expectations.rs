@@ -68,9 +68,9 @@ pub fn records_of(expectations: &[ExpectationProgram], outcomes: &[Outcome], per
 
 /// Returns true if a run of the scenario went as expected: every expectation held, and every fault was answered. If
 /// the expectations themselves refer to faults, they alone decide about those. If there are no expectations, no margin
-/// may have been violated either.
+/// may have been violated either. A run that diverged never went as expected.
 pub fn is_good(scenario: &ScenarioProgram, records: &[ExpectationRecord], summary: &super::summary::Summary) -> bool {
-    if scenario.expectations.is_empty() {
+    if scenario.expectations.is_empty() || summary.diverged.is_some() {
         return summary.ok;
     }
     let of_faults = scenario.measures.iter().any(|m| matches!(m, Measure::Fault(_)));

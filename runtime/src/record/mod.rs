@@ -14,6 +14,7 @@ mod summarise;
 pub mod summary;
 pub mod verify;
 
+use crate::physics::PlantRecord;
 use crate::tick::{Recorder, Tick};
 
 /// Several recorders at once.
@@ -22,5 +23,13 @@ pub struct All<'a>(pub Vec<&'a mut dyn Recorder>);
 impl Recorder for All<'_> {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
         self.0.iter_mut().try_for_each(|r| r.tick(tick))
+    }
+
+    fn moved_by(&mut self, plant: &PlantRecord) {
+        self.0.iter_mut().for_each(|r| r.moved_by(plant));
+    }
+
+    fn diverged(&mut self, why: &str) {
+        self.0.iter_mut().for_each(|r| r.diverged(why));
     }
 }

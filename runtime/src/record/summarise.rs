@@ -12,6 +12,7 @@ use super::summary::{
 use crate::controller::{Controller, StackController};
 use crate::evaluator::Member;
 use crate::fault::FaultKind;
+use crate::physics::PlantRecord;
 use crate::program::{Program, Subject};
 use crate::quantity::quantity;
 use crate::record::columns;
@@ -121,6 +122,8 @@ pub struct SummaryRecorder {
     late: LateTicks,
     /// Number of consecutive late ticks up to the last one.
     late_now: usize,
+    plant: Option<PlantRecord>,
+    diverged: Option<String>,
 }
 
 impl SummaryRecorder {
@@ -160,6 +163,8 @@ impl SummaryRecorder {
             remarks: RemarksRecorder::new(controller),
             late: LateTicks::default(),
             late_now: 0,
+            plant: None,
+            diverged: None,
         }
     }
 
@@ -230,7 +235,9 @@ impl SummaryRecorder {
             ticks: self.ticks,
             duration_s: self.ticks as f64 * program.robot.period,
             interrupted: false,
-            ok: self.faults.iter().all(|f| f.answered) && !passed,
+            diverged: self.diverged.clone(),
+            plant: self.plant.clone(),
+            ok: self.faults.iter().all(|f| f.answered) && !passed && self.diverged.is_none(),
             halted: self.halted,
             expectations: Vec::new(),
             faults: self.faults.clone(),
@@ -285,6 +292,14 @@ impl Recorder for SummaryRecorder {
             }
         }
         Ok(())
+    }
+
+    fn moved_by(&mut self, plant: &PlantRecord) {
+        self.plant = Some(plant.clone());
+    }
+
+    fn diverged(&mut self, why: &str) {
+        self.diverged = Some(why.to_string());
     }
 }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::physics::PlantRecord;
 use crate::program::AllowedWarning;
 use crate::record::expectations::ExpectationRecord;
 use crate::record::held_back::HeldBack;
@@ -27,7 +28,14 @@ pub struct Summary {
     /// True if the run was stopped before its end, by its caller.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub interrupted: bool,
-    /// True if every fault was answered and no margin fell below zero (by more than [`MARGIN_TOLERANCE`]).
+    /// Reason why the run ended early: the simulation of its robot has diverged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diverged: Option<String>,
+    /// The physics that moved the robot, if it had masses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plant: Option<PlantRecord>,
+    /// True if every fault was answered, no margin fell below zero (by more than [`MARGIN_TOLERANCE`]), and the run did not
+    /// diverge.
     pub ok: bool,
     /// True if at the end a fault keeps the robot still: no transition answers it, or its transition leads to the state in
     /// which it occurred.

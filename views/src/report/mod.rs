@@ -102,7 +102,8 @@ fn untested(summary: &Summary) -> String {
     }
 }
 
-/// Summary of faults and limits, of the closest approach to a limit, and of joints that jumped or reversed.
+/// Summary of faults and limits, of the closest approach to a limit, of joints that jumped or reversed, and of the physics that
+/// moved the robot.
 pub fn verdict(summary: &Summary) -> String {
     let answered = match summary.faults.iter().filter(|f| f.answered).count() {
         0 => String::new(),
@@ -112,7 +113,9 @@ pub fn verdict(summary: &Summary) -> String {
     };
     let rough = roughness::sentence(&summary.joints).map(|text| format!(" But {text}.")).unwrap_or_default();
     let remarks: String = summary.remarks.iter().map(|r| format!("{r}. ")).collect();
-    remarks + &answered + &limits(summary) + &rough + &late(summary)
+    let ended = summary.diverged.iter().map(|why| format!("The run ended early: {why}. ")).collect::<String>();
+    let plant = summary.plant.iter().map(|plant| format!(" {}.", plant.describe())).collect::<String>();
+    ended + &remarks + &answered + &limits(summary) + &rough + &late(summary) + &plant
 }
 
 /// Sentence about the warnings that the spec allows; empty if there are none.
