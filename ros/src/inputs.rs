@@ -10,6 +10,7 @@ use crate::messages::{
     WrenchStamped,
 };
 use crate::names::{absolute, message_type, resolved};
+use crate::node::MOST;
 use crate::quality;
 use crate::readings::{Reading, Wanted};
 use crate::remark::Remark;
@@ -34,7 +35,7 @@ struct Topic<M: Reading> {
 
 impl<M: Reading + Send> Reader for Topic<M> {
     fn read(&mut self, time: f64, signals: &mut Signals, remarks: &mut Remarks) {
-        loop {
+        for _ in 0..MOST {
             match self.subscription.take() {
                 Ok(None) => return,
                 Ok(Some((message, _))) => {
@@ -51,10 +52,7 @@ impl<M: Reading + Send> Reader for Topic<M> {
                         signals.set(self.signal, numbers.as_slice(), time);
                     }
                 }
-                Err(e) => {
-                    remarks(Remark::Unreadable { topic: self.topic.clone(), why: e.to_string() });
-                    return;
-                }
+                Err(e) => remarks(Remark::Unreadable { topic: self.topic.clone(), why: e.to_string() }),
             }
         }
     }

@@ -3,10 +3,13 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::{Quaternion, UnitQuaternion};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use robot::{Base, Model};
 
 use crate::messages::{JointState, Odometry};
+
+/// Publishers of a topic that are known at once.
+const PUBLISHERS: usize = 16;
 
 /// A configuration under observation.
 pub struct Configuration {
@@ -17,6 +20,8 @@ pub struct Configuration {
     last: Vec<f64>,
     /// Time of each reading (s); minus infinity before the first one.
     received: Vec<f64>,
+    /// Publisher of each reading.
+    sources: Vec<Source>,
     /// Time for which a reading is valid (s).
     stale_after: f64,
     /// The configuration of a tick.
@@ -25,10 +30,13 @@ pub struct Configuration {
     strangers: BTreeSet<String>,
 }
 
+/// Identity of a publisher.
+pub type Source = [u8; 16];
+
 /// Mistake in a message.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Mistake {
-    /// A message names other joints than it has positions of.
+    /// A message names other joints than it has positions of: nothing is taken.
     #[error("it has {names} names and {positions} positions")]
     Lengths {
         /// Number of names.
@@ -36,19 +44,52 @@ pub enum Mistake {
         /// Number of positions.
         positions: usize,
     },
-    /// The pose of a base is in another frame than the world.
+    /// The pose of a base is in another frame than the world: it is not taken.
     #[error("it is in the frame `{frame}`")]
     OtherFrame {
         /// The frame.
         frame: String,
     },
+    /// Another publisher sends positions of a joint already: those of its joints are not taken.
+    #[error("another publisher sends the position of `{joint}`")]
+    TwoSources {
+        /// The first one of these joints.
+        joint: String,
+    },
 }
 
-/// Places of the joints of a topic in a configuration. Publishers keep the order of their joints, so that it is found once.
+/// Publishers of a topic, whose places in a configuration are found once: they keep the order of their joints.
 #[derive(Default)]
-pub struct Order {
+pub struct Publishers(Vec<Publisher>);
+
+struct Publisher {
+    source: Source,
     names: Vec<String>,
     places: Vec<Option<usize>>,
+}
+
+impl Publishers {
+    /// Places of the joints of a message. `find` looks for one.
+    fn places(
+        &mut self,
+        source: Source,
+        names: &[String],
+        find: impl Fn(&String) -> Option<usize>,
+    ) -> &[Option<usize>] {
+        let known = self.0.iter().position(|p| p.source == source);
+        let i = known.unwrap_or_else(|| {
+            // A publisher that begins again is another one.
+            self.0.truncate(PUBLISHERS - 1);
+            self.0.insert(0, Publisher { source, names: Vec::new(), places: Vec::new() });
+            0
+        });
+        let publisher = &mut self.0[i];
+        if publisher.names != names {
+            publisher.names = names.to_vec();
+            publisher.places = names.iter().map(find).collect();
+        }
+        &publisher.places
+    }
 }
 
 impl Configuration {
@@ -60,6 +101,7 @@ impl Configuration {
             base: model.base,
             last: vec![f64::NAN; model.nq()],
             received: vec![f64::NEG_INFINITY; model.nq()],
+            sources: vec![Source::default(); model.nq()],
             stale_after,
             q: vec![f64::NAN; model.nq()],
             strangers: BTreeSet::new(),
@@ -68,30 +110,46 @@ impl Configuration {
 
     /// Takes a message that was received at a time (s). `prefix` is the beginning of names that the message leaves out.
     ///
+    /// A first position of a joint is finite: drivers send what is no number before they know one. A joint is read from one publisher
+    /// as long as that sends it.
+    ///
     /// # Errors
-    /// The message contradicts itself: nothing is taken.
-    pub fn joints(&mut self, message: &JointState, prefix: &str, order: &mut Order, time: f64) -> Result<(), Mistake> {
+    /// The message contradicts itself or the one of another publisher.
+    pub fn joints(
+        &mut self,
+        message: &JointState,
+        prefix: &str,
+        publishers: &mut Publishers,
+        from: Source,
+        time: f64,
+    ) -> Result<(), Mistake> {
         let (names, positions) = (message.name.len(), message.position.len());
         if names != positions {
             return Err(Mistake::Lengths { names, positions });
         }
-        if order.names != message.name {
-            order.names.clone_from(&message.name);
-            let place = |name: &String| {
-                let is = |own: &String| own.strip_prefix(prefix) == Some(name);
-                self.names.iter().position(is).map(|i| self.base.nq() + i)
+        let (base, strangers) = (self.base.nq(), &mut self.strangers);
+        let find = |name: &String| {
+            let is = |own: &String| own.strip_prefix(prefix) == Some(name);
+            self.names.iter().position(is).map(|i| base + i)
+        };
+        let places = publishers.places(from, &message.name, find);
+        let mut refused = None;
+        for ((place, position), name) in places.iter().zip(&message.position).zip(&message.name) {
+            let Some(place) = *place else {
+                if !strangers.contains(name) {
+                    strangers.insert(name.clone());
+                }
+                continue;
             };
-            order.places = message.name.iter().map(place).collect();
-            let strangers = message.name.iter().zip(&order.places).filter(|(_, place)| place.is_none());
-            self.strangers.extend(strangers.map(|(name, _)| name.clone()));
-        }
-        for (place, position) in order.places.iter().zip(&message.position) {
-            if let Some(place) = *place {
-                self.last[place] = *position;
-                self.received[place] = time;
+            let is_known = self.received[place] > f64::NEG_INFINITY;
+            let is_fresh = time - self.received[place] <= self.stale_after;
+            if is_known && is_fresh && self.sources[place] != from {
+                refused = refused.or(Some(name));
+            } else if is_known || position.is_finite() {
+                (self.last[place], self.received[place], self.sources[place]) = (*position, time, from);
             }
         }
-        Ok(())
+        refused.map_or(Ok(()), |joint| Err(Mistake::TwoSources { joint: joint.clone() }))
     }
 
     /// Takes the pose of the base in the frame `world` that was received at a time (s). A message without a frame is taken too.
@@ -103,18 +161,22 @@ impl Configuration {
         if !frame.is_empty() && frame != world {
             return Err(Mistake::OtherFrame { frame: frame.to_string() });
         }
-        let p = message.pose.position.numbers();
-        let [w, x, y, z] = message.pose.orientation.numbers();
+        let [x, y, z] = message.pose.position.numbers();
+        let [w, i, j, k] = message.pose.orientation.numbers();
+        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k));
+        let ahead = turn * Vector3::x();
+        let pose = match self.base {
+            Base::Fixed => return Ok(()),
+            // The Euler angles of what is no rotation are finite.
+            Base::Planar | Base::Unicycle => [x, y, ahead.y.atan2(ahead.x), 0.0, 0.0, 0.0, 0.0],
+            Base::Floating => [x, y, z, turn.w, turn.i, turn.j, turn.k],
+        };
         let n = self.base.nq();
-        match self.base {
-            Base::Fixed => {}
-            Base::Planar | Base::Unicycle => {
-                let (_, _, yaw) = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).euler_angles();
-                self.last[..3].copy_from_slice(&[p[0], p[1], yaw]);
-            }
-            Base::Floating => self.last[..7].copy_from_slice(&[p[0], p[1], p[2], w, x, y, z]),
+        let is_known = self.received[..n].iter().all(|t| *t > f64::NEG_INFINITY);
+        if is_known || pose.iter().all(|x| x.is_finite()) {
+            self.last[..n].copy_from_slice(&pose[..n]);
+            self.received[..n].fill(time);
         }
-        self.received[..n].fill(time);
         Ok(())
     }
 

@@ -1,4 +1,4 @@
-//! The node: begins when all joints are known, and ticks until it is ended.
+//! The node: begins when all joints are known and its commands are read, and ticks until it is ended.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -13,7 +13,7 @@ use runtime::{Controller, Observation, Recorder, Request, Tick};
 use crate::RosError;
 use crate::commands::Motion;
 use crate::inputs::{self, Reader};
-use crate::joints::{Configuration, Mistake, Order};
+use crate::joints::{Configuration, Mistake, Publishers};
 use crate::messages::{JointState, Odometry};
 use crate::names::{absolute, message_type, node_name, resolved};
 use crate::neighbours::Neighbours;
@@ -29,6 +29,8 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const FAREWELL: Duration = Duration::from_millis(60);
 /// Pause of a node that waits for joints.
 const PAUSE: Duration = Duration::from_millis(2);
+/// Messages of a topic that are read in one tick: more than wait at once.
+pub(crate) const MOST: usize = 64;
 /// Periods without a message after which a tick that messages begin begins all the same.
 const OVERDUE: f64 = 2.0;
 
@@ -67,7 +69,7 @@ pub struct Ended {
 struct JointTopic {
     subscription: Subscription<JointState>,
     prefix: String,
-    order: Order,
+    publishers: Publishers,
     topic: String,
 }
 
@@ -122,7 +124,7 @@ impl Inputs {
             joints.push(JointTopic {
                 subscription: node.create_subscription(&topic, Some(quality.clone()))?,
                 prefix: states.prefix.clone(),
-                order: Order::default(),
+                publishers: Publishers::default(),
                 topic: name.clone(),
             });
             topics.push(name);
@@ -167,22 +169,28 @@ impl Inputs {
     }
 
     fn configuration(&mut self, q: &mut Configuration, time: f64, once: &mut Once) {
-        for JointTopic { subscription, prefix, order, topic } in &mut self.joints {
-            loop {
-                let why = match subscription.take() {
+        for JointTopic { subscription, prefix, publishers, topic } in &mut self.joints {
+            // A topic that others flood keeps nothing else waiting.
+            for _ in 0..MOST {
+                let taken = match subscription.take() {
                     Ok(None) => break,
-                    Ok(Some((message, _))) => match q.joints(&message, prefix, order, time) {
-                        Ok(()) => continue,
-                        Err(e) => e.to_string(),
-                    },
-                    Err(e) => e.to_string(),
+                    Ok(Some((message, info))) => {
+                        q.joints(&message, prefix, publishers, info.publisher_gid().to_bytes16(), time)
+                    }
+                    Err(e) => {
+                        once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() });
+                        continue;
+                    }
                 };
-                once.tell(Remark::Unreadable { topic: topic.clone(), why });
-                break;
+                match taken {
+                    Ok(()) => {}
+                    Err(Mistake::TwoSources { joint }) => once.tell(Remark::TwoSources { topic: topic.clone(), joint }),
+                    Err(e) => once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() }),
+                }
             }
         }
         let Some(OdometryTopic { subscription, topic, world }) = &self.odometry else { return };
-        loop {
+        for _ in 0..MOST {
             match subscription.take() {
                 Ok(None) => return,
                 Ok(Some((message, _))) => {
@@ -190,10 +198,7 @@ impl Inputs {
                         once.tell(Remark::OtherFrame { topic: topic.clone(), frame, needed: world.clone() });
                     }
                 }
-                Err(e) => {
-                    once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() });
-                    return;
-                }
+                Err(e) => once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() }),
             }
         }
     }
@@ -304,22 +309,30 @@ impl Connection {
         })
     }
 
-    /// Waits until all joints are known; false if it was told to end before.
-    fn wait_for_joints(&mut self, q: &mut Configuration, clock: Instant, once: &mut Once, go_on: GoOn) -> bool {
+    /// Waits until all joints are known and the commands are read, since a reference that moves alone would leave the robot behind;
+    /// false if it was told to end before.
+    fn wait_for_robot(&mut self, q: &mut Configuration, clock: Instant, once: &mut Once, go_on: GoOn) -> bool {
         let mut next = PATIENCE;
-        while !q.is_known() {
+        loop {
             if !go_on() {
                 return false;
             }
             self.inputs.configuration(q, clock.elapsed().as_secs_f64(), once);
+            let unread = self.outputs.unread(&self.node);
+            if q.is_known() && unread.is_empty() {
+                return true;
+            }
             if clock.elapsed() > next {
                 next += PATIENCE;
-                let (joints, topics) = (q.unknown(), self.inputs.topics.clone());
-                once.tell(Remark::WaitingFor { joints, topics, strangers: q.strangers() });
+                once.tell(if q.is_known() {
+                    Remark::NobodyReads { topics: unread }
+                } else {
+                    let (joints, topics) = (q.unknown(), self.inputs.topics.clone());
+                    Remark::WaitingFor { joints, topics, strangers: q.strangers() }
+                });
             }
             std::thread::sleep(PAUSE);
         }
-        true
     }
 
     fn end(self) {
@@ -351,7 +364,7 @@ pub fn run(
     let mut q = Configuration::new(&program.robot.model, ros.stale_after);
     let mut once = Once { tell: Tell::clone(tell), told: BTreeSet::new() };
     let clock = Instant::now();
-    if !connection.wait_for_joints(&mut q, clock, &mut once, go_on) {
+    if !connection.wait_for_robot(&mut q, clock, &mut once, go_on) {
         connection.end();
         return Ok(Ended::default());
     }
@@ -401,6 +414,7 @@ impl Driven {
         go_on: GoOn,
     ) -> Result<(), RosError> {
         let Connection { inputs, outputs, .. } = connection;
+        // The last positions are finite: nothing has been read since all joints were known.
         let mut farewell = Farewell { outputs, reference: self.q.last().to_vec() };
         while go_on() {
             let now = self.clock.elapsed().as_secs_f64();
@@ -409,8 +423,14 @@ impl Driven {
                 break;
             }
             inputs.read(&mut self.q, controller, At { clock: now, time }, &mut self.once);
+            let q = self.q.at(now);
+            // Before the controller knows where the robot is, its reference is nowhere, and must not be commanded.
+            if self.ended.ticks == 0 && !q.iter().all(|x| x.is_finite()) {
+                self.waiting.wait()?;
+                continue;
+            }
             let began = Instant::now();
-            let command = controller.step(&Observation { time, q: self.q.at(now) });
+            let command = controller.step(&Observation { time, q });
             let elapsed = began.elapsed().as_secs_f64();
             let fault = command.fault;
             self.velocity.copy_from_slice(command.velocity);

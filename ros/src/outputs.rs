@@ -75,6 +75,16 @@ impl Outputs {
         }
     }
 
+    /// Topics of commands that nobody reads.
+    pub fn unread(&self, node: &Node) -> Vec<String> {
+        let readers = |output: &Output| match &output.channel {
+            Channel::Numbers(to) => to.get_subscription_count(node),
+            Channel::Trajectory(to) => to.get_subscription_count(node),
+            Channel::Twist(to) => to.get_subscription_count(node),
+        };
+        self.all.iter().filter(|output| readers(output) == 0).map(|output| output.topic.clone()).collect()
+    }
+
     /// Commands the robot to stand where it is.
     pub fn stand(&self, reference: &[f64]) {
         self.send(Motion { velocity: &self.still, reference }, &mut |_| ());

@@ -15,6 +15,11 @@ pub enum Remark {
         /// Names of joints that messages had, and that the robot has not.
         strangers: Vec<String>,
     },
+    /// Topics of commands that nobody reads yet.
+    NobodyReads {
+        /// The topics.
+        topics: Vec<String>,
+    },
     /// The controller runs.
     Running,
     /// Messages in a frame that is not the one of the signal.
@@ -32,6 +37,13 @@ pub enum Remark {
         topic: String,
         /// The reason.
         why: String,
+    },
+    /// Two publishers of the position of a joint: those of the second one are not read.
+    TwoSources {
+        /// Topic of the second one.
+        topic: String,
+        /// The joint.
+        joint: String,
     },
     /// A topic on which others send messages of another type.
     OtherType {
@@ -75,11 +87,19 @@ impl fmt::Display for Remark {
                 }
                 write!(f, "; messages name {}, which the robot does not have", some(strangers))
             }
-            Remark::Running => write!(f, "all joints are known: the controller runs"),
+            Remark::NobodyReads { topics } => {
+                write!(f, "waiting for somebody who reads the commands on {}", some(topics))
+            }
+            Remark::Running => write!(f, "all joints are known and the commands are read: the controller runs"),
             Remark::OtherFrame { topic, frame, needed } => {
                 write!(f, "messages on {topic} are in the frame `{frame}` and not in `{needed}`: they are rejected")
             }
             Remark::Unreadable { topic, why } => write!(f, "a message on {topic} cannot be read: {why}"),
+            Remark::TwoSources { topic, joint } => write!(
+                f,
+                "a second publisher on {topic} sends the position of `{joint}`: it is not read while the first one sends. \
+                 Another robot may be in the same domain (ROS_DOMAIN_ID)"
+            ),
             Remark::OtherType { topic, found, needed } => {
                 write!(f, "others use {topic} with messages of the type {found}, and this node with {needed}")
             }

@@ -6,10 +6,16 @@ extern crate hierarq_ros as ros;
 mod commands;
 #[path = "it/configuration.rs"]
 mod configuration;
+#[path = "it/faults.rs"]
+mod faults;
 #[path = "it/names.rs"]
 mod names;
 #[path = "it/network.rs"]
 mod network;
+#[path = "it/others.rs"]
+mod others;
+#[path = "it/peers.rs"]
+mod peers;
 #[path = "it/readings.rs"]
 mod readings;
 #[path = "it/specs.rs"]

@@ -4,6 +4,9 @@ Reads what it is to do from its arguments as JSON, and prints what it saw as JSO
 """
 
 import json
+import os
+import random
+import signal
 import sys
 import time
 from dataclasses import dataclass, field
@@ -144,22 +147,34 @@ COMMAND = Qos(RELIABLE, Policy.Durability.Volatile, LAST)
 LATCHED = Qos(RELIABLE, Policy.Durability.TransientLocal, LAST)
 
 
-class Robot:
-    """Publishes the states of its joints, and moves as it is commanded."""
+def number(x):
+    """A number of the arguments: JSON has no `nan` and `inf`."""
+    return float(x)
+
+
+class Schedule:
+    """What is to be at a time: the last of some pairs of a time and a thing that has come."""
+
+    def __init__(self, pairs, default):
+        self.pairs, self.default = pairs, default
+
+    def at(self, now):
+        return next((thing for time, thing in reversed(self.pairs) if time <= now), self.default)
+
+
+class Participant:
+    """A participant of the domain, with what it has heard."""
 
     def __init__(self, to_do):
         self.participant = DomainParticipant(to_do["domain"])
+        self.to_do = to_do
         self.names = to_do["names"]
-        self.position = list(to_do["position"])
-        self.velocity = [0.0] * len(self.names)
         self.period = to_do["period"]
-        self.order = to_do.get("order", list(range(len(self.names))))
-        self.states = self.writer(to_do.get("joint_states", "/joint_states"), JointState, SENSOR)
-        self.commands = self.reader(to_do.get("commands", "/hierarq/commands"), Numbers, COMMAND)
         node = to_do.get("node", "/hierarq")
+        self.commands = None if to_do.get("deaf") == 1.0 else self.reader(node + "/commands", Numbers, COMMAND)
         self.state = self.reader(node + "/state", Text, LATCHED)
         self.fault = self.reader(node + "/fault", Text, LATCHED)
-        self.seen = {"state": [], "fault": [], "commands": 0, "last": [], "largest": 0.0, "answers": []}
+        self.seen = {"state": [], "fault": [], "commands": 0, "first": [], "last": [], "largest": 0.0, "answers": []}
         self.calls = [[at, self.service(name)] for at, name in to_do.get("calls", [])]
 
     def writer(self, topic, kind, qos):
@@ -188,70 +203,133 @@ class Robot:
                     self.calls.pop(0)
                     break
 
-    def publish(self):
-        pick = lambda of: [of[i] for i in self.order]
-        extra = ["a_gripper_joint"]
-        self.states.write(
-            JointState(Header(), extra + pick(self.names), [0.04] + pick(self.position), [], [])
-        )
-
     @staticmethod
     def taken(reader):
         """Messages that have arrived, without those that only say that a writer has gone."""
         return [sample for sample in reader.take(N=32) if sample.sample_info.valid_data]
 
     def listen(self):
-        for command in self.taken(self.commands):
-            self.velocity = list(command.data)
-            self.seen["commands"] += 1
-            self.seen["last"] = self.velocity
-            self.seen["largest"] = max([self.seen["largest"], *map(abs, self.velocity)])
+        for command in self.taken(self.commands) if self.commands else []:
+            self.hear(list(command.data))
         for key in ("state", "fault"):
             self.seen[key] += [text.data for text in self.taken(getattr(self, key))]
 
-    def move(self):
-        self.position = [q + v * self.period for q, v in zip(self.position, self.velocity)]
+    def hear(self, command):
+        self.seen["commands"] += 1
+        self.seen["first"] = self.seen["first"] or command
+        self.seen["last"] = command
+        self.seen["largest"] = max([self.seen["largest"], *map(abs, command)])
 
-    def run(self, seconds, each=lambda t: None, quiet=None):
-        """Lives for some seconds; between the times in `quiet` it says nothing."""
-        start = time.monotonic()
-        tick = 0
-        while (now := time.monotonic() - start) < seconds:
-            self.listen()
-            self.move()
-            if quiet is None or not quiet[0] <= now < quiet[1]:
-                self.publish()
-            each(now)
-            self.call(now)
-            tick += 1
-            time.sleep(max(0.0, start + tick * self.period - time.monotonic()))
-        self.listen()
+    def tick(self, now):
+        """What it does besides listening."""
+
+
+class Robot(Participant):
+    """Publishes the states of its joints, and moves as it is commanded."""
+
+    def __init__(self, to_do):
+        super().__init__(to_do)
+        self.position = list(to_do["position"])
+        self.velocity = [0.0] * len(self.names)
+        self.order = to_do.get("order", list(range(len(self.names))))
+        self.states = self.writer(to_do.get("joint_states", "/joint_states"), JointState, SENSOR)
+        self.manners = Schedule(to_do.get("manners", []), None)
+        self.stamp = Time(2_000_000_000, 0)
+
+    def hear(self, command):
+        super().hear(command)
+        # A network that loses commands: a robot keeps its velocity then.
+        if random.random() < self.to_do.get("deaf", 0.0):
+            return
+        if self.to_do.get("form") == "position":
+            self.position = command
+        else:
+            self.velocity = command
+
+    def tick(self, now):
+        self.position = [q + v * self.period for q, v in zip(self.position, self.velocity)]
+        names = ["a_gripper_joint"] + [self.names[i] for i in self.order]
+        position = [0.04] + [self.position[i] for i in self.order]
+        manner = self.manners.at(now)
+        if manner == "silent":
+            return
+        if manner == "without positions":
+            position = []
+        elif manner == "too many positions":
+            position = position + [0.0]
+        elif manner is not None:
+            # The first joint is at this number.
+            position[1] = number(manner)
+        if self.to_do.get("stamps") == "backwards":
+            self.stamp = Time(self.stamp.sec - 1, 0)
+        self.states.write(JointState(Header(stamp=self.stamp), names, position, [], []))
+
+    def report(self):
+        return self.seen | {"position": self.position}
+
+
+class Sensors(Participant):
+    """Publishes values, and moves nothing."""
+
+    def report(self):
+        return self.seen
+
+
+class Values:
+    """Topics with values of signals."""
+
+    def __init__(self, of, to_do):
+        self.mute = to_do.get("mute", [0.0, 0.0])
+        self.frame = to_do.get("frame", "world")
+        values = to_do.get("values", {})
+        kinds = [("numbers", Number, self.number), ("points", PointStamped, self.point)]
+        self.topics = [
+            (of.writer(topic, kind, SENSOR), made, Schedule(to_do.get("later", {}).get(name, []), values[name]))
+            for key, kind, made in kinds
+            for name, topic in to_do.get(key, {}).items()
+        ]
+        self.wrong = of.writer(to_do["wrong_type"], Text, SENSOR) if "wrong_type" in to_do else None
+
+    def number(self, value):
+        return Number(number(value))
+
+    def point(self, value):
+        return PointStamped(Header(frame_id=self.frame), Vector3(*map(number, value)))
+
+    def tick(self, now):
+        if self.mute[0] <= now < self.mute[1]:
+            return
+        for writer, made, value in self.topics:
+            writer.write(made(value.at(now)))
+        if self.wrong is not None:
+            self.wrong.write(Text("no point"))
 
 
 def main():
     to_do = json.loads(sys.argv[1])
-    robot = Robot(to_do)
-    numbers = {name: robot.writer(topic, Number, SENSOR) for name, topic in to_do.get("numbers", {}).items()}
-    points = {name: robot.writer(topic, PointStamped, SENSOR) for name, topic in to_do.get("points", {}).items()}
-    wrong = None
-    if "wrong_type" in to_do:
-        wrong = robot.writer(to_do["wrong_type"], Text, SENSOR)
-
-    mute = to_do.get("mute", [0.0, 0.0])
-
-    def each(now):
-        if mute[0] <= now < mute[1]:
-            return
-        for name, of in numbers.items():
-            of.write(Number(to_do["values"][name]))
-        for name, of in points.items():
-            of.write(PointStamped(Header(frame_id=to_do.get("frame", "world")), Vector3(*to_do["values"][name])))
-        if wrong is not None:
-            wrong.write(Text("no point"))
-
-    robot.run(to_do["seconds"], each, to_do.get("quiet"))
-    robot.seen["position"] = robot.position
-    print(json.dumps(robot.seen))
+    random.seed(7)
+    time.sleep(to_do.get("late", 0.0))
+    who = Robot(to_do) if to_do.get("robot", True) else Sensors(to_do)
+    values = Values(who, to_do)
+    ends = [(to_do[key], sent) for key, sent in (("dies", signal.SIGKILL), ("freezes", signal.SIGSTOP)) if key in to_do]
+    start = time.monotonic()
+    ticks = 0
+    heard = None
+    # A discovery whose messages are lost takes its time: some wait for their first command.
+    while (now := time.monotonic() - start) < to_do["seconds"] and not (heard and now > heard + to_do["after_first"]):
+        if "after_first" in to_do and heard is None and who.seen["commands"]:
+            heard = now
+        for at, sent in ends:
+            if now >= at:
+                os.kill(os.getpid(), sent)
+        who.listen()
+        who.tick(now)
+        values.tick(now)
+        who.call(now)
+        ticks += 1
+        time.sleep(max(0.0, start + ticks * who.period - time.monotonic()))
+    who.listen()
+    print(json.dumps(who.report()))
 
 
 if __name__ == "__main__":
