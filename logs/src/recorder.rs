@@ -1,11 +1,9 @@
 //! Recorder of a run: a tick is copied into storage that was allocated before, and a thread makes and writes its messages.
 //!
-//! The thread looks for ticks every millisecond and is never woken, since waking a thread is a call of the system. If it is too
-//! slow, a simulation waits for it, so that its log is complete, and a host drops ticks and counts them.
+//! If the thread is too slow, a simulation waits for it, so that its log is complete, and a host drops ticks and counts them.
 
 use std::io::{Error, Result, Write};
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
-use std::thread::{JoinHandle, sleep};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 use runtime::{Controller, Program};
@@ -14,12 +12,15 @@ use runtime::{Recorder, Tick};
 use crate::about::About;
 use crate::file::LogFile;
 use crate::messages::Messages;
-use crate::snapshot::{Camera, Snapshot};
+use crate::queue::{NotSent, Queue, TickSender, queue};
+use crate::snapshot::Camera;
 
 /// Ticks that can wait.
 const WAITING: usize = 1024;
-/// Time between two looks of the thread.
-const LOOK: Duration = Duration::from_millis(1);
+/// Time between two looks of the thread for a simulation, which may wait for it.
+const SOON: Duration = Duration::from_millis(1);
+/// Time between two looks of the thread for a host. A thread that looks rarely leaves the caches to the loop.
+const RARELY: Duration = Duration::from_millis(20);
 
 /// Answer to a thread that is too slow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,10 +57,8 @@ struct Done<W: Write> {
 
 /// Writes a log in MCAP.
 pub struct McapRecorder<W: Write> {
-    camera: Camera,
     overflow: Overflow,
-    taken: Option<SyncSender<Snapshot>>,
-    free: Receiver<Snapshot>,
+    ticks: Option<TickSender>,
     thread: Option<JoinHandle<Result<Done<W>>>>,
     dropped: u64,
 }
@@ -79,24 +78,18 @@ impl<W: Write + Send + 'static> McapRecorder<W> {
         let mut messages = Messages::new(program, controller);
         let mut file = LogFile::new(out, about, &messages)?;
         messages.begin(&mut |topic, time, message| file.write(topic, time, message))?;
-        let (taken, ticks) = sync_channel(WAITING);
-        let (back, free) = sync_channel(WAITING);
-        for _ in 0..WAITING {
-            // There is room for all of them.
-            let _ = back.try_send(Snapshot::default());
-        }
+        let look = if overflow == Overflow::Wait { SOON } else { RARELY };
+        let Queue { sender, receiver } = queue(Camera::new(program, controller), WAITING, look);
         let write = move || -> Result<Done<W>> {
             let mut count = 0;
-            while let Some(tick) = next(&ticks) {
-                messages.tick(&tick, &mut |topic, time, message| file.write(topic, time, message))?;
+            receiver.each(|tick| {
                 count += 1;
-                let _ = back.try_send(tick);
-            }
+                messages.tick(tick, &mut |topic, time, message| file.write(topic, time, message))
+            })?;
             Ok(Done { file, ticks: count })
         };
         let thread = std::thread::Builder::new().name("mcap".to_string()).spawn(write)?;
-        let camera = Camera::new(program, controller);
-        Ok(McapRecorder { camera, overflow, taken: Some(taken), free, thread: Some(thread), dropped: 0 })
+        Ok(McapRecorder { overflow, ticks: Some(sender), thread: Some(thread), dropped: 0 })
     }
 
     /// Number of ticks that were dropped so far.
@@ -109,22 +102,19 @@ impl<W: Write + Send + 'static> McapRecorder<W> {
     /// # Errors
     /// The stream failed at an earlier tick.
     pub fn record(&mut self, tick: &Tick) -> Result<()> {
-        let free = match self.overflow {
-            Overflow::Wait => self.free.recv().map_err(|_| TryRecvError::Disconnected),
-            Overflow::Drop => self.free.try_recv(),
+        let Some(ticks) = &mut self.ticks else { return Err(self.reason()) };
+        let sent = match self.overflow {
+            Overflow::Wait => ticks.send_and_wait(tick),
+            Overflow::Drop => ticks.send(tick),
         };
-        let mut snapshot = match free {
-            Ok(snapshot) => snapshot,
-            Err(TryRecvError::Empty) => {
+        match sent {
+            Ok(()) => Ok(()),
+            Err(NotSent::Full) => {
                 self.dropped += 1;
-                return Ok(());
+                Ok(())
             }
-            Err(TryRecvError::Disconnected) => return Err(self.reason()),
-        };
-        self.camera.take(tick, &mut snapshot);
-        // As many snapshots exist as have room: the thread alone can be the reason.
-        let sent = self.taken.as_ref().is_some_and(|taken| taken.try_send(snapshot).is_ok());
-        if sent { Ok(()) } else { Err(self.reason()) }
+            Err(NotSent::Ended) => Err(self.reason()),
+        }
     }
 
     /// The error with which the thread ended.
@@ -136,7 +126,7 @@ impl<W: Write + Send + 'static> McapRecorder<W> {
     }
 
     fn join(&mut self) -> Result<Done<W>> {
-        self.taken = None;
+        self.ticks = None;
         let thread = self.thread.take().ok_or_else(|| Error::other("the log was ended"))?;
         thread.join().unwrap_or_else(|_| Err(Error::other("the thread of the log panicked")))
     }
@@ -149,17 +139,6 @@ impl<W: Write + Send + 'static> McapRecorder<W> {
         let Done { file, ticks } = self.join()?;
         let written = Written { ticks, dropped: self.dropped };
         Ok(Finished { out: file.finish(ticks, self.dropped)?, written })
-    }
-}
-
-/// The next tick for a thread that looks for them every millisecond; none after the last one.
-pub fn next(ticks: &Receiver<Snapshot>) -> Option<Snapshot> {
-    loop {
-        match ticks.try_recv() {
-            Ok(tick) => return Some(tick),
-            Err(TryRecvError::Disconnected) => return None,
-            Err(TryRecvError::Empty) => sleep(LOOK),
-        }
     }
 }
 

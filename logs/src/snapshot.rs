@@ -6,6 +6,9 @@ use runtime::record::roster::Roster;
 use runtime::{Controller, Fault, Tick};
 use solver::Active;
 
+/// Bytes for the description of a fault.
+const FAULT: usize = 256;
+
 /// A level at a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LevelNumbers {
@@ -38,6 +41,7 @@ pub struct Snapshot {
 
 /// Takes snapshots of the ticks of a controller.
 pub struct Camera {
+    blank: Snapshot,
     columns: Columns,
     roster: Roster,
     /// Fault of the last tick with the stack that ran, and its description.
@@ -48,12 +52,30 @@ pub struct Camera {
 impl Camera {
     /// Prepares snapshots.
     pub fn new(program: &Program, controller: &Controller) -> Camera {
+        let roster = Roster::new(controller);
+        let columns = Columns::new(program, controller);
+        let levels = controller.stacks().iter().map(|s| s.level_names().len()).max().unwrap_or(0);
+        let states = program.machine.iter().flat_map(|m| &m.states);
         Camera {
-            columns: Columns::new(program, controller),
-            roster: Roster::new(controller),
+            // Memory that has been written to once is there.
+            blank: Snapshot {
+                row: vec![f64::NAN; columns.names(program).len()],
+                signals: vec![f64::NAN; program.interface.width()],
+                levels: vec![LevelNumbers::default(); levels],
+                state: " ".repeat(states.map(|s| s.name.len() + 3).sum()),
+                fault: " ".repeat(FAULT),
+                ..Snapshot::default()
+            },
+            columns,
+            roster,
             fault: None,
             description: String::new(),
         }
+    }
+
+    /// A snapshot in which there is room for every tick, but for long descriptions of faults.
+    pub fn blank(&self) -> Snapshot {
+        self.blank.clone()
     }
 
     /// Replaces a snapshot by a tick.

@@ -363,14 +363,16 @@ pub fn run(
     let mut connection = Connection::new(program, &ros, settings, tell)?;
     let mut q = Configuration::new(&program.robot.model, ros.stale_after);
     let mut once = Once { tell: Tell::clone(tell), told: BTreeSet::new() };
+    let mut telemetry = Telemetry::prepare(&mut connection.node, &ros, program, &controller, Tell::clone(tell))?;
     let clock = Instant::now();
     if !connection.wait_for_robot(&mut q, clock, &mut once, go_on) {
+        drop(telemetry);
         connection.end();
         return Ok(Ended::default());
     }
     tell(&Remark::Running);
     let epoch = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
-    let mut telemetry = Telemetry::begin(&mut connection.node, &ros, program, &controller, epoch, Tell::clone(tell))?;
+    telemetry.start(epoch);
     let waiting = Waiting::new(ros.tick, &mut connection.inputs, program.robot.period)?;
     let mut driven = Driven {
         zero: clock.elapsed().as_secs_f64(),

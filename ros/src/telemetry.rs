@@ -2,11 +2,13 @@
 //! that a tick only copies its numbers.
 
 use std::collections::BTreeMap;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::convert::Infallible;
+use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use logs::topics::Topic;
-use logs::{Camera, Messages, Snapshot};
+use logs::{Camera, Messages, Queue, TickSender, queue};
 use ros2_client::{Node, Publisher};
 use runtime::program::{Program, RosProgram};
 use runtime::{Controller, Tick};
@@ -20,6 +22,8 @@ use crate::remark::{Remark, Tell};
 
 /// Ticks that can wait.
 const WAITING: usize = 64;
+/// Time between two looks for ticks.
+const LOOK: Duration = Duration::from_millis(5);
 /// Least time between two diagnostics, in ns.
 const DIAGNOSTICS: u64 = 100_000_000;
 /// Length of the header of an encoded message.
@@ -40,10 +44,10 @@ impl Serialize for Encoded {
 
 /// Shows a controller to others.
 pub struct Telemetry {
-    camera: Camera,
-    taken: Option<SyncSender<Snapshot>>,
-    free: Receiver<Snapshot>,
-    thread: Option<JoinHandle<()>>,
+    /// Tells the thread the time of the start.
+    start: Option<SyncSender<u64>>,
+    ticks: Option<TickSender>,
+    thread: Option<JoinHandle<Result<(), Infallible>>>,
     /// Ticks that were not shown.
     pub dropped: u64,
 }
@@ -69,16 +73,15 @@ fn shown(topic: Topic, ros: &RosProgram) -> Option<&'static str> {
 }
 
 impl Telemetry {
-    /// Begins to show a controller. `epoch` is the time of its start in ns since 1970.
+    /// Offers the topics that show a controller, which takes milliseconds, and waits for the start.
     ///
     /// # Errors
     /// The client library refuses a topic, or the system gives no thread.
-    pub fn begin(
+    pub fn prepare(
         node: &mut Node,
         ros: &RosProgram,
         program: &Program,
         controller: &Controller,
-        epoch: u64,
         tell: Tell,
     ) -> Result<Telemetry, RosError> {
         let mut publishers: BTreeMap<Topic, Publisher<Encoded>> = BTreeMap::new();
@@ -90,13 +93,9 @@ impl Telemetry {
                 publishers.insert(topic, node.create_publisher(&made, Some(quality))?);
             }
         }
-        let mut messages = Messages::new(program, controller).among_others(&ros.world, epoch);
-        let (taken, ticks) = sync_channel(WAITING);
-        let (back, free) = sync_channel(WAITING);
-        for _ in 0..WAITING {
-            // There is room for all of them.
-            let _ = back.try_send(Snapshot::default());
-        }
+        let (messages, world) = (Messages::new(program, controller), ros.world.clone());
+        let (start, started) = sync_channel(1);
+        let Queue { sender, receiver } = queue(Camera::new(program, controller), WAITING, LOOK);
         let mut last_diagnostics = 0;
         let mut send = move |topic: Topic, time: u64, message: &[u8]| -> std::io::Result<()> {
             if topic == Topic::Diagnostics && time < last_diagnostics + DIAGNOSTICS {
@@ -112,10 +111,12 @@ impl Telemetry {
             Ok(())
         };
         let show = move || {
+            let Ok(epoch) = started.recv() else { return Ok(()) };
+            let mut messages = messages.among_others(&world, epoch);
             let _ = messages.begin(&mut send);
             let (mut state, mut fault) = (String::new(), String::new());
-            while let Some(tick) = logs::next(&ticks) {
-                let _ = messages.tick(&tick, &mut send);
+            receiver.each(|tick| {
+                let _ = messages.tick(tick, &mut send);
                 if tick.state != state {
                     state.clone_from(&tick.state);
                     tell(&Remark::State(state.clone()));
@@ -124,29 +125,29 @@ impl Telemetry {
                     fault.clone_from(&tick.fault);
                     tell(&Remark::Fault(fault.clone()));
                 }
-                let _ = back.try_send(tick);
-            }
+                Ok::<(), Infallible>(())
+            })
         };
         let thread = std::thread::Builder::new().name("telemetry".to_string()).spawn(show)?;
-        let camera = Camera::new(program, controller);
-        Ok(Telemetry { camera, taken: Some(taken), free, thread: Some(thread), dropped: 0 })
+        Ok(Telemetry { start: Some(start), ticks: Some(sender), thread: Some(thread), dropped: 0 })
+    }
+
+    /// Begins to show the controller. `epoch` is the time of its start in ns since 1970.
+    pub fn start(&self, epoch: u64) {
+        // There is room for the first one.
+        let _ = self.start.as_ref().is_some_and(|start| start.try_send(epoch).is_ok());
     }
 
     /// Shows a tick, unless the thread is behind.
     pub fn take(&mut self, tick: &Tick) {
-        let Ok(mut snapshot) = self.free.try_recv() else {
-            self.dropped += 1;
-            return;
-        };
-        self.camera.take(tick, &mut snapshot);
-        // As many snapshots exist as have room.
-        let _ = self.taken.as_ref().is_some_and(|taken| taken.try_send(snapshot).is_ok());
+        let sent = self.ticks.as_mut().is_some_and(|ticks| ticks.send(tick).is_ok());
+        self.dropped += u64::from(!sent);
     }
 }
 
 impl Drop for Telemetry {
     fn drop(&mut self) {
-        self.taken = None;
+        (self.start, self.ticks) = (None, None);
         if let Some(thread) = self.thread.take() {
             // A thread that panicked has said so.
             let _ = thread.join();

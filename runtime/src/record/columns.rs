@@ -12,11 +12,13 @@
 //! | `signal.NAME.PART` | value that the controller uses for a signal or a variable, such as `signal.stem.x` | SI |
 //! | `late` | 1 if the tick's budget was spent before its hierarchy was solved; present if there is a budget | |
 
+use std::ops::Range;
+
 use stdlib_tasks::task::RowKind;
 
 use super::roster::Roster;
 use super::signals::numbers;
-use crate::controller::Controller;
+use crate::controller::{Controller, StackController};
 use crate::evaluator::{Evaluator, Member};
 use crate::program::Program;
 use crate::tick::Tick;
@@ -25,16 +27,63 @@ use crate::tick::Tick;
 /// finite.
 pub struct Columns {
     roster: Roster,
+    /// For each stack, the numbers of all tasks.
+    sources: Vec<Vec<Source>>,
     budget: bool,
     /// Indices of the numbers of signals in their table.
     signals: Vec<usize>,
 }
 
+/// A number of a task, from an evaluator.
+#[derive(Clone, Debug)]
+enum Source {
+    /// Smallest of some margins.
+    Margin(Range<usize>),
+    /// Norm of some measures.
+    Error(Range<usize>),
+    /// A measure.
+    Part(usize),
+    /// The task does not run.
+    Absent,
+}
+
+impl Source {
+    fn number(&self, e: &Evaluator) -> f64 {
+        match self {
+            Source::Margin(range) => e.margins()[range.clone()].iter().copied().fold(f64::INFINITY, f64::min),
+            Source::Error(range) => e.measures()[range.clone()].iter().map(|x| x * x).sum::<f64>().sqrt(),
+            Source::Part(i) => e.measures()[*i],
+            Source::Absent => f64::NAN,
+        }
+    }
+}
+
+/// Numbers of all tasks while a stack runs. They are looked up once: a tick allocates nothing.
+fn sources(roster: &Roster, stack: &StackController) -> Vec<Source> {
+    let mut all = Vec::new();
+    for m in &roster.members {
+        let now = stack.evaluator().members().iter().find(|n| n.program_index == m.program_index);
+        let of = |source: &dyn Fn(&Member) -> Source| now.map_or(Source::Absent, source);
+        match m.row_kind {
+            RowKind::Inequality => all.push(of(&|m| Source::Margin(m.margins.clone()))),
+            RowKind::Equality => {
+                all.push(of(&|m| Source::Error(m.measures.clone())));
+                for part in (0..m.measure_info.len()).filter(|_| m.measure_info.len() > 1) {
+                    all.push(of(&|m| Source::Part(m.measures.start + part)));
+                }
+            }
+        }
+    }
+    all
+}
+
 impl Columns {
     /// Prepares the columns of a controller.
     pub fn new(program: &Program, controller: &Controller) -> Columns {
+        let roster = Roster::new(controller);
         Columns {
-            roster: Roster::new(controller),
+            sources: controller.stacks().iter().map(|stack| sources(&roster, stack)).collect(),
+            roster,
             budget: program.run.tick_budget.is_some(),
             signals: numbers(&program.interface).iter().map(|n| n.at).collect(),
         }
@@ -72,19 +121,7 @@ impl Columns {
         row.clear();
         row.push(tick.time);
         row.extend(tick.q.iter().chain(tick.v).chain(tick.command));
-        let running: Vec<(usize, &Member)> = self.roster.running(tick).collect();
-        for (i, m) in self.roster.members.iter().enumerate() {
-            let now = running.iter().find(|r| r.0 == i).map(|r| r.1);
-            match m.row_kind {
-                RowKind::Inequality => row.push(now.map_or(f64::NAN, |m| margin(tick.evaluator, m))),
-                RowKind::Equality => {
-                    row.push(now.map_or(f64::NAN, |m| error(tick.evaluator, m)));
-                    for part in (0..m.measure_info.len()).filter(|_| m.measure_info.len() > 1) {
-                        row.push(now.map_or(f64::NAN, |m| tick.evaluator.measures()[m.measures.start + part]));
-                    }
-                }
-            }
-        }
+        row.extend(self.sources[tick.stack].iter().map(|source| source.number(tick.evaluator)));
         let table = tick.controller.signal_table();
         row.extend(self.signals.iter().map(|&at| table[at]));
         if self.budget {
@@ -95,10 +132,10 @@ impl Columns {
 
 /// Smallest margin of a limit at the last tick.
 pub fn margin(e: &Evaluator, m: &Member) -> f64 {
-    e.margins()[m.margins.clone()].iter().copied().fold(f64::INFINITY, f64::min)
+    Source::Margin(m.margins.clone()).number(e)
 }
 
 /// Norm of a target's whole error at the last tick.
 pub fn error(e: &Evaluator, m: &Member) -> f64 {
-    e.measures()[m.measures.clone()].iter().map(|x| x * x).sum::<f64>().sqrt()
+    Source::Error(m.measures.clone()).number(e)
 }
