@@ -1,114 +1,192 @@
-//! Signals that are read from topics.
+//! All that a node reads, in the order of a tick: transforms, joints, the base, signals, services.
 
-use ros2_client::{Node, Subscription};
-use runtime::Signals;
-use runtime::program::{Program, RosProgram, SignalTopic};
+use std::collections::BTreeSet;
+
+use ros2_client::{Node, ServiceMapping, Subscription};
+use runtime::Controller;
+use runtime::program::{Program, RosProgram};
 
 use crate::RosError;
-use crate::messages::{
-    Bool, Float32, Float64, Imu, Odometry, Pose, PoseStamped, QuaternionStamped, Vector3, Vector3Stamped, Wrench,
-    WrenchStamped,
-};
+use crate::frames::Frames;
+use crate::joints::{Configuration, Mistake, Publishers};
+use crate::messages::{JointState, Odometry, Transforms};
 use crate::names::{absolute, message_type, resolved};
-use crate::node::MOST;
 use crate::quality;
-use crate::readings::{Reading, Wanted};
-use crate::remark::Remark;
+use crate::remark::{Remark, Tell};
+use crate::services::{self, Call, Trigger};
+use crate::signals::{self, Poses, Reader};
 
-/// Receiver of remarks of a reader.
-pub type Remarks<'a> = dyn FnMut(Remark) + 'a;
+/// Messages of a topic that are read in one tick: more than wait at once.
+pub const MOST: usize = 64;
 
-/// Reads a topic.
-pub trait Reader: Send {
-    /// Takes all messages that have arrived, at a time (s), and sends the last one to the controller.
-    fn read(&mut self, time: f64, signals: &mut Signals, remarks: &mut Remarks);
-}
-
-struct Topic<M: Reading> {
-    subscription: Subscription<M>,
-    signal: usize,
-    wanted: Wanted,
+struct JointTopic {
+    subscription: Subscription<JointState>,
+    prefix: String,
+    publishers: Publishers,
     topic: String,
-    /// Frame that messages must be in.
-    frame: String,
 }
 
-impl<M: Reading + Send> Reader for Topic<M> {
-    fn read(&mut self, time: f64, signals: &mut Signals, remarks: &mut Remarks) {
-        for _ in 0..MOST {
-            match self.subscription.take() {
-                Ok(None) => return,
-                Ok(Some((message, _))) => {
-                    let frame = message.frame().trim_start_matches('/');
-                    if !frame.is_empty() && frame != self.frame {
-                        remarks(Remark::OtherFrame {
-                            topic: self.topic.clone(),
-                            frame: frame.to_string(),
-                            needed: self.frame.clone(),
-                        });
-                        continue;
-                    }
-                    if let Some(numbers) = message.numbers(self.wanted) {
-                        signals.set(self.signal, numbers.as_slice(), time);
-                    }
-                }
-                Err(e) => remarks(Remark::Unreadable { topic: self.topic.clone(), why: e.to_string() }),
-            }
+struct OdometryTopic {
+    subscription: Subscription<Odometry>,
+    topic: String,
+    /// Frame that poses must be in.
+    world: String,
+}
+
+/// All that a node reads.
+pub struct Inputs {
+    transforms: Subscription<Transforms>,
+    frames: Frames,
+    joints: Vec<JointTopic>,
+    odometry: Option<OdometryTopic>,
+    signals: Vec<Box<dyn Reader>>,
+    services: Vec<Trigger>,
+    /// Resolved names of topics of the configuration.
+    pub topics: Vec<String>,
+}
+
+/// A moment.
+#[derive(Clone, Copy)]
+pub struct At {
+    /// By the clock of the node (s).
+    pub clock: f64,
+    /// Since the first tick (s).
+    pub time: f64,
+}
+
+/// Remarks, each told once.
+pub struct Once {
+    tell: Tell,
+    told: BTreeSet<Remark>,
+}
+
+impl Once {
+    /// Tells nothing yet.
+    pub fn new(tell: Tell) -> Once {
+        Once { tell, told: BTreeSet::new() }
+    }
+
+    /// Tells a remark, unless it was told before.
+    pub fn tell(&mut self, remark: Remark) {
+        if !self.told.contains(&remark) {
+            (self.tell)(&remark);
+            self.told.insert(remark);
         }
     }
 }
 
-/// Subscribes to the topic of a signal.
-///
-/// # Errors
-/// The client library refuses the topic, or the type of its messages is not known.
-pub fn subscribe(
-    node: &mut Node,
-    ros: &RosProgram,
-    topic: &SignalTopic,
-    program: &Program,
-) -> Result<Box<dyn Reader>, RosError> {
-    let from = Source { node, ros, topic, program };
-    match topic.message.as_str() {
-        "std_msgs/Bool" => from.reader::<Bool>(),
-        "std_msgs/Float64" => from.reader::<Float64>(),
-        "std_msgs/Float32" => from.reader::<Float32>(),
-        "geometry_msgs/Point" | "geometry_msgs/Vector3" => from.reader::<Vector3>(),
-        "geometry_msgs/PointStamped" | "geometry_msgs/Vector3Stamped" => from.reader::<Vector3Stamped>(),
-        "geometry_msgs/Pose" => from.reader::<Pose>(),
-        "geometry_msgs/PoseStamped" => from.reader::<PoseStamped>(),
-        "geometry_msgs/QuaternionStamped" => from.reader::<QuaternionStamped>(),
-        "geometry_msgs/Wrench" => from.reader::<Wrench>(),
-        "geometry_msgs/WrenchStamped" => from.reader::<WrenchStamped>(),
-        "sensor_msgs/Imu" => from.reader::<Imu>(),
-        "nav_msgs/Odometry" => from.reader::<Odometry>(),
-        other => Err(RosError::Message(other.to_string())),
-    }
-}
-
-struct Source<'a> {
-    node: &'a mut Node,
-    ros: &'a RosProgram,
-    topic: &'a SignalTopic,
-    program: &'a Program,
-}
-
-impl Source<'_> {
-    fn reader<M: Reading + Send>(self) -> Result<Box<dyn Reader>, RosError> {
-        let signal = self.program.interface.signals.get(self.topic.signal);
-        let signal = signal.ok_or_else(|| RosError::Message(format!("signal {}", self.topic.signal)))?;
-        let name = resolved(self.ros, &self.topic.topic);
+impl Inputs {
+    /// Subscribes to the topics of a connection, and offers its services.
+    ///
+    /// # Errors
+    /// The client library refuses one.
+    pub fn new(
+        node: &mut Node,
+        ros: &RosProgram,
+        program: &Program,
+        mapping: ServiceMapping,
+    ) -> Result<Inputs, RosError> {
         let quality = quality::sensor();
-        let topic = self.node.create_topic(&absolute(&name)?, message_type(&self.topic.message), &quality)?;
-        // A sensor's axes are those of its link; everything else is in the world.
-        let link = signal.conditioning.frame.map(|l| self.program.robot.model.link_ref(l).name.clone());
-        let frame = self.topic.frame.clone().or(link).unwrap_or_else(|| self.ros.world.clone());
-        Ok(Box::new(Topic::<M> {
-            subscription: self.node.create_subscription(&topic, Some(quality))?,
-            signal: self.topic.signal,
-            wanted: Wanted::by(signal),
-            topic: name,
-            frame: frame.trim_start_matches('/').to_string(),
-        }))
+        let (mut joints, mut topics) = (Vec::new(), Vec::new());
+        for states in &ros.joint_states {
+            let name = resolved(ros, &states.topic);
+            let topic = node.create_topic(&absolute(&name)?, message_type("sensor_msgs/JointState"), &quality)?;
+            joints.push(JointTopic {
+                subscription: node.create_subscription(&topic, Some(quality.clone()))?,
+                prefix: states.prefix.clone(),
+                publishers: Publishers::default(),
+                topic: name.clone(),
+            });
+            topics.push(name);
+        }
+        let mut odometry = None;
+        if let Some(name) = ros.odometry.as_ref().filter(|_| program.robot.model.base.nv() > 0) {
+            let name = resolved(ros, name);
+            let topic = node.create_topic(&absolute(&name)?, message_type("nav_msgs/Odometry"), &quality)?;
+            odometry = Some(OdometryTopic {
+                subscription: node.create_subscription(&topic, Some(quality))?,
+                topic: name.clone(),
+                world: ros.world.trim_start_matches('/').to_string(),
+            });
+            topics.push(name);
+        }
+        let mut signals = Vec::new();
+        for topic in &ros.signals {
+            signals.push(signals::subscribe(node, ros, topic, program)?);
+        }
+        let quality = quality::fixed();
+        let fixed = node.create_topic(&absolute("/tf_static")?, message_type("tf2_msgs/TFMessage"), &quality)?;
+        let services = services::offer(node, ros, program, mapping)?;
+        let transforms = node.create_subscription(&fixed, Some(quality))?;
+        let frames = Frames::new(&program.robot.model, &ros.world);
+        Ok(Inputs { transforms, frames, joints, odometry, signals, services, topics })
+    }
+
+    /// Takes the messages that have arrived.
+    pub fn read(&mut self, q: &mut Configuration, controller: &mut Controller, at: At, once: &mut Once) {
+        for _ in 0..MOST {
+            let Ok(Some((message, _))) = self.transforms.take() else { break };
+            message.transforms.iter().for_each(|transform| self.frames.place(transform));
+        }
+        self.configuration(q, at.clock, once);
+        self.frames.moved();
+        let mut poses = Poses { frames: &mut self.frames, q: q.last() };
+        for reader in &mut self.signals {
+            reader.read(at.time, &mut poses, controller.signals(), &mut |remark| once.tell(remark));
+        }
+        for service in &self.services {
+            service.serve(|call| match call {
+                Call::Raise(_) if controller.is_halted() => Err("a fault keeps the robot still: restart first".into()),
+                Call::Raise(event) => {
+                    controller.signals().raise(event);
+                    Ok(())
+                }
+                Call::Restart => {
+                    controller.restart();
+                    Ok(())
+                }
+            });
+        }
+    }
+
+    /// Takes the positions of joints and the pose of the base at a time by the clock (s).
+    pub fn configuration(&mut self, q: &mut Configuration, time: f64, once: &mut Once) {
+        for JointTopic { subscription, prefix, publishers, topic } in &mut self.joints {
+            // A topic that others flood keeps nothing else waiting.
+            for _ in 0..MOST {
+                let taken = match subscription.take() {
+                    Ok(None) => break,
+                    Ok(Some((message, info))) => {
+                        q.joints(&message, prefix, publishers, info.publisher_gid().to_bytes16(), time)
+                    }
+                    Err(e) => {
+                        once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() });
+                        continue;
+                    }
+                };
+                match taken {
+                    Ok(()) => {}
+                    Err(Mistake::TwoSources { joint }) => once.tell(Remark::TwoSources { topic: topic.clone(), joint }),
+                    Err(e) => once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() }),
+                }
+            }
+        }
+        let Some(OdometryTopic { subscription, topic, world }) = &self.odometry else { return };
+        for _ in 0..MOST {
+            match subscription.take() {
+                Ok(None) => return,
+                Ok(Some((message, _))) => {
+                    if let Err(Mistake::OtherFrame { frame }) = q.odometry(&message, world, time) {
+                        once.tell(Remark::OtherFrame { topic: topic.clone(), frame, needed: world.clone() });
+                    }
+                }
+                Err(e) => once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() }),
+            }
+        }
+    }
+
+    /// The first topic of joints.
+    pub fn first(&mut self) -> Option<&mut Subscription<JointState>> {
+        self.joints.first_mut().map(|joints| &mut joints.subscription)
     }
 }

@@ -7,6 +7,7 @@
 pub mod commands;
 mod connections;
 mod error;
+pub mod frames;
 mod inputs;
 pub mod joints;
 pub mod messages;
@@ -18,6 +19,7 @@ mod quality;
 pub mod readings;
 mod remark;
 mod services;
+mod signals;
 mod telemetry;
 
 pub use connections::{Connection, connections};

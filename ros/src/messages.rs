@@ -141,6 +141,27 @@ messages! {
         /// Orientation.
         orientation: Quaternion,
     }
+    /// `geometry_msgs/Transform`.
+    Transform {
+        /// Position of the child in m.
+        translation: Vector3,
+        /// Orientation of the child.
+        rotation: Quaternion,
+    }
+    /// `geometry_msgs/TransformStamped`.
+    TransformStamped {
+        /// Time, and the frame in which the child is.
+        header: Header,
+        /// The child.
+        child_frame_id: String,
+        /// Pose of the child.
+        transform: Transform,
+    }
+    /// `tf2_msgs/TFMessage`.
+    Transforms {
+        /// The transforms.
+        transforms: Vec<TransformStamped>,
+    }
     /// `geometry_msgs/Twist`.
     Twist {
         /// Velocity in m/s.

@@ -1,26 +1,23 @@
 //! The node: begins when all joints are known and its commands are read, and ticks until it is ended.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
 use ros2_client::dds::rustdds::mio1::{Events, Interest, Poll, Token};
-use ros2_client::{Context, ContextOptions, Node, NodeOptions, ParameterValue, ServiceMapping, Subscription};
+use ros2_client::{Context, ContextOptions, Node, NodeOptions, ParameterValue, ServiceMapping};
 use runtime::program::{Program, RosProgram, TickSource};
 use runtime::{Controller, Observation, Recorder, Request, Tick};
 
 use crate::RosError;
 use crate::commands::Motion;
-use crate::inputs::{self, Reader};
-use crate::joints::{Configuration, Mistake, Publishers};
-use crate::messages::{JointState, Odometry};
-use crate::names::{absolute, message_type, node_name, resolved};
+use crate::inputs::{At, Inputs, Once};
+use crate::joints::Configuration;
+use crate::names::{node_name, resolved};
 use crate::neighbours::Neighbours;
 use crate::outputs::Outputs;
-use crate::quality;
 use crate::remark::{Remark, Tell};
-use crate::services::{self, Call, Trigger};
 use crate::telemetry::Telemetry;
 
 /// Time between two remarks of a node that waits.
@@ -29,8 +26,6 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const FAREWELL: Duration = Duration::from_millis(60);
 /// Pause of a node that waits for joints.
 const PAUSE: Duration = Duration::from_millis(2);
-/// Messages of a topic that are read in one tick: more than wait at once.
-pub(crate) const MOST: usize = 64;
 /// Periods without a message after which a tick that messages begin begins all the same.
 const OVERDUE: f64 = 2.0;
 
@@ -66,144 +61,6 @@ pub struct Ended {
     pub is_halted: bool,
 }
 
-struct JointTopic {
-    subscription: Subscription<JointState>,
-    prefix: String,
-    publishers: Publishers,
-    topic: String,
-}
-
-struct OdometryTopic {
-    subscription: Subscription<Odometry>,
-    topic: String,
-    /// Frame that poses must be in.
-    world: String,
-}
-
-/// All that a node reads.
-struct Inputs {
-    joints: Vec<JointTopic>,
-    odometry: Option<OdometryTopic>,
-    signals: Vec<Box<dyn Reader>>,
-    services: Vec<Trigger>,
-    /// Resolved names of topics of the configuration.
-    topics: Vec<String>,
-}
-
-/// A moment.
-#[derive(Clone, Copy)]
-struct At {
-    /// By the clock of the node (s).
-    clock: f64,
-    /// Since the first tick (s).
-    time: f64,
-}
-
-/// Remarks, each told once.
-struct Once {
-    tell: Tell,
-    told: BTreeSet<Remark>,
-}
-
-impl Once {
-    fn tell(&mut self, remark: Remark) {
-        if !self.told.contains(&remark) {
-            (self.tell)(&remark);
-            self.told.insert(remark);
-        }
-    }
-}
-
-impl Inputs {
-    fn new(node: &mut Node, ros: &RosProgram, program: &Program, mapping: ServiceMapping) -> Result<Inputs, RosError> {
-        let quality = quality::sensor();
-        let (mut joints, mut topics) = (Vec::new(), Vec::new());
-        for states in &ros.joint_states {
-            let name = resolved(ros, &states.topic);
-            let topic = node.create_topic(&absolute(&name)?, message_type("sensor_msgs/JointState"), &quality)?;
-            joints.push(JointTopic {
-                subscription: node.create_subscription(&topic, Some(quality.clone()))?,
-                prefix: states.prefix.clone(),
-                publishers: Publishers::default(),
-                topic: name.clone(),
-            });
-            topics.push(name);
-        }
-        let mut odometry = None;
-        if let Some(name) = ros.odometry.as_ref().filter(|_| program.robot.model.base.nv() > 0) {
-            let name = resolved(ros, name);
-            let topic = node.create_topic(&absolute(&name)?, message_type("nav_msgs/Odometry"), &quality)?;
-            odometry = Some(OdometryTopic {
-                subscription: node.create_subscription(&topic, Some(quality))?,
-                topic: name.clone(),
-                world: ros.world.trim_start_matches('/').to_string(),
-            });
-            topics.push(name);
-        }
-        let mut signals = Vec::new();
-        for topic in &ros.signals {
-            signals.push(inputs::subscribe(node, ros, topic, program)?);
-        }
-        Ok(Inputs { joints, odometry, signals, services: services::offer(node, ros, program, mapping)?, topics })
-    }
-
-    /// Takes the messages that have arrived.
-    fn read(&mut self, q: &mut Configuration, controller: &mut Controller, at: At, once: &mut Once) {
-        self.configuration(q, at.clock, once);
-        for reader in &mut self.signals {
-            reader.read(at.time, controller.signals(), &mut |remark| once.tell(remark));
-        }
-        for service in &self.services {
-            service.serve(|call| match call {
-                Call::Raise(_) if controller.is_halted() => Err("a fault keeps the robot still: restart first".into()),
-                Call::Raise(event) => {
-                    controller.signals().raise(event);
-                    Ok(())
-                }
-                Call::Restart => {
-                    controller.restart();
-                    Ok(())
-                }
-            });
-        }
-    }
-
-    fn configuration(&mut self, q: &mut Configuration, time: f64, once: &mut Once) {
-        for JointTopic { subscription, prefix, publishers, topic } in &mut self.joints {
-            // A topic that others flood keeps nothing else waiting.
-            for _ in 0..MOST {
-                let taken = match subscription.take() {
-                    Ok(None) => break,
-                    Ok(Some((message, info))) => {
-                        q.joints(&message, prefix, publishers, info.publisher_gid().to_bytes16(), time)
-                    }
-                    Err(e) => {
-                        once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() });
-                        continue;
-                    }
-                };
-                match taken {
-                    Ok(()) => {}
-                    Err(Mistake::TwoSources { joint }) => once.tell(Remark::TwoSources { topic: topic.clone(), joint }),
-                    Err(e) => once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() }),
-                }
-            }
-        }
-        let Some(OdometryTopic { subscription, topic, world }) = &self.odometry else { return };
-        for _ in 0..MOST {
-            match subscription.take() {
-                Ok(None) => return,
-                Ok(Some((message, _))) => {
-                    if let Err(Mistake::OtherFrame { frame }) = q.odometry(&message, world, time) {
-                        once.tell(Remark::OtherFrame { topic: topic.clone(), frame, needed: world.clone() });
-                    }
-                }
-                Err(e) => once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() }),
-            }
-        }
-    }
-}
-
 /// Wakes a loop at its time, or when a message arrives.
 struct Waiting {
     poll: Option<Poll>,
@@ -214,10 +71,10 @@ struct Waiting {
 
 impl Waiting {
     fn new(source: TickSource, inputs: &mut Inputs, period: f64) -> Result<Waiting, io::Error> {
-        let poll = match (source, inputs.joints.first_mut()) {
+        let poll = match (source, inputs.first()) {
             (TickSource::JointStates, Some(first)) => {
                 let poll = Poll::new()?;
-                poll.registry().register(&mut first.subscription, Token(0), Interest::READABLE)?;
+                poll.registry().register(first, Token(0), Interest::READABLE)?;
                 Some(poll)
             }
             _ => None,
@@ -362,7 +219,7 @@ pub fn run(
     let mut controller = Controller::new(program)?;
     let mut connection = Connection::new(program, &ros, settings, tell)?;
     let mut q = Configuration::new(&program.robot.model, ros.stale_after);
-    let mut once = Once { tell: Tell::clone(tell), told: BTreeSet::new() };
+    let mut once = Once::new(Tell::clone(tell));
     let mut telemetry = Telemetry::prepare(&mut connection.node, &ros, program, &controller, Tell::clone(tell))?;
     let clock = Instant::now();
     if !connection.wait_for_robot(&mut q, clock, &mut once, go_on) {

@@ -5,6 +5,8 @@ use ros2_client::qos::{Durability, History, Reliability, WhenFull};
 
 /// Messages kept for a reader that is slow.
 const SENSORS: usize = 16;
+/// Messages with fixed transforms kept for a reader that is slow.
+const FIXED: usize = 128;
 /// Requests and outcomes kept for a reader that is slow.
 const EVENTS: usize = 32;
 
@@ -33,6 +35,14 @@ pub fn view() -> QosProfile {
 /// Values that change rarely: those who come later receive the last one.
 pub fn latched() -> QosProfile {
     command().durability(Durability::TransientLocal)
+}
+
+/// Fixed transforms: each publisher keeps its own for those who come later.
+pub fn fixed() -> QosProfile {
+    QosProfile::subscription_default()
+        .reliability(Reliability::Reliable { when_full: WhenFull::Fail })
+        .durability(Durability::TransientLocal)
+        .history(History::KeepLast { depth: FIXED })
 }
 
 /// Services.

@@ -1,6 +1,6 @@
 //! Values of signals in messages.
 
-use nalgebra::{Quaternion as Hamilton, UnitQuaternion, Vector3 as Vector};
+use nalgebra::{Isometry3, Quaternion as Hamilton, UnitQuaternion, Vector3 as Vector};
 use runtime::program::SignalProgram;
 use serde::de::DeserializeOwned;
 
@@ -31,6 +31,11 @@ pub enum Wanted {
 }
 
 impl Wanted {
+    /// True if the value has a velocity, which depends on that of its frame.
+    pub fn has_velocity(self) -> bool {
+        matches!(self, Wanted::MovingPoint | Wanted::MovingPose)
+    }
+
     /// The value of a signal.
     pub fn by(signal: &SignalProgram) -> Wanted {
         match (signal.kind.as_str(), signal.sent()) {
@@ -71,6 +76,35 @@ impl Numbers {
 
     fn of(numbers: &[f64]) -> Numbers {
         Numbers::default().and(numbers)
+    }
+
+    /// The value in another frame, in which the present one has this pose; none if it has no meaning there. The moment of a wrench is about
+    /// the origin of its frame.
+    pub fn in_frame(&self, wanted: Wanted, pose: &Isometry3<f64>) -> Option<Numbers> {
+        let turn = &pose.rotation;
+        let vector = |at: usize| self.all.get(at..at + 3).map(Vector::from_column_slice).unwrap_or_default();
+        let turned = |at: usize| -> [f64; 3] { (turn * vector(at)).into() };
+        let placed = || -> [f64; 3] { (turn * vector(0) + pose.translation.vector).into() };
+        // A quaternion that is none stays so.
+        let oriented = |at: usize| {
+            let [w, x, y, z] = [0, 1, 2, 3].map(|i| self.all[at + i]);
+            let q = turn.quaternion() * Hamilton::new(w, x, y, z);
+            [q.w, q.i, q.j, q.k]
+        };
+        Some(match wanted {
+            Wanted::Number => return None,
+            Wanted::Vector => Numbers::of(&turned(0)),
+            Wanted::Point => Numbers::of(&placed()),
+            Wanted::MovingPoint => Numbers::of(&placed()).and(&turned(3)),
+            Wanted::Orientation => Numbers::of(&oriented(0)),
+            Wanted::Pose => Numbers::of(&placed()).and(&oriented(3)),
+            Wanted::MovingPose => Numbers::of(&placed()).and(&oriented(3)).and(&turned(7)).and(&turned(10)),
+            Wanted::Wrench => {
+                let force = turn * vector(0);
+                let moment = turn * vector(3) + pose.translation.vector.cross(&force);
+                Numbers::of(force.as_slice()).and(moment.as_slice())
+            }
+        })
     }
 }
 

@@ -22,7 +22,7 @@ pub enum Remark {
     },
     /// The controller runs.
     Running,
-    /// Messages in a frame that is not the one of the signal.
+    /// Messages in a frame from which no transform leads to the one of the signal.
     OtherFrame {
         /// Topic.
         topic: String,
@@ -92,7 +92,11 @@ impl fmt::Display for Remark {
             }
             Remark::Running => write!(f, "all joints are known and the commands are read: the controller runs"),
             Remark::OtherFrame { topic, frame, needed } => {
-                write!(f, "messages on {topic} are in the frame `{frame}` and not in `{needed}`: they are rejected")
+                write!(
+                    f,
+                    "messages on {topic} are in the frame `{frame}`, from which no fixed transform of /tf_static leads to `{needed}`: \
+                     they are rejected"
+                )
             }
             Remark::Unreadable { topic, why } => write!(f, "a message on {topic} cannot be read: {why}"),
             Remark::TwoSources { topic, joint } => write!(

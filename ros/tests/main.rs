@@ -8,6 +8,8 @@ mod commands;
 mod configuration;
 #[path = "it/faults.rs"]
 mod faults;
+#[path = "it/frames.rs"]
+mod frames;
 #[path = "it/names.rs"]
 mod names;
 #[path = "it/network.rs"]

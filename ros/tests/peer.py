@@ -99,6 +99,36 @@ class PointStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PointStamped_"
 
 @dataclass
 @annotate.final
+class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
+    x: FLOAT = 0.0
+    y: FLOAT = 0.0
+    z: FLOAT = 0.0
+    w: FLOAT = 1.0
+
+
+@dataclass
+@annotate.final
+class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
+    translation: Vector3
+    rotation: Quaternion
+
+
+@dataclass
+@annotate.final
+class TransformStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TransformStamped_"):
+    header: Header
+    child_frame_id: str
+    transform: Transform
+
+
+@dataclass
+@annotate.final
+class Transforms(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
+    transforms: types.sequence[TransformStamped]
+
+
+@dataclass
+@annotate.final
 class Duration(IdlStruct, typename="builtin_interfaces::msg::dds_::Duration_"):
     sec: INT
     nanosec: UINT
@@ -288,6 +318,11 @@ class Values:
             for key, kind, made in kinds
             for name, topic in to_do.get(key, {}).items()
         ]
+        # Pairs of frames, with the pose of the second one in the first one: x y z, and a quaternion x y z w.
+        self.fixed = of.writer("/tf_static", Transforms, LATCHED) if "fixed" in to_do else None
+        for parent, child, pose in to_do.get("fixed", []):
+            transform = Transform(Vector3(*pose[:3]), Quaternion(*pose[3:]))
+            self.fixed.write(Transforms([TransformStamped(Header(frame_id=parent), child, transform)]))
         self.wrong = of.writer(to_do["wrong_type"], Text, SENSOR) if "wrong_type" in to_do else None
 
     def number(self, value):

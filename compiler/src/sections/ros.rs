@@ -17,7 +17,7 @@ block! {
         tick: Word = or(ValueType::Choice(&["timer", "joint_states"]), "timer");
         /// Time for which a position of a joint is valid. After it the fault `not_finite` occurs. At least a period.
         stale_after: Located<f64> = or(ValueType::Number(Quantity::above(TIME, 0.0).usually(1e-3, 5.0)), "0.1 s");
-        /// Frame of quantities in the world; messages in another frame are rejected.
+        /// Frame of quantities in the world; values in other frames are carried over into it.
         world_frame: Option<String> = optional(ValueType::Text);
         /// True if poses of links are published on `/tf`, and the URDF on `/robot_description`, as `robot_state_publisher` does.
         transforms: bool = or(ValueType::Flag, "false");

@@ -3,7 +3,7 @@
 use ros::Remark;
 use serde_json::json;
 
-use crate::peers::{Run, at, interpreter, posture, run, texts};
+use crate::peers::{Run, at, interpreter, posture, run, run_with, texts};
 use crate::specs::{arm, program};
 
 #[test]
@@ -124,4 +124,34 @@ fn services_raise_events_and_restart_after_a_fault() {
     assert!(answers[1].1.contains("restart"), "{answers:?}");
     let states = texts(&seen, "state");
     assert_eq!(states, ["wait", "move", "wait", "move"], "{seen}");
+}
+
+#[test]
+fn values_in_other_frames_are_carried_over_fixed_transforms() {
+    let Some(python) = interpreter() else { return };
+    // A camera over a table, turned by a quarter about z, and one on the wrist, which stands at the zero of its joints.
+    let program = program(
+        &(arm("} ")
+            + "signal seen : point? { timeout 1 s }\nsignal held : point? { timeout 1 s }
+               task still = joint_velocity { velocity 0 rad/s }
+               stack s { level limits hard { joint_velocity_limits }  level move { still } }
+               machine m { initial wait
+                 state wait { when present(seen) and norm(seen - [1.8, 1.1, 2.8] m) < 1 mm -> near }
+                 state near { when present(held) and norm(held - frame(tool0).position) < 1 mm -> both }
+                 state both { stack s } }
+               run { machine m  duration 1 s  ros { signals { held { topic \"/held\" } } } }"),
+    );
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let table = json!({
+        "seconds": 6.0, "frame": "camera", "points": { "seen": "/hierarq/seen" }, "values": { "seen": [0.1, 0.2, -0.2] },
+        "fixed": [["table", "camera", [0.0, 0.0, 3.0, 0.0, 0.0, half, half]], ["world", "table", [2.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]]],
+    });
+    let wrist = json!({
+        "robot": false, "seconds": 5.0, "frame": "gripper", "points": { "held": "/held" }, "values": { "held": [0.0, 0.0, -0.1] },
+        "fixed": [["tool0", "gripper", [0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0]]],
+    });
+    let Run { ended, remarks, seen } = run_with(&program, &python, vec![table, wrist]);
+    assert!(!ended.is_halted, "{ended:?} {remarks:?} {seen}");
+    assert_eq!(texts(&seen, "state").last().map(String::as_str), Some("both"), "{remarks:?} {seen}");
+    assert!(!remarks.iter().any(|r| matches!(r, Remark::OtherFrame { .. })), "{remarks:?}");
 }
