@@ -104,19 +104,6 @@ impl Pair {
         }
     }
 
-    /// Distance in m at a configuration beside that of the tick; nothing is kept of it. NaN if a pose is not finite.
-    pub fn distance(&self, state: &State) -> f64 {
-        let (pose_a, pose_b) =
-            (state.data.pose(self.a.link) * self.a.origin, state.data.pose(self.b.link) * self.b.origin);
-        match geometry::closest(&self.a.shape, &pose_a, &self.b.shape, &pose_b) {
-            Ok(c) => c.distance,
-            Err(_) if pose_a.translation.vector.iter().chain(&pose_b.translation.vector).all(|x| x.is_finite()) => {
-                overlap(&self.a.shape, &self.b.shape)
-            }
-            Err(_) => f64::NAN,
-        }
-    }
-
     /// Adds `scale` times the row of the distance.
     pub fn add_row(&self, state: &State, separation: &Separation, scale: f64, row: &mut [f64]) {
         let n = separation.normal * scale;

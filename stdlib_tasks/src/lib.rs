@@ -22,6 +22,7 @@ pub mod numbers;
 pub mod obstacle;
 mod obstacle_pair;
 pub mod params;
+mod part_pairs;
 pub mod protection;
 mod sampled_margin;
 pub mod slot;

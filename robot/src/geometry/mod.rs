@@ -10,6 +10,7 @@ use crate::Shape;
 use crate::hull::{Depth, Hull};
 use convex::Body;
 
+mod capsules;
 mod convex;
 mod cuboid;
 mod cylinder;
@@ -18,6 +19,7 @@ mod plane;
 mod segment;
 mod triangle;
 
+pub use capsules::{CAPSULES_AT_ONCE, Capsule, closest_capsules};
 pub use cuboid::{PointBox, closest_box_box, closest_point_box, closest_segment_box};
 pub use cylinder::{closest_point_cylinder, closest_segment_cylinder};
 pub(crate) use elements::{Found, Query};
@@ -27,6 +29,9 @@ pub use triangle::{closest_point_triangle, closest_segment_triangle};
 
 /// Minimum distance of the cores for a reliable normal \[m\].
 const CORES_MEET: f64 = 1e-9;
+
+/// Square of the sine of the angle between axes up to which these count as nearly parallel.
+const PARALLEL: f64 = 1e-6;
 
 /// The closest points of two shapes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use super::PARALLEL;
+
 /// Returns the point of the segment from `s0` to `s1` nearest to `p`, and its parameter in 0..1.
 #[inline]
 pub fn closest_point_segment(p: &Vector3<f64>, s0: &Vector3<f64>, s1: &Vector3<f64>) -> (Vector3<f64>, f64) {
@@ -26,7 +28,7 @@ pub fn closest_segment_segment(
     let (da, db, r) = (a1 - a0, b1 - b0, b0 - a0);
     let n = da.cross(&db);
     let (n2, aa, bb) = (n.norm_squared(), da.norm_squared(), db.norm_squared());
-    if n2 > 1e-6 * aa * bb {
+    if n2 > PARALLEL * aa * bb {
         let s = (r.cross(&db).dot(&n) / n2).clamp(0.0, 1.0);
         let t = (da * s - r).dot(&db) / bb;
         if (0.0..=1.0).contains(&t) {

@@ -3,7 +3,10 @@
 //! Two witness points bound a distance from above; a plane between the shapes bounds it from
 //! below. If the two bounds are one, the distance is right, whoever computed it.
 
-use hierarq_robot::geometry::{closest_box_box, closest_plane, closest_point_box, closest_segment_segment};
+use hierarq_robot::geometry::{
+    CAPSULES_AT_ONCE, Capsule, closest_box_box, closest_capsules, closest_plane, closest_point_box,
+    closest_segment_segment,
+};
 use hierarq_robot::{Base, Closest, Data, Degenerate, Hull, LinkId, Shape, closest};
 use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
@@ -186,6 +189,35 @@ proptest! {
             Err(Degenerate::Touching) => {
                 let gap = gap(&a, &X_Wa, &b, &X_Wb);
                 prop_assert!(gap < 1e-9, "{a:?} {b:?} are {gap} apart");
+            }
+        }
+    }
+
+    /// Pairs of capsules at once are the pairs one by one, to the last bit.
+    #[test]
+    fn capsules_at_once_are_those_one_by_one(seed in any::<u64>(), near in 0.1f64..1.6, odd in 0u32..6) {
+        let mut rng = rng(seed);
+        let mut capsule = || Shape::Capsule { radius: 0.3 * rng(), half_length: 0.01 + 0.6 * rng() };
+        let shapes: [[Shape; 2]; CAPSULES_AT_ONCE] = std::array::from_fn(|_| [capsule(), capsule()]);
+        let mut poses: [[Isometry3<f64>; 2]; CAPSULES_AT_ONCE] =
+            std::array::from_fn(|_| [pose(&mut rng, near), pose(&mut rng, near)]);
+        match odd {
+            // Parallel, the same, and not finite.
+            0 => poses[1][1].rotation = poses[1][0].rotation,
+            1 => poses[2][1] = poses[2][0],
+            2 => poses[3][0].translation.vector.x = [f64::NAN, f64::INFINITY, 1e200][(3.0 * rng()) as usize],
+            _ => {}
+        }
+        let side = |k: usize| -> [Capsule; CAPSULES_AT_ONCE] {
+            std::array::from_fn(|i| Capsule::of(&shapes[i][k], &poses[i][k]).unwrap())
+        };
+        let (a, b) = (side(0), side(1));
+        let at_once = closest_capsules(&a.each_ref(), &b.each_ref());
+        for (i, found) in at_once.into_iter().enumerate() {
+            let alone = closest(&shapes[i][0], &poses[i][0], &shapes[i][1], &poses[i][1]);
+            match found {
+                Some(c) => prop_assert_eq!(Ok(c), alone),
+                None => prop_assert!(odd < 3, "{:?}", alone),
             }
         }
     }

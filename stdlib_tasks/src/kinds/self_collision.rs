@@ -11,10 +11,11 @@ use robot::{LinkId, Model, contacts};
 
 use crate::bound::{BoundParams, ExceptedPair, Geometry};
 use crate::build::check;
-use crate::closest_points::{Pair, SeparationError};
+use crate::closest_points::SeparationError;
 use crate::dimension::LENGTH;
 use crate::gradient_bound;
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};
+use crate::part_pairs::{PartPairs, Two};
 use crate::protection::{Hazard, Protection};
 use crate::sampled_margin::{SampledMargin, extent, separation_bound};
 use crate::task::{BuildError, Context, PersonVelocityUse, RowInfo, RowKind, Rows, State, Task, TaskFault, TaskKind};
@@ -87,7 +88,7 @@ Source: thesis (3.21)-(3.24); printed there with `h` and `J` both negated, which
 };
 
 struct SelfCollision {
-    pairs: Vec<Pair>,
+    pairs: PartPairs,
     d_min: Input<1>,
     gain: Input<1>,
     sampled_margin: SampledMargin,
@@ -109,10 +110,10 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         Some(and) => pairs_of_sides(ctx.model, &params.between, and, is_open)?,
         None => pairs_within(ctx.model, &params.between, is_open)?,
     };
-    let names: Vec<&str> = pairs.iter().map(|p| p.a.name.as_str()).collect();
-    let acceleration_bound_of = |i: usize, speed: &[f64]| separation_bound(&pairs[i].a, &pairs[i].b, ctx.model, speed);
+    let names: Vec<&str> = pairs.iter().map(|[a, _]| a.name.as_str()).collect();
+    let of_pair = |i: usize, speed: &[f64]| pairs.get(i).map_or(0.0, |[a, b]| separation_bound(a, b, ctx.model, speed));
     let sampled_margin =
-        SampledMargin::new(params.sampled_margin, params.gain.of(ctx.values)[0], &names, &acceleration_bound_of, ctx)?;
+        SampledMargin::new(params.sampled_margin, params.gain.of(ctx.values)[0], &names, &of_pair, ctx)?;
     Ok(Box::new(SelfCollision { pairs, d_min: params.d_min, gain: params.gain, sampled_margin }))
 }
 
@@ -122,22 +123,32 @@ fn pairs_of_sides(
     between: &[Geometry],
     and: &[Geometry],
     is_open: impl Fn(&Geometry, &Geometry) -> bool,
-) -> Result<Vec<Pair>, BuildError> {
-    let mut pairs: Vec<Pair> = Vec::new();
+) -> Result<PartPairs, BuildError> {
+    // A part of both sides is one part.
+    let mut parts: Vec<Geometry> = Vec::new();
+    let mut index = |part: &Geometry| {
+        parts.iter().position(|p| p == part).unwrap_or_else(|| {
+            parts.push(part.clone());
+            parts.len() - 1
+        })
+    };
+    let mut sides = [between, and].map(|side| side.iter().map(&mut index).collect::<Vec<usize>>());
+    let and = std::mem::take(&mut sides[1]);
+    let mut pairs: Vec<Two> = Vec::new();
     let mut excepted = false;
-    for a in between {
-        for b in and {
-            let seen = pairs.iter().any(|p| p.a == *b && p.b == *a);
-            if model.moves_between(a.link, b.link) && !seen {
+    for &i in &sides[0] {
+        for &j in &and {
+            let (a, b) = (&parts[i], &parts[j]);
+            if model.moves_between(a.link, b.link) && !pairs.contains(&[j, i]) {
                 match is_open(a, b) {
-                    true => pairs.push(Pair::new(a.clone(), b.clone())),
+                    true => pairs.push([i, j]),
                     false => excepted = true,
                 }
             }
         }
     }
     match (pairs.is_empty(), excepted) {
-        (false, _) => Ok(pairs),
+        (false, _) => Ok(PartPairs::new(parts, pairs)),
         (true, true) => {
             Err(BuildError::new("except", "nothing is left of the two sides").help("leave fewer pairs out"))
         }
@@ -153,28 +164,27 @@ fn pairs_within(
     model: &Model,
     parts: &[Geometry],
     is_open: impl Fn(&Geometry, &Geometry) -> bool,
-) -> Result<Vec<Pair>, BuildError> {
-    let mut pairs: Vec<Pair> = Vec::new();
+) -> Result<PartPairs, BuildError> {
+    let mut pairs: Vec<Two> = Vec::new();
     for (i, a) in parts.iter().enumerate() {
-        let others =
-            parts[i + 1..].iter().filter(|b| !contacts::are_neighbours(model, a.link, b.link) && is_open(a, b));
-        pairs.extend(others.map(|b| Pair::new(a.clone(), b.clone())));
+        let is_other = |b: &Geometry| !contacts::are_neighbours(model, a.link, b.link) && is_open(a, b);
+        pairs.extend((i + 1..parts.len()).filter(|j| is_other(&parts[*j])).map(|j| [i, j]));
     }
     if pairs.is_empty() {
         return Err(BuildError::new("between", "no two of these parts are left to keep apart")
             .help("name parts of links that are no neighbours, or name the other side with `and`"));
     }
-    Ok(pairs)
+    Ok(PartPairs::new(parts.to_vec(), pairs))
 }
 
 impl Task for SelfCollision {
     fn rows(&self) -> Vec<RowInfo> {
-        let name = |p: &Pair| format!("{} to {}", p.a.name, p.b.name);
-        self.pairs.iter().map(|p| RowInfo { name: name(p), dimension: LENGTH }).collect()
+        let name = |[a, b]: [&Geometry; 2]| format!("{} to {}", a.name, b.name);
+        self.pairs.iter().map(|pair| RowInfo { name: name(pair), dimension: LENGTH }).collect()
     }
 
     fn protections(&self) -> Vec<Protection> {
-        let one = |p: &Pair| Protection { links: vec![p.a.link], hazard: Hazard::Link(p.b.link) };
+        let one = |[a, b]: [&Geometry; 2]| Protection { links: vec![a.link], hazard: Hazard::Link(b.link) };
         self.pairs.iter().map(one).collect()
     }
 
@@ -183,9 +193,7 @@ impl Task for SelfCollision {
     }
 
     fn enter(&mut self, _state: &State) {
-        for p in &mut self.pairs {
-            p.forget();
-        }
+        self.pairs.forget();
     }
 
     crate::task::takes_over!(pairs);
@@ -193,8 +201,9 @@ impl Task for SelfCollision {
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let ([gain], [d_min]) = (self.gain.of(state.values), self.d_min.of(state.values));
         let [d_min_rate] = self.d_min.of(state.rates);
-        for (i, p) in self.pairs.iter_mut().enumerate() {
-            let apart = p.find(state).map_err(|e| match e {
+        self.pairs.find(state);
+        for i in 0..self.pairs.len() {
+            let apart = self.pairs.separation(i).map_err(|e| match e {
                 SeparationError::NotFinite => TaskFault::NotFinite { row: i },
                 SeparationError::Overlap => TaskFault::Overlap { row: i },
             })?;
@@ -203,7 +212,7 @@ impl Task for SelfCollision {
             if rows.is_idle(i) {
                 continue;
             }
-            p.add_row(state, &apart, 1.0, rows.row(i));
+            self.pairs.add_row(state, i, apart, rows.row(i));
             rows.lower[i] = d_min_rate - gain * h + self.sampled_margin.rate(i, gain);
         }
         Ok(())
@@ -214,7 +223,7 @@ impl Task for SelfCollision {
     }
 
     fn gradient_bounds(&self, model: &Model) -> Vec<Vec<f64>> {
-        self.pairs.iter().map(|p| gradient_bound::between(model, &p.a, &p.b)).collect()
+        self.pairs.iter().map(|[a, b]| gradient_bound::between(model, a, b)).collect()
     }
 
     fn looks_ahead(&self) -> bool {
@@ -222,13 +231,12 @@ impl Task for SelfCollision {
     }
 
     fn reach(&self, chain: f64) -> f64 {
-        chain + self.pairs.iter().flat_map(|p| [&p.a, &p.b]).map(extent).fold(0.0, f64::max)
+        chain + self.pairs.iter().flatten().map(extent).fold(0.0, f64::max)
     }
 
     fn margin_after(&self, next: &State, row: usize, period: f64) -> f64 {
         let ([d_min], [d_min_rate]) = (self.d_min.of(next.values), self.d_min.of(next.rates));
-        let distance = self.pairs.get(row).map_or(f64::INFINITY, |p| p.distance(next));
-        distance - d_min - period * d_min_rate
+        self.pairs.distance(row, next) - d_min - period * d_min_rate
     }
 
     fn sampled_loss(&self) -> Vec<f64> {
