@@ -3,8 +3,9 @@
 #![allow(non_snake_case, reason = "frames stand in the names: X_WL, p_W")]
 
 use divan::{Bencher, black_box};
+use hierarq_robot::geometry::{CAPSULES_AT_ONCE, Capsule, closest_capsules};
 use hierarq_robot::random::units;
-use hierarq_robot::{Hull, Shape, Soup, closest};
+use hierarq_robot::{Frontier, Hull, Shape, Soup, closest};
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
 fn main() {
@@ -61,6 +62,26 @@ fn capsules_162(bencher: Bencher) {
     measure(bencher, &pairs(162, capsule));
 }
 
+/// Nine capsules against 18, each placed once.
+#[divan::bench]
+fn capsules_162_of_27_parts(bencher: Bencher) {
+    let parts: Vec<(Shape, Isometry3<f64>)> = pairs(14, capsule)
+        .into_iter()
+        .flat_map(|Pair { shapes: [a, b], poses: [X_a, X_b] }| [(a, X_a), (b, X_b)])
+        .collect();
+    let mut placed: Vec<Capsule> = Vec::with_capacity(parts.len());
+    bencher.bench_local(|| {
+        placed.clear();
+        placed.extend(parts.iter().filter_map(|(shape, pose)| Capsule::of(shape, black_box(pose))));
+        let (a, b) = placed.split_at(10);
+        for i in (0..160).step_by(CAPSULES_AT_ONCE) {
+            let (a, b): ([_; CAPSULES_AT_ONCE], [_; CAPSULES_AT_ONCE]) =
+                (std::array::from_fn(|k| &a[(i + k) % 9]), std::array::from_fn(|k| &b[(i + k) / 9]));
+            black_box(closest_capsules(&a, &b));
+        }
+    });
+}
+
 #[divan::bench]
 fn cylinders_60(bencher: Bencher) {
     measure(bencher, &pairs(60, cylinder));
@@ -99,9 +120,11 @@ fn measure_soup(bencher: Bencher, soup: &Soup, most: usize, range: f64) {
         (shape, Isometry3::from_parts(at.into(), turn))
     };
     let mut parts: Vec<_> = (0..10).map(|_| (part(), vec![None; most])).collect();
+    let mut frontier = Frontier::default();
+    frontier.reserve(soup);
     bencher.bench_local(|| {
         for ((shape, pose), spots) in &mut parts {
-            black_box(soup.spots(shape, black_box(pose), &Isometry3::identity(), range, spots));
+            black_box(soup.spots(shape, black_box(pose), &Isometry3::identity(), range, spots, &mut frontier));
         }
     });
 }

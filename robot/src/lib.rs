@@ -48,7 +48,7 @@ pub use model::{Dof, DofUnit, Drive, Joint, JointKind, Link, MergeError, Merged,
 pub use pieces::{FEWEST_KEPT, FilePieces, MOST_PIECES, MeshFile, PIECES_FOLDER, Pieces};
 pub use points::{Points, points};
 pub use shape::{PlacedShape, Shape, Visual, VisualGeometry};
-pub use soup::{MOST_CORNERS, MOST_ELEMENTS, Search, Soup, SoupError, Spot};
+pub use soup::{Frontier, MOST_CORNERS, MOST_ELEMENTS, Search, Soup, SoupError, Spot};
 pub use srdf::{Srdf, SrdfCode, SrdfMessage};
 pub use surface::{Surface, SurfaceError};
 pub use urdf::{LinkMesh, Options, ReadUrdf, ShapeKind, Shapes, UrdfCode, UrdfMessage};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Vector3};
 
 use crate::mesh::bounding_capsule;
-use crate::soup::{Search, Soup, SoupError};
+use crate::soup::{Soup, SoupError};
 use crate::{MOST_ELEMENTS, PlacedShape, Shape};
 
 /// Way by which a point on the surface is moved to find the triangle on which it is \[m\].
@@ -112,9 +112,7 @@ impl Surface {
     /// True if a triangle meets none of the surface.
     pub(crate) fn is_clear_of(&self, triangle: &[Vector3<f64>; 3]) -> bool {
         let Ok(placed) = PlacedShape::hull(triangle) else { return false };
-        let mut spot = [None];
-        let here = Isometry3::identity();
-        self.soup.spots(&placed.shape, &placed.origin, &here, f64::INFINITY, &mut spot) == Search::Apart
+        self.soup.nearest(&placed.shape, &placed.origin, &Isometry3::identity()).is_ok()
     }
 
     /// True if a point is inside, by its winding number. Points on the surface may be either.
@@ -125,10 +123,7 @@ impl Surface {
     /// `None` for a point on the surface.
     fn nearest(&self, p: &Vector3<f64>) -> Option<Near> {
         let at = Isometry3::translation(p.x, p.y, p.z);
-        let mut spot = [None];
-        let point = Shape::Sphere { radius: 0.0 };
-        let search = self.soup.spots(&point, &at, &Isometry3::identity(), f64::INFINITY, &mut spot);
-        let ([Some(spot)], Search::Apart) = (spot, search) else { return None };
+        let spot = self.soup.nearest(&Shape::Sphere { radius: 0.0 }, &at, &Isometry3::identity()).ok()?;
         let &[a, b, c] = self.soup.corners(spot.element) else { return None };
         let normal = (b - a).cross(&(c - a));
         let share = |q: &Vector3<f64>, r: &Vector3<f64>| {

@@ -1,7 +1,7 @@
 //! Obstacles: bodies in the room, or fixed to a link, whose pose may move with time.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use robot::{Closest, Degenerate, LinkId, Model, Search, Shape, Soup, geometry};
+use robot::{Closest, Degenerate, LinkId, Model, Shape, Soup, geometry};
 use serde::{Deserialize, Serialize};
 
 use crate::slot::Slot;
@@ -151,13 +151,10 @@ impl Obstacle {
                 let normal = at.pose.rotation * (turn * Vector3::z());
                 Ok(geometry::closest_plane(shape, pose, &normal, normal.dot(&at.pose.translation.vector)))
             }
-            Form::Soup(soup) => {
-                let mut nearest = [None];
-                match (soup.spots(shape, pose, &at.pose, f64::INFINITY, &mut nearest), nearest) {
-                    (Search::Apart, [Some(spot)]) => Ok(spot.closest),
-                    _ => Err(Degenerate::Touching),
-                }
-            }
+            Form::Soup(soup) => match soup.nearest(shape, pose, &at.pose) {
+                Ok(spot) => Ok(spot.closest),
+                Err(_) => Err(Degenerate::Touching),
+            },
         }
     }
 }

@@ -2,7 +2,7 @@
 //! elements, and the last valid direction, which holds while the cores meet.
 
 use nalgebra::{Point3, Vector3};
-use robot::{Closest, Search, Spot};
+use robot::{Closest, Frontier, Search, Spot};
 
 use crate::bound::Geometry;
 use crate::closest_points::{SeparationError, overlap};
@@ -72,7 +72,8 @@ impl ObstaclePair {
     }
 
     /// Computes the separations, the nearest first; absent ones are `None`. If cores intersect, the first is the last
-    /// valid one. Spots farther away than `range` (m) are absent, except the first. `found` has room for [`ObstaclePair::count`]. Allocates nothing.
+    /// valid one. Spots farther away than `range` (m) are absent, except the first. `found` has room for
+    /// [`ObstaclePair::count`], and `frontier` for the obstacle. Allocates nothing.
     ///
     /// # Errors
     /// A pose is not finite, or the cores intersect and always did.
@@ -84,6 +85,7 @@ impl ObstaclePair {
         range: f64,
         state: &State,
         found: &mut [Option<ObstacleSeparation>],
+        frontier: &mut Frontier,
     ) -> Result<(), SeparationError> {
         let carrier = state.data.pose(part.link);
         let pose = carrier * part.origin;
@@ -92,7 +94,7 @@ impl ObstaclePair {
         }
         let touching = match &obstacle.form {
             Form::Soup(soup) => {
-                let search = soup.spots(&part.shape, &pose, &at.pose, range, &mut self.spots);
+                let search = soup.spots(&part.shape, &pose, &at.pose, range, &mut self.spots, frontier);
                 let touching = search != Search::Apart;
                 // The first place is that of the last separation if there is no other.
                 let places = found.iter_mut().skip(usize::from(touching));

@@ -23,8 +23,8 @@ pub(crate) struct Query<'a> {
 pub(crate) struct Seen {
     /// Its distance to the surface of the shape \[m\]; not above it for a point inside.
     pub distance: f64,
-    /// Its height along the axis of a capsule from the middle \[m\]; zero for another shape.
-    pub along: f64,
+    /// Unit vector from the point to the shape; zero for a point inside.
+    pub towards: Vector3<f64>,
     /// The point of a shape that is neither ball nor capsule that is nearest to it; NaN for a point inside.
     pub on: Option<Vector3<f64>>,
 }
@@ -75,17 +75,32 @@ impl<'a> Query<'a> {
     /// A point, seen from the shape.
     pub fn see(&self, p: &Vector3<f64>) -> Seen {
         if let Some([s0, s1]) = &self.segment {
-            let distance = (p - closest_point_segment(p, s0, s1).0).norm() - self.radius;
-            return Seen { distance, along: self.axis.dot(&(p - self.pose.translation.vector)), on: None };
+            let away = closest_point_segment(p, s0, s1).0 - p;
+            let distance = away.norm();
+            let towards = if distance > CORES_MEET { away / distance } else { Vector3::zeros() };
+            return Seen { distance: distance - self.radius, towards, on: None };
         }
         let point = Shape::Sphere { radius: 0.0 };
-        let found = closest(self.shape, &self.pose, &point, &Isometry3::translation(p.x, p.y, p.z));
-        let nowhere = Vector3::repeat(f64::NAN);
-        match found {
-            Ok(c) => {
-                Seen { distance: c.distance, along: 0.0, on: Some(if c.distance > 0.0 { c.on_a } else { nowhere }) }
-            }
-            Err(_) => Seen { distance: f64::NEG_INFINITY, along: 0.0, on: Some(nowhere) },
+        match closest(self.shape, &self.pose, &point, &Isometry3::translation(p.x, p.y, p.z)) {
+            Ok(c) if c.distance > CORES_MEET => Seen { distance: c.distance, towards: c.normal, on: Some(c.on_a) },
+            found => Seen {
+                distance: found.map_or(f64::NEG_INFINITY, |c| c.distance),
+                towards: Vector3::zeros(),
+                on: Some(Vector3::repeat(f64::NAN)),
+            },
+        }
+    }
+
+    /// Height of a point along the axis of a capsule from its middle \[m\], and the direction of the axis; zero for another shape.
+    pub fn along(&self, p: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        (self.axis.dot(&(p - self.pose.translation.vector)), self.axis)
+    }
+
+    /// Distance of a point to a ball or a capsule \[m\]; `None` for others, and if there are more corners.
+    pub fn distance(&self, corners: &[Vector3<f64>]) -> Option<f64> {
+        match (corners, &self.segment) {
+            ([p], Some([s0, s1])) => Some((closest_point_segment(p, s0, s1).0 - p).norm() - self.radius),
+            _ => None,
         }
     }
 

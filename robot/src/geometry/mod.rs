@@ -22,7 +22,7 @@ mod triangle;
 pub use capsules::{CAPSULES_AT_ONCE, Capsule, closest_capsules};
 pub use cuboid::{PointBox, closest_box_box, closest_point_box, closest_segment_box};
 pub use cylinder::{closest_point_cylinder, closest_segment_cylinder};
-pub(crate) use elements::{Found, Query};
+pub(crate) use elements::{Found, Query, Seen};
 pub use plane::closest_plane;
 pub use segment::{closest_point_segment, closest_segment_segment};
 pub use triangle::{closest_point_triangle, closest_segment_triangle};

@@ -1,8 +1,8 @@
 //! Many small convex elements in one body that need not be convex: the points of a cloud, the triangles of a mesh, the
 //! columns under a heightfield, the convex pieces of a solid.
 //!
-//! Elements are the convex hulls of a few corners, with one radius around all. They lie in a tree of balls, which is built
-//! once; [`Soup::spots`] finds the nearest ones of a shape in it.
+//! Elements are the convex hulls of a few corners, with one radius around all. They lie in a tree of balls and boxes, which is
+//! built once; [`Soup::spots`] finds the nearest ones of a shape in it.
 
 mod search;
 mod tree;
@@ -16,7 +16,7 @@ use crate::geometry::Query;
 use crate::{Closest, Degenerate, Hull, Shape};
 use tree::Tree;
 
-pub use search::{Search, Spot};
+pub use search::{Frontier, Search, Spot};
 
 /// Largest number of elements.
 pub const MOST_ELEMENTS: usize = 200_000;
@@ -41,6 +41,8 @@ struct Elements {
     radius: f64,
     /// Of the ball about the origin that contains all \[m\].
     bounding_radius: f64,
+    /// Diameter of a ball that contains all corners \[m\].
+    extent: f64,
     tree: Tree,
 }
 
@@ -95,7 +97,11 @@ impl Soup {
             first.push(corners.len() as u32);
         }
         let bounding_radius = corners.iter().map(|p| p.norm()).fold(0.0, f64::max) + radius;
-        Ok(Soup(Arc::new(Elements { corners, first, radius, bounding_radius, tree })))
+        let wide = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        let (low, high) = corners.iter().fold(wide, |(low, high), p| (low.inf(p), high.sup(p)));
+        let middle = 0.5 * (low + high);
+        let extent = 2.0 * corners.iter().map(|p| (p - middle).norm()).fold(0.0, f64::max);
+        Ok(Soup(Arc::new(Elements { corners, first, radius, bounding_radius, extent, tree })))
     }
 
     /// Number of elements.
@@ -132,7 +138,7 @@ impl Soup {
 
     /// Diameter of a ball that contains all elements, without their radius \[m\].
     pub fn extent(&self) -> f64 {
-        self.0.tree.nodes.first().map_or(0.0, |root| 2.0 * root.radius)
+        self.0.extent
     }
 
     /// Radius of a ball about the origin that contains all elements \[m\].

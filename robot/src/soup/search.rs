@@ -2,14 +2,20 @@
 //!
 //! The plane through the nearest point of an element, across the direction to the shape, has the shape on one side. Elements
 //! whose nearest points are behind it, or little in front, are farther away as long as the shape does not pass it: the element
-//! stands for them. A wall of thousands of points is one spot, and the wall on the other side is another one. A part can turn about a spot: one stands only for elements that are near to about the
-//! same part of the shape.
+//! stands for them. A wall of thousands of points is one spot, and the wall on the other side is another one. A part can turn
+//! about a spot: one stands only for elements that are near to about the same part of the shape.
+//!
+//! Nodes and elements wait in the order of a bound of their distance. The nearest one is looked at next, so that elements come
+//! in the order of their distances, and each node is looked at once for all spots.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 
 use nalgebra::Isometry3;
 
 use super::Soup;
 use super::tree::{Inside, Node};
-use crate::geometry::{Found, Query};
+use crate::geometry::{Found, Query, Seen};
 use crate::{Closest, Shape};
 
 /// Height of an element above the plane of a spot, relative to their distance, up to which the spot stands for it: the sine
@@ -24,6 +30,9 @@ const BEHIND: f64 = 1e-6;
 
 /// Depth of the tree beyond that of any soup: its depth is the logarithm of the number of elements.
 const DEEPEST: usize = 64;
+
+/// Rounding of a bound of an element's distance \[m\].
+const ROUNDING: f64 = 1e-12;
 
 /// A near element, with its closest points.
 #[derive(Clone, Copy, Debug)]
@@ -47,9 +56,53 @@ pub enum Search {
     NotFinite,
 }
 
+/// Room for the search of spots, one search after the other.
+#[derive(Clone, Debug, Default)]
+pub struct Frontier(BinaryHeap<Waiting>);
+
+impl Frontier {
+    /// Makes room for spots of a soup.
+    pub fn reserve(&mut self, soup: &Soup) {
+        // Of a node and what is inside, only one waits: there are never more than elements.
+        self.0.clear();
+        self.0.reserve(soup.len());
+    }
+}
+
+/// A node or an element, and a bound of its distance \[m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Waiting {
+    least: f64,
+    what: What,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum What {
+    Node(u32),
+    /// An element whose distance is not known yet.
+    Unseen(u32),
+    /// An element whose distance is the bound.
+    Seen(u32),
+}
+
+impl Eq for Waiting {}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Waiting {
+    /// The nearest one is the greatest.
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.least.total_cmp(&self.least).then(other.what.cmp(&self.what))
+    }
+}
+
 impl Soup {
     /// Finds spots of a shape, the nearest first, as many as there is room in `spots`; the rest becomes `None`. Both poses
-    /// are in the world. Does not allocate.
+    /// are in the world. Does not allocate if the frontier has room for this soup.
     ///
     /// The first spot is the nearest element. Each further one is the nearest for which none of those before it stands: it
     /// is more than 14 degrees and a tenth of their distance in front of their planes, or it is nearest to another part of the
@@ -62,67 +115,116 @@ impl Soup {
         X_WS: &Isometry3<f64>,
         range: f64,
         spots: &mut [Option<Spot>],
+        frontier: &mut Frontier,
     ) -> Search {
         spots.fill(None);
         let query = Query::new(shape, X_WS.inv_mul(X_Wa));
         if !query.is_finite() {
             return Search::NotFinite;
         }
+        frontier.0.clear();
+        let (reach, size) = (query.half_length(), query.size());
         let mut result = Search::Apart;
-        for k in 0..spots.len() {
-            let (taken, rest) = spots.split_at_mut(k);
-            let search = Pass { soup: self, query: &query, taken, reach: query.half_length(), size: query.size() };
-            rest[0] = search.nearest(range, &mut result);
-            if rest[0].is_none() {
-                break;
+        let mut count = 0;
+        let mut next = Some(Waiting { least: f64::NEG_INFINITY, what: What::Node(0) });
+        while let Some(Waiting { least, what }) = next.filter(|w| count == 0 || w.least < range) {
+            let stand = Standing { taken: &spots[..count], reach, size };
+            match what {
+                _ if count == spots.len() => break,
+                What::Node(at) => self.open(at, &query, &stand, range, frontier),
+                What::Unseen(element) | What::Seen(element) => {
+                    match query.closest(self.corners(element as usize), self.radius()) {
+                        Err(_) => result = Search::Touching,
+                        Ok(found) if stand.is_for_element(&found) => {}
+                        Ok(Found { closest, along }) => {
+                            let nearer = frontier.0.peek().is_some_and(|w| w.least < closest.distance);
+                            if nearer && matches!(what, What::Unseen(_)) {
+                                let least = closest.distance.max(least);
+                                frontier.0.push(Waiting { least, what: What::Seen(element) });
+                            } else if count == 0 || closest.distance < range {
+                                spots[count] = Some(Spot { element: element as usize, closest, along });
+                                count += 1;
+                            }
+                        }
+                    }
+                }
             }
+            next = frontier.0.pop();
         }
         for spot in spots.iter_mut().flatten() {
             spot.closest = spot.closest.moved(X_WS);
         }
         result
     }
-}
 
-/// The search for one spot.
-struct Pass<'a> {
-    soup: &'a Soup,
-    query: &'a Query<'a>,
-    /// Spots that are known.
-    taken: &'a [Option<Spot>],
-    /// Length of a capsule's axis to each side of a spot's point for which the spot stands \[m\].
-    reach: f64,
-    /// Distance between the nearest points of another shape up to which a spot stands for what is nearest there \[m\].
-    size: f64,
-}
+    /// Puts what is in a node into the frontier, unless spots stand for all of it.
+    fn open(&self, at: u32, query: &Query, stand: &Standing, range: f64, frontier: &mut Frontier) {
+        let Some(node) = self.0.tree.nodes.get(at as usize) else { return };
+        let around = self.radius();
+        if !stand.taken.is_empty() && stand.is_for_node(node, around, query) {
+            return;
+        }
+        let range = if stand.taken.is_empty() { f64::INFINITY } else { range };
+        let mut wait = |least: f64, what: What| {
+            if least < range {
+                frontier.0.push(Waiting { least, what });
+            }
+        };
+        match node.inside {
+            Inside::Halves(right) => {
+                for child in [at + 1, right] {
+                    if let Some(node) = self.0.tree.nodes.get(child as usize) {
+                        wait(bound(node, &query.see(&node.centre)) - around, What::Node(child));
+                    }
+                }
+            }
+            Inside::Elements(from, to) => {
+                let mut seen = None;
+                for element in from..to {
+                    let corners = self.corners(element as usize);
+                    if let Some(distance) = query.distance(corners) {
+                        wait(distance - around, What::Seen(element));
+                    } else {
+                        let seen = seen.get_or_insert_with(|| query.see(&node.centre));
+                        let towards = |p| seen.towards.dot(&(p - node.centre));
+                        let high = corners.iter().map(towards).fold(f64::NEG_INFINITY, f64::max);
+                        let known = seen.towards != nalgebra::Vector3::zeros();
+                        let least = if known { seen.distance - high - ROUNDING } else { seen.distance - node.radius };
+                        wait(least - around, What::Unseen(element));
+                    }
+                }
+            }
+        }
+    }
 
-/// The nearest element for which no spot stands, as far as it is known.
-struct Best {
-    spot: Option<Spot>,
-    distance: f64,
-}
-
-impl Pass<'_> {
-    /// The nearest element for which no spot stands; the first one at any distance.
-    fn nearest(&self, range: f64, result: &mut Search) -> Option<Spot> {
-        let nodes = &self.soup.0.tree.nodes;
-        let mut best = Best { spot: None, distance: if self.taken.is_empty() { f64::INFINITY } else { range } };
+    /// Finds the nearest element of a shape; both poses are in the world. Does not allocate.
+    ///
+    /// # Errors
+    /// The core of the shape meets elements, or a pose is not finite.
+    pub fn nearest(&self, shape: &Shape, X_Wa: &Isometry3<f64>, X_WS: &Isometry3<f64>) -> Result<Spot, Search> {
+        let query = Query::new(shape, X_WS.inv_mul(X_Wa));
+        if !query.is_finite() {
+            return Err(Search::NotFinite);
+        }
+        let (nodes, around) = (&self.0.tree.nodes, self.radius());
+        let mut best: Option<Spot> = None;
+        let mut distance = f64::INFINITY;
         let mut waiting = [(0u32, f64::NEG_INFINITY); DEEPEST];
         let mut count = 1;
         while count > 0 {
             count -= 1;
             let (at, least) = waiting[count];
-            if least >= best.distance {
-                continue;
-            }
-            match nodes.get(at as usize)?.inside {
+            let Some(node) = nodes.get(at as usize).filter(|_| least < distance) else { continue };
+            match node.inside {
                 Inside::Halves(right) => {
-                    let of = |child: u32| self.bound(nodes.get(child as usize)?);
-                    let (left, right) = ((at + 1, of(at + 1)), (right, of(right)));
+                    let of = |child: u32| {
+                        let node = nodes.get(child as usize);
+                        (child, node.map_or(f64::INFINITY, |n| bound(n, &query.see(&n.centre)) - around))
+                    };
+                    let (left, right) = (of(at + 1), of(right));
                     // The nearer one is looked at first.
-                    let left_first = left.1.unwrap_or(f64::INFINITY) <= right.1.unwrap_or(f64::INFINITY);
-                    for (child, bound) in if left_first { [right, left] } else { [left, right] } {
-                        if let Some(bound) = bound.filter(|b| *b < best.distance && count < DEEPEST) {
+                    for (child, bound) in if left.1 <= right.1 { [right, left] } else { [left, right] } {
+                        if bound < distance && count < DEEPEST {
                             waiting[count] = (child, bound);
                             count += 1;
                         }
@@ -130,62 +232,72 @@ impl Pass<'_> {
                 }
                 Inside::Elements(from, to) => {
                     for element in from as usize..to as usize {
-                        self.consider(element, &mut best, result);
+                        let corners = self.corners(element);
+                        if query.is_farther(corners, around, distance) {
+                            continue;
+                        }
+                        let Found { closest, along } = query.closest(corners, around).map_err(|_| Search::Touching)?;
+                        if closest.distance < distance {
+                            (best, distance) = (Some(Spot { element, closest, along }), closest.distance);
+                        }
                     }
                 }
             }
         }
-        best.spot
+        let spot = best.ok_or(Search::NotFinite)?;
+        Ok(Spot { closest: spot.closest.moved(X_WS), ..spot })
+    }
+}
+
+/// A distance below that of all corners in a node \[m\].
+fn bound(node: &Node, seen: &Seen) -> f64 {
+    // A plane across the direction to the shape has the node on one side and the shape on the other.
+    let known = seen.towards != nalgebra::Vector3::zeros();
+    seen.distance - if known { node.height(&seen.towards).min(node.radius) } else { node.radius }
+}
+
+/// Spots, and for what they stand.
+struct Standing<'a> {
+    taken: &'a [Option<Spot>],
+    /// Length of a capsule's axis to each side of a spot's point for which the spot stands \[m\].
+    reach: f64,
+    /// Distance between the nearest points of another shape up to which a spot stands for what is nearest there \[m\].
+    size: f64,
+}
+
+impl Standing<'_> {
+    /// True if spots stand for an element.
+    fn is_for_element(&self, Found { closest, along }: &Found) -> bool {
+        let above = |s: &Spot| {
+            let away = closest.on_b - s.closest.on_b;
+            let aside = if self.size.is_finite() { (closest.on_a - s.closest.on_a).norm() } else { 0.0 };
+            Above { height: s.closest.normal.dot(&away), away: away.norm(), aside }
+        };
+        self.is_for([*along; 2], above)
     }
 
-    /// Takes an element if it is nearer than the best one, and no spot stands for it.
-    fn consider(&self, element: usize, best: &mut Best, result: &mut Search) {
-        let (corners, radius) = (self.soup.corners(element), self.soup.radius());
-        if self.query.is_farther(corners, radius, best.distance) {
-            return;
-        }
-        match self.query.closest(corners, radius) {
-            Ok(Found { closest, along }) if closest.distance < best.distance => {
-                let above = |s: &Spot| {
-                    let away = closest.on_b - s.closest.on_b;
-                    let aside = if self.size.is_finite() { (closest.on_a - s.closest.on_a).norm() } else { 0.0 };
-                    Above { height: s.closest.normal.dot(&away), away: away.norm(), aside }
-                };
-                if !self.is_stood_for([along; 2], above) {
-                    *best = Best { spot: Some(Spot { element, closest, along }), distance: closest.distance };
-                }
-            }
-            Ok(_) => {}
-            Err(_) => *result = Search::Touching,
-        }
-    }
-
-    /// A distance below that of all elements of a node; `None` if spots stand for all of them.
-    fn bound(&self, node: &Node) -> Option<f64> {
-        let seen = self.query.see(&node.centre);
-        let around = self.soup.radius();
+    /// True if spots stand for all elements of a node with this radius around each.
+    fn is_for_node(&self, node: &Node, around: f64, query: &Query) -> bool {
         let radius = node.radius + around;
-        if !self.taken.is_empty() {
-            let along = [seen.along - radius, seen.along + radius].map(|x| x.clamp(-self.reach, self.reach));
-            let above = |spot: &Spot| {
-                let Closest { on_b, normal, .. } = &spot.closest;
-                let away = node.centre - on_b;
-                let (middle, far) = (normal.dot(&away) + around, (away.norm() - radius).max(0.0));
-                // In front of the plane with its middle already, the node is not behind it.
-                let height = if middle > SLOPE * far + relief(spot) { 0.0 } else { node.height(normal) };
-                // Nearest points are not farther apart than the points to which they belong.
-                let aside = seen.on.map_or(0.0, |on| (on - spot.closest.on_a).norm() + radius);
-                Above { height: middle + height, away: far, aside }
-            };
-            if self.is_stood_for(along, above) {
-                return None;
-            }
-        }
-        Some(seen.distance - radius)
+        let (middle, axis) = query.along(&node.centre);
+        let wide = node.height(&axis).min(node.radius) + around;
+        let along = [middle - wide, middle + wide].map(|x| x.clamp(-self.reach, self.reach));
+        let on = if self.size.is_finite() { query.see(&node.centre).on } else { None };
+        let above = |spot: &Spot| {
+            let Closest { on_b, normal, .. } = &spot.closest;
+            let away = node.centre - on_b;
+            let (middle, far) = (normal.dot(&away) + around, (away.norm() - radius).max(0.0));
+            // In front of the plane with its middle already, the node is not behind it.
+            let height = if middle > SLOPE * far + relief(spot) { 0.0 } else { node.height(normal).min(node.radius) };
+            // Nearest points are not farther apart than the points to which they belong.
+            let aside = on.map_or(0.0, |on| (on - spot.closest.on_a).norm() + radius);
+            Above { height: middle + height, away: far, aside }
+        };
+        self.is_for(along, above)
     }
 
     /// True if spots stand for all points that are nearest to a part of a capsule's axis, each for those near to its own point.
-    fn is_stood_for(&self, [mut from, to]: [f64; 2], above: impl Fn(&Spot) -> Above) -> bool {
+    fn is_for(&self, [mut from, to]: [f64; 2], above: impl Fn(&Spot) -> Above) -> bool {
         // A bit for each spot; those beyond stand for nothing.
         let mut behind = 0u64;
         let spots = || self.taken.iter().flatten().enumerate().take(64);

@@ -1,5 +1,5 @@
-//! A binary tree around elements: each node is halved at the median of its longest extent. A node is a ball, cut by the slab in
-//! which the corners lie: a patch of a wall is thin.
+//! A binary tree around elements: each node is halved at the median of its longest extent. A node is a ball and a box in it
+//! that may lie in any direction: a patch of a wall is thin.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -12,24 +12,21 @@ pub(super) struct Tree {
     pub nodes: Vec<Node>,
 }
 
-/// A ball, and a slab of any direction, that contain the corners of elements.
+/// A ball, and a box of any direction about the same centre, that contain the corners of elements.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     pub centre: Vector3<f64>,
     pub radius: f64,
-    /// Unit normal of the slab.
-    normal: Vector3<f64>,
-    /// Its two sides along the normal, from the centre.
-    sides: [f64; 2],
+    /// From the centre to three faces of the box.
+    halves: [Vector3<f64>; 3],
     pub inside: Inside,
 }
 
 impl Node {
     /// A bound of `n·(p - centre)` for all corners p in the node; n is a unit vector.
     pub fn height(&self, n: &Vector3<f64>) -> f64 {
-        let along = n.dot(&self.normal);
-        let across = (1.0 - along * along).max(0.0).sqrt() * self.radius;
-        across + along * if along > 0.0 { self.sides[1] } else { self.sides[0] }
+        let [x, y, z] = &self.halves;
+        x.dot(n).abs() + y.dot(n).abs() + z.dot(n).abs()
     }
 }
 
@@ -64,18 +61,18 @@ impl Tree {
             let corners = |order: &[u32]| order.iter().map(|&i| elements[i as usize].as_ref().len()).sum::<usize>();
             let all = || order[from..to].iter().flat_map(|&i| elements[i as usize].as_ref());
             let (low, high) = extents(all());
-            let centre = 0.5 * (low + high);
+            let middle = 0.5 * (low + high);
+            let spread: Matrix3<f64> = all().map(|p| (p - middle) * (p - middle).transpose()).sum();
+            let axes = spread.symmetric_eigen().eigenvectors;
+            let (least, most) = extents(all().map(|p| axes.tr_mul(&(p - middle))).collect::<Vec<_>>().iter());
+            let centre = middle + axes * (0.5 * (least + most));
             let reach = all().map(|p| (p - centre).norm()).fold(0.0, f64::max);
-            let spread: Matrix3<f64> = all().map(|p| (p - centre) * (p - centre).transpose()).sum();
-            let thin = spread.symmetric_eigen();
-            let normal: Vector3<f64> = thin.eigenvectors.column(thin.eigenvalues.imin()).into();
-            let heights = || all().map(|p| normal.dot(&(p - centre)));
             // Rounding must leave no corner outside.
             let slack = 1e-12 * (1.0 + reach);
-            let sides =
-                [heights().fold(f64::INFINITY, f64::min) - slack, heights().fold(f64::NEG_INFINITY, f64::max) + slack];
+            let half = (0.5 * (most - least)).add_scalar(slack);
+            let halves = [0, 1, 2].map(|k| axes.column(k) * half[k]);
             let inside = Inside::Elements(from as u32, to as u32);
-            nodes.push(Node { centre, radius: reach + slack, normal, sides, inside });
+            nodes.push(Node { centre, radius: reach + slack, halves, inside });
             if to - from == 1 || corners(&order[from..to]) <= LEAF {
                 continue;
             }

@@ -1,7 +1,7 @@
 //! Spots of a soup, against all of its elements one by one.
 
 use hierarq_robot::geometry::{closest_point_triangle, closest_segment_triangle};
-use hierarq_robot::{Closest, Degenerate, Hull, Search, Shape, Soup, SoupError, Spot, closest};
+use hierarq_robot::{Closest, Degenerate, Frontier, Hull, Search, Shape, Soup, SoupError, Spot, closest};
 use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
 
@@ -80,7 +80,7 @@ proptest! {
         let (shape, X_Wa, X_WS) = (part(kind, &mut rng), pose(&mut rng, 1.5), pose(&mut rng, 1.0));
         let range = if rng() < 0.5 { f64::INFINITY } else { 2.0 * rng() };
         let mut spots = vec![None; most];
-        let search = soup.spots(&shape, &X_Wa, &X_WS, range, &mut spots);
+        let search = soup.spots(&shape, &X_Wa, &X_WS, range, &mut spots, &mut Frontier::default());
         let found: Vec<Spot> = spots.iter().copied().flatten().collect();
         // The distance of bodies that are approached is exact to 1e-10; with a body that touches, a gap counts or not.
         let slack = 1e-5;
@@ -97,6 +97,10 @@ proptest! {
             }
         }
         prop_assert_eq!(search == Search::Touching, touching);
+        match soup.nearest(&shape, &X_Wa, &X_WS) {
+            Ok(near) => prop_assert_eq!((near.element, near.closest), (found[0].element, found[0].closest)),
+            Err(why) => prop_assert!(why == Search::Touching && touching),
+        }
         for (k, spot) in found.iter().enumerate() {
             let alone = soup.closest_to(spot.element, &shape, &X_Wa, &X_WS).unwrap();
             prop_assert!((alone.distance - spot.closest.distance).abs() < 1e-12);
@@ -163,7 +167,10 @@ fn two_walls_of_points_are_a_spot_each() {
     let ball = Shape::Sphere { radius: 0.1 };
     let mut spots = [None; 4];
     let at = Isometry3::translation(1.0, 0.0, 1.0);
-    assert_eq!(soup.spots(&ball, &at, &Isometry3::identity(), f64::INFINITY, &mut spots), Search::Apart);
+    assert_eq!(
+        soup.spots(&ball, &at, &Isometry3::identity(), f64::INFINITY, &mut spots, &mut Frontier::default()),
+        Search::Apart
+    );
     let found: Vec<_> = spots.iter().flatten().map(|s| (s.closest.distance, s.closest.normal.y)).collect();
     assert_eq!(found.len(), 2);
     assert!((found[0].0 - 0.78).abs() < 1e-12 && (found[1].0 - 0.88).abs() < 1e-12, "{found:?}");
@@ -171,7 +178,7 @@ fn two_walls_of_points_are_a_spot_each() {
     // A rod along the walls may turn towards each with either end.
     let rod = Shape::Capsule { radius: 0.1, half_length: 0.4 };
     let lying = Isometry3::from_parts(at.translation, nalgebra::UnitQuaternion::from_euler_angles(0.0, 1.5, 0.05));
-    soup.spots(&rod, &lying, &Isometry3::identity(), f64::INFINITY, &mut spots);
+    soup.spots(&rod, &lying, &Isometry3::identity(), f64::INFINITY, &mut spots, &mut Frontier::default());
     let sides: Vec<f64> = spots.iter().flatten().map(|s| s.closest.normal.y.signum()).collect();
     assert!(sides.contains(&1.0) && sides.contains(&-1.0), "{sides:?}");
 }
@@ -189,10 +196,23 @@ fn what_is_no_soup() {
     let nan = Isometry3::translation(f64::NAN, 0.0, 0.0);
     let ball = Shape::Sphere { radius: 0.1 };
     let mut spots = [None];
-    assert_eq!(soup.spots(&ball, &nan, &Isometry3::identity(), f64::INFINITY, &mut spots), Search::NotFinite);
-    assert_eq!(soup.spots(&ball, &Isometry3::identity(), &nan, 1.0, &mut spots), Search::NotFinite);
     assert_eq!(
-        soup.spots(&ball, &Isometry3::identity(), &Isometry3::identity(), f64::INFINITY, &mut spots),
+        soup.spots(&ball, &nan, &Isometry3::identity(), f64::INFINITY, &mut spots, &mut Frontier::default()),
+        Search::NotFinite
+    );
+    assert_eq!(
+        soup.spots(&ball, &Isometry3::identity(), &nan, 1.0, &mut spots, &mut Frontier::default()),
+        Search::NotFinite
+    );
+    assert_eq!(
+        soup.spots(
+            &ball,
+            &Isometry3::identity(),
+            &Isometry3::identity(),
+            f64::INFINITY,
+            &mut spots,
+            &mut Frontier::default()
+        ),
         Search::Touching
     );
     assert!(spots[0].is_none());

@@ -8,7 +8,7 @@
 //! `o'` is the velocity of the obstacle's closest point, which the thesis, whose obstacles are links, does not have.
 
 use nalgebra::{Isometry3, Vector3};
-use robot::{LinkId, Model, Shape};
+use robot::{Frontier, LinkId, Model, Shape};
 
 use crate::bound::{BoundParams, Geometry};
 use crate::build::check;
@@ -132,6 +132,8 @@ struct KeepClear {
     separations: Vec<Option<ObstacleSeparation>>,
     /// Places, the nearest first.
     order: Vec<usize>,
+    /// Room for the search of spots.
+    frontier: Frontier,
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
@@ -191,7 +193,14 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     };
     // A row may be that of another pair at each tick, or of another spot.
     let slopes = if nearest.is_some() || count > pairs.len() { None } else { slopes }.unwrap_or_default();
+    let mut frontier = Frontier::default();
+    for obstacle in &obstacles {
+        if let Form::Soup(soup) = &obstacle.form {
+            frontier.reserve(soup);
+        }
+    }
     Ok(Box::new(KeepClear {
+        frontier,
         placed: vec![None; obstacles.len()],
         separations: vec![None; count],
         order: (0..count).collect(),
@@ -262,7 +271,15 @@ impl KeepClear {
                     (self.gain.of(state.values), self.d_min.of(state.values), self.d_min.of(state.rates));
                 let fastest = self.fastest[index] + moved + rate.abs() + self.sampled_margin.rate(index, gain).abs();
                 let range = if gain > 0.0 { d_min + fastest / gain } else { f64::INFINITY };
-                pair.find(&self.parts[pair.part], &self.obstacles[pair.obstacle], at, range, state, found)
+                pair.find(
+                    &self.parts[pair.part],
+                    &self.obstacles[pair.obstacle],
+                    at,
+                    range,
+                    state,
+                    found,
+                    &mut self.frontier,
+                )
             }
             None => {
                 // The obstacle may be elsewhere when it comes back.
