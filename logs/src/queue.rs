@@ -27,6 +27,7 @@ pub struct TickSender {
     taken: SyncSender<Box<Snapshot>>,
     returned: Receiver<Box<Snapshot>>,
     /// Snapshots that are free, the last one first.
+    #[allow(clippy::vec_box, reason = "they go through the channels as pointers")]
     free: Vec<Box<Snapshot>>,
 }
 

@@ -183,10 +183,11 @@ fn wakes() -> Vec<f64> {
     })
 }
 
+/// A program whose period is that of the messages that the node gets: one of two.
 fn program() -> Program {
     let urdf = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/robots/ur5.urdf");
     let text = format!(
-        "hierarq 1\nrobot arm {{ urdf \"{urdf}\"  rate 500 Hz  deadline 1 s }}\n\
+        "hierarq 1\nrobot arm {{ urdf \"{urdf}\"  rate 250 Hz  deadline 1 s }}\n\
          task still = joint_velocity {{ velocity 0 rad/s }}\n\
          stack s {{ level limits hard {{ joint_position_limits  joint_velocity_limits }}  level rest {{ still }} }}\n\
          run {{ stack s  duration 1 s  ros {{ tick joint_states  stale_after 1 s }} }}\n"

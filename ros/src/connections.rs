@@ -36,6 +36,7 @@ pub fn connections(program: &Program, ros: &RosProgram) -> Vec<Connection> {
         let name = program.interface.signals.get(topic.signal).map_or("", |s| s.name.as_str());
         all.push(row("reads", &topic.topic, &topic.message, format!("signal {name}")));
     }
+    all.push(row("reads", "/tf_static", "tf2_msgs/TFMessage", "fixed transforms".to_string()));
     for command in &ros.commands {
         let names = command.dofs.iter().filter_map(|d| program.robot.model.dofs.get(*d)).map(|d| d.name.as_str());
         let what = match command.form {

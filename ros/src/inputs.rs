@@ -16,9 +16,6 @@ use crate::remark::{Remark, Tell};
 use crate::services::{self, Call, Trigger};
 use crate::signals::{self, Poses, Reader};
 
-/// Messages of a topic that are read in one tick: more than wait at once.
-pub const MOST: usize = 64;
-
 struct JointTopic {
     subscription: Subscription<JointState>,
     prefix: String,
@@ -124,7 +121,7 @@ impl Inputs {
 
     /// Takes the messages that have arrived.
     pub fn read(&mut self, q: &mut Configuration, controller: &mut Controller, at: At, once: &mut Once) {
-        for _ in 0..MOST {
+        for _ in 0..quality::MOST {
             let Ok(Some((message, _))) = self.transforms.take() else { break };
             message.transforms.iter().for_each(|transform| self.frames.place(transform));
         }
@@ -152,8 +149,7 @@ impl Inputs {
     /// Takes the positions of joints and the pose of the base at a time by the clock (s).
     pub fn configuration(&mut self, q: &mut Configuration, time: f64, once: &mut Once) {
         for JointTopic { subscription, prefix, publishers, topic } in &mut self.joints {
-            // A topic that others flood keeps nothing else waiting.
-            for _ in 0..MOST {
+            for _ in 0..quality::MOST {
                 let taken = match subscription.take() {
                     Ok(None) => break,
                     Ok(Some((message, info))) => {
@@ -172,7 +168,7 @@ impl Inputs {
             }
         }
         let Some(OdometryTopic { subscription, topic, world }) = &self.odometry else { return };
-        for _ in 0..MOST {
+        for _ in 0..quality::MOST {
             match subscription.take() {
                 Ok(None) => return,
                 Ok(Some((message, _))) => {

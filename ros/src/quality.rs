@@ -3,6 +3,8 @@
 use ros2_client::QosProfile;
 use ros2_client::qos::{Durability, History, Reliability, WhenFull};
 
+/// Messages of a topic that are read in one tick: a topic that others flood keeps nothing else waiting.
+pub const MOST: usize = 64;
 /// Messages kept for a reader that is slow.
 const SENSORS: usize = 16;
 /// Messages with fixed transforms kept for a reader that is slow.

@@ -6,7 +6,6 @@ use runtime::program::{Program, RosProgram, SignalTopic};
 
 use crate::RosError;
 use crate::frames::Frames;
-use crate::inputs::MOST;
 use crate::messages::{
     Bool, Float32, Float64, Imu, Odometry, Pose, PoseStamped, QuaternionStamped, Vector3, Vector3Stamped, Wrench,
     WrenchStamped,
@@ -68,7 +67,7 @@ impl<M: Reading + Send> Topic<M> {
 
 impl<M: Reading + Send> Reader for Topic<M> {
     fn read(&mut self, time: f64, poses: &mut Poses, signals: &mut Signals, remarks: &mut Remarks) {
-        for _ in 0..MOST {
+        for _ in 0..quality::MOST {
             match self.subscription.take() {
                 Ok(None) => return,
                 Ok(Some((message, _))) => match self.value(&message, poses) {

@@ -78,7 +78,7 @@ fn messages_of_another_type_or_frame_are_told() {
         &(arm("} ")
             + "signal goal : angle?\nsignal near : point?\nsignal far : point?\n
                stack s { level limits hard { joint_velocity_limits } }
-               run { stack s  duration 1 s  ros { world_frame \"map\" signals { far { topic \"/far\"  frame_id \"odom\" } } } }"),
+               run { stack s  duration 1 s  ros { world_frame \"map\"  stale_after 3 s  signals { far { topic \"/far\"  frame_id \"odom\" } } } }"),
     );
     let to_do = json!({
         "seconds": 6.0, "wrong_type": "/hierarq/goal", "frame": "odom",
@@ -109,7 +109,7 @@ fn services_raise_events_and_restart_after_a_fault() {
                task turn = joint_velocity { velocity { elbow_joint 0.1 rad/s } }
                stack s { level limits hard { joint_velocity_limits }  level move { turn } }
                machine m { initial wait  state wait { on go -> move } state move { stack s } }
-               run { machine m  duration 1 s  ros { namespace \"/cell\"  node \"elbow\"  } }"),
+               run { machine m  duration 1 s  ros { namespace \"/cell\"  node \"elbow\"  stale_after 0.5 s  } }"),
     );
     // The driver is silent for a while, which halts the controller; then it is restarted.
     let to_do = json!({
@@ -139,15 +139,15 @@ fn values_in_other_frames_are_carried_over_fixed_transforms() {
                  state wait { when present(seen) and norm(seen - [1.8, 1.1, 2.8] m) < 1 mm -> near }
                  state near { when present(held) and norm(held - frame(tool0).position) < 1 mm -> both }
                  state both { stack s } }
-               run { machine m  duration 1 s  ros { signals { held { topic \"/held\" } } } }"),
+               run { machine m  duration 1 s  ros { stale_after 3 s  signals { held { topic \"/held\" } } } }"),
     );
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let table = json!({
-        "seconds": 6.0, "frame": "camera", "points": { "seen": "/hierarq/seen" }, "values": { "seen": [0.1, 0.2, -0.2] },
+        "seconds": 8.0, "frame": "camera", "points": { "seen": "/hierarq/seen" }, "values": { "seen": [0.1, 0.2, -0.2] },
         "fixed": [["table", "camera", [0.0, 0.0, 3.0, 0.0, 0.0, half, half]], ["world", "table", [2.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]]],
     });
     let wrist = json!({
-        "robot": false, "seconds": 5.0, "frame": "gripper", "points": { "held": "/held" }, "values": { "held": [0.0, 0.0, -0.1] },
+        "robot": false, "seconds": 7.0, "frame": "gripper", "points": { "held": "/held" }, "values": { "held": [0.0, 0.0, -0.1] },
         "fixed": [["tool0", "gripper", [0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0]]],
     });
     let Run { ended, remarks, seen } = run_with(&program, &python, vec![table, wrist]);
