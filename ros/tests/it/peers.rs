@@ -1,6 +1,11 @@
 //! Nodes beside independent participants: processes in Python, on CycloneDDS.
 //!
 //! The tests run where `HIERARQ_PYTHON` names an interpreter with the package `cyclonedds`. Each has a domain of its own.
+//! They need loopback with multicast and nothing else; a network namespace is one, where others use the network:
+//!
+//! ```text
+//! unshare -rn sh -c 'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo; cargo test -p hierarq-ros'
+//! ```
 
 use std::io::Read;
 use std::net::UdpSocket;
