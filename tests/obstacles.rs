@@ -1,12 +1,16 @@
 //! Obstacles that signals move: the robot gives way as fast as they come, stale and bad readings are faults, and an obstacle
-//! that moves takes no fault away from those that stand.
+//! that moves takes no fault away from those that stand; and obstacles that are elsewhere than the controller believes.
 
 use crate::common;
 use crate::common::least;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use runtime::program::Program;
-use runtime::{Controller, Fault, FaultKind, Observation, Recorder, SimulatedRobot, Tick};
+use runtime::record::All;
+use runtime::record::series::SeriesRecorder;
+use runtime::record::summary::SummaryRecorder;
+use runtime::{Controller, Fault, FaultKind, Observation, Recorder, SimulatedRobot, Simulation, Tick};
+use views::report;
 
 const ROBOT: &str = "hierarq 1
 robot arm { urdf \"robots/arm7.urdf\"  rate 200 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }
@@ -139,4 +143,39 @@ scenario s {{ duration 1 s  signals {{ at {{ {measured} }} }} }}"
         let (margin, fault) = run(far, &path, nearest);
         assert!(margin < -1e-3 && fault.is_none(), "{nearest}: {margin}, {fault:?}");
     }
+}
+
+/// A scenario may put an obstacle elsewhere than the controller takes it to be: the replay has both places of it alone.
+#[test]
+fn the_replay_has_the_true_place_of_an_obstacle_that_is_elsewhere() {
+    let all = common::program("room.hq");
+    let scenario = all.scenarios.iter().find(|s| s.name == "a pillar that was moved").expect("it is there");
+    let program = scenario.program(&all);
+    let truth = |mut scenario: runtime::program::ScenarioProgram, present: Option<bool>| {
+        scenario.world.obstacles[0].present = present;
+        let mut simulation = Simulation::in_world(&program, &scenario).expect("it can be executed");
+        let ticks = simulation.ticks();
+        let controller = simulation.controller();
+        let mut series = SeriesRecorder::new(controller, ticks, report::drawn_links(&program));
+        let mut statistics = SummaryRecorder::new(controller, ticks);
+        let mut both = All(vec![&mut series, &mut statistics]);
+        simulation.run(&mut both, &mut || 0.0, &mut |tick| tick < 10).expect("no recorder fails");
+        let summary = statistics.summary(&program, simulation.controller(), Vec::new());
+        let run = report::Run {
+            program: &program,
+            scenario: Some(&scenario),
+            spec: "",
+            summary: &summary,
+            good: true,
+            series: &series,
+        };
+        let data = report::data(&run);
+        let obstacles = data["scene"]["obstacles"].as_array().expect("a list").clone();
+        let elsewhere = obstacles.into_iter().filter(|o| o.get("truth").is_some());
+        elsewhere.map(|o| (o["name"].clone(), o["data"].clone(), o["truth"].clone())).collect::<Vec<_>>()
+    };
+    let pose = |y: f64| serde_json::json!([2.2, y, 1.25, 1.0, 0.0, 0.0, 0.0]);
+    let absent = truth(scenario.clone(), Some(false));
+    assert_eq!(absent, [("pillar".into(), pose(-0.55), "absent".into())]);
+    assert_eq!(truth(scenario.clone(), None), [("pillar".into(), pose(-0.55), pose(-0.41))]);
 }

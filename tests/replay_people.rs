@@ -1,9 +1,10 @@
 //! People in the replay of a report: where the scenario lets them walk, as far as the controller knew.
 
-use runtime::Simulation;
+use runtime::program::ScenarioProgram;
 use runtime::record::All;
 use runtime::record::series::SeriesRecorder;
-use runtime::record::summary::SummaryRecorder;
+use runtime::record::summary::{Summary, SummaryRecorder};
+use runtime::{Program, Simulation};
 use serde_json::Value;
 use views::report;
 
@@ -11,9 +12,9 @@ use crate::common::program;
 
 /// The data of the page for a scenario of the example.
 fn page(scenario: &str) -> Value {
-    let program = program("bystander.hq");
-    let scenario = program.scenarios.iter().find(|s| s.name == scenario).expect("a scenario");
-    let program = scenario.program(&program);
+    let all = program("bystander.hq");
+    let scenario = all.scenarios.iter().find(|s| s.name == scenario).expect("a scenario");
+    let program = scenario.program(&all);
     let mut simulation = Simulation::in_world(&program, scenario).expect("it can be executed");
     let ticks = simulation.ticks();
     let mut summary = SummaryRecorder::new(simulation.controller(), ticks);
@@ -21,7 +22,11 @@ fn page(scenario: &str) -> Value {
     let mut all = All(vec![&mut summary, &mut series]);
     simulation.run(&mut all, &mut || 0.0, &mut |_| true).expect("no recorder fails");
     let summary = summary.summary(&program, simulation.controller(), Vec::new());
-    report::data(&program, "bystander.hq", (&summary, true), &series)
+    data(&program, Some(scenario), &summary, &series)
+}
+
+fn data(program: &Program, scenario: Option<&ScenarioProgram>, summary: &Summary, series: &SeriesRecorder) -> Value {
+    report::data(&report::Run { program, scenario, spec: "bystander.hq", summary, good: true, series })
 }
 
 /// Position and uncertainty of each of the three points, by time.
@@ -84,6 +89,6 @@ fn nobody_is_drawn_whom_nobody_saw() {
     let mut summary = SummaryRecorder::new(simulation.controller(), simulation.ticks());
     simulation.run(&mut All(vec![&mut series, &mut summary]), &mut || 0.0, &mut |_| true).expect("no recorder fails");
     let summary = summary.summary(&program, simulation.controller(), Vec::new());
-    let page = report::data(&program, "bystander.hq", (&summary, true), &series);
+    let page = data(&program, None, &summary, &series);
     assert_eq!(page["scene"]["people"], serde_json::json!([]));
 }

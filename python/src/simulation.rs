@@ -133,7 +133,15 @@ fn run(
         ok = is_good(scenario, &summary.expectations, &summary);
     }
     let text = serde_json::to_string(&summary).map_err(refused)?;
-    let page = report::html(&program, &of.spec, (&summary, ok), &series);
+    let scenario = scenario.as_ref();
+    let page = report::html(&report::Run {
+        program: &program,
+        scenario,
+        spec: &of.spec,
+        summary: &summary,
+        good: ok,
+        series: &series,
+    });
     Ok(Ran { names, table, ok, summary: text, page, machine: program.run.subject == Subject::Machine })
 }
 

@@ -211,7 +211,9 @@ fn execute(
     }
     let text = serde_json::to_string_pretty(&summary).map_err(|e| e.to_string())? + "\n";
     let held = if summary.expectations.is_empty() { summary.ok } else { good };
-    let page = report::html(program, &a.spec.display().to_string(), (&summary, held), &series);
+    let spec = a.spec.display().to_string();
+    let run = report::Run { program, scenario, spec: &spec, summary: &summary, good: held, series: &series };
+    let page = report::html(&run);
     results.write("report.html", &page)?;
     results.write("summary.json", &text)?;
     results.finish()?;

@@ -11,7 +11,7 @@ mod scene;
 
 use runtime::Program;
 use runtime::expect::Verdict;
-use runtime::program::AllowedWarning;
+use runtime::program::{AllowedWarning, ScenarioProgram};
 use runtime::quantity::quantity;
 use runtime::record::expectations::ExpectationRecord;
 use runtime::record::series::SeriesRecorder;
@@ -24,14 +24,32 @@ static PLACEHOLDER: &str = "@@HIERARQ_DATA@@";
 pub use mission::mission;
 pub use scene::drawn_links;
 
-/// Renders the report as HTML; `good` is true if the result is as expected.
-pub fn html(program: &Program, spec: &str, (summary, good): (&Summary, bool), series: &SeriesRecorder) -> String {
-    let data = data(program, spec, (summary, good), series).to_string().replace('<', "\\u003c");
+/// What a report is about.
+pub struct Run<'a> {
+    /// The program that ran.
+    pub program: &'a Program,
+    /// Its scenario, if it ran in one.
+    pub scenario: Option<&'a ScenarioProgram>,
+    /// Name of the spec's file.
+    pub spec: &'a str,
+    /// Its summary.
+    pub summary: &'a Summary,
+    /// True if the result is as expected.
+    pub good: bool,
+    /// Its recording.
+    pub series: &'a SeriesRecorder,
+}
+
+/// Renders the report as HTML.
+pub fn html(run: &Run) -> String {
+    let data = data(run).to_string().replace('<', "\\u003c");
     TEMPLATE.replacen(PLACEHOLDER, &data, 1)
 }
 
 /// Data of the page, version 1.
-pub fn data(program: &Program, spec: &str, (summary, good): (&Summary, bool), series: &SeriesRecorder) -> Json {
+pub fn data(run: &Run) -> Json {
+    let &Run { program, scenario, spec, summary, good, series } = run;
+    let truth = scenario.and_then(|scenario| scenario.true_program(program));
     json!({
         "version": 1,
         "title": program.title,
@@ -59,7 +77,7 @@ pub fn data(program: &Program, spec: &str, (summary, good): (&Summary, bool), se
         "faults": summary.faults,
         "time": series.times,
         "plots": plots::all(program, series),
-        "scene": scene::scene(program, series),
+        "scene": scene::scene(program, truth.as_ref(), series),
     })
 }
 

@@ -1,4 +1,4 @@
-//! Obstacles in the 3D replay: their forms, and where the controller took them to be.
+//! Obstacles in the 3D replay: their forms, where the controller took them to be, and where they truly were.
 
 use std::collections::BTreeSet;
 
@@ -19,21 +19,40 @@ const PLANE: f64 = 4.0;
 /// Least radius with which a point of a cloud is drawn, in m.
 const SMALLEST_POINT: f64 = 0.004;
 
-/// Data of all obstacles: form, link, and one pose, or one for each sample; an absent obstacle has none.
-pub(super) fn obstacles(program: &Program, series: &SeriesRecorder) -> Vec<Json> {
+/// Data of all obstacles: form, link, and one pose, or one for each sample; an absent obstacle has none. One that is elsewhere
+/// in the program `truth` has its true pose beside, or the word `absent`.
+pub(super) fn obstacles(program: &Program, truth: Option<&Program>, series: &SeriesRecorder) -> Vec<Json> {
+    let (believed, real) = (poses(program, series), truth.map(|truth| poses(truth, series)));
+    let drawn = |(i, o): (usize, &Obstacle)| {
+        let data: Vec<f64> = believed[i].iter().flatten().copied().map(round).collect();
+        let mut out = json!({ "name": o.name, "link": o.link.map(|l| l.0), "visual": form(&o.form), "data": data });
+        // True places are constant.
+        let real = real.as_ref().and_then(|real| real.get(i)?.first());
+        let is_there = |pose: &[f64; 7]| pose[0].is_finite();
+        if let Some(real) =
+            real.filter(|real| believed[i].iter().any(|b| is_there(b) != is_there(real) || is_there(b) && b != *real))
+        {
+            out["truth"] = if is_there(real) { json!(real.map(round)) } else { json!("absent") };
+        }
+        out
+    };
+    program.obstacles.iter().enumerate().map(drawn).collect()
+}
+
+/// Poses of each obstacle, one for each sample, or one that holds for all.
+fn poses(program: &Program, series: &SeriesRecorder) -> Vec<Vec<[f64; 7]>> {
     if program.obstacles.is_empty() {
         return Vec::new();
     }
     let samples = values(program, series);
-    let drawn = |o: &Obstacle| {
-        let mut data: Vec<[f64; 7]> = samples.iter().map(|values| pose(o, values)).collect();
-        if data.iter().all(|pose| *pose == data[0]) {
-            data.truncate(1);
+    let of = |o: &Obstacle| {
+        let mut poses: Vec<[f64; 7]> = samples.iter().map(|values| pose(o, values)).collect();
+        if poses.iter().all(|pose| *pose == poses[0]) {
+            poses.truncate(1);
         }
-        let data: Vec<f64> = data.into_iter().flatten().map(round).collect();
-        json!({ "name": o.name, "link": o.link.map(|l| l.0), "visual": form(&o.form), "data": data })
+        poses
     };
-    program.obstacles.iter().map(drawn).collect()
+    program.obstacles.iter().map(of).collect()
 }
 
 fn form(form: &Form) -> Json {

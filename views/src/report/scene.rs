@@ -30,8 +30,8 @@ pub(super) fn wxyz(p: &Isometry3<f64>) -> [f64; 4] {
     [round(r.w), round(r.i), round(r.j), round(r.k)]
 }
 
-/// Data of the scene.
-pub fn scene(program: &Program, series: &SeriesRecorder) -> Json {
+/// Data of the scene; `truth` is the program whose obstacles are where they truly were.
+pub fn scene(program: &Program, truth: Option<&Program>, series: &SeriesRecorder) -> Json {
     let model = &program.robot.model;
     let links: Vec<Json> = series.links.iter().map(|&l| link(model, l)).collect();
     let data: Vec<f64> = series.poses.iter().flatten().map(|&x| round(x)).collect();
@@ -42,7 +42,7 @@ pub fn scene(program: &Program, series: &SeriesRecorder) -> Json {
         "planes": planes(program),
         "points": points(program).iter().map(|g| json!({ "name": g.name, "link": g.link.0, "xyz": xyz(&g.origin.translation.vector) })).collect::<Vec<_>>(),
         "keep_out": keep_out(program),
-        "obstacles": obstacles(program, series),
+        "obstacles": obstacles(program, truth, series),
         "people": people(program, series),
         "targets": [],
         "traces": traces(program),

@@ -127,6 +127,7 @@ function scene(raw) {
     }).filter((k) => k.radius > 0),
     obstacles: list(raw.obstacles).map(object).map((o) => ({
       name: text(o.name), link: onLink(o) ? o.link : null, visual: visual(object(o.visual)), data: flat(o.data),
+      truth: o.truth === 'absent' ? 'absent' : vector(o.truth, 7, null),
     })).filter((o) => o.data.length >= 7),
     people: list(raw.people).map(object).map((p) => {
       const points = list(p.points).map((n) => text(n));

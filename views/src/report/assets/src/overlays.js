@@ -1,6 +1,6 @@
 // What the tasks know about space: control points, walls, keep-out volumes, targets, traces.
 
-import { BufferGeometry, Color, DoubleSide, Float32BufferAttribute, Group, Line, LineBasicMaterial, LineDashedMaterial, LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PlaneGeometry, SphereGeometry, Vector3 } from 'three';
+import { BufferGeometry, Color, DoubleSide, EdgesGeometry, Float32BufferAttribute, Group, Line, LineBasicMaterial, LineDashedMaterial, LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PlaneGeometry, SphereGeometry, Vector3 } from 'three';
 import { Line2 } from 'three/addons/lines/Line2.js';
 import { LineGeometry } from 'three/addons/lines/LineGeometry.js';
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
@@ -94,7 +94,8 @@ export function createObstacles(obstacles, times, links, scene) {
     group.add(mesh);
     (o.link === null ? scene : links[o.link]).add(group);
     const frames = Math.min(times.length, Math.floor(o.data.length / 7));
-    return [{ node: group, name: o.name, poses: createPoses(times.slice(0, frames), o.data, 1, 7) }];
+    const name = o.truth === 'absent' ? `${o.name}, not there` : o.name;
+    return [{ node: group, name, poses: createPoses(times.slice(0, frames), o.data, 1, 7) }];
   });
   return {
     nodes,
@@ -104,6 +105,31 @@ export function createObstacles(obstacles, times, links, scene) {
     },
     show: (t, on) => nodes.forEach((n) => { n.node.visible = n.poses.place(n.node, 0, t) && on; }),
   };
+}
+
+/** True places of obstacles that the controller takes to be elsewhere: a shadow with dashed edges. */
+export function createTruePlaces(obstacles, links, scene) {
+  const dashed = new LineDashedMaterial({ dashSize: 0.04, gapSize: 0.025 });
+  const shadow = new MeshBasicMaterial({ transparent: true, opacity: 0.2, depthWrite: false });
+  const nodes = obstacles.filter((o) => Array.isArray(o.truth)).flatMap((o) => {
+    const shape = geometry(o.visual);
+    if (!shape) return [];
+    const edges = new LineSegments(new EdgesGeometry(shape, 20), dashed);
+    edges.computeLineDistances();
+    const fill = new Mesh(shape, shadow);
+    fill.renderOrder = 2;
+    [edges, fill].forEach((part) => {
+      part.position.fromArray(o.visual.xyz);
+      part.quaternion.set(...o.visual.wxyz.slice(1), o.visual.wxyz[0]);
+    });
+    const group = new Group();
+    group.position.fromArray(o.truth);
+    group.quaternion.set(...o.truth.slice(4), o.truth[3]);
+    group.add(edges, fill);
+    (o.link === null ? scene : links[o.link]).add(group);
+    return [{ node: group, name: `${o.name}, true place` }];
+  });
+  return { nodes, recolor: () => [dashed, shadow].forEach((m) => m.color.set(cssVar('--ink'))) };
 }
 
 const AXES = ['--axis-x', '--axis-y', '--axis-z'];

@@ -4,7 +4,7 @@
 import { Box3, Vector3 } from 'three';
 import { h } from './dom.js';
 import { createLabels } from './labels.js';
-import { createObstacles, createPlanes, createPoints, createTargets, createTraces, createVolumes } from './overlays.js';
+import { createObstacles, createPlanes, createPoints, createTargets, createTraces, createTruePlaces, createVolumes } from './overlays.js';
 import { createPeople, near } from './people.js';
 import { createPoses } from './poses.js';
 import { createRobot } from './robot.js';
@@ -56,6 +56,7 @@ export function createReplay(data, clock) {
     Volumes: createVolumes(keepOut, robot.groups),
     Walls: createPlanes(planes, stage.scene),
     Obstacles: createObstacles(obstacles, recorded.times, robot.groups, stage.scene),
+    'True places': createTruePlaces(obstacles, robot.groups, stage.scene),
     People: createPeople(people, recorded.times, stage.scene),
     Targets: createTargets(targets, recorded.times, stage.scene),
     Traces: createTraces(traces, poses, stage.scene),
