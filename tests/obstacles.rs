@@ -1,5 +1,5 @@
 //! Obstacles that signals move: the robot gives way as fast as they come, stale and bad readings are faults, and an obstacle
-//! that moves takes no fault away from those that stand; and obstacles that are elsewhere than the controller believes.
+//! that moves takes no fault away from those that stand; the ground under a gripper; and obstacles that are elsewhere than the controller believes.
 
 use crate::common;
 use crate::common::least;
@@ -178,4 +178,45 @@ fn the_replay_has_the_true_place_of_an_obstacle_that_is_elsewhere() {
     let absent = truth(scenario.clone(), Some(false));
     assert_eq!(absent, [("pillar".into(), pose(-0.55), "absent".into())]);
     assert_eq!(truth(scenario.clone(), None), [("pillar".into(), pose(-0.55), pose(-0.41))]);
+}
+
+/// A gripper slides over uneven ground in contact with its limit. The elements that are the nearest after a tick are others than
+/// before it, and are looked at before the velocity is chosen.
+#[test]
+fn a_gripper_that_slides_over_the_ground_keeps_its_limit() {
+    let text = std::fs::read_to_string(common::example("cloud.hq")).expect("an example");
+    let (spec, _) = text.split_once("scenario").expect("it has scenarios");
+    for (x, from, to) in [(0.35, -0.2, -0.65), (0.3, -0.6, 0.6)] {
+        let program = common::program_of(&format!(
+            "{spec}scenario press {{ stack work  duration 9 s  signals {{ reach_to {{ path [
+               {{ at 0 s  value [0.5, 0, 0.34] m }}, {{ at 3 s  value [{x}, {from}, -0.04] m }},
+               {{ at 8 s  value [{x}, {to}, -0.04] m }}] }} }} }}"
+        ));
+        let seen = common::recorded::<Clear>(&program);
+        assert!(seen.least > -2e-9, "{}", seen.least);
+        assert!(seen.least < 1e-6, "it is pressed onto the ground: {}", seen.least);
+        assert_eq!(seen.fault, None);
+    }
+}
+
+/// The least margin of the task `clear`, and the first fault.
+struct Clear {
+    least: f64,
+    fault: Option<Fault>,
+}
+
+impl Default for Clear {
+    fn default() -> Self {
+        Clear { least: f64::INFINITY, fault: None }
+    }
+}
+
+impl Recorder for Clear {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        if let Some(m) = tick.evaluator.members().iter().find(|m| m.name == "clear") {
+            self.least = self.least.min(least(&tick.evaluator.margins()[m.margins.clone()]));
+        }
+        self.fault = self.fault.or(tick.fault);
+        Ok(())
+    }
 }

@@ -436,7 +436,10 @@ impl Task for KeepClear {
             return f64::INFINITY;
         }
         let Ok(at) = obstacle.place(next) else { return f64::NAN };
-        let distance = distance_at(part, obstacle, found.and_then(|f| f.element), &at.after(period), next);
+        // Another element may be the nearest one then: the first spot looks at all of them.
+        let is_first = self.place(row).is_none_or(|p| p.rank == 0);
+        let element = found.and_then(|f| f.element).filter(|_| !is_first);
+        let distance = distance_at(part, obstacle, element, &at.after(period), next);
         let ([d_min], [d_min_rate]) = (self.d_min.of(next.values), self.d_min.of(next.rates));
         distance - d_min - period * d_min_rate
     }
