@@ -1,7 +1,7 @@
 //! The excess of a shape over a mesh: the greatest distance of a point of its surface from the mesh, and its volume.
 //!
 //! The distance to the mesh changes by at most the way between two points, so that its value in the middle of a patch bounds
-//! it on the whole patch. The patch with the greatest bound is quartered until no bound is far above a value that was found
+//! it on the whole patch. The patch with the greatest bound is divided until no bound is far above a value that was found
 //! (branch and bound): the result is a bound, and nearly reached.
 
 use std::cmp::Ordering;
@@ -87,43 +87,56 @@ impl Patch {
         }
     }
 
-    fn quarters(&self) -> [Patch; 4] {
-        fn split<P: Copy>([a, b, c]: [P; 3], middle: impl Fn(P, P) -> P) -> [[P; 3]; 4] {
+    /// Parts of it, smaller ones: halves of a flat one, which may be long and thin, and quarters of another.
+    fn parts(&self) -> impl Iterator<Item = Patch> {
+        fn quarters<P: Copy>([a, b, c]: [P; 3], middle: impl Fn(P, P) -> P) -> [[P; 3]; 4] {
             let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
             [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
         }
-        match *self {
-            Patch::Flat { corners, in_cut } => {
-                split(corners, |p, q| 0.5 * (p + q)).map(|corners| Patch::Flat { corners, in_cut })
+        let all = match *self {
+            Patch::Flat { corners: [a, b, c], in_cut } => {
+                let sides = [(a - b).norm_squared(), (b - c).norm_squared(), (c - a).norm_squared()];
+                let [p, q, r] = match sides {
+                    [ab, bc, ca] if ab >= bc && ab >= ca => [a, b, c],
+                    [_, bc, ca] if bc >= ca => [b, c, a],
+                    _ => [c, a, b],
+                };
+                let m = 0.5 * (p + q);
+                let half = |corners| Some(Patch::Flat { corners, in_cut });
+                [half([p, m, r]), half([m, q, r]), None, None]
             }
-            Patch::Cap { centre, radius, directions } => split(directions, |p, q| (p + q).normalize())
-                .map(|directions| Patch::Cap { centre, radius, directions }),
-            Patch::Side { pose, radius, places } => split(places, |p, q| [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])])
-                .map(|places| Patch::Side { pose, radius, places }),
-        }
+            Patch::Cap { centre, radius, directions } => quarters(directions, |p, q| (p + q).normalize())
+                .map(|directions| Some(Patch::Cap { centre, radius, directions })),
+            Patch::Side { pose, radius, places } => quarters(places, |p, q| [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])])
+                .map(|places| Some(Patch::Side { pose, radius, places })),
+        };
+        all.into_iter().flatten()
     }
 
     /// The excess in its middle, and a bound for the whole patch.
-    fn look(&self, surface: &Surface) -> Look {
+    /// An element that is near to it helps to find the nearest one.
+    fn look(&self, surface: &Surface, near: Option<usize>) -> Look {
         let m = self.middle();
         let Patch::Flat { corners: [a, b, c], in_cut } = self else {
             let middle = surface.distance(&m);
-            return Look { middle, bound: middle + self.reach(), triangle: None };
+            return Look { middle, bound: middle + self.reach(), triangle: None, element: None };
         };
-        let seen = surface.look(&m, &(b - a).cross(&(c - a)), *in_cut);
+        let seen = surface.look(&m, &(b - a).cross(&(c - a)), *in_cut, near);
+        let element = seen.element;
         if seen.is_inside {
             // Inside of the mesh, and cut by none of its triangles, all but a rim is inside.
             let (middle, reach) = (-seen.distance, self.reach());
             let inner = [a, b, c].map(|p| p + (m - p) * EDGE);
             let is_clear = middle + reach > 0.0 && surface.is_clear_of(&inner);
-            return Look { middle, bound: if is_clear { EDGE * reach } else { middle + reach }, triangle: None };
+            let bound = if is_clear { EDGE * reach } else { middle + reach };
+            return Look { middle, bound, triangle: None, element };
         }
         let bound = seen.distance + self.reach();
         // The distance to one triangle is convex, and greatest at a corner: zero for a patch that is a part of it.
         let away =
             |t: &Triangle| [a, b, c].iter().map(|p| (*p - closest_point_triangle(p, t)).norm()).fold(0.0, f64::max);
         let bound = seen.triangle.as_ref().map_or(bound, |t| bound.min(away(t)));
-        Look { middle: seen.distance, bound, triangle: seen.triangle }
+        Look { middle: seen.distance, bound, triangle: seen.triangle, element }
     }
 
     /// Rest of a flat patch without a triangle of the mesh that covers its middle; `None` if they are in two planes.
@@ -178,6 +191,8 @@ struct Look {
     bound: f64,
     /// A triangle of the mesh that is nearest to the middle of a flat patch.
     triangle: Option<Triangle>,
+    /// Number of the element of the mesh that is nearest to the middle of a flat patch.
+    element: Option<usize>,
 }
 
 /// A patch that waits, by its bound.
@@ -186,6 +201,8 @@ struct Waiting {
     /// Patches with equal bounds are taken in the order in which they were made.
     number: usize,
     patch: Patch,
+    /// An element that is near to it.
+    element: Option<usize>,
 }
 
 impl PartialEq for Waiting {
@@ -225,13 +242,13 @@ pub(crate) struct Goal {
 pub(crate) fn greatest(patches: impl IntoIterator<Item = Patch>, surface: &Surface, goal: Goal) -> f64 {
     let tolerance = IN_PLANE * surface.extent();
     let mut search = Search { surface, goal, tolerance, best: 0.0, number: 0, waiting: BinaryHeap::new() };
-    patches.into_iter().for_each(|patch| search.look(patch));
-    while let Some(Waiting { bound, patch, .. }) = search.waiting.pop() {
+    patches.into_iter().for_each(|patch| search.look(patch, None));
+    while let Some(Waiting { bound, patch, element, .. }) = search.waiting.pop() {
         let gap = goal.absolute.max(goal.relative * search.best);
         if bound <= goal.enough.max(search.best + gap) || search.number > goal.most_patches {
             return bound;
         }
-        patch.quarters().into_iter().for_each(|quarter| search.look(quarter));
+        patch.parts().for_each(|part| search.look(part, element));
     }
     search.best
 }
@@ -248,10 +265,10 @@ struct Search<'s> {
 }
 
 impl Search<'_> {
-    fn look(&mut self, patch: Patch) {
+    fn look(&mut self, patch: Patch, near: Option<usize>) {
         let mut open = vec![patch];
         while let Some(patch) = open.pop() {
-            let Look { middle, bound, triangle } = patch.look(self.surface);
+            let Look { middle, bound, triangle, element } = patch.look(self.surface, near);
             self.best = self.best.max(middle);
             self.number += 1;
             if bound <= self.best {
@@ -260,7 +277,7 @@ impl Search<'_> {
             let covered = triangle.filter(|_| middle.abs() <= self.tolerance && self.number < self.goal.most_patches);
             match covered.and_then(|t| patch.uncovered(&t, self.tolerance)) {
                 Some(mut left) => open.append(&mut left),
-                None => self.waiting.push(Waiting { bound, number: self.number, patch }),
+                None => self.waiting.push(Waiting { bound, number: self.number, patch, element }),
             }
         }
     }

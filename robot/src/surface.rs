@@ -87,26 +87,34 @@ impl Surface {
 
     /// Distance of a point to the surface \[m\].
     pub fn distance(&self, p: &Vector3<f64>) -> f64 {
-        self.nearest(p).map_or(0.0, |near| near.distance)
+        self.nearest(p, None).map_or(0.0, |near| near.distance)
     }
 
     /// Distance of a point to the surface \[m\], negative inside of a closed one.
     pub fn signed_distance(&self, p: &Vector3<f64>) -> f64 {
-        let Some(near) = self.nearest(p) else { return 0.0 };
+        let Some(near) = self.nearest(p, None) else { return 0.0 };
         let is_inside = self.is_closed && near.is_inside.unwrap_or_else(|| self.contains(p));
         if is_inside { -near.distance } else { near.distance }
     }
 
     /// Looks at a point from the surface; `direction` leads away from the surface if the point is on it. A point that cannot be
-    /// inside is not tried, which takes a while beside edges.
-    pub(crate) fn look(&self, p: &Vector3<f64>, direction: &Vector3<f64>, may_be_inside: bool) -> Seen {
-        if let Some(near) = self.nearest(p) {
+    /// inside is not tried, which takes a while beside edges. An element `hint` that is near makes it faster.
+    pub(crate) fn look(
+        &self,
+        p: &Vector3<f64>,
+        direction: &Vector3<f64>,
+        may_be_inside: bool,
+        hint: Option<usize>,
+    ) -> Seen {
+        if let Some(near) = self.nearest(p, hint) {
             let is_inside = || may_be_inside && self.is_closed && near.is_inside.unwrap_or_else(|| self.contains(p));
-            return Seen { distance: near.distance, triangle: Some(near.triangle), is_inside: is_inside() };
+            let element = Some(near.element);
+            return Seen { distance: near.distance, triangle: Some(near.triangle), is_inside: is_inside(), element };
         }
         let off = || Some(p + direction.try_normalize(0.0)? * OFF);
-        let triangle = off().and_then(|p| self.nearest(&p)).map(|near| near.triangle);
-        Seen { distance: 0.0, triangle, is_inside: false }
+        let near = off().and_then(|p| self.nearest(&p, hint));
+        let (triangle, element) = (near.as_ref().map(|near| near.triangle), near.as_ref().map(|near| near.element));
+        Seen { distance: 0.0, triangle, is_inside: false, element }
     }
 
     /// True if a triangle meets none of the surface.
@@ -121,9 +129,9 @@ impl Surface {
     }
 
     /// `None` for a point on the surface.
-    fn nearest(&self, p: &Vector3<f64>) -> Option<Near> {
+    fn nearest(&self, p: &Vector3<f64>, hint: Option<usize>) -> Option<Near> {
         let at = Isometry3::translation(p.x, p.y, p.z);
-        let spot = self.soup.nearest(&Shape::Sphere { radius: 0.0 }, &at, &Isometry3::identity()).ok()?;
+        let spot = self.soup.nearest_from(hint, &Shape::Sphere { radius: 0.0 }, &at, &Isometry3::identity()).ok()?;
         let &[a, b, c] = self.soup.corners(spot.element) else { return None };
         let normal = (b - a).cross(&(c - a));
         let share = |q: &Vector3<f64>, r: &Vector3<f64>| {
@@ -132,7 +140,7 @@ impl Surface {
         let is_clear = [(a, b), (b, c), (c, a)].iter().all(|(q, r)| share(q, r) > CLEARLY_INSIDE);
         // At an edge or a corner, the side of one triangle is not that of all.
         let is_inside = is_clear.then(|| (p - a).dot(&normal) < 0.0);
-        Some(Near { distance: spot.closest.distance, triangle: [a, b, c], is_inside })
+        Some(Near { distance: spot.closest.distance, triangle: [a, b, c], is_inside, element: spot.element })
     }
 }
 
@@ -144,6 +152,8 @@ pub(crate) struct Seen {
     pub triangle: Option<[Vector3<f64>; 3]>,
     /// True if it may be inside of a closed surface, and is.
     pub is_inside: bool,
+    /// The number of the triangle.
+    pub element: Option<usize>,
 }
 
 /// The part of a surface that is nearest to a point.
@@ -152,6 +162,8 @@ struct Near {
     triangle: [Vector3<f64>; 3],
     /// True on the inner side of the triangle; `None` if the nearest point is at an edge.
     is_inside: Option<bool>,
+    /// The number of the triangle.
+    element: usize,
 }
 
 /// Six times the volume below a triangle is a determinant.

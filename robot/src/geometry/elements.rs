@@ -104,18 +104,6 @@ impl<'a> Query<'a> {
         }
     }
 
-    /// True if a point with a radius around it is farther away than a distance, as far as that is cheaper to tell than where
-    /// its closest points are.
-    pub fn is_farther(&self, corners: &[Vector3<f64>], radius: f64, distance: f64) -> bool {
-        match (corners, &self.segment) {
-            ([p], Some([s0, s1])) => {
-                let reach = distance + self.radius + radius;
-                reach <= 0.0 || (p - closest_point_segment(p, s0, s1).0).norm_squared() >= reach * reach
-            }
-            _ => false,
-        }
-    }
-
     /// Closest points of the shape and the hull of `corners` with a radius around it.
     pub fn closest(&self, corners: &[Vector3<f64>], radius: f64) -> Result<Found, Degenerate> {
         let (core, other) = match (corners, &self.segment) {

@@ -21,7 +21,7 @@ pub const PIECES_FOLDER: &str = ".hierarq_cache";
 pub const FEWEST_KEPT: usize = 1000;
 
 /// Version of the algorithm and of the entries. Whoever changes the pieces of any mesh raises it.
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 
 /// First bytes of an entry.
 const MAGIC: &[u8] = b"hierarq pieces\n";

@@ -74,6 +74,16 @@ struct Part {
     is_whole: bool,
 }
 
+/// Results of both, on two threads if the system has another one to give.
+fn on_two_threads<T: Send>(first: impl Fn() -> T + Sync, second: impl Fn() -> T) -> [T; 2] {
+    std::thread::scope(|scope| {
+        let other = std::thread::Builder::new().spawn_scoped(scope, &first);
+        let second = second();
+        let first = other.ok().and_then(|thread| thread.join().ok()).unwrap_or_else(&first);
+        [first, second]
+    })
+}
+
 impl Surface {
     /// Computes convex pieces that exceed the surface by at most `within` \[m\], as far as [`MOST_PIECES`] of them can.
     ///
@@ -105,8 +115,10 @@ impl Surface {
                 v[axis] = at;
                 v
             };
-            parts[worst] = make(sides.below, low, with(high))?;
-            parts.push(make(sides.above, with(low), high)?);
+            let below = || make(sides.below.clone(), low, with(high));
+            let [below, above] = on_two_threads(below, || make(sides.above.clone(), with(low), high));
+            parts[worst] = below?;
+            parts.push(above?);
         }
         let excess = parts.iter().map(|p| p.excess).fold(0.0, f64::max);
         Ok(Pieces { corners: parts.into_iter().map(|p| p.corners).collect(), excess })

@@ -11,7 +11,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 
 use super::Soup;
 use super::tree::{Inside, Node};
@@ -186,11 +186,7 @@ impl Soup {
                         wait(distance - around, What::Seen(element));
                     } else {
                         let seen = seen.get_or_insert_with(|| query.see(&node.centre));
-                        let towards = |p| seen.towards.dot(&(p - node.centre));
-                        let high = corners.iter().map(towards).fold(f64::NEG_INFINITY, f64::max);
-                        let known = seen.towards != nalgebra::Vector3::zeros();
-                        let least = if known { seen.distance - high - ROUNDING } else { seen.distance - node.radius };
-                        wait(least - around, What::Unseen(element));
+                        wait(element_bound(corners, node, seen) - around, What::Unseen(element));
                     }
                 }
             }
@@ -202,6 +198,17 @@ impl Soup {
     /// # Errors
     /// The core of the shape meets elements, or a pose is not finite.
     pub fn nearest(&self, shape: &Shape, X_Wa: &Isometry3<f64>, X_WS: &Isometry3<f64>) -> Result<Spot, Search> {
+        self.nearest_from(None, shape, X_Wa, X_WS)
+    }
+
+    /// As [`Soup::nearest`]; an element that is near makes it faster.
+    pub(crate) fn nearest_from(
+        &self,
+        hint: Option<usize>,
+        shape: &Shape,
+        X_Wa: &Isometry3<f64>,
+        X_WS: &Isometry3<f64>,
+    ) -> Result<Spot, Search> {
         let query = Query::new(shape, X_WS.inv_mul(X_Wa));
         if !query.is_finite() {
             return Err(Search::NotFinite);
@@ -209,6 +216,17 @@ impl Soup {
         let (nodes, around) = (&self.0.tree.nodes, self.radius());
         let mut best: Option<Spot> = None;
         let mut distance = f64::INFINITY;
+        let mut consider = |element: usize, distance: &mut f64| {
+            let found = query.closest(self.corners(element), around).map_err(|_| Search::Touching)?;
+            if found.closest.distance < *distance {
+                *distance = found.closest.distance;
+                best = Some(Spot { element, closest: found.closest, along: found.along });
+            }
+            Ok(())
+        };
+        if let Some(hint) = hint.filter(|hint| *hint < self.len()) {
+            consider(hint, &mut distance)?;
+        }
         let mut waiting = [(0u32, f64::NEG_INFINITY); DEEPEST];
         let mut count = 1;
         while count > 0 {
@@ -231,14 +249,12 @@ impl Soup {
                     }
                 }
                 Inside::Elements(from, to) => {
-                    for element in from as usize..to as usize {
-                        let corners = self.corners(element);
-                        if query.is_farther(corners, around, distance) {
-                            continue;
-                        }
-                        let Found { closest, along } = query.closest(corners, around).map_err(|_| Search::Touching)?;
-                        if closest.distance < distance {
-                            (best, distance) = (Some(Spot { element, closest, along }), closest.distance);
+                    let seen = query.see(&node.centre);
+                    for element in from..to {
+                        let corners = self.corners(element as usize);
+                        let least = query.distance(corners).unwrap_or_else(|| element_bound(corners, node, &seen));
+                        if least - around < distance {
+                            consider(element as usize, &mut distance)?;
                         }
                     }
                 }
@@ -252,8 +268,17 @@ impl Soup {
 /// A distance below that of all corners in a node \[m\].
 fn bound(node: &Node, seen: &Seen) -> f64 {
     // A plane across the direction to the shape has the node on one side and the shape on the other.
-    let known = seen.towards != nalgebra::Vector3::zeros();
+    let known = seen.towards != Vector3::zeros();
     seen.distance - if known { node.height(&seen.towards).min(node.radius) } else { node.radius }
+}
+
+/// A distance below that of an element of a node \[m\].
+fn element_bound(corners: &[Vector3<f64>], node: &Node, seen: &Seen) -> f64 {
+    if seen.towards == Vector3::zeros() {
+        return seen.distance - node.radius;
+    }
+    let high = corners.iter().map(|p| seen.towards.dot(&(p - node.centre))).fold(f64::NEG_INFINITY, f64::max);
+    seen.distance - high - ROUNDING
 }
 
 /// Spots, and for what they stand.
