@@ -232,8 +232,8 @@ machine m {
 fn regions() {
     let program = common::program_of(
         "hierarq 1
-robot l { urdf \"robots/arm7.urdf\"  at [0, 0.5, 0] m  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
-robot r { urdf \"robots/arm7.urdf\"  at [0, -0.5, 0] m  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
+robot l { urdf \"robots/arm7.urdf\"  base unicycle  at [0, 0.5, 0] m  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
+robot r { urdf \"robots/arm7.urdf\"  base floating  at [0, -0.5, 0] m  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
 signal go : event
 variable turns : number = 0
 stack limits { level limits hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits } }

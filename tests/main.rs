@@ -49,6 +49,7 @@ mod sampled_margin;
 mod scenarios;
 mod search_report;
 mod serve;
+mod several_bases;
 mod shared_control;
 mod smoothness;
 mod solve;

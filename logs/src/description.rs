@@ -100,6 +100,7 @@ fn visual(visual: &Visual, out: &mut String) {
 fn joint(model: &Model, joint: &Joint, out: &mut String) {
     let name = |link| escaped(&model.link_ref(link).name);
     let (kind, pose, follows) = match joint.drive {
+        Drive::Fixed if model.base_at(joint.child).is_some() => ("floating", joint.origin, None),
         Drive::Fixed => ("fixed", joint.origin, None),
         Drive::Locked(position) => ("fixed", joint.origin * held(joint, position), None),
         Drive::Dof(_) => (moving(joint.kind), joint.origin, None),

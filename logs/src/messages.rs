@@ -83,7 +83,7 @@ fn task_numbers(roster: &Roster, column: &mut usize) -> Vec<TaskNumber> {
 
 fn is_fixed(model: &Model, link: LinkId) -> bool {
     let drive = model.link_ref(link).parent_joint.map(|j| model.joint_ref(j).drive);
-    matches!(drive, Some(Drive::Fixed | Drive::Locked(_)))
+    model.base_at(link).is_none() && matches!(drive, None | Some(Drive::Fixed | Drive::Locked(_)))
 }
 
 impl Messages {
@@ -160,14 +160,10 @@ impl Messages {
         let start = self.epoch;
         let urdf = urdf(self.scene.model());
         self.text(Topic::RobotDescription, start, &urdf, emit)?;
-        let home = vec![f64::NAN; self.columns.len()];
-        let model = self.scene.model();
         // Fixed links have the same pose relative to their parents at any configuration.
-        let mut zero = home;
-        zero[1..1 + model.nq()].fill(0.0);
-        if model.base == robot::Base::Floating {
-            zero[4] = 1.0;
-        }
+        let mut zero = vec![f64::NAN; self.columns.len()];
+        let neutral = self.scene.model().neutral();
+        zero[1..=neutral.len()].copy_from_slice(&neutral);
         let signals = self.scene.absent_signals();
         self.scene.update(&Snapshot { row: zero, signals, ..Snapshot::default() });
         self.transforms(Topic::FixedTransforms, start, emit)?;
@@ -246,8 +242,7 @@ impl Messages {
         let links = (0..model.links.len()).map(|i| LinkId(i as u32));
         let is_root = |l: LinkId| model.parent(l).is_none();
         let wanted = |l: &LinkId| {
-            let fixed = is_fixed(model, *l) || (is_root(*l) && model.base.nv() == 0);
-            (topic == Topic::FixedTransforms) == fixed
+            (topic == Topic::FixedTransforms) == is_fixed(model, *l)
                 && !(is_root(*l) && model.link_ref(*l).name == self.scene.world())
         };
         let links: Vec<LinkId> = links.filter(wanted).collect();

@@ -211,8 +211,7 @@ impl Scene {
         let wall = |limit: &Limit| {
             let Hazard::Plane { at, normal, on } = &limit.hazard else { return None };
             // The part of the plane near the robot is drawn.
-            let base = on.is_none() && self.program.robot.model.base.nv() > 0;
-            let stands = three(&self.program.robot.home, 0).filter(|_| base).unwrap_or_default();
+            let stands = if on.is_none() { self.program.robot.stands_at() } else { Vector3::zeros() };
             let place = stands - normal * normal.dot(&(stands - at));
             let turn = UnitQuaternion::rotation_between(&Vector3::z(), normal)
                 .unwrap_or_else(|| UnitQuaternion::from_scaled_axis(Vector3::x() * std::f64::consts::PI));

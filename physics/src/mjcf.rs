@@ -8,7 +8,7 @@
 use std::fmt::Write;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
-use robot::{Base, Data, Drive, JointKind, Link, LinkId, Model, PlacedShape};
+use robot::{Data, Drive, JointKind, Link, LinkId, Model, PlacedShape};
 use runtime::program::{Actuators, Gravity, PlantProgram, Program};
 
 use crate::geometry::{Geometries, Group, placed};
@@ -58,7 +58,9 @@ pub fn write(program: &Program, room: &Room, plant: &PlantProgram) -> Mjcf {
     room.write(&mut bodies, &mut meshes);
     let children = children(model);
     let mut writer = Writer { model, plant, room, children, joints: Vec::new(), xml: bodies, meshes };
-    writer.link(LinkId(0));
+    let roots = [LinkId(0)].into_iter().filter(|root| model.base_at(*root).is_none());
+    // MuJoCo places bodies from outside only if nothing carries them.
+    roots.chain(model.bases.iter().map(|base| base.link)).for_each(|root| writer.link(root));
     let (bodies, meshes) = (std::mem::take(&mut writer.xml), std::mem::take(&mut writer.meshes));
     let gravity = if plant.gravity == Gravity::None { "0 0 0" } else { "0 0 -9.81" };
     let _ = write!(
@@ -120,14 +122,16 @@ impl Writer<'_> {
         let model = self.model;
         let of = model.link_ref(link);
         let name = escaped(&of.name);
-        match of.parent_joint {
-            None => {
-                // The base moves as it is commanded: a mocap body, which is placed from outside.
-                let mocap = if model.base == Base::Fixed { "" } else { " mocap=\"true\"" };
-                let pose = *Data::new(model).pose(link);
-                let _ = writeln!(self.xml, "<body name=\"link {name}\" {}{mocap}>", placed(&pose));
+        match (model.base_at(link), of.parent_joint) {
+            // A base moves as it is commanded: a mocap body, which is placed from outside.
+            (Some(base), _) => {
+                let pose = placed(&model.place(base));
+                let _ = writeln!(self.xml, "<body name=\"link {name}\" {pose} mocap=\"true\">");
             }
-            Some(joint) => {
+            (None, None) => {
+                let _ = writeln!(self.xml, "<body name=\"link {name}\" {}>", placed(&Isometry3::identity()));
+            }
+            (None, Some(joint)) => {
                 let joint = model.joint_ref(joint);
                 let held = match joint.drive {
                     Drive::Locked(position) => motion(joint.kind, &joint.axis, position),
@@ -165,7 +169,10 @@ impl Writer<'_> {
             );
         }
         for k in self.children[link.index()].clone() {
-            self.link(model.joints[k].child);
+            let child = model.joints[k].child;
+            if model.base_at(child).is_none() {
+                self.link(child);
+            }
         }
         self.xml += "</body>\n";
     }

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use robot::{Base, LinkId, Model};
+use robot::{Base, Model};
 use runtime::physics::{Around, Physics};
 use runtime::program::{Actuators, Program, ScenarioProgram};
 
@@ -39,7 +39,7 @@ pub struct Plant {
     controls: Vec<f64>,
     /// Positions that the drives are asked for, by degree of freedom (rad or m).
     wanted: Vec<f64>,
-    /// Position and orientation of each body that is placed from outside: those of the room, then the base.
+    /// Position and orientation of each body that is placed from outside: those of the room, then the bases.
     positions_placed: Vec<f64>,
     orientations_placed: Vec<f64>,
     started: bool,
@@ -59,7 +59,7 @@ impl Plant {
     pub fn new(program: &Program, scenario: Option<&ScenarioProgram>) -> Result<Plant, PlantError> {
         let settings = program.run.simulator.plant.as_ref().ok_or(PlantError::None)?;
         let model = program.robot.model.clone();
-        if model.base == Base::Floating {
+        if model.bases.iter().any(|base| base.kind == Base::Floating) {
             return Err(PlantError::Floating);
         }
         let library = library()?;
@@ -67,7 +67,7 @@ impl Plant {
         let room = Room::new(truth.as_ref().unwrap_or(program), scenario, settings.contacts, settings.person_radius);
         let mjcf = mjcf::write(program, &room, settings);
         let scene = Scene::new(&library, &mjcf.xml)?;
-        let placed = room.moving() + usize::from(model.base != Base::Fixed);
+        let placed = room.moving() + model.bases.len();
         let counts = [scene.joints(), scene.actuators(), scene.placed()];
         let written = [mjcf.joints.len(), mjcf.drives.len(), placed];
         if counts != written {
@@ -116,7 +116,7 @@ impl Plant {
         self.started = true;
     }
 
-    /// Places the base where the configuration has it, and what is around so many seconds after the tick.
+    /// Places the bases where the configuration has them, and what is around so many seconds after the tick.
     fn place(&mut self, q: &[f64], after: f64) {
         let Plant { positions_placed: positions, orientations_placed: orientations, .. } = self;
         if positions.is_empty() {
@@ -124,10 +124,12 @@ impl Plant {
         }
         self.room.place(after, positions, orientations);
         let others = self.room.moving();
-        let (position, orientation) = (&mut positions[3 * others..], &mut orientations[4 * others..]);
-        if !position.is_empty() {
+        let places = positions[3 * others..].chunks_exact_mut(3).zip(orientations[4 * others..].chunks_exact_mut(4));
+        if !self.model.bases.is_empty() {
             self.model.forward(q, &mut self.data);
-            let pose = self.data.pose(LinkId(0));
+        }
+        for (base, (position, orientation)) in self.model.bases.iter().zip(places) {
+            let pose = self.data.pose(base.link);
             let (p, r) = (&pose.translation, &pose.rotation);
             position.copy_from_slice(&[p.x, p.y, p.z]);
             orientation.copy_from_slice(&[r.w, r.i, r.j, r.k]);

@@ -223,12 +223,46 @@ run { duration 1 s  plant mujoco { } }
         robot.apply(&command);
         ideal.apply(&command);
     }
-    let base = program.robot.model.base.nq();
+    let base = program.robot.model.root_base().nq();
     for i in 0..base {
         assert!((robot.q()[i] - ideal.q()[i]).abs() < 1e-12, "base");
     }
     for i in base..robot.q().len() {
         assert!((robot.q()[i] - ideal.q()[i]).abs() < 2e-3, "joint {i}: {} and {}", robot.q()[i], ideal.q()[i]);
+    }
+}
+
+#[test]
+fn bases_of_several_robots_move_as_they_are_commanded() {
+    if !installed() {
+        return;
+    }
+    let text = "hierarq 1
+robot arm { urdf \"../../examples/robots/arm7.urdf\"  rate 100 Hz  at [0, 3, 0] m  home { joint_4 1 rad } }
+robot cart { urdf \"../../examples/robots/mobile_arm.urdf\"  base unicycle  rate 100 Hz  at pose([1, 0, 0] m, rpy(0, 0, 90 deg)) }
+robot slider { urdf \"../../examples/robots/mobile_arm.urdf\"  base planar  rate 100 Hz  at [-3, 0, 0] m }
+task still = joint_velocity { velocity 0 rad/s }
+stack s { level l hard { joint_velocity_limits }  level motion { still } }
+run { duration 1 s  plant mujoco { } }
+";
+    let program = compiled(text);
+    physics::provide();
+    let mut robot = runtime::SimulatedRobot::of_run(&program, None).expect("physics");
+    let mut ideal = runtime::SimulatedRobot::new(&program);
+    let model = &program.robot.model;
+    let mut command = vec![0.0; model.nv()];
+    for base in &model.bases {
+        let speeds = if base.kind.nv() == 2 { vec![0.2, 0.3] } else { vec![0.2, -0.1, -0.3] };
+        command[base.dofs()].copy_from_slice(&speeds);
+    }
+    for _ in 0..100 {
+        robot.apply(&command);
+        ideal.apply(&command);
+    }
+    let of_base = |i: usize| model.bases.iter().any(|base| base.coordinates().contains(&i));
+    for (i, (q, wanted)) in robot.q().iter().zip(ideal.q()).enumerate() {
+        let most = if of_base(i) { 1e-12 } else { 2e-3 };
+        assert!((q - wanted).abs() < most, "number {i}: {q} and {wanted}");
     }
 }
 

@@ -124,7 +124,7 @@ fn report(order: &Order) -> Result<String, String> {
     }
     let report = Report {
         name: &model.name,
-        base: model.base,
+        base: model.root_base(),
         links: model.links.len(),
         joints: model.joints.len(),
         dofs: model.dofs.iter().map(|d| d.name.as_str()).collect(),

@@ -58,19 +58,18 @@ pub fn pairs(model: &Model) -> Vec<LinkPair> {
 }
 
 /// Returns those of the pairs that touch at `home` and at each of [`POSTURES`] random postures within the limits of the
-/// joints: their shapes overlap by how they are drawn. The base stays at `home`, whose length is nq.
+/// joints: their shapes overlap by how they are drawn. Bases stay at `home`, whose length is nq.
 pub fn always_touching(model: &Model, home: &[f64], pairs: &[LinkPair]) -> BTreeSet<LinkPair> {
     let mut data = Data::new(model);
     model.forward(home, &mut data);
     let mut left: Vec<LinkPair> = pairs.iter().copied().filter(|pair| touch(model, &data, *pair)).collect();
     let mut generator = SplitMix64(SEED);
-    let base = model.base.nq();
     for _ in 0..POSTURES {
         if left.is_empty() {
             break;
         }
         let mut q = model.random_configuration(&mut || generator.unit());
-        q[..base].copy_from_slice(&home[..base]);
+        model.copy_bases(home, &mut q);
         model.forward(&q, &mut data);
         left.retain(|pair| touch(model, &data, *pair));
     }

@@ -61,7 +61,7 @@ impl Data {
         &self.poses[link.index()].translation.vector
     }
 
-    /// Returns the motion columns: those of the base, then one per moving joint in joint order. A mimicking joint has
+    /// Returns the motion columns: those of each base, and one per moving joint, in the order of their links. A mimicking joint has
     /// its own column, scaled by its multiplier.
     #[inline]
     pub fn columns(&self) -> &[Motion] {

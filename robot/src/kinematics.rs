@@ -13,7 +13,8 @@ impl Model {
     /// Computes the poses of all links and all motion columns for `q` (length nq). Does not allocate. Normalises the
     /// quaternion of a floating base. If `q` is not finite, neither are the poses.
     pub fn forward(&self, q: &[f64], data: &mut Data) {
-        self.place_root(q, data);
+        data.poses[0] = place_base(self.tape.root, &Isometry3::identity(), q, &mut data.columns);
+        data.rotations[0] = data.poses[0].rotation.to_rotation_matrix().into_inner();
         for (k, step) in self.tape.steps.iter().enumerate() {
             let parent = step.parent as usize;
             let R_WP = data.rotations[parent];
@@ -37,47 +38,57 @@ impl Model {
                         Motion { linear: a * step.multiplier, angular: Vector3::zeros() };
                     q_WP * step.turn
                 }
+                Motor::Base(base) => {
+                    let rotation = UnitQuaternion::new_unchecked(q_WP * step.turn);
+                    let stands = Isometry3::from_parts(Translation3::from(p), rotation);
+                    let columns = &mut data.columns[step.column as usize..];
+                    let X_WB = place_base(base, &stands, &q[step.q_index as usize..], columns);
+                    p = X_WB.translation.vector;
+                    *X_WB.rotation.quaternion()
+                }
             };
             let rotation = UnitQuaternion::new_unchecked(rotation);
             data.poses[k + 1] = Isometry3::from_parts(Translation3::from(p), rotation);
             data.rotations[k + 1] = rotation.to_rotation_matrix().into_inner();
         }
     }
+}
 
-    /// Computes the pose of the root and the columns of the base.
-    fn place_root(&self, q: &[f64], data: &mut Data) {
-        let X_WB = base_pose(self.base, q);
-        data.poses[0] = X_WB;
-        let R = X_WB.rotation.to_rotation_matrix().into_inner();
-        data.rotations[0] = R;
-        let p = X_WB.translation.vector;
-        let shift = |i: usize| Motion { linear: R.column(i).into(), angular: Vector3::zeros() };
-        let turn = |i: usize| {
-            let a: Vector3<f64> = R.column(i).into();
-            Motion { linear: p.cross(&a), angular: a }
-        };
-        match self.base {
-            Base::Fixed => {}
-            Base::Planar => {
-                data.columns[0] = shift(0);
-                data.columns[1] = shift(1);
-                data.columns[2] = turn(2);
-            }
-            Base::Unicycle => {
-                data.columns[0] = shift(0);
-                data.columns[1] = turn(2);
-            }
-            Base::Floating => {
-                for i in 0..3 {
-                    data.columns[i] = shift(i);
-                    data.columns[i + 3] = turn(i);
-                }
+/// Returns the pose of the link of a base that stands at `X_WO` if its coordinates `q` are zero, and computes its columns.
+fn place_base(base: Base, X_WO: &Isometry3<f64>, q: &[f64], columns: &mut [Motion]) -> Isometry3<f64> {
+    if base == Base::Fixed {
+        return *X_WO;
+    }
+    let X_WB = X_WO * base_pose(base, q);
+    let R = X_WB.rotation.to_rotation_matrix().into_inner();
+    let p = X_WB.translation.vector;
+    let shift = |i: usize| Motion { linear: R.column(i).into(), angular: Vector3::zeros() };
+    let turn = |i: usize| {
+        let a: Vector3<f64> = R.column(i).into();
+        Motion { linear: p.cross(&a), angular: a }
+    };
+    match base {
+        Base::Fixed => {}
+        Base::Planar => {
+            columns[0] = shift(0);
+            columns[1] = shift(1);
+            columns[2] = turn(2);
+        }
+        Base::Unicycle => {
+            columns[0] = shift(0);
+            columns[1] = turn(2);
+        }
+        Base::Floating => {
+            for i in 0..3 {
+                columns[i] = shift(i);
+                columns[i + 3] = turn(i);
             }
         }
     }
+    X_WB
 }
 
-/// Returns the pose of the root link in the world.
+/// Returns the pose of the link of a base, relative to where it stands if its coordinates are zero.
 pub(crate) fn base_pose(base: Base, q: &[f64]) -> Isometry3<f64> {
     match base {
         Base::Fixed => Isometry3::identity(),

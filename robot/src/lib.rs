@@ -44,7 +44,9 @@ pub use hull::{Hull, HullError};
 pub use id::{JointId, LinkId};
 pub use mesh::triangles as mesh_triangles;
 pub use mesh::vertices as mesh_vertices;
-pub use model::{Dof, DofUnit, Drive, Joint, JointKind, Link, MergeError, Merged, Model, Placed, Support, WORLD};
+pub use model::{
+    Dof, DofUnit, Drive, Joint, JointKind, Link, MergeError, Merged, MobileBase, Model, Placed, Support, WORLD,
+};
 pub use pieces::{FEWEST_KEPT, FilePieces, MOST_PIECES, MeshFile, PIECES_FOLDER, Pieces};
 pub use points::{Points, points};
 pub use shape::{PlacedShape, Shape, Visual, VisualGeometry};

@@ -15,15 +15,19 @@ impl Model {
     /// Moves `q` (length nq) along `v` (length nv) for `dt` seconds; exact for constant `v`. Keeps the quaternion of a
     /// floating base at unit length. Limits are not applied.
     pub fn integrate(&self, q: &mut [f64], v: &[f64], dt: f64) {
-        match self.base {
-            Base::Fixed => {}
-            Base::Planar => step_plane(q, v[0] * dt, v[1] * dt, v[2] * dt),
-            Base::Unicycle => step_plane(q, v[0] * dt, 0.0, v[1] * dt),
-            Base::Floating => step_space(q, v, dt),
+        for base in &self.bases {
+            let (q, v) = (&mut q[base.coordinates()], &v[base.dofs()]);
+            match base.kind {
+                Base::Fixed => {}
+                Base::Planar => step_plane(q, v[0] * dt, v[1] * dt, v[2] * dt),
+                Base::Unicycle => step_plane(q, v[0] * dt, 0.0, v[1] * dt),
+                Base::Floating => step_space(q, v, dt),
+            }
         }
-        let (nq, nv) = (self.base.nq(), self.base.nv());
-        for (q, v) in q[nq..self.nq()].iter_mut().zip(&v[nv..self.nv()]) {
-            *q += v * dt;
+        for (dof, v) in self.dofs.iter().zip(v) {
+            if let Some(i) = dof.q_index {
+                q[i] += v * dt;
+            }
         }
     }
 
@@ -31,21 +35,26 @@ impl Model {
     /// with the base turning by at most half a turn. A unicycle cannot slip sideways: its velocity is the planar one
     /// without the lateral component, which is the nearest feasible one.
     pub fn difference(&self, q0: &[f64], q1: &[f64], v: &mut [f64]) {
-        match self.base {
-            Base::Fixed => {}
-            Base::Planar => {
-                let (u, turn) = between_plane(q0, q1);
-                v[..3].copy_from_slice(&[u.x, u.y, turn]);
+        for base in &self.bases {
+            let (q0, q1) = (&q0[base.coordinates()], &q1[base.coordinates()]);
+            let v = &mut v[base.dofs()];
+            match base.kind {
+                Base::Fixed => {}
+                Base::Planar => {
+                    let (u, turn) = between_plane(q0, q1);
+                    v.copy_from_slice(&[u.x, u.y, turn]);
+                }
+                Base::Unicycle => {
+                    let (u, turn) = between_plane(q0, q1);
+                    v.copy_from_slice(&[u.x, turn]);
+                }
+                Base::Floating => between_space(q0, q1, v),
             }
-            Base::Unicycle => {
-                let (u, turn) = between_plane(q0, q1);
-                v[..2].copy_from_slice(&[u.x, turn]);
-            }
-            Base::Floating => between_space(q0, q1, v),
         }
-        let (nq, nv) = (self.base.nq(), self.base.nv());
-        for (i, v) in v[nv..self.nv()].iter_mut().enumerate() {
-            *v = q1[nq + i] - q0[nq + i];
+        for (dof, v) in self.dofs.iter().zip(v) {
+            if let Some(i) = dof.q_index {
+                *v = q1[i] - q0[i];
+            }
         }
     }
 }

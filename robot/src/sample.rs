@@ -9,8 +9,8 @@ impl Model {
     /// Length nq.
     pub fn neutral(&self) -> Vec<f64> {
         let mut q = vec![0.0; self.nq()];
-        if self.base == Base::Floating {
-            q[3] = 1.0;
+        for base in self.bases.iter().filter(|base| base.kind == Base::Floating) {
+            q[base.first_coordinate + 3] = 1.0;
         }
         for dof in &self.dofs {
             if let Some(i) = dof.q_index {
@@ -24,21 +24,24 @@ impl Model {
     /// both are missing, the range is ±π rad or ±1 m. `rng` yields numbers uniform in 0..1.
     pub fn random_configuration(&self, rng: &mut impl FnMut() -> f64) -> Vec<f64> {
         let mut q = vec![0.0; self.nq()];
-        match self.base {
-            Base::Fixed => {}
-            Base::Planar | Base::Unicycle => {
-                q[0] = 2.0 * rng() - 1.0;
-                q[1] = 2.0 * rng() - 1.0;
-                q[2] = PI * (2.0 * rng() - 1.0);
-            }
-            Base::Floating => {
-                for x in &mut q[..3] {
-                    *x = 2.0 * rng() - 1.0;
+        for base in &self.bases {
+            let q = &mut q[base.coordinates()];
+            match base.kind {
+                Base::Fixed => {}
+                Base::Planar | Base::Unicycle => {
+                    q[0] = 2.0 * rng() - 1.0;
+                    q[1] = 2.0 * rng() - 1.0;
+                    q[2] = PI * (2.0 * rng() - 1.0);
                 }
-                // Uniform on the sphere of unit quaternions: Shoemake, Graphics Gems III (1992).
-                let (u, a, b) = (rng().clamp(0.0, 1.0), TAU * rng(), TAU * rng());
-                let (r, s) = ((1.0 - u).sqrt(), u.sqrt());
-                q[3..7].copy_from_slice(&[s * b.cos(), r * a.sin(), r * a.cos(), s * b.sin()]);
+                Base::Floating => {
+                    for x in &mut q[..3] {
+                        *x = 2.0 * rng() - 1.0;
+                    }
+                    // Uniform on the sphere of unit quaternions: Shoemake, Graphics Gems III (1992).
+                    let (u, a, b) = (rng().clamp(0.0, 1.0), TAU * rng(), TAU * rng());
+                    let (r, s) = ((1.0 - u).sqrt(), u.sqrt());
+                    q[3..7].copy_from_slice(&[s * b.cos(), r * a.sin(), r * a.cos(), s * b.sin()]);
+                }
             }
         }
         for dof in &self.dofs {

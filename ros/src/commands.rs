@@ -38,7 +38,7 @@ impl Commander {
             dofs: topic.dofs.clone(),
             places: topic.dofs.iter().filter_map(of).filter_map(|d| d.q_index).collect(),
             names: topic.dofs.iter().filter_map(of).map(|d| short(&d.name)).collect(),
-            base: model.base,
+            base: topic.dofs.first().and_then(|dof| model.base_of_dof(*dof)).map_or(Base::Fixed, |base| base.kind),
             period,
         }
     }
@@ -71,7 +71,7 @@ impl Commander {
 
     /// Velocity of a base in its own frame.
     pub fn twist(&self, motion: Motion) -> Twist {
-        let v = |i: usize| motion.velocity.get(i).copied().unwrap_or(0.0);
+        let v = |i: usize| self.dofs.get(i).and_then(|dof| motion.velocity.get(*dof)).copied().unwrap_or(0.0);
         let vector = |x: f64, y: f64, z: f64| Vector3 { x, y, z };
         match self.base {
             Base::Fixed => Twist::default(),

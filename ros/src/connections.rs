@@ -29,8 +29,12 @@ pub fn connections(program: &Program, ros: &RosProgram) -> Vec<Connection> {
     for states in &ros.joint_states {
         all.push(row("reads", &states.topic, "sensor_msgs/JointState", "positions of joints".to_string()));
     }
-    if let Some(topic) = ros.odometry.as_ref().filter(|_| program.robot.model.base.nv() > 0) {
-        all.push(row("reads", topic, "nav_msgs/Odometry", "pose of the base".to_string()));
+    let model = &program.robot.model;
+    for odometry in &ros.odometry {
+        let of = model.bases.get(odometry.base).map_or("base", |base| base.link_name(model));
+        let content =
+            if model.bases.len() > 1 { format!("pose of the base `{of}`") } else { "pose of the base".to_string() };
+        all.push(row("reads", &odometry.topic, "nav_msgs/Odometry", content));
     }
     for topic in &ros.signals {
         let name = program.interface.signals.get(topic.signal).map_or("", |s| s.name.as_str());

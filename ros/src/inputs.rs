@@ -1,4 +1,4 @@
-//! All that a node reads, in the order of a tick: transforms, joints, the base, signals, services.
+//! All that a node reads, in the order of a tick: transforms, joints, bases, signals, services.
 
 use std::collections::BTreeSet;
 
@@ -26,6 +26,8 @@ struct JointTopic {
 struct OdometryTopic {
     subscription: Subscription<Odometry>,
     topic: String,
+    /// Index of the base.
+    base: usize,
     /// Frame that poses must be in.
     world: String,
 }
@@ -35,7 +37,7 @@ pub struct Inputs {
     transforms: Subscription<Transforms>,
     frames: Frames,
     joints: Vec<JointTopic>,
-    odometry: Option<OdometryTopic>,
+    odometry: Vec<OdometryTopic>,
     signals: Vec<Box<dyn Reader>>,
     services: Vec<Trigger>,
     /// Resolved names of topics of the configuration.
@@ -96,13 +98,14 @@ impl Inputs {
             });
             topics.push(name);
         }
-        let mut odometry = None;
-        if let Some(name) = ros.odometry.as_ref().filter(|_| program.robot.model.base.nv() > 0) {
-            let name = resolved(ros, name);
+        let mut odometry = Vec::new();
+        for of in &ros.odometry {
+            let name = resolved(ros, &of.topic);
             let topic = node.create_topic(&absolute(&name)?, message_type("nav_msgs/Odometry"), &quality)?;
-            odometry = Some(OdometryTopic {
-                subscription: node.create_subscription(&topic, Some(quality))?,
+            odometry.push(OdometryTopic {
+                subscription: node.create_subscription(&topic, Some(quality.clone()))?,
                 topic: name.clone(),
+                base: of.base,
                 world: ros.world.trim_start_matches('/').to_string(),
             });
             topics.push(name);
@@ -146,7 +149,7 @@ impl Inputs {
         }
     }
 
-    /// Takes the positions of joints and the pose of the base at a time by the clock (s).
+    /// Takes the positions of joints and the poses of bases at a time by the clock (s).
     pub fn configuration(&mut self, q: &mut Configuration, time: f64, once: &mut Once) {
         for JointTopic { subscription, prefix, publishers, topic } in &mut self.joints {
             for _ in 0..quality::MOST {
@@ -167,16 +170,17 @@ impl Inputs {
                 }
             }
         }
-        let Some(OdometryTopic { subscription, topic, world }) = &self.odometry else { return };
-        for _ in 0..quality::MOST {
-            match subscription.take() {
-                Ok(None) => return,
-                Ok(Some((message, _))) => {
-                    if let Err(Mistake::OtherFrame { frame }) = q.odometry(&message, world, time) {
-                        once.tell(Remark::OtherFrame { topic: topic.clone(), frame, needed: world.clone() });
+        for OdometryTopic { subscription, topic, base, world } in &self.odometry {
+            for _ in 0..quality::MOST {
+                match subscription.take() {
+                    Ok(None) => break,
+                    Ok(Some((message, _))) => {
+                        if let Err(Mistake::OtherFrame { frame }) = q.odometry(*base, &message, world, time) {
+                            once.tell(Remark::OtherFrame { topic: topic.clone(), frame, needed: world.clone() });
+                        }
                     }
+                    Err(e) => once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() }),
                 }
-                Err(e) => once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() }),
             }
         }
     }

@@ -1,10 +1,10 @@
 //! The configuration of the robot from messages: positions of joints by their names, in any order and from several topics, and
-//! the pose of a base from odometry.
+//! the poses of bases from odometry.
 
 use std::collections::BTreeSet;
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use robot::{Base, Model};
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use robot::{Base, MobileBase, Model};
 
 use crate::messages::{JointState, Odometry};
 
@@ -13,9 +13,8 @@ const PUBLISHERS: usize = 16;
 
 /// A configuration under observation.
 pub struct Configuration {
-    /// Names of the numbers after those of the base.
-    names: Vec<String>,
-    base: Base,
+    joints: Vec<JointPlace>,
+    bases: Vec<PlacedBase>,
     /// The last readings; NaN before the first one.
     last: Vec<f64>,
     /// Time of each reading (s); minus infinity before the first one.
@@ -32,6 +31,20 @@ pub struct Configuration {
 
 /// Identity of a publisher.
 pub type Source = [u8; 16];
+
+/// A joint, and the place of its position in a configuration.
+struct JointPlace {
+    name: String,
+    place: usize,
+}
+
+/// A base, and the place in the world where it stands if its coordinates are zero.
+struct PlacedBase {
+    base: MobileBase,
+    at: Isometry3<f64>,
+    /// Words for it.
+    words: String,
+}
 
 /// Mistake in a message.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -95,10 +108,17 @@ impl Publishers {
 impl Configuration {
     /// A configuration of which nothing is known.
     pub fn new(model: &Model, stale_after: f64) -> Configuration {
-        let joints = model.dofs.iter().filter(|d| d.q_index.is_some()).map(|d| d.name.clone());
+        let joints = model.dofs.iter().filter_map(|d| Some(JointPlace { name: d.name.clone(), place: d.q_index? }));
+        let placed = |base: &MobileBase| {
+            let words = match model.bases.len() {
+                1 => "the base".to_string(),
+                _ => format!("the base `{}`", base.link_name(model)),
+            };
+            PlacedBase { base: *base, at: model.place(base), words }
+        };
         Configuration {
-            names: joints.collect(),
-            base: model.base,
+            joints: joints.collect(),
+            bases: model.bases.iter().map(placed).collect(),
             last: vec![f64::NAN; model.nq()],
             received: vec![f64::NEG_INFINITY; model.nq()],
             sources: vec![Source::default(); model.nq()],
@@ -127,11 +147,9 @@ impl Configuration {
         if names != positions {
             return Err(Mistake::Lengths { names, positions });
         }
-        let (base, strangers) = (self.base.nq(), &mut self.strangers);
-        let find = |name: &String| {
-            let is = |own: &String| own.strip_prefix(prefix) == Some(name);
-            self.names.iter().position(is).map(|i| base + i)
-        };
+        let (joints, strangers) = (&self.joints, &mut self.strangers);
+        let find =
+            |name: &String| joints.iter().find(|own| own.name.strip_prefix(prefix) == Some(name)).map(|own| own.place);
         let places = publishers.places(from, &message.name, find);
         let mut refused = None;
         for ((place, position), name) in places.iter().zip(&message.position).zip(&message.name) {
@@ -152,30 +170,34 @@ impl Configuration {
         refused.map_or(Ok(()), |joint| Err(Mistake::TwoSources { joint: joint.clone() }))
     }
 
-    /// Takes the pose of the base in the frame `world` that was received at a time (s). A message without a frame is taken too.
+    /// Takes the pose of the base with this index in the frame `world` that was received at a time (s). A message without a
+    /// frame is taken too.
     ///
     /// # Errors
     /// It is in another frame: nothing is taken.
-    pub fn odometry(&mut self, message: &Odometry, world: &str, time: f64) -> Result<(), Mistake> {
+    pub fn odometry(&mut self, base: usize, message: &Odometry, world: &str, time: f64) -> Result<(), Mistake> {
         let frame = message.header.frame_id.trim_start_matches('/');
         if !frame.is_empty() && frame != world {
             return Err(Mistake::OtherFrame { frame: frame.to_string() });
         }
-        let [x, y, z] = message.pose.position.numbers();
-        let [w, i, j, k] = message.pose.orientation.numbers();
-        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k));
-        let ahead = turn * Vector3::x();
-        let pose = match self.base {
+        let Some(PlacedBase { base, at, .. }) = self.bases.get(base) else { return Ok(()) };
+        let [w, x, y, z] = message.pose.orientation.numbers();
+        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+        let pose = at.inv_mul(&Isometry3::from_parts(message.pose.position.numbers().into(), turn));
+        let (p, r) = (pose.translation, pose.rotation);
+        let ahead = r * Vector3::x();
+        let read = match base.kind {
             Base::Fixed => return Ok(()),
             // The Euler angles of what is no rotation are finite.
-            Base::Planar | Base::Unicycle => [x, y, ahead.y.atan2(ahead.x), 0.0, 0.0, 0.0, 0.0],
-            Base::Floating => [x, y, z, turn.w, turn.i, turn.j, turn.k],
+            Base::Planar | Base::Unicycle => [p.x, p.y, ahead.y.atan2(ahead.x), 0.0, 0.0, 0.0, 0.0],
+            Base::Floating => [p.x, p.y, p.z, r.w, r.i, r.j, r.k],
         };
-        let n = self.base.nq();
-        let is_known = self.received[..n].iter().all(|t| *t > f64::NEG_INFINITY);
-        if is_known || pose.iter().all(|x| x.is_finite()) {
-            self.last[..n].copy_from_slice(&pose[..n]);
-            self.received[..n].fill(time);
+        let own = base.coordinates();
+        let is_known = self.received[own.clone()].iter().all(|t| *t > f64::NEG_INFINITY);
+        if is_known || read.iter().all(|x| x.is_finite()) {
+            let last = &mut self.last[own.clone()];
+            last.copy_from_slice(&read[..last.len()]);
+            self.received[own].fill(time);
         }
         Ok(())
     }
@@ -183,9 +205,9 @@ impl Configuration {
     /// Names of what has not been heard of yet.
     pub fn unknown(&self) -> Vec<String> {
         let never = |i: &usize| self.received[*i] == f64::NEG_INFINITY;
-        let base = (self.base.nq() > 0 && never(&0)).then(|| "the base".to_string());
-        let joints = self.names.iter().enumerate().filter(|(i, _)| never(&(self.base.nq() + i)));
-        base.into_iter().chain(joints.map(|(_, name)| name.clone())).collect()
+        let bases = self.bases.iter().filter(|of| never(&of.base.first_coordinate)).map(|of| of.words.clone());
+        let joints = self.joints.iter().filter(|of| never(&of.place)).map(|of| of.name.clone());
+        bases.chain(joints).collect()
     }
 
     /// True if there is a reading of everything.

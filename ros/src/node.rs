@@ -123,7 +123,7 @@ impl Drop for Farewell<'_> {
 /// Types of the messages on the topics of a connection, by resolved name.
 fn types(ros: &RosProgram) -> BTreeMap<String, String> {
     let joints = ros.joint_states.iter().map(|j| (&j.topic, "sensor_msgs/JointState"));
-    let odometry = ros.odometry.iter().map(|topic| (topic, "nav_msgs/Odometry"));
+    let odometry = ros.odometry.iter().map(|o| (&o.topic, "nav_msgs/Odometry"));
     let signals = ros.signals.iter().map(|s| (&s.topic, s.message.as_str()));
     let commands = ros.commands.iter().map(|c| (&c.topic, c.form.message()));
     let all = joints.chain(odometry).chain(signals).chain(commands);

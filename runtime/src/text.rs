@@ -10,7 +10,7 @@ mod stacks;
 
 use std::fmt::Write;
 
-use robot::{Base, DofUnit};
+use robot::DofUnit;
 use stdlib_tasks::bound::{Bound, ExceptedPair, Exception, Slot};
 use stdlib_tasks::dimension::NONE;
 use stdlib_tasks::expression::Expression;
@@ -83,13 +83,7 @@ fn subject(p: &Program, subject: Subject) -> String {
 
 fn robot(p: &Program, out: &mut String) -> std::fmt::Result {
     let r = &p.robot;
-    let base = match r.model.base {
-        Base::Fixed => "fixed",
-        Base::Planar => "planar",
-        Base::Unicycle => "unicycle",
-        Base::Floating => "floating",
-    };
-    writeln!(out, "\nrobot {}  urdf {}  base {base}  period {} s", r.name, r.urdf, r.period)?;
+    writeln!(out, "\nrobot {}  urdf {}  base {}  period {} s", r.name, r.urdf, r.base_words(), r.period)?;
     if r.tracking_gain > 0.0 {
         writeln!(out, "  tracking gain {} /s", r.tracking_gain)?;
     }

@@ -11,16 +11,53 @@
 //! ```
 //!
 //! with `w_i` the largest speeds of revolute joints on the chain from the set's link to the point, `u_k` those of
-//! prismatic joints, and `r_i` the largest distance that the point can have from joint i. The base contributes if the
-//! set is fixed to the world: its velocity is constant in its own axes, `U` bounds the linear and `W` the angular part,
-//! and `r_0` is the largest distance of the point from the root.
+//! prismatic joints, and `r_i` the largest distance that the point can have from joint i. A base on the way from the set to the
+//! point contributes, its velocity constant in its own axes: `U` bounds the linear and `W` the angular part. Above, it is the
+//! first on the way, and `r_0` is the largest distance of the point from it. Since a base may be anywhere, a point beyond it is
+//! arbitrarily far from what comes before it.
 
-use robot::{DofUnit, Drive, Joint, JointId, JointKind, LinkId, Model};
+use robot::{Drive, Joint, JointId, JointKind, LinkId, MobileBase, Model};
 
-/// Joint of the chain: its motion, and the distance from it to the next one (to the point, for the last).
+/// Something that moves a link relative to the one that carries it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Mover {
+    /// A base, relative to where it stands.
+    Base(MobileBase),
+    /// A joint.
+    Joint(JointId),
+}
+
+/// Largest speeds of a mover: along its axes in m/s, and about them in rad/s.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct MoverSpeed {
+    pub linear: f64,
+    pub angular: f64,
+}
+
+/// What moves one link relative to another.
+pub(crate) struct Movers {
+    /// Movers of the link `to` and not of `from`, from the link towards the root.
+    pub up: Vec<Mover>,
+    /// Movers of the link `from` and not of `to`, from the link towards the root.
+    pub down: Vec<Mover>,
+}
+
+impl Movers {
+    /// Movers of `to` relative to `from`; `None` is the world.
+    pub fn between(model: &Model, from: Option<LinkId>, to: LinkId) -> Movers {
+        let mut up = movers(model, to);
+        let mut down = from.map(|link| movers(model, link)).unwrap_or_default();
+        while up.last().is_some() && up.last() == down.last() {
+            up.pop();
+            down.pop();
+        }
+        Movers { up, down }
+    }
+}
+
+/// Mover of the chain: its speeds, and the distance from it to the next one (to the point, for the last).
 struct Step {
-    turns: bool,
-    speed: f64,
+    speed: MoverSpeed,
     reach: f64,
 }
 
@@ -29,63 +66,73 @@ struct Step {
 /// inside their position limits. Infinite if a relevant joint of the chain has no speed limit, or slides without a
 /// limit.
 pub fn acceleration_bound(model: &Model, from: Option<LinkId>, to: LinkId, offset: f64, speed: &[f64]) -> f64 {
-    let mut up = ancestors(model, to);
-    let mut down = from.map(|link| ancestors(model, link)).unwrap_or_default();
-    while up.last().is_some() && up.last() == down.last() {
-        up.pop();
-        down.pop();
-    }
-    let (mut linear, mut angular) = (0.0, 0.0);
-    if from.is_none() {
-        for (dof, s) in model.dofs.iter().zip(speed).take(model.base.nv()) {
-            let sum = if dof.unit == DofUnit::Radian { &mut angular } else { &mut linear };
-            *sum = f64::hypot(*sum, *s);
+    let Movers { up, down } = Movers::between(model, from, to);
+    // From the set to the common ancestor, and on to the point. A joint's `origin` lies between it and the joint
+    // nearer to the root, its stroke between it and the one farther out. A base turns about its own link.
+    let mut steps: Vec<Step> = Vec::new();
+    let add = |steps: &mut Vec<Step>, length: f64| {
+        if let Some(last) = steps.last_mut() {
+            last.reach += length;
+        }
+    };
+    for mover in &down {
+        match mover {
+            Mover::Base(base) => {
+                steps.push(Step { speed: base_speed(model, base, speed), reach: f64::INFINITY });
+            }
+            Mover::Joint(j) => {
+                let joint = model.joint_ref(*j);
+                add(&mut steps, stroke(model, joint));
+                steps.push(step(joint, speed));
+                add(&mut steps, joint.origin.translation.vector.norm());
+            }
         }
     }
-    // From the set to the common ancestor, and on to the point. A joint's `origin` lies between it and the joint
-    // nearer to the root, its stroke between it and the one farther out.
-    let mut root = 0.0;
-    let mut steps: Vec<Step> = Vec::new();
-    let add = |steps: &mut Vec<Step>, root: &mut f64, length: f64| match steps.last_mut() {
-        Some(last) => last.reach += length,
-        None => *root += length,
-    };
-    for joint in down.iter().map(|&j| model.joint_ref(j)) {
-        add(&mut steps, &mut root, stroke(model, joint));
-        steps.push(step(joint, speed));
-        add(&mut steps, &mut root, joint.origin.translation.vector.norm());
+    for mover in up.iter().rev() {
+        match mover {
+            Mover::Base(base) => {
+                add(&mut steps, f64::INFINITY);
+                steps.push(Step { speed: base_speed(model, base, speed), reach: 0.0 });
+            }
+            Mover::Joint(j) => {
+                let joint = model.joint_ref(*j);
+                add(&mut steps, joint.origin.translation.vector.norm() + stroke(model, joint));
+                steps.push(step(joint, speed));
+            }
+        }
     }
-    for joint in up.iter().rev().map(|&j| model.joint_ref(j)) {
-        add(&mut steps, &mut root, joint.origin.translation.vector.norm() + stroke(model, joint));
-        steps.push(step(joint, speed));
-    }
-    add(&mut steps, &mut root, offset);
+    add(&mut steps, offset);
 
     // Zero times infinity is zero here: a point that stands still or turns on the spot does not accelerate.
     let times = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
-    let reach = root + steps.iter().map(|s| s.reach).sum::<f64>();
-    let mut bound = times(times(angular, angular), reach) + times(linear, angular);
-    let mut turning = angular;
-    for (i, s) in steps.iter().enumerate() {
-        if s.turns {
-            let reach: f64 = steps[i..].iter().map(|x| x.reach).sum();
-            bound += times(times(s.speed, s.speed + 2.0 * turning), reach);
-            turning += s.speed;
-        } else {
-            bound += 2.0 * times(s.speed, turning);
-        }
+    let (mut bound, mut turning) = (0.0, 0.0);
+    for (i, Step { speed: MoverSpeed { linear, angular }, .. }) in steps.iter().enumerate() {
+        let reach: f64 = steps[i..].iter().map(|x| x.reach).sum();
+        bound += times(times(*angular, angular + 2.0 * turning), reach) + times(*linear, angular + 2.0 * turning);
+        turning += angular;
     }
     bound
 }
 
-/// Joints from a link to the root.
-pub(crate) fn ancestors(model: &Model, mut link: LinkId) -> Vec<JointId> {
-    let mut joints = Vec::new();
-    while let Some(j) = model.link_ref(link).parent_joint {
-        joints.push(j);
+/// Movers from a link to the world.
+pub(crate) fn movers(model: &Model, mut link: LinkId) -> Vec<Mover> {
+    let mut movers = Vec::new();
+    loop {
+        movers.extend(model.base_at(link).map(|base| Mover::Base(*base)));
+        let Some(j) = model.link_ref(link).parent_joint else { return movers };
+        movers.push(Mover::Joint(j));
         link = model.joint_ref(j).parent;
     }
-    joints
+}
+
+/// Largest speeds of a base whose degrees of freedom are as fast as `speed`.
+pub(crate) fn base_speed(model: &Model, base: &MobileBase, speed: &[f64]) -> MoverSpeed {
+    let mut fastest = MoverSpeed::default();
+    for dof in base.dofs() {
+        let sum = model.dofs[dof].unit.select(&mut fastest.linear, &mut fastest.angular);
+        *sum = f64::hypot(*sum, speed.get(dof).copied().unwrap_or(f64::INFINITY));
+    }
+    fastest
 }
 
 fn step(joint: &Joint, speed: &[f64]) -> Step {
@@ -95,7 +142,11 @@ fn step(joint: &Joint, speed: &[f64]) -> Step {
         Drive::Mimic { dof, multiplier, .. } => at(dof) * multiplier.abs(),
         Drive::Fixed | Drive::Locked(_) => 0.0,
     };
-    Step { turns: joint.kind != JointKind::Prismatic, speed, reach: 0.0 }
+    let speed = match joint.kind {
+        JointKind::Prismatic => MoverSpeed { linear: speed, angular: 0.0 },
+        _ => MoverSpeed { linear: 0.0, angular: speed },
+    };
+    Step { speed, reach: 0.0 }
 }
 
 /// Largest distance of a sliding joint from its origin, in m.

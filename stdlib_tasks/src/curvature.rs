@@ -10,10 +10,10 @@
 //! to its side, or where its derivative has no bound.
 
 use nalgebra::Vector3;
-use robot::{Base, DofUnit, LinkId, Model};
+use robot::{LinkId, Model};
 
 use crate::bound::Geometry;
-use crate::clearance::{acceleration_bound, ancestors};
+use crate::clearance::{Mover, acceleration_bound, base_speed, movers};
 use crate::expression::{Expression, Leaf, Op};
 use crate::gradient_bound;
 use crate::sampled_margin::{extent, is_ball, separation_bound};
@@ -258,26 +258,21 @@ impl Bounds<'_> {
     fn point(&self, link: LinkId, offset: &Vector3<f64>) -> [Bend; 3] {
         let second = acceleration_bound(self.model, None, link, offset.norm(), self.speed);
         let rate = self.rate(&gradient_bound::over_world(self.model, &Geometry::point("", link, *offset)));
-        // A base is anywhere.
-        let radius = |r: f64| if self.model.base == Base::Fixed { r } else { f64::INFINITY };
-        let (center, r) = gradient_bound::reach(self.model, None, link, offset);
-        [0, 1, 2].map(|i| Bend {
-            low: center[i] - radius(r),
-            high: center[i] + radius(r),
-            rate,
-            down: second,
-            up: second,
-        })
+        let (center, radius) = gradient_bound::reach(self.model, None, link, offset);
+        [0, 1, 2].map(|i| Bend { low: center[i] - radius, high: center[i] + radius, rate, down: second, up: second })
     }
 
     /// Largest angular velocity of a link in rad/s, and its largest derivative in rad/s².
     fn turning(&self, link: LinkId) -> (f64, f64) {
         let mut parts: Vec<f64> = Vec::new();
-        let base = self.model.dofs.iter().enumerate().take(self.model.base.nv());
-        let base = base.filter(|(_, d)| d.unit == DofUnit::Radian).map(|(dof, _)| self.speed_of(dof));
-        parts.push(base.fold(0.0, f64::hypot));
-        for j in ancestors(self.model, link).into_iter().rev() {
-            let joint = self.model.joint_ref(j);
+        for mover in movers(self.model, link).into_iter().rev() {
+            let joint = match mover {
+                Mover::Base(base) => {
+                    parts.push(base_speed(self.model, &base, self.speed).angular);
+                    continue;
+                }
+                Mover::Joint(joint) => self.model.joint_ref(joint),
+            };
             let speed = match joint.drive {
                 robot::Drive::Dof(dof) => self.speed_of(dof),
                 robot::Drive::Mimic { dof, multiplier, .. } => product(self.speed_of(dof), multiplier.abs()),

@@ -4,21 +4,21 @@
 //! speed. The possible positions of the point, as seen from a joint, are enclosed in a ball: from a part outwards to
 //! the root, a joint that turns by any angle widens the ball about its axis, and a sliding joint widens it by its
 //! largest distance from its origin. A distance between two bodies changes as fast as their closest points move along
-//! the line between them; the joints that carry both bodies do not change it. The same balls bound the position of a
-//! point: [`reach`].
+//! the line between them; what carries both bodies does not change it. A base moves to any place and turns there. The same
+//! balls bound the position of a point: [`reach`].
 
 use nalgebra::{Point3, Vector3};
-use robot::{Base, DofUnit, Drive, Joint, JointId, JointKind, LinkId, Model};
+use robot::{Drive, Joint, JointKind, LinkId, MobileBase, Model};
 
 use crate::bound::Geometry;
-use crate::clearance::{ancestors, stroke};
+use crate::clearance::{Mover, Movers, stroke};
 use crate::sampled_margin::is_ball;
 
 /// Bounds of `|dh/dq|` for the distance between parts of two links: one number for each degree of freedom, in m/rad or
 /// m/m.
 pub fn between(model: &Model, a: &Geometry, b: &Geometry) -> Vec<f64> {
     let mut slopes = vec![0.0; model.nv()];
-    let (up, down) = joints_between(model, Some(b.link), a.link);
+    let Movers { up, down } = Movers::between(model, Some(b.link), a.link);
     towards_root(model, &up, Ball::around(a), &mut slopes);
     towards_root(model, &down, Ball::around(b), &mut slopes);
     slopes
@@ -28,26 +28,16 @@ pub fn between(model: &Model, a: &Geometry, b: &Geometry) -> Vec<f64> {
 /// the normal `n`.
 pub fn over_plane(model: &Model, on: Option<LinkId>, n: &Vector3<f64>, part: &Geometry) -> Vec<f64> {
     let mut slopes = vec![0.0; model.nv()];
-    let (up, down) = joints_between(model, on, part.link);
-    let mut ball = towards_root(model, &up, Ball::around(part), &mut slopes);
-    // Turning the plane is equivalent to turning everything else about the same axis.
-    for &j in down.iter().rev() {
-        let joint = model.joint_ref(j);
-        ball.centre = joint.origin.inverse_transform_point(&ball.centre);
-        cross_joint(model, joint, &mut ball, &mut slopes);
-    }
-    if on.is_none() {
-        // A base on wheels moves along the floor and turns about the vertical.
-        let (level, far) = match model.base {
-            Base::Planar | Base::Unicycle => (n.x.hypot(n.y), ball.distance_from_axis(&Vector3::z())),
-            Base::Fixed | Base::Floating => (1.0, ball.centre.coords.norm() + ball.radius),
-        };
-        for (slope, dof) in slopes.iter_mut().zip(&model.dofs).take(model.base.nv()) {
-            *slope = match dof.unit {
-                DofUnit::Metre => level,
-                DofUnit::Radian if level == 0.0 => 0.0,
-                DofUnit::Radian => level * far,
-            };
+    let Movers { up, down } = Movers::between(model, on, part.link);
+    let ball = towards_root(model, &up, Ball::around(part), &mut slopes);
+    outwards(model, &down, ball, &mut slopes);
+    let drives = |base: &&MobileBase| on.is_none() && base.kind.drives();
+    if let Some(base) = model.base_of(part.link).filter(drives) {
+        // A base on wheels moves along its floor, and turns about the normal of that.
+        let n = model.place(base).inverse_transform_vector(n);
+        let level = n.x.hypot(n.y);
+        for slope in &mut slopes[base.dofs()] {
+            *slope = if level == 0.0 { 0.0 } else { level * *slope };
         }
     }
     slopes
@@ -56,28 +46,17 @@ pub fn over_plane(model: &Model, on: Option<LinkId>, n: &Vector3<f64>, part: &Ge
 /// Bounds of `|dh/dq|` for the distance of a part from a body that is fixed in the world.
 pub fn over_world(model: &Model, part: &Geometry) -> Vec<f64> {
     let mut slopes = vec![0.0; model.nv()];
-    let (up, _) = joints_between(model, None, part.link);
-    let ball = towards_root(model, &up, Ball::around(part), &mut slopes);
-    let far = match model.base {
-        Base::Planar | Base::Unicycle => ball.distance_from_axis(&Vector3::z()),
-        Base::Fixed | Base::Floating => ball.centre.coords.norm() + ball.radius,
-    };
-    for (slope, dof) in slopes.iter_mut().zip(&model.dofs).take(model.base.nv()) {
-        *slope = if dof.unit == DofUnit::Metre { 1.0 } else { far };
-    }
+    let Movers { up, .. } = Movers::between(model, None, part.link);
+    towards_root(model, &up, Ball::around(part), &mut slopes);
     slopes
 }
 
-/// Ball that contains a point of link `to` as seen from link `from`, or from the root, for any angles of the joints:
-/// its centre, and its radius in m. The radius is infinite if a joint slides without a limit.
+/// Ball that contains a point of link `to` as seen from link `from`, or from the world, for any angles of the joints:
+/// its centre, and its radius in m. The radius is infinite if a base moves one of both, or a joint slides without a limit.
 pub fn reach(model: &Model, from: Option<LinkId>, to: LinkId, point: &Vector3<f64>) -> (Vector3<f64>, f64) {
-    let (up, down) = joints_between(model, from, to);
-    let mut ball = towards_root(model, &up, Ball { centre: Point3::from(*point), radius: 0.0 }, &mut []);
-    for &j in down.iter().rev() {
-        let joint = model.joint_ref(j);
-        ball.centre = joint.origin.inverse_transform_point(&ball.centre);
-        cross_joint(model, joint, &mut ball, &mut []);
-    }
+    let Movers { up, down } = Movers::between(model, from, to);
+    let ball = towards_root(model, &up, Ball { centre: Point3::from(*point), radius: 0.0 }, &mut []);
+    let ball = outwards(model, &down, ball, &mut []);
     (ball.centre.coords, ball.radius)
 }
 
@@ -101,25 +80,54 @@ impl Ball {
     }
 }
 
-/// Joints that move `to` and not `from`, and those that move `from` and not `to`, from the link towards the root.
-fn joints_between(model: &Model, from: Option<LinkId>, to: LinkId) -> (Vec<JointId>, Vec<JointId>) {
-    let mut up = ancestors(model, to);
-    let mut down = from.map(|link| ancestors(model, link)).unwrap_or_default();
-    while up.last().is_some() && up.last() == down.last() {
-        up.pop();
-        down.pop();
-    }
-    (up, down)
-}
-
-/// Adds the slopes of joints from a link towards the root; returns the ball as seen from the last one.
-fn towards_root(model: &Model, joints: &[JointId], mut ball: Ball, slopes: &mut [f64]) -> Ball {
-    for &j in joints {
-        let joint = model.joint_ref(j);
-        cross_joint(model, joint, &mut ball, slopes);
-        ball.centre = joint.origin * ball.centre;
+/// Adds the slopes of movers from a link towards the root; returns the ball as seen from the last one.
+fn towards_root(model: &Model, movers: &[Mover], mut ball: Ball, slopes: &mut [f64]) -> Ball {
+    for mover in movers {
+        match mover {
+            Mover::Base(base) => {
+                move_with(model, base, &ball, slopes);
+                ball.radius = f64::INFINITY;
+            }
+            Mover::Joint(j) => {
+                let joint = model.joint_ref(*j);
+                cross_joint(model, joint, &mut ball, slopes);
+                ball.centre = joint.origin * ball.centre;
+            }
+        }
     }
     ball
+}
+
+/// Adds the slopes of movers from the root towards the link that they are given for; returns the ball as seen from it. A motion
+/// of that link is equivalent to the opposite motion of everything else.
+fn outwards(model: &Model, movers: &[Mover], mut ball: Ball, slopes: &mut [f64]) -> Ball {
+    for mover in movers.iter().rev() {
+        match mover {
+            Mover::Base(base) => {
+                ball.radius = f64::INFINITY;
+                move_with(model, base, &ball, slopes);
+            }
+            Mover::Joint(j) => {
+                let joint = model.joint_ref(*j);
+                ball.centre = joint.origin.inverse_transform_point(&ball.centre);
+                cross_joint(model, joint, &mut ball, slopes);
+            }
+        }
+    }
+    ball
+}
+
+/// Adds the slopes of a base, in whose frame the ball is expressed.
+fn move_with(model: &Model, base: &MobileBase, ball: &Ball, slopes: &mut [f64]) {
+    let far = match base.kind.drives() {
+        true => ball.distance_from_axis(&Vector3::z()),
+        false => ball.centre.coords.norm() + ball.radius,
+    };
+    for dof in base.dofs() {
+        if let Some(sum) = slopes.get_mut(dof) {
+            *sum += model.dofs[dof].unit.select(1.0, far);
+        }
+    }
 }
 
 /// Adds the slope of a joint, in whose frame the ball is expressed, and widens the ball by the joint's motion.

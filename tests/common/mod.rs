@@ -54,6 +54,7 @@ pub const EXAMPLES: &[&str] = &[
     "free_flyer",
     "rover",
     "handover",
+    "delivery",
 ];
 
 /// Stems of the examples that declare missions without a robot; each exists in both syntaxes.

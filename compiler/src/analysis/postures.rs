@@ -247,10 +247,8 @@ impl PostureSearch {
     fn keep_locked(&self, q: &mut [f64]) {
         let (robot, home) = (&self.program.robot.model, &self.program.robot.home);
         let locked = self.evaluator.locked();
-        let base = robot.base.nv();
-        if (0..base).any(|dof| locked.contains(&dof)) {
-            let numbers = robot.base.nq();
-            q[..numbers].copy_from_slice(&home[..numbers]);
+        for base in robot.bases.iter().filter(|base| base.dofs().any(|dof| locked.contains(&dof))) {
+            q[base.coordinates()].copy_from_slice(&home[base.coordinates()]);
         }
         for &dof in locked {
             if let Some(i) = robot.dofs[dof].q_index {

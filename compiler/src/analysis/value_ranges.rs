@@ -8,7 +8,7 @@ use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use robot::{Base, Data, LinkId, Model};
+use robot::{LinkId, Model};
 use runtime::program::{Capture, CaptureSource, Op, Program};
 use stdlib_tasks::bound::{Bound, Geometry};
 use stdlib_tasks::expression::Leaf;
@@ -35,8 +35,6 @@ pub(crate) struct RangeContext<'a> {
     pub table: &'a Table,
     /// The robot.
     pub model: &'a Model,
-    /// Pose of the robot's root in the world, at rest.
-    root: Isometry3<f64>,
     /// Links whose origins are captured as the position of a task's frame, by the first of the three inputs.
     origins: BTreeMap<usize, LinkId>,
     /// Ball at rest of a position, or range of a distance, for each leaf, by the leaf's first number.
@@ -232,9 +230,8 @@ impl<'a> RangeContext<'a> {
     /// Computes the ranges of all leaves from the parts of a program under construction.
     pub fn new(graph: &'a Graph, table: &'a Table, program: &'a Program) -> Self {
         let model = &program.robot.model;
-        let root = *Data::new(model).pose(model.root());
         let (origins, leaves, left) = (origins(program), BTreeMap::new(), Cell::new(EFFORT));
-        let mut context = RangeContext { graph, table, model, root, origins, leaves, left };
+        let mut context = RangeContext { graph, table, model, origins, leaves, left };
         let one = |(at, leaf): &(usize, Leaf)| {
             let range = match leaf {
                 Leaf::Distance(pair) => context.distance(&pair.0, &pair.1),
@@ -303,13 +300,11 @@ impl<'a> RangeContext<'a> {
             Leaf::Orientation(_) => Interval::within(1.0),
             Leaf::Point { .. } | Leaf::Com => {
                 let Some((Ball { centre, radius }, _)) = self.leaves.get(&at) else { return Interval::ALL };
-                // A planar base or a unicycle keeps its height.
-                let bounded = match self.model.base {
-                    Base::Fixed => true,
-                    Base::Planar | Base::Unicycle => k - at == 2,
-                    Base::Floating => false,
-                };
-                if bounded { Interval::new(centre[k - at] - radius, centre[k - at] + radius) } else { Interval::ALL }
+                if self.keeps(leaf, k - at) {
+                    Interval::new(centre[k - at] - radius, centre[k - at] + radius)
+                } else {
+                    Interval::ALL
+                }
             }
             Leaf::Distance(_) => self.leaves.get(&at).map_or(Interval::ALL, |l| l.1),
             Leaf::Manipulability(_) => Interval::new(0.0, f64::INFINITY),
@@ -320,31 +315,59 @@ impl<'a> RangeContext<'a> {
 
     /// Ball of the positions of a link's origin in the world; none: its base moves.
     pub fn origin(&self, link: LinkId) -> Option<Ball> {
-        let ball = || self.at_rest(&Leaf::Point { link, offset: Vector3::zeros() });
-        (self.model.base == Base::Fixed).then(ball).filter(|ball| ball.radius.is_finite())
+        self.in_world(&Leaf::Point { link, offset: Vector3::zeros() }).filter(|ball| ball.radius.is_finite())
     }
 
     /// Ball of the positions of a part in the world, from its middle to its farthest point; none: its base moves.
     pub fn part(&self, part: &Geometry) -> Option<Ball> {
         let middle = Leaf::Point { link: part.link, offset: part.center().coords };
-        let ball = (self.model.base == Base::Fixed).then(|| self.at_rest(&middle))?;
+        let ball = self.in_world(&middle)?;
         let radius = ball.radius + part.shape.bounding_radius();
         radius.is_finite().then_some(Ball { radius, ..ball })
     }
 
     /// Ball of a position in the world, for the leaf whose first number is `at`.
     fn place(&self, at: usize) -> Ball {
-        match (self.model.base, self.leaves.get(&at)) {
-            (Base::Fixed, Some((ball, _))) => *ball,
-            _ => Ball { centre: Vector3::zeros(), radius: f64::INFINITY },
+        let of_leaf = self.table.leaf_of(at).and_then(|(_, leaf)| self.in_world(leaf));
+        of_leaf.unwrap_or(Ball { centre: Vector3::zeros(), radius: f64::INFINITY })
+    }
+
+    /// Links with whose bases a position moves.
+    fn carriers(&self, leaf: &Leaf) -> Vec<LinkId> {
+        match leaf {
+            Leaf::Point { link, .. } => vec![*link],
+            Leaf::Com => {
+                let heavy = self.model.links.iter().enumerate().filter(|(_, link)| link.mass > 0.0);
+                heavy.map(|(i, _)| LinkId(i as u32)).collect()
+            }
+            _ => Vec::new(),
         }
     }
 
-    /// Ball of a position while the base is at rest.
+    /// Returns true if no base moves a position along an axis of the world: one on wheels keeps its height.
+    fn keeps(&self, leaf: &Leaf, axis: usize) -> bool {
+        let keeps = |link: &LinkId| {
+            self.model.base_of(*link).is_none_or(|base| {
+                let up = self.model.place(base).rotation * Vector3::z();
+                base.kind.drives() && up[axis].abs() > 1.0 - 1e-12
+            })
+        };
+        self.carriers(leaf).iter().all(keeps)
+    }
+
+    /// Ball of a position in the world; none: a base moves it.
+    fn in_world(&self, leaf: &Leaf) -> Option<Ball> {
+        let stands = self.carriers(leaf).iter().all(|link| self.model.base_of(*link).is_none());
+        stands.then(|| self.at_rest(leaf))
+    }
+
+    /// Ball of a position while all bases are where their coordinates are zero.
     fn at_rest(&self, leaf: &Leaf) -> Ball {
         let one = |link: LinkId, point: &Vector3<f64>| {
-            let (centre, radius) = gradient_bound::reach(self.model, None, link, point);
-            Ball { centre: (self.root * Point3::from(centre)).coords, radius }
+            let base = self.model.base_of(link);
+            let (centre, radius) = gradient_bound::reach(self.model, base.map(|base| base.link), link, point);
+            let place = base.map_or_else(Isometry3::identity, |base| self.model.place(base));
+            Ball { centre: (place * Point3::from(centre)).coords, radius }
         };
         match leaf {
             Leaf::Point { link, offset } => one(*link, offset),

@@ -237,8 +237,15 @@ impl TaskScope<'_> {
             return Err(Box::new(d.help("write `joint(NAME)`")));
         };
         let model = &self.robot.model;
-        let dof = model.dof(name).filter(|&d| model.dofs[d].q_index.is_some());
-        dof.ok_or_else(|| Box::new(unknown_joint(model, name, value.span, &[], &self.robot.joint_groups.locked)))
+        if let Some(base) = model.bases.iter().find(|base| base.has_number(model, name)) {
+            let text = format!("`{name}` belongs to a base, which has no joint position");
+            let (d, link) = (Diagnostic::unknown_name(value.span, text), base.link_name(model));
+            let help = format!("write `frame({link}).position` or `frame({link}).orientation`");
+            return Err(Box::new(d.help(help)));
+        }
+        model
+            .dof(name)
+            .ok_or_else(|| Box::new(unknown_joint(model, name, value.span, &[], &self.robot.joint_groups.locked)))
     }
 
     /// Nodes of a leaf. Each leaf is stored only once in the numbers of the state.

@@ -197,20 +197,20 @@ impl Start {
         let d = Diagnostic::warning("HQ0807", at, text);
         let model = &program.robot.model;
         // A mobile base could go anywhere, so it stays at its start in this search.
-        let base = model.base.nq();
+        let is_mobile = !model.bases.is_empty();
         let mut rng = robot::random::units(0);
         let mut best = value;
         for _ in 0..POSES {
             let mut q = model.random_configuration(&mut rng);
-            q.iter_mut().zip(&scenario.start).take(base).for_each(|(q, start)| *q = *start);
+            model.copy_bases(&scenario.start, &mut q);
             if self.at(&q).is_some()
                 && let Some(value) = self.value(&kept)
             {
                 best = best.max(value);
             }
         }
-        let back = if base > 0 { self.farther(scenario, &kept) } else { None };
-        let there = if base > 0 { ", the base where it starts," } else { "" };
+        let back = if is_mobile { self.farther(scenario, &kept) } else { None };
+        let there = if is_mobile { ", the base where it starts," } else { "" };
         let d = d.note(format!("of {POSES} poses within the joints' limits{there} the best one has {}", short(best)));
         Some(d.help(match (best < min, back) {
             (_, Some(([x, y], by))) => format!(

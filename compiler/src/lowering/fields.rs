@@ -277,11 +277,10 @@ fn is_moved(model: &Model, link: LinkId) -> bool {
     joint.is_some_and(|j| matches!(model.joint_ref(j).drive, Drive::Dof(_) | Drive::Mimic { .. }))
 }
 
-/// Links that represent the whole robot: those moved by joints, and the root if the base moves.
+/// Links that represent the whole robot: those moved by joints, and those of bases that move.
 fn whole(model: &Model) -> Vec<LinkId> {
-    let base = (model.base.nv() > 0).then(|| model.root());
     let all = (0..model.links.len() as u32).map(LinkId);
-    base.into_iter().chain(all.filter(|l| is_moved(model, *l))).collect()
+    model.bases.iter().map(|base| base.link).chain(all.filter(|l| is_moved(model, *l))).collect()
 }
 
 /// Links of a name: a link, the moved links of an arm, or the links that carry points and segments.

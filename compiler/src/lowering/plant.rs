@@ -102,7 +102,7 @@ fn settings(block: &MujocoBlock, payload: Option<Payload>, period: f64) -> Plant
 
 /// Diagnostic for a robot that has no drives, or nothing that they move.
 fn without_drives(model: &Model, at: Span) -> Option<Diagnostic> {
-    if model.base == Base::Floating {
+    if model.bases.iter().any(|base| base.kind == Base::Floating) {
         let d = Diagnostic::error("HQ0821", at, "a floating base has no drive, and would fall");
         return Some(d.help("a `plant` needs a base that is fixed or has wheels; leave it out for this robot"));
     }

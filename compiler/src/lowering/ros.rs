@@ -6,8 +6,10 @@ use blocks::{Block as _, ByName, Located, Unbound};
 use dsl::tree::{Block, Entry};
 use dsl::{Diagnostic, Span, Spanned};
 use names::list;
-use robot::{Base, Model};
-use runtime::program::{CommandForm, CommandTopic, JointStates, RosProgram, SignalTopic, TickSource, wrong_topic};
+use robot::{MobileBase, Model};
+use runtime::program::{
+    BaseOdometry, CommandForm, CommandTopic, JointStates, RosProgram, SignalTopic, TickSource, wrong_topic,
+};
 
 use super::Lowerer;
 use crate::block_binding::Scope;
@@ -30,9 +32,8 @@ impl Lowerer<'_> {
             let d = d.label(robot.rate_span, format!("one tick is {} s", robot.period));
             self.push(d.help("write the time of a few ticks, 50 ms for instance"));
         }
-        for topic in [&block.namespace, &block.odometry].into_iter().flatten() {
-            self.topic(topic);
-        }
+        block.namespace.as_ref().map(|topic| self.topic(topic));
+        let odometry = block.odometry.as_ref().and_then(|topic| self.odometry(topic, &robot.model));
         if let Some(node) = &block.node
             && (node.value.contains(['/', '~']) || wrong_topic(&node.value).is_some())
         {
@@ -73,7 +74,7 @@ impl Lowerer<'_> {
             world: block.world_frame.clone().unwrap_or_else(|| RosProgram::default().world),
             transforms: block.transforms,
             joint_states,
-            odometry: text(&block.odometry),
+            odometry: odometry.into_iter().collect(),
             commands,
             signals,
         }
@@ -98,6 +99,25 @@ impl Lowerer<'_> {
         None
     }
 
+    /// The topic with the pose of the base. Those of several bases have names of their own.
+    fn odometry(&mut self, topic: &Located<String>, model: &Model) -> Option<BaseOdometry> {
+        let name = self.topic(topic)?;
+        match model.bases.len() {
+            0 => None,
+            1 => Some(BaseOdometry { topic: name, base: 0 }),
+            _ => {
+                let text = "one topic cannot have the poses of several bases";
+                let d = Diagnostic::error("HQ0823", self.origins.span(topic.at), text);
+                let usual =
+                    model.bases.iter().map(|base| format!("/{}/odom", base.prefix(model).trim_end_matches('_')));
+                let usual: Vec<String> = usual.collect();
+                let usual = list(usual.iter().map(String::as_str), 4);
+                self.push(d.help(format!("leave it out: the poses are read from {usual}, which ROS 2 can remap")));
+                None
+            }
+        }
+    }
+
     fn command_topic(&mut self, of: &ByName<CommandTopicBlock>, robot: &BoundRobot) -> Option<Written> {
         let block = &of.value.value;
         let at = self.origins.span(of.name.at);
@@ -108,17 +128,22 @@ impl Lowerer<'_> {
             "twist" => CommandForm::Twist,
             _ => CommandForm::Velocity,
         };
-        let base = model.base.nv();
         let dofs = match &block.joints {
             Some(joints_at) => {
                 let value = self.origins.unbound(joints_at)?.clone();
-                if form == CommandForm::Twist {
+                if form == CommandForm::Twist && model.bases.len() < 2 {
                     let d = Diagnostic::error("HQ0823", value.span, "a `twist` moves the base, and no joints");
                     self.push(d.help("leave `joints` out, or write another `form`"));
                     return None;
                 }
                 let dofs = joints(value.items(), model, &robot.joint_groups, self.diagnostics)?;
-                if dofs.iter().any(|d| *d < base) {
+                if form == CommandForm::Twist {
+                    if !model.bases.iter().any(|base| base.dofs().eq(dofs.iter().copied())) {
+                        let d = Diagnostic::error("HQ0823", value.span, "a `twist` moves one base, and nothing else");
+                        self.push(d.help(format!("write one of {}", groups_of_bases(model))));
+                        return None;
+                    }
+                } else if dofs.iter().any(|dof| model.base_of_dof(*dof).is_some()) {
                     let text = "the base is no joint, and has a topic of its own";
                     let d = Diagnostic::error("HQ0823", value.span, text);
                     self.push(d.help("take it out of this list, and add a topic of the form `twist`"));
@@ -126,20 +151,24 @@ impl Lowerer<'_> {
                 }
                 dofs
             }
-            None if form == CommandForm::Twist => (0..base).collect(),
-            None => (base..model.nv()).collect(),
-        };
-        if form == CommandForm::Twist && model.base == Base::Fixed {
-            let d = Diagnostic::error("HQ0823", at, "a `twist` moves the base, and the base of this robot is fixed");
-            let help = match robot.model.dofs.iter().any(|d| d.name.ends_with("base_yaw")) {
-                true => "bases of several robots are joints: send their velocities as a `velocity` topic",
-                false => {
-                    "leave this topic out, or write `base planar`, `base unicycle` or `base floating` in the robot"
+            None if form == CommandForm::Twist => match model.bases.as_slice() {
+                [base] => base.dofs().collect(),
+                [] => {
+                    let text = "a `twist` moves the base, and the base of this robot is fixed";
+                    let d = Diagnostic::error("HQ0823", at, text);
+                    let help =
+                        "leave this topic out, or write `base planar`, `base unicycle` or `base floating` in the robot";
+                    self.push(d.help(help));
+                    return None;
                 }
-            };
-            self.push(d.help(help));
-            return None;
-        }
+                _ => {
+                    let d = Diagnostic::error("HQ0823", at, "a `twist` moves one base, and here are several");
+                    self.push(d.help(format!("name it as `joints`: one of {}", groups_of_bases(model))));
+                    return None;
+                }
+            },
+            None => (0..model.nv()).filter(|dof| model.base_of_dof(*dof).is_none()).collect(),
+        };
         let prefix = block.prefix.clone().unwrap_or_default();
         let topic = self.topic(block.topic.as_ref()?)?;
         let to = block.topic.as_ref().map_or(at, |t| self.origins.span(t.at));
@@ -215,6 +244,13 @@ impl Lowerer<'_> {
         let topic = self.topic(block.topic.as_ref()?)?;
         Some(SignalTopic { signal, topic, message, frame: block.frame_id })
     }
+}
+
+/// Names of the groups of joints that are bases.
+fn groups_of_bases(model: &Model) -> String {
+    let group = |base: &MobileBase| format!("{}base", base.prefix(model));
+    let groups: Vec<String> = model.bases.iter().map(group).collect();
+    list(groups.iter().map(String::as_str), 4)
 }
 
 fn list_of(messages: &[&str]) -> String {

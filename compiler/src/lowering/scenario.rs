@@ -168,7 +168,7 @@ impl Lowerer<'_> {
                 continue;
             }
             let mut constants = Constants { graph: &mut self.graph, params: &mut self.params };
-            match BaseEntry::read(model.base, e, &mut constants, self.diagnostics) {
+            match BaseEntry::read(model, e, &mut constants, self.diagnostics) {
                 BaseEntry::Other => {}
                 BaseEntry::Wrong => continue,
                 BaseEntry::Coordinates { first, values } => {

@@ -1,6 +1,6 @@
 //! Scopes of files: the names that a file declares or imports, from the scopes of the expansion.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -16,6 +16,7 @@ use super::urdf::Urdf;
 use super::{Around, CompletionContext, File, Meaning, Offered, Resolution, Resolver, Scope};
 use crate::expand::{CLASSES, Class, Module, Target, declared, read_file, read_files};
 use crate::input::{Input, Texts};
+use crate::robot_binding::ORIENTATION;
 
 /// Spec that a member runs, as written.
 fn spec_of(member: &MissionMember) -> Option<&str> {
@@ -62,7 +63,7 @@ impl<'t> Resolver<'t> {
             links: None,
             joints: None,
             srdf: None,
-            base_joints: &[],
+            base_names: BTreeSet::new(),
             children: BTreeMap::new(),
             bases: BTreeMap::new(),
             controllers: BTreeMap::new(),
@@ -310,13 +311,12 @@ impl<'t> Resolver<'t> {
             ItemKind::Robot(robot) => Some(robot),
             _ => None,
         });
-        let base = robots.filter_map(|r| r.body.get("base")?.value.word()).find(|word| *word != "fixed");
-        self.base_joints = match base {
-            Some("planar") => Base::Planar.dof_names(),
-            Some("unicycle") => Base::Unicycle.dof_names(),
-            Some("floating") => Base::Floating.dof_names(),
-            _ => Base::Fixed.dof_names(),
-        };
+        let words = robots.filter_map(|r| r.body.get("base")?.value.word());
+        let moves = |word: &str| [Base::Planar, Base::Unicycle, Base::Floating].into_iter().find(|b| b.word() == word);
+        for base in words.filter_map(moves) {
+            self.base_names.extend(base.coordinate_names().iter().chain(base.dof_names()).copied());
+            self.base_names.insert(ORIENTATION);
+        }
         let named = modules.iter().flat_map(|m| m.urdfs().map(move |written| (m, written)));
         let mut paths: Vec<PathBuf> = Vec::new();
         for (module, written) in named {

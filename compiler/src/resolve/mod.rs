@@ -228,8 +228,8 @@ struct Resolver<'t> {
     joints: Option<BTreeMap<String, SymbolId>>,
     /// The SRDF, if it can be read.
     srdf: Option<FileId>,
-    /// Names of the degrees of freedom of the robot's base.
-    base_joints: &'static [&'static str],
+    /// Names of coordinates and degrees of freedom of the robots' bases.
+    base_names: BTreeSet<&'static str>,
     /// Parameters and variables of repetitions in scope, innermost last.
     bound: Vec<(String, SymbolId)>,
     /// The same, each with the part of the text in which it fills holes.

@@ -100,8 +100,7 @@ impl Resolver<'_> {
         }
         let joint = self.joints.as_ref().and_then(|joints| joints.get(name).copied());
         let found = joint.or_else(|| self.part(K::JointGroup, name));
-        let of_any_base = ["base", "base_orientation"].contains(&name) && !self.base_joints.is_empty();
-        let of_base = self.base_joints.contains(&name) || of_any_base;
+        let of_base = self.base_names.contains(name) || (name == "base" && !self.base_names.is_empty());
         if found.is_some() || !(name == "all" || of_base) {
             self.refer(name, span, K::Joint, found);
         }
@@ -109,7 +108,7 @@ impl Resolver<'_> {
 
     /// True if the URDF is known and has no joint of this name.
     pub(super) fn is_no_joint(&self, name: &str) -> bool {
-        let of_all = name == "all" || (name == "base" && !self.base_joints.is_empty());
+        let of_all = name == "all" || (name == "base" && !self.base_names.is_empty());
         !of_all
             && self.joints.as_ref().is_some_and(|joints| !joints.contains_key(name))
             && self.part(K::JointGroup, name).is_none()

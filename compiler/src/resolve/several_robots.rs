@@ -30,7 +30,7 @@ impl Resolver<'_> {
         let found = known(&self.links).or_else(|| known(&self.joints));
         let found = found.or_else(|| PARTS.into_iter().find_map(|kind| self.inside(robot, kind, part)));
         let found = found.or_else(|| PARTS.into_iter().find_map(|kind| self.part(kind, part)));
-        let of_all = part.is_empty() || part == "base" || self.base_joints.contains(&part);
+        let of_all = part.is_empty() || part == "base" || self.base_names.contains(part);
         if found.is_none() && !of_all {
             return false;
         }

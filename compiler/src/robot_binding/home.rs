@@ -57,7 +57,7 @@ impl Home {
         let mut home = Home { span: Some(block.span), ..Home::default() };
         let mut given: BTreeMap<usize, Span> = BTreeMap::new();
         for e in &block.entries {
-            match BaseEntry::read(model.base, e, constants, diagnostics) {
+            match BaseEntry::read(model, e, constants, diagnostics) {
                 BaseEntry::Other => {}
                 BaseEntry::Wrong => continue,
                 BaseEntry::Coordinates { first, values } => {
@@ -72,7 +72,7 @@ impl Home {
                 found.map(|dofs| dofs.into_iter().filter(|&d| model.dofs[d].q_index.is_some()).collect::<Vec<_>>());
             if dofs.as_ref().is_some_and(Vec::is_empty) {
                 let text = format!("`{}` belongs to the base, which has no joint position", e.key.value);
-                let help = format!("write {}", list(base_entries::names(model.base).iter().copied(), 4));
+                let help = format!("write {}", list(base_entries::names(model).iter().map(String::as_str), 4));
                 diagnostics.push(Diagnostic::unknown_name(e.key.span, text).help(help));
                 home.broken = true;
                 continue;

@@ -19,8 +19,8 @@ pub(super) fn joint_groups(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> JointGroups {
     let mut groups = JointGroups::default();
-    if model.base.nv() > 0 {
-        groups.members.insert("base".to_string(), (0..model.base.nv()).collect());
+    if !model.bases.is_empty() {
+        groups.members.insert("base".to_string(), of_bases(model).collect());
     }
     groups.members.insert("all".to_string(), (0..model.nv()).collect());
     let mut replaceable: BTreeSet<&str> = BTreeSet::new();
@@ -57,12 +57,16 @@ pub(super) fn joint_groups(
 
 /// Degrees of freedom of a group of the SRDF: those of the base, if its joint belongs to the group, then those of joints.
 fn dofs_of(group: &Group, model: &Model) -> Vec<usize> {
-    let base = if group.base { model.base.nv() } else { 0 };
     let of_joint = |joint: &robot::JointId| match model.joint_ref(*joint).drive {
         Drive::Dof(dof) => Some(dof),
         _ => None,
     };
-    (0..base).chain(group.joints.iter().filter_map(of_joint)).collect()
+    of_bases(model).filter(|_| group.base).chain(group.joints.iter().filter_map(of_joint)).collect()
+}
+
+/// Degrees of freedom of all bases.
+fn of_bases(model: &Model) -> impl Iterator<Item = usize> {
+    model.bases.iter().flat_map(|base| base.dofs())
 }
 
 /// Diagnostic for a pattern as the name of a declaration.

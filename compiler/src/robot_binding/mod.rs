@@ -29,7 +29,7 @@ use crate::sections::RobotBlock;
 
 use home::Home;
 
-pub(crate) use base_entries::BaseEntry;
+pub(crate) use base_entries::{BaseEntry, ORIENTATION};
 pub(crate) use lookup::is_pattern;
 pub use lookup::{joints, unknown_geometry, unknown_joint, unknown_link};
 pub use postures::Postures;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use dsl::{Diagnostic, Help, Snippet, SourceId, Span, Spanned};
 use names::suggest;
 use robot::srdf::VirtualMotion;
-use robot::{Base, Drive, Model, Srdf, SrdfCode, SrdfMessage};
+use robot::{Drive, Model, Srdf, SrdfCode, SrdfMessage};
 
 use super::Files;
 use super::urdf::read;
@@ -145,7 +145,7 @@ pub(super) fn passive(
 /// Warns of a virtual joint that lets the base move, if the spec does not say what carries it.
 pub(super) fn base(of: &RobotSrdf, model: &Model, is_written: bool, diagnostics: &mut Vec<Diagnostic>) {
     let root = of.srdf.virtual_joints.iter().find(|joint| joint.child == model.root());
-    let moving = root.filter(|joint| !is_written && model.base == Base::Fixed && joint.motion != VirtualMotion::Fixed);
+    let moving = root.filter(|joint| !is_written && model.bases.is_empty() && joint.motion != VirtualMotion::Fixed);
     let Some(joint) = moving else { return };
     let (word, base) = match joint.motion {
         VirtualMotion::Planar => ("planar", "planar"),

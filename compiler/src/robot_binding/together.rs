@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use dsl::tree::Value;
 use dsl::{Diagnostic, Help, Snippet, Span};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use robot::{Base, LinkMesh, MergeError, Merged, Model, Placed};
+use robot::{LinkMesh, MergeError, Merged, Model, Placed};
 use stdlib_tasks::bound::{Arm, Geometry};
 use stdlib_tasks::dimension::LENGTH;
 
@@ -21,7 +21,7 @@ const SHARED: &[&str] = &["all", "arms"];
 /// The stand of a robot in the world: the value of `at`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stand {
-    /// Pose of its root link in the world, or of the origin of its base.
+    /// Pose of its root link in the world, while the coordinates of its base are zero.
     pub pose: Isometry3<f64>,
     /// Place of the value; none without one.
     pub span: Option<Span>,
@@ -127,23 +127,6 @@ fn differing(first: &BoundRobot, other: &BoundRobot) -> Option<Diagnostic> {
 fn refused(why: &MergeError, robots: &[BoundRobot]) -> Diagnostic {
     let robot = |i: usize| robots.get(i).unwrap_or(&robots[0]);
     match why {
-        MergeError::Base { robot: i } => {
-            let of = robot(*i);
-            let base = if of.model.base == Base::Floating { "floating" } else { "unicycle" };
-            let text = match robots.len() {
-                1 => format!("a robot with the base {base} has no place `at`"),
-                _ => format!("robot `{}` is not alone, and its base is {base}", of.name.value),
-            };
-            let d =
-                Diagnostic::error("HQ0412", of.stand.span.filter(|_| robots.len() == 1).unwrap_or(of.name.span), text);
-            match robots.len() {
-                1 => d.help("write where it starts in `home`: `base_x`, `base_y` and so on"),
-                _ => d.note("of several robots in one spec each stands fixed, or moves in the plane").help(Help::with(
-                    "write {} if its wheels drive to all sides, or one spec for each robot",
-                    [Snippet::entry("base", "planar")],
-                )),
-            }
-        }
         MergeError::Name { robot: i, name } => {
             Diagnostic::error("HQ0412", robot(*i).name.span, format!("two parts of the robots have the name `{name}`"))
                 .note("the name of a robot stands before the names of its parts")

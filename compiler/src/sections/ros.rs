@@ -23,10 +23,11 @@ block! {
         transforms: bool = or(ValueType::Flag, "false");
         /// Topics with positions of joints, `sensor_msgs/JointState`; default: `/joint_states`.
         joint_states: Vec<ByName<JointStatesBlock>> = optional(ValueType::Each(&ValueType::Block(&JOINT_STATES)));
-        /// Topic with the pose of a base that moves, `nav_msgs/Odometry`; default: `/odom`.
+        /// Topic with the pose of a base that moves, `nav_msgs/Odometry`; default: `/odom`, or `/ROBOT/odom` for each of several
+        /// robots, for which this key is left out.
         odometry: Option<Located<String>> = optional(ValueType::Text);
         /// Topics of commands, by names that the user chooses; default: `~/commands` with the velocities of all joints, and `/cmd_vel` with
-        /// that of a base.
+        /// that of a base, `/ROBOT/cmd_vel` for several.
         commands: Vec<ByName<CommandTopicBlock>> = optional(ValueType::Each(&ValueType::Block(&COMMAND_TOPIC)));
         /// Topics of signals, by name; default: `~/NAME`, with the usual type of message.
         signals: Option<Located<Unbound>> = elsewhere(ValueType::Of(Named::Signal, &ValueType::Block(&SIGNAL_TOPIC)));
@@ -54,7 +55,7 @@ block! {
         /// Content of its messages: a `Float64MultiArray` with velocities or positions, a `JointTrajectory` with one point, or
         /// the `Twist` of a base.
         form: Word = or(ValueType::Choice(&["velocity", "position", "trajectory", "twist"]), "velocity");
-        /// Joints, in the order of the message; default: all.
+        /// Joints, in the order of the message; default: all. For a `twist` the base, if there are several.
         joints: Option<Located<Unbound>> = elsewhere(ValueType::Joints);
         /// Beginning of the joints' names that messages leave out.
         prefix: Option<String> = optional(ValueType::Text);

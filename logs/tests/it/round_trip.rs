@@ -175,13 +175,13 @@ fn the_description_has_the_same_kinematics() {
         let run = recorded(name, None, 0.02);
         let message = messages(&run.mcap).into_iter().find(|m| m.topic == "/robot_description").expect("a description");
         let model = &run.program.robot.model;
-        let options = Options { base: model.base, ..Options::default() };
+        let options = Options { base: model.root_base(), ..Options::default() };
         let (again, _) = Model::from_urdf(message.text("data").expect("a text"), &options).expect("a URDF");
         let (mut a, mut b) = (Data::new(model), Data::new(&again));
         let mut q = run.program.robot.home.clone();
         assert_eq!((model.nq(), model.nv()), (again.nq(), again.nv()), "{name}");
         for step in 0..5 {
-            let free = model.base.nq();
+            let free = model.root_base().nq();
             q[free..].iter_mut().enumerate().for_each(|(i, x)| *x += 0.1 * f64::from(step) * ((i % 3) as f64 - 1.0));
             model.forward(&q, &mut a);
             again.forward(&q, &mut b);

@@ -1,7 +1,7 @@
 //! Several robots in one model: each stands at a place in the world, and all hang from one root link, the world.
 //!
-//! Links, joints and degrees of freedom get the prefix of their robot. A base in the plane becomes two sliding joints and a
-//! turning one, so that its velocities are those of its coordinates, in the axes of the place where the robot stands.
+//! Links, joints and degrees of freedom get the prefix of their robot, and each robot moves as it does alone, in the axes of its
+//! place.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::assemble::{MAX_MOVING, Parts};
 use super::{Drive, Joint, JointKind, Link};
-use crate::{Base, Dof, DofUnit, JointId, LinkId, Model};
+use crate::{Dof, JointId, LinkId, MobileBase, Model};
 
 /// Name of the root link.
 pub const WORLD: &str = "world";
@@ -17,11 +17,11 @@ pub const WORLD: &str = "world";
 /// A robot to merge.
 #[derive(Clone, Debug)]
 pub struct Placed<'m> {
-    /// The robot; its base is fixed or planar.
+    /// The robot.
     pub model: &'m Model,
     /// Prefix of its names.
     pub prefix: &'m str,
-    /// Pose of its root link in the world, or of the origin of its base.
+    /// Pose of its root link in the world, while the coordinates of its base are zero.
     pub at: Isometry3<f64>,
 }
 
@@ -30,10 +30,12 @@ pub struct Placed<'m> {
 pub struct Merged {
     /// Index of its root link; those of its other links follow in their order.
     pub first_link: u32,
-    /// Index that its first joint would have, without those of its base.
+    /// Index of its first joint.
     pub first_joint: u32,
-    /// Index of its first degree of freedom, and of its first coordinate.
+    /// Index of its first degree of freedom.
     pub first_dof: usize,
+    /// Index of its first coordinate.
+    pub first_coordinate: usize,
 }
 
 impl Merged {
@@ -47,21 +49,20 @@ impl Merged {
         JointId(self.first_joint + of_robot.0)
     }
 
-    /// Returns the index of one of the robot's degrees of freedom. Its coordinate has the same index.
+    /// Returns the index of one of the robot's degrees of freedom.
     pub fn dof(&self, of_robot: usize) -> usize {
         self.first_dof + of_robot
+    }
+
+    /// Returns the index of one of the robot's coordinates.
+    pub fn coordinate(&self, of_robot: usize) -> usize {
+        self.first_coordinate + of_robot
     }
 }
 
 /// Reason why robots cannot be merged.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MergeError {
-    /// The base of a robot, by its index, cannot be described by joints.
-    #[error("the base of robot {robot} cannot be described by joints")]
-    Base {
-        /// Index of the robot.
-        robot: usize,
-    },
     /// Two links, or two joints, would have one name.
     #[error("two parts have the name `{name}`")]
     Name {
@@ -78,15 +79,17 @@ pub enum MergeError {
 /// Parts of a model under construction.
 struct Builder {
     parts: Parts,
+    nq: usize,
+    /// Names of links; of joints and of coordinates of bases.
     names: [BTreeSet<String>; 2],
 }
 
 impl Model {
     /// Merges robots into one model with the name `name`, in their order. A configuration is the concatenation of theirs, and
-    /// so is a velocity, with that of a planar base in the axes of its place.
+    /// so is a velocity.
     ///
     /// # Errors
-    /// A base that is neither fixed nor planar, a name that two parts would have, or too many joints.
+    /// A name that two parts would have, or too many joints.
     pub fn merged(name: &str, robots: &[Placed]) -> Result<(Model, Vec<Merged>), MergeError> {
         let world = Link {
             name: WORLD.to_string(),
@@ -99,13 +102,13 @@ impl Model {
         };
         let parts = Parts {
             name: name.to_string(),
-            base: Base::Fixed,
+            bases: Vec::new(),
             links: vec![world],
             joints: Vec::new(),
             dofs: Vec::new(),
             roots: Vec::new(),
         };
-        let mut builder = Builder { parts, names: [BTreeSet::from([WORLD.to_string()]), BTreeSet::new()] };
+        let mut builder = Builder { parts, nq: 0, names: [BTreeSet::from([WORLD.to_string()]), BTreeSet::new()] };
         let mut merged = Vec::with_capacity(robots.len());
         for (robot, placed) in robots.iter().enumerate() {
             merged.push(builder.robot(robot, placed)?);
@@ -127,93 +130,75 @@ impl Model {
 impl Builder {
     fn robot(&mut self, robot: usize, placed: &Placed) -> Result<Merged, MergeError> {
         let Placed { model, prefix, at } = placed;
-        let first_dof = self.parts.dofs.len();
-        self.parts.roots.push(LinkId(self.parts.links.len() as u32));
-        let fixed = (JointKind::Fixed, Vector3::z(), "stand");
-        let mounts: &[(JointKind, Vector3<f64>, &str)] = match model.base {
-            Base::Fixed => &[fixed],
-            Base::Planar => &[
-                (JointKind::Prismatic, Vector3::x(), "base_x"),
-                (JointKind::Prismatic, Vector3::y(), "base_y"),
-                (JointKind::Continuous, Vector3::z(), "base_yaw"),
-            ],
-            Base::Unicycle | Base::Floating => return Err(MergeError::Base { robot }),
+        let (first_link, first_joint) = (self.parts.links.len() as u32, self.parts.joints.len() as u32 + 1);
+        let merged = Merged { first_link, first_joint, first_dof: self.parts.dofs.len(), first_coordinate: self.nq };
+        self.nq += model.nq();
+        self.parts.roots.push(LinkId(first_link));
+        self.parts.dofs.extend(model.dofs.iter().map(|dof| Dof {
+            name: format!("{prefix}{}", dof.name),
+            joint: dof.joint.map(|joint| merged.joint(joint)),
+            q_index: dof.q_index.map(|i| merged.coordinate(i)),
+            ..dof.clone()
+        }));
+        self.parts.bases.extend(model.bases.iter().map(|base| MobileBase {
+            kind: base.kind,
+            link: merged.link(base.link),
+            first_coordinate: merged.coordinate(base.first_coordinate),
+            first_dof: merged.dof(base.first_dof),
+        }));
+        let stand = Joint {
+            name: format!("{prefix}stand"),
+            kind: JointKind::Fixed,
+            parent: LinkId(0),
+            child: LinkId(first_link),
+            origin: *at,
+            axis: Vector3::z(),
+            drive: Drive::Fixed,
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            velocity: f64::INFINITY,
+            effort: f64::INFINITY,
+            acceleration: f64::INFINITY,
         };
-        let mut parent = LinkId(0);
-        let mut origin = *at;
-        for (k, (kind, axis, word)) in mounts.iter().enumerate() {
-            let last = k + 1 == mounts.len();
-            let child = match last {
-                true => Link { name: format!("{prefix}{}", model.links[0].name), ..model.links[0].clone() },
-                false => Link {
-                    name: format!("{prefix}{word}_stage"),
-                    collision: Vec::new(),
-                    visual: Vec::new(),
-                    mass: 0.0,
-                    center_of_mass: Vector3::zeros(),
-                    inertia: [0.0; 6],
-                    parent_joint: None,
-                },
-            };
-            let limits = (*kind != JointKind::Fixed).then(|| &model.dofs[k]);
-            let unlimited = f64::INFINITY;
-            let joint = Joint {
-                name: format!("{prefix}{word}"),
-                kind: *kind,
-                parent,
-                child: parent,
-                origin,
-                axis: *axis,
-                drive: limits.map_or(Drive::Fixed, |_| Drive::Dof(first_dof + k)),
-                lower: limits.map_or(-unlimited, |d| d.lower),
-                upper: limits.map_or(unlimited, |d| d.upper),
-                velocity: limits.map_or(unlimited, |d| d.velocity),
-                effort: unlimited,
-                acceleration: limits.map_or(unlimited, |d| d.acceleration),
-            };
-            parent = self.add(robot, joint, child, limits)?;
-            origin = Isometry3::identity();
+        for base in &model.bases {
+            for name in base.kind.coordinate_names().iter().chain(base.kind.dof_names()).collect::<BTreeSet<_>>() {
+                self.reserve(robot, 1, format!("{prefix}{}{name}", base.prefix(model)))?;
+            }
         }
-        let merged = Merged {
-            first_link: parent.0,
-            // Joint `k` of the robot moves its link `k + 1`, and follows the joints of the base.
-            first_joint: parent.0,
-            first_dof,
-        };
+        let root = &model.links[0];
+        self.add(robot, stand, Link { name: format!("{prefix}{}", root.name), ..root.clone() })?;
         for (joint, link) in model.joints.iter().zip(&model.links[1..]) {
-            let of_dof = |dof: usize| first_dof + dof;
             let drive = match joint.drive {
-                Drive::Dof(dof) => Drive::Dof(of_dof(dof)),
-                Drive::Mimic { dof, multiplier, offset } => Drive::Mimic { dof: of_dof(dof), multiplier, offset },
+                Drive::Dof(dof) => Drive::Dof(merged.dof(dof)),
+                Drive::Mimic { dof, multiplier, offset } => Drive::Mimic { dof: merged.dof(dof), multiplier, offset },
                 other => other,
             };
-            let dof = match joint.drive {
-                Drive::Dof(dof) => Some(&model.dofs[dof]),
-                _ => None,
+            let joint = Joint {
+                name: format!("{prefix}{}", joint.name),
+                parent: merged.link(joint.parent),
+                child: merged.link(joint.child),
+                drive,
+                ..joint.clone()
             };
-            let name = format!("{prefix}{}", joint.name);
-            let moved = Joint { name, parent: merged.link(joint.parent), drive, ..joint.clone() };
-            self.add(robot, moved, Link { name: format!("{prefix}{}", link.name), ..link.clone() }, dof)?;
+            self.add(robot, joint, Link { name: format!("{prefix}{}", link.name), ..link.clone() })?;
         }
         Ok(merged)
     }
 
-    /// Adds a joint with the link that it moves, and with the degree of freedom that it drives.
-    fn add(&mut self, robot: usize, joint: Joint, link: Link, dof: Option<&Dof>) -> Result<LinkId, MergeError> {
-        for (names, name) in self.names.iter_mut().zip([&link.name, &joint.name]) {
-            if !names.insert(name.clone()) {
-                return Err(MergeError::Name { robot, name: name.clone() });
-            }
+    /// Makes sure that no two links have one name, and that no two joints or coordinates of bases have.
+    fn reserve(&mut self, robot: usize, kind: usize, name: String) -> Result<(), MergeError> {
+        match self.names[kind].insert(name.clone()) {
+            true => Ok(()),
+            false => Err(MergeError::Name { robot, name }),
         }
-        let parts = &mut self.parts;
-        let (id, child) = (JointId(parts.joints.len() as u32), LinkId(parts.links.len() as u32));
-        if let Some(dof) = dof {
-            let unit = if joint.kind == JointKind::Prismatic { DofUnit::Metre } else { DofUnit::Radian };
-            let q_index = Some(parts.dofs.len());
-            parts.dofs.push(Dof { name: joint.name.clone(), joint: Some(id), unit, q_index, ..dof.clone() });
-        }
-        parts.joints.push(Joint { child, ..joint });
-        parts.links.push(Link { parent_joint: Some(id), ..link });
-        Ok(child)
+    }
+
+    /// Adds a joint with the link that it moves.
+    fn add(&mut self, robot: usize, joint: Joint, link: Link) -> Result<(), MergeError> {
+        self.reserve(robot, 0, link.name.clone())?;
+        self.reserve(robot, 1, joint.name.clone())?;
+        self.parts.links.push(Link { parent_joint: Some(JointId(self.parts.joints.len() as u32)), ..link });
+        self.parts.joints.push(joint);
+        Ok(())
     }
 }

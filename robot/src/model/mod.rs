@@ -1,6 +1,7 @@
 //! The robot model: links, joints, degrees of freedom. It is read-only after construction.
 
 pub(crate) mod assemble;
+mod bases;
 mod merge;
 
 use std::fmt;
@@ -8,9 +9,10 @@ use std::fmt;
 use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::{Base, JointId, LinkId, PlacedShape, Visual};
+use crate::{JointId, LinkId, PlacedShape, Visual};
 use assemble::{Parts, Tape};
 
+pub use bases::MobileBase;
 pub use merge::{MergeError, Merged, Placed, WORLD};
 
 /// Motion type of a joint.
@@ -131,13 +133,13 @@ impl DofUnit {
 /// A degree of freedom: one entry of the velocity `v`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dof {
-    /// The joint's name, or one of [`Base::dof_names`].
+    /// The joint's name, or one of [`crate::Base::dof_names`] after the prefix of the robot.
     pub name: String,
-    /// Joint that the degree of freedom drives directly, without its followers; none for the base.
+    /// Joint that the degree of freedom drives directly, without its followers; none for that of a base.
     pub joint: Option<JointId>,
     /// Unit.
     pub unit: DofUnit,
-    /// Index of its position in `q`; none for the base, whose configuration has other coordinates.
+    /// Index of its position in `q`; none for that of a base, whose configuration has other coordinates.
     pub q_index: Option<usize>,
     /// Lowest position; -inf if there is no limit.
     #[serde(with = "crate::unlimited")]
@@ -165,20 +167,20 @@ pub struct Support {
 /// A tree of links, created by [`Model::from_urdf`] or by deserialising. The public fields are for reading only:
 /// kinematics runs on a flat copy that is made at construction.
 ///
-/// `q` holds the coordinates of the base ([`Base`]), then one per joint degree of freedom; `v` the velocities of the
-/// base, then the same joints in the same order.
+/// `q` holds, robot by robot, the coordinates of its base ([`crate::Base`]), then one per joint degree of freedom; `v` the
+/// velocities of its base, then the same joints in the same order.
 #[derive(Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Parts", into = "Parts")]
 pub struct Model {
     /// Name of the robot.
     pub name: String,
-    /// Mobility of the root link.
-    pub base: Base,
+    /// Bases that move, in the order of their degrees of freedom.
+    pub bases: Vec<MobileBase>,
     /// Links, parents before children; `links[0]` is the root.
     pub links: Vec<Link>,
     /// Joints, depth first, children in file order; `joints[k]` moves `links[k + 1]`.
     pub joints: Vec<Joint>,
-    /// Degrees of freedom: those of the base, then those of the joints in order.
+    /// Degrees of freedom, robot by robot: those of its base, then those of its joints in order.
     pub dofs: Vec<Dof>,
     /// First links of the robots that [`Model::merged`] made the model of, in order; empty for the model of one URDF.
     pub roots: Vec<LinkId>,
@@ -189,7 +191,7 @@ impl Model {
     /// Length of a configuration `q`.
     #[inline]
     pub fn nq(&self) -> usize {
-        self.base.nq() + self.dofs.len() - self.base.nv()
+        self.tape.nq
     }
 
     /// Length of a velocity `v`: the number of degrees of freedom.
@@ -265,7 +267,7 @@ impl fmt::Debug for Model {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Model")
             .field("name", &self.name)
-            .field("base", &self.base)
+            .field("bases", &self.bases)
             .field("links", &self.links.len())
             .field("joints", &self.joints.len())
             .field("dofs", &self.dofs.len())

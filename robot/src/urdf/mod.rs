@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use crate::followers::with_followers;
 use crate::model::assemble::Parts;
-use crate::{Base, Dof, DofUnit, Drive, Joint, JointId, JointKind, Link, LinkId, Model};
+use crate::{Base, Dof, DofUnit, Drive, Joint, JointId, JointKind, Link, LinkId, MobileBase, Model};
 
 pub(crate) mod cx;
 mod drive;
@@ -170,7 +170,9 @@ fn parts(robot: RawRobot, tree: &Tree, driven: &[Driven], base: Base) -> Parts {
         });
     }
     let dofs = dofs(base, &joints);
-    Parts { name, base, links: slots.into_iter().flatten().collect(), joints, dofs, roots: Vec::new() }
+    let mobile = MobileBase { kind: base, link: LinkId(0), first_coordinate: 0, first_dof: 0 };
+    let bases = if base == Base::Fixed { Vec::new() } else { vec![mobile] };
+    Parts { name, bases, links: slots.into_iter().flatten().collect(), joints, dofs, roots: Vec::new() }
 }
 
 /// Returns the degrees of freedom of the base, then those of the joints.

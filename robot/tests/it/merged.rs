@@ -4,7 +4,7 @@ use hierarq_robot::{Base, Data, JointId, LinkId, MergeError, Model, Placed, cont
 use nalgebra::{DMatrix, Isometry3, Vector3};
 use proptest::prelude::*;
 
-use crate::common::{load, pose, rng, tree, vector};
+use crate::common::{base, load, pose, rng, tree, vector};
 
 const ARM: &str = include_str!("arm.urdf");
 const WORKCELL: &str = include_str!("workcell.urdf");
@@ -29,13 +29,14 @@ fn same_as_alone(robots: &[Placed], seed: u64) {
     let mut rng = rng(seed);
     let (model, merged) = Model::merged("both", robots).unwrap();
     let q: Vec<f64> = robots.iter().flat_map(|r| r.model.random_configuration(&mut rng)).collect();
-    assert_eq!((model.nq(), model.nv()), (q.len(), q.len()));
+    let nv = robots.iter().map(|r| r.model.nv()).sum::<usize>();
+    assert_eq!((model.nq(), model.nv()), (q.len(), nv));
     let mut data = Data::new(&model);
     model.forward(&q, &mut data);
     let (mut sum, mut moment) = (0.0, Vector3::zeros());
     for (placed, merged) in robots.iter().zip(&merged) {
         let alone = placed.model;
-        let of_robot = &q[merged.first_dof..merged.first_dof + alone.nq()];
+        let of_robot = &q[merged.first_coordinate..merged.first_coordinate + alone.nq()];
         let mut own = Data::new(alone);
         alone.forward(of_robot, &mut own);
         for l in 0..alone.links.len() {
@@ -57,16 +58,9 @@ fn same_as_alone(robots: &[Placed], seed: u64) {
                     assert_eq!(column.norm(), 0.0);
                     continue;
                 };
-                // The base moves in its own axes alone, and in those of its place here.
-                let of_base = alone.base == Base::Planar && k < 2;
-                let expected: Vec<f64> = if of_base {
-                    let axis = R * if k == 0 { Vector3::x() } else { Vector3::y() };
-                    vec![axis.x, axis.y, axis.z, 0.0, 0.0, 0.0]
-                } else {
-                    let own = J_own.column(k);
-                    let turn = |i: usize| R * Vector3::new(own[i], own[i + 1], own[i + 2]);
-                    turn(0).iter().chain(turn(3).iter()).copied().collect()
-                };
+                let own = J_own.column(k);
+                let turn = |i: usize| R * Vector3::new(own[i], own[i + 1], own[i + 2]);
+                let expected: Vec<f64> = turn(0).iter().chain(turn(3).iter()).copied().collect();
                 assert!(column.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-12), "{column} {expected:?}");
             }
         }
@@ -95,7 +89,7 @@ proptest! {
     fn random_robots_move_as_alone(
         a in tree(),
         b in tree(),
-        bases in prop::array::uniform2(prop::sample::select(vec![Base::Fixed, Base::Planar])),
+        bases in prop::array::uniform2(base()),
         seed: u64,
     ) {
         let mut rng = rng(seed);
@@ -107,21 +101,99 @@ proptest! {
 
 #[test]
 fn an_arm_and_a_cart_move_as_alone() {
-    let (arm, cart) = (load(ARM, Base::Fixed), load(WORKCELL, Base::Planar));
     let mut rng = rng(3);
-    for seed in 0..30 {
+    for bases in [[Base::Fixed, Base::Planar], [Base::Unicycle, Base::Unicycle], [Base::Floating, Base::Unicycle]] {
+        let (arm, cart) = (load(ARM, bases[0]), load(WORKCELL, bases[1]));
+        for seed in 0..30 {
+            let at = [pose(&mut rng, 2.0), pose(&mut rng, 2.0)];
+            same_as_alone(&two(&arm, &cart, at), seed);
+        }
+    }
+}
+
+#[test]
+fn columns_of_merged_robots_are_central_differences_of_their_motion() {
+    let mut rng = rng(5);
+    for bases in [[Base::Unicycle, Base::Fixed], [Base::Planar, Base::Unicycle], [Base::Floating, Base::Floating]] {
+        let (a, b) = (load(ARM, bases[0]), load(WORKCELL, bases[1]));
         let at = [pose(&mut rng, 2.0), pose(&mut rng, 2.0)];
-        same_as_alone(&two(&arm, &cart, at), seed);
+        let (model, _) = Model::merged("both", &two(&a, &b, at)).unwrap();
+        let q = model.random_configuration(&mut rng);
+        let mut data = Data::new(&model);
+        model.forward(&q, &mut data);
+        let mut moved = [Data::new(&model), Data::new(&model)];
+        let step = 1e-6;
+        for dof in 0..model.nv() {
+            let mut v = vec![0.0; model.nv()];
+            v[dof] = 1.0;
+            for (data, dt) in moved.iter_mut().zip([step, -step]) {
+                let mut q = q.clone();
+                model.integrate(&mut q, &v, dt);
+                model.forward(&q, data);
+            }
+            for link in (0..model.links.len() as u32).map(LinkId) {
+                let p = Vector3::new(0.3, -0.2, 0.1);
+                let at = |data: &Data| (data.pose(link) * nalgebra::Point3::from(p)).coords;
+                let measured = (at(&moved[0]) - at(&moved[1])) / (2.0 * step);
+                let predicted = data.point_velocity(&model, link, &at(&data), &v);
+                assert!((measured - predicted).norm() < 1e-7, "{bases:?} {dof} {measured} {predicted}");
+            }
+        }
+    }
+}
+
+#[test]
+fn merged_robots_step_and_differ_as_alone() {
+    let mut rng = rng(8);
+    for bases in [[Base::Unicycle, Base::Planar], [Base::Floating, Base::Unicycle], [Base::Fixed, Base::Floating]] {
+        let (a, b) = (load(ARM, bases[0]), load(WORKCELL, bases[1]));
+        let (model, merged) = Model::merged("both", &two(&a, &b, [Isometry3::identity(); 2])).unwrap();
+        let (mut q, v) = (model.random_configuration(&mut rng), vec![0.7; model.nv()]);
+        let before = q.clone();
+        model.integrate(&mut q, &v, 0.3);
+        let mut way = vec![0.0; model.nv()];
+        model.difference(&before, &q, &mut way);
+        for (alone, place) in [&a, &b].into_iter().zip(&merged) {
+            let own = place.first_coordinate..place.first_coordinate + alone.nq();
+            let of_own = place.first_dof..place.first_dof + alone.nv();
+            let mut q_own = before[own.clone()].to_vec();
+            alone.integrate(&mut q_own, &v[of_own.clone()], 0.3);
+            assert_eq!(q_own, q[own.clone()]);
+            let mut way_own = vec![0.0; alone.nv()];
+            alone.difference(&before[own], &q_own, &mut way_own);
+            assert_eq!(way_own, way[of_own]);
+        }
+        let prefixes: Vec<&str> = model.bases.iter().map(|base| base.prefix(&model)).collect();
+        let mobile = ["a_", "b_"].into_iter().zip(bases).filter(|(_, base)| *base != Base::Fixed);
+        assert_eq!(prefixes, mobile.map(|(prefix, _)| prefix).collect::<Vec<_>>());
     }
 }
 
 #[test]
 fn a_merged_model_is_read_again_as_it_was_written() {
-    let (arm, cart) = (load(ARM, Base::Fixed), load(WORKCELL, Base::Planar));
+    let (arm, cart) = (load(ARM, Base::Fixed), load(WORKCELL, Base::Unicycle));
     let (model, _) = Model::merged("both", &two(&arm, &cart, [Isometry3::identity(); 2])).unwrap();
     let text = serde_json::to_string(&model).unwrap();
     assert_eq!(serde_json::from_str::<Model>(&text).unwrap(), model);
-    assert!(!serde_json::to_string(&arm).unwrap().contains("roots"));
+    let alone = serde_json::to_string(&arm).unwrap();
+    assert!(!alone.contains("roots") && !alone.contains("bases"));
+    let json = serde_json::to_value(&model).unwrap();
+    let stand = model.joint("b_stand").unwrap().index();
+    for (at, value) in [
+        ("/bases/0/kind", serde_json::json!("fixed")),
+        ("/bases/0/kind", serde_json::json!("floating")),
+        ("/bases/0/link", 900.into()),
+        ("/bases/0/link", 0.into()),
+        ("/bases/0/first_coordinate", 0.into()),
+        ("/bases/0/first_dof", 0.into()),
+        ("/bases/0/first_dof", serde_json::json!(usize::MAX)),
+        ("/bases", serde_json::json!([])),
+        (&format!("/joints/{stand}/parent"), (model.link("a_upper").unwrap().0).into()),
+    ] {
+        let mut broken = json.clone();
+        *broken.pointer_mut(at).unwrap() = value.clone();
+        assert!(serde_json::from_value::<Model>(broken).is_err(), "{at} {value}");
+    }
 }
 
 #[test]
@@ -148,10 +220,9 @@ fn links_of_two_robots_are_never_neighbours() {
 
 #[test]
 fn robots_that_cannot_be_merged_are_told() {
-    let (arm, cart) = (load(ARM, Base::Fixed), load(WORKCELL, Base::Unicycle));
+    let arm = load(ARM, Base::Fixed);
     let at = [Isometry3::identity(); 2];
     let refused = |robots: &[Placed]| Model::merged("both", robots).unwrap_err();
-    assert_eq!(refused(&two(&arm, &cart, at)), MergeError::Base { robot: 1 });
     let mut same = two(&arm, &arm, at);
     same[1].prefix = "a_";
     let name = format!("a_{}", arm.links[0].name);

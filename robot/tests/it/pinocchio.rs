@@ -39,7 +39,7 @@ struct Frame {
 /// The oracle's column for each of our degrees of freedom, by name; the base's by place, of which
 /// a unicycle has the first and the last of the plane.
 fn columns(oracle: &Oracle, model: &Model) -> Vec<usize> {
-    let of_base: &[usize] = match model.base {
+    let of_base: &[usize] = match model.root_base() {
         Base::Fixed => &[],
         Base::Planar => &[0, 1, 2],
         Base::Unicycle => &[0, 2],
@@ -59,7 +59,7 @@ fn compare(oracle: &Oracle, base: Base, urdf: &str, file: &str) {
     let mut data = Data::new(&model);
     let mut J = DMatrix::zeros(6, model.nv());
     for configuration in &oracle.configurations {
-        let nq = model.base.nq();
+        let nq = model.root_base().nq();
         assert_eq!(configuration.q.len(), configuration.joints.len());
         assert_eq!(configuration.q.len(), model.nq(), "{file}: another number of joints");
         let mut q = model.neutral();

@@ -38,6 +38,34 @@ fn without_a_connection_the_usual_topics_serve() {
         ros.commands.iter().map(|c| (c.topic.as_str(), c.form, c.dofs.len())).collect();
     let joints = program.robot.model.nv() - 3;
     assert_eq!(forms, [("~/commands", CommandForm::Velocity, joints), ("/cmd_vel", CommandForm::Twist, 3)]);
-    assert_eq!(ros.odometry.as_deref(), Some("/odom"));
+    assert_eq!(ros.odometry.iter().map(|o| o.topic.as_str()).collect::<Vec<_>>(), ["/odom"]);
     assert_eq!((ros.signals[0].topic.as_str(), ros.signals[0].message.as_str()), ("~/push", "std_msgs/Bool"));
+}
+
+#[test]
+fn bases_of_several_robots_have_topics_of_their_own() {
+    let robot =
+        |name: &str, base: &str| arm(&format!("base {base} }}")).replacen("robot arm", &format!("robot {name}"), 1);
+    let text =
+        robot("left", "unicycle") + &robot("right", "floating") + "stack s { level l hard { joint_velocity_limits } }";
+    let program = program(&text);
+    let (ros, model) = (RosProgram::of(&program), &program.robot.model);
+    let topics: Vec<(&str, CommandForm, usize)> =
+        ros.commands.iter().map(|c| (c.topic.as_str(), c.form, c.dofs.len())).collect();
+    let joints = (CommandForm::Velocity, model.nv() - 8);
+    let expected = [
+        ("~/commands", joints.0, joints.1),
+        ("/left/cmd_vel", CommandForm::Twist, 2),
+        ("/right/cmd_vel", CommandForm::Twist, 6),
+    ];
+    assert_eq!(topics, expected);
+    let odometry: Vec<(&str, usize)> = ros.odometry.iter().map(|o| (o.topic.as_str(), o.base)).collect();
+    assert_eq!(odometry, [("/left/odom", 0), ("/right/odom", 1)]);
+    let velocity: Vec<f64> = (0..model.nv()).map(|i| i as f64).collect();
+    let motion = Motion { velocity: &velocity, reference: &vec![0.0; model.nq()] };
+    let first = model.bases[1].first_dof as f64;
+    let left = Commander::new(&ros.commands[1], model, 0.01).twist(motion);
+    let right = Commander::new(&ros.commands[2], model, 0.01).twist(motion);
+    assert_eq!((left.linear.x, left.linear.y, left.angular.z), (0.0, 0.0, 1.0));
+    assert_eq!((right.linear.x, right.linear.z, right.angular.x), (first, first + 2.0, first + 3.0));
 }

@@ -149,13 +149,13 @@ fn the_pose_of_a_base_is_that_of_its_odometry() {
         assert_eq!(q.unknown()[0], "the base");
         let mut elsewhere = message.clone();
         elsewhere.header.frame_id = "/odom".into();
-        assert_eq!(q.odometry(&elsewhere, "world", 0.0), Err(Mistake::OtherFrame { frame: "odom".into() }));
+        assert_eq!(q.odometry(0, &elsewhere, "world", 0.0), Err(Mistake::OtherFrame { frame: "odom".into() }));
         assert_eq!(q.unknown()[0], "the base");
         let mut nowhere = message.clone();
         nowhere.pose.orientation = Quaternion::default();
-        q.odometry(&nowhere, "world", 0.0).unwrap();
+        q.odometry(0, &nowhere, "world", 0.0).unwrap();
         assert_eq!(q.unknown()[0], "the base");
-        q.odometry(&message, "world", 0.0).unwrap();
+        q.odometry(0, &message, "world", 0.0).unwrap();
         // The pose of the root by the kinematics of the model.
         let mut whole = q.last().to_vec();
         whole[base.nq()..].fill(0.0);
@@ -165,5 +165,35 @@ fn the_pose_of_a_base_is_that_of_its_odometry() {
         let z = if base == Base::Floating { 0.3 } else { 0.0 };
         assert!((root.translation.vector - nalgebra::Vector3::new(1.0, -2.0, z)).norm() < 1e-12, "{root}");
         assert!((root.rotation.scaled_axis() - nalgebra::Vector3::z() * yaw).norm() < 1e-12, "{root}");
+    }
+}
+
+#[test]
+fn the_pose_of_each_base_is_one_in_the_world_wherever_its_robot_stands() {
+    let robot = |name: &str, more: &str| arm(&format!("{more} }}")).replacen("robot arm", &format!("robot {name}"), 1);
+    let text = robot("left", "base floating  at pose([0.5, 1, 0.2] m, rpy(0.1, 0.2, 0.3))")
+        + &robot("right", "base unicycle  at pose([3, 0, 0] m, rpy(0, 0, 90 deg))")
+        + "stack s { level l hard { joint_velocity_limits } }";
+    let model = program(&text).robot.model;
+    let mut q = Configuration::new(&model, 1.0);
+    let links = ["left_base_link", "right_base_link"];
+    assert_eq!(q.unknown()[..2], links.map(|link| format!("the base `{link}`")));
+    let (turn, level) = ([0.8, 0.1, -0.3, 0.5], [0.8, 0.0, 0.0, 0.6]);
+    let poses = [([1.0, -2.0, 0.3], turn), ([2.0, 1.5, 0.0], level)];
+    for (base, (p, [w, x, y, z])) in poses.iter().enumerate() {
+        let pose = Pose {
+            position: Vector3 { x: p[0], y: p[1], z: p[2] },
+            orientation: Quaternion { w: *w, x: *x, y: *y, z: *z },
+        };
+        q.odometry(base, &Odometry { pose, ..Odometry::default() }, "world", 0.0).unwrap();
+    }
+    let whole: Vec<f64> = q.last().iter().map(|x| if x.is_nan() { 0.0 } else { *x }).collect();
+    let mut data = robot::Data::new(&model);
+    model.forward(&whole, &mut data);
+    for (link, (p, [w, x, y, z])) in links.iter().zip(poses) {
+        let pose = data.pose(model.link(link).unwrap());
+        let turn = nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z));
+        assert!((pose.translation.vector - nalgebra::Vector3::from(p)).norm() < 1e-12, "{link} {pose}");
+        assert!(pose.rotation.angle_to(&turn) < 1e-7, "{link} {pose}");
     }
 }

@@ -79,7 +79,7 @@ fn robot(p: &Program, all: &mut Vec<Subject>) {
     let mut facts = Facts::about("robot");
     facts.add("name", &r.name);
     facts.add("URDF", &r.urdf);
-    facts.add("base", format!("{:?}", r.model.base).to_lowercase());
+    facts.add("base", r.base_words());
     facts.add("control period", format!("{} s", number(r.period)));
     facts.add("deadline", format!("{} s", number(r.deadline)));
     facts.add("tracking gain", format!("{} /s", number(r.tracking_gain)));

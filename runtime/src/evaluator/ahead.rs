@@ -9,7 +9,7 @@
 //! and `R` the largest distance of a part from a joint that moves it, a margin that is larger than what a period can take of
 //! it need not be computed again.
 
-use robot::{Data, DofUnit, Drive, Joint, JointKind, Model};
+use robot::{Data, Drive, Joint, JointKind, Model};
 use solver::Level;
 use stdlib_tasks::clearance::stroke;
 use stdlib_tasks::task::State;
@@ -49,8 +49,8 @@ impl Ahead {
         let chain = longest_chain(model);
         let reach = members.iter().map(|&i| evaluator.tasks[i].reach(chain)).fold(0.0, f64::max);
         let (mut turns, mut slides) = (vec![0.0; model.nv()], vec![0.0; model.nv()]);
-        for (dof, d) in model.dofs.iter().enumerate().take(model.base.nv()) {
-            let of_base = if d.unit == DofUnit::Radian { &mut turns } else { &mut slides };
+        for dof in model.bases.iter().flat_map(|base| base.dofs()) {
+            let of_base = model.dofs[dof].unit.select(&mut slides, &mut turns);
             of_base[dof] += 1.0;
         }
         for joint in &model.joints {
@@ -136,12 +136,12 @@ pub(crate) struct ShortRow {
     pub rate: f64,
 }
 
-/// Largest distance (m) of the origin of a link from the root, for all joint positions.
+/// Largest distance (m) of the origin of a link from its base, or from the root, for all joint positions.
 fn longest_chain(model: &Model) -> f64 {
     let length = |joint: &Joint| joint.origin.translation.vector.norm() + stroke(model, joint);
     let to_root = |mut link: robot::LinkId| {
         let mut sum = 0.0;
-        while let Some(j) = model.link_ref(link).parent_joint {
+        while let Some(j) = model.link_ref(link).parent_joint.filter(|_| model.base_at(link).is_none()) {
             let joint = model.joint_ref(j);
             sum += length(joint);
             link = joint.parent;

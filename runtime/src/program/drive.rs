@@ -1,7 +1,7 @@
 //! Members of a mission whose bases are driven along the planned way by controllers of their own.
 
 use mission::kind::Mission;
-use robot::Base;
+use robot::{MobileBase, Model};
 use serde::{Deserialize, Serialize};
 
 use super::check::ensure;
@@ -29,9 +29,9 @@ pub struct DriveProgram {
     pub ahead: f64,
 }
 
-/// Returns true for a base that drives on the ground: a position and a direction.
-pub fn is_mobile(base: Base) -> bool {
-    matches!(base, Base::Planar | Base::Unicycle)
+/// Returns the base that drives on the ground, if a controller moves one robot that has one.
+pub fn driven_base(model: &Model) -> Option<&MobileBase> {
+    model.base_at(model.root()).filter(|base| base.kind.drives())
 }
 
 /// The ways of the points of a person around the person: the first one is above the origin. Where somebody stands in a world of
@@ -61,7 +61,7 @@ impl DriveProgram {
                 .get(signal)
                 .is_some_and(|s| s.kind == kind && !s.is_variable() && !s.is_of_person() && s.sent() == s.len)
         };
-        ensure(is_mobile(program.robot.model.base), place, "the robot has no base that drives on the ground")?;
+        ensure(driven_base(&program.robot.model).is_some(), place, "the robot has no base that drives on the ground")?;
         ensure(is(self.target, "point"), &format!("{place}.target"), "is no signal that is a point")?;
         let heading = self.heading.is_none_or(|signal| is(signal, "angle"));
         ensure(heading, &format!("{place}.heading"), "is no signal that is an angle")?;

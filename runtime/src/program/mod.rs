@@ -24,7 +24,8 @@ mod trajectory;
 mod window;
 mod worker;
 
-use robot::Model;
+use nalgebra::{Point3, Vector3};
+use robot::{Base, MobileBase, Model};
 use serde::{Deserialize, Serialize};
 use stdlib_tasks::bound::Obstacle;
 use stdlib_tasks::bound::{Arm, BoundParams, Geometry};
@@ -33,7 +34,7 @@ use stdlib_tasks::field::FieldProgram;
 
 pub use check::ProgramError;
 pub(crate) use check::error;
-pub use drive::{DriveProgram, around, is_mobile};
+pub use drive::{DriveProgram, around, driven_base};
 pub use formula::{Formula, MAX_NODES, Node, Unit};
 pub use gain::overshoots;
 pub use machine::{
@@ -47,7 +48,7 @@ pub use mission_scenario::{
 };
 pub use plant::{Actuators, Gravity, MOST_BODY_ELEMENTS, NoBody, Payload, PlantProgram, no_body, varies};
 pub use regions::{BESIDE, MAX_MERGED};
-pub use ros::{CommandForm, CommandTopic, JointStates, RosProgram, SignalTopic, TickSource, wrong_topic};
+pub use ros::{BaseOdometry, CommandForm, CommandTopic, JointStates, RosProgram, SignalTopic, TickSource, wrong_topic};
 pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
     PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, TrueObstacle, WorldProgram,
@@ -60,7 +61,7 @@ pub use window::{Window, WindowError};
 pub use worker::{ControllerProgram, Job, MAX_RUNNING, MAX_TICKS, Running, WorkerProgram};
 
 /// The version of the format; a program of another version is refused.
-pub const FORMAT: u32 = 6;
+pub const FORMAT: u32 = 7;
 
 /// A compiled spec.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -176,15 +177,38 @@ impl RobotProgram {
         self.model.dofs.iter().all(|d| d.q_index.is_none_or(|i| self.home[i] >= d.lower && self.home[i] <= d.upper))
     }
 
-    /// Names of the numbers of a configuration, base first.
-    pub fn q_names(&self) -> Vec<String> {
-        let base: &[&str] = match self.model.base {
-            robot::Base::Fixed => &[],
-            robot::Base::Planar | robot::Base::Unicycle => &["base_x", "base_y", "base_yaw"],
-            robot::Base::Floating => &["base_x", "base_y", "base_z", "base_qw", "base_qx", "base_qy", "base_qz"],
+    /// Words for the bases: `unicycle`, or `left unicycle, right floating` for several robots.
+    pub fn base_words(&self) -> String {
+        let of = |base: &MobileBase| format!("{} {}", base.prefix(&self.model).trim_end_matches('_'), base.kind.word());
+        let words: Vec<String> = self.model.bases.iter().map(of).collect();
+        if words.is_empty() { Base::Fixed.word().to_string() } else { words.join(",").trim_start().to_string() }
+    }
+
+    /// Origin of the first base that moves, at home; that of the world if no base moves \[m\].
+    pub fn stands_at(&self) -> Vector3<f64> {
+        let origin = |base: &MobileBase| {
+            let at = |i: usize| self.home.get(base.first_coordinate + i).copied().unwrap_or(0.0);
+            let z = if base.kind.drives() { 0.0 } else { at(2) };
+            (self.model.place(base) * Point3::new(at(0), at(1), z)).coords
         };
-        let joints = self.model.dofs.iter().filter(|d| d.q_index.is_some()).map(|d| d.name.clone());
-        base.iter().map(|n| (*n).to_string()).chain(joints).collect()
+        self.model.bases.first().map_or_else(Vector3::zeros, origin)
+    }
+
+    /// Names of the numbers of a configuration, of each robot its base first.
+    pub fn q_names(&self) -> Vec<String> {
+        let mut names = vec![String::new(); self.model.nq()];
+        for base in &self.model.bases {
+            let prefix = base.prefix(&self.model);
+            for (i, name) in base.coordinates().zip(base.kind.coordinate_names()) {
+                names[i] = format!("{prefix}{name}");
+            }
+        }
+        for dof in &self.model.dofs {
+            if let Some(i) = dof.q_index {
+                names[i].clone_from(&dof.name);
+            }
+        }
+        names
     }
 }
 

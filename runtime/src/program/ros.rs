@@ -1,5 +1,6 @@
 //! Connection of a controller to ROS 2: the topics that it reads and writes.
 
+use robot::MobileBase;
 use serde::{Deserialize, Serialize};
 
 use super::{Program, SignalProgram};
@@ -22,9 +23,9 @@ pub struct RosProgram {
     pub transforms: bool,
     /// Topics with positions of joints.
     pub joint_states: Vec<JointStates>,
-    /// Topic with the pose of a base that moves, `nav_msgs/Odometry`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub odometry: Option<String>,
+    /// Topics with the poses of bases that move, `nav_msgs/Odometry`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub odometry: Vec<BaseOdometry>,
     /// Topics of commands.
     pub commands: Vec<CommandTopic>,
     /// Topics of signals. Other signals are read from topics with their names.
@@ -51,6 +52,15 @@ pub struct JointStates {
     /// Beginning of the joints' names in the model that messages leave out: `left_` for one of several robots.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub prefix: String,
+}
+
+/// A topic with the pose of a base in the world, of the type `nav_msgs/Odometry`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BaseOdometry {
+    /// The topic.
+    pub topic: String,
+    /// Index of the base in the model.
+    pub base: usize,
 }
 
 /// A topic of commands.
@@ -107,7 +117,7 @@ impl Default for RosProgram {
             world: "world".to_string(),
             transforms: false,
             joint_states: Vec::new(),
-            odometry: None,
+            odometry: Vec::new(),
             commands: Vec::new(),
             signals: Vec::new(),
         }
@@ -119,26 +129,29 @@ impl RosProgram {
     pub fn of(program: &Program) -> RosProgram {
         let mut ros = program.run.ros.clone().unwrap_or_default();
         let model = &program.robot.model;
-        let base = model.base.nv();
+        let of_base = |base: &MobileBase, name: &str| match base.prefix(model).trim_end_matches('_') {
+            "" => format!("/{name}"),
+            robot => format!("/{robot}/{name}"),
+        };
         if ros.joint_states.is_empty() {
             ros.joint_states.push(JointStates { topic: "/joint_states".to_string(), prefix: String::new() });
         }
-        if ros.odometry.is_none() && base > 0 {
-            ros.odometry = Some("/odom".to_string());
+        if ros.odometry.is_empty() {
+            let odometry = |(i, base)| BaseOdometry { topic: of_base(base, "odom"), base: i };
+            ros.odometry.extend(model.bases.iter().enumerate().map(odometry));
         }
         if ros.commands.is_empty() {
-            let topic = |name: &str, topic: &str, form, dofs: std::ops::Range<usize>| CommandTopic {
-                name: name.to_string(),
-                topic: topic.to_string(),
-                form,
-                dofs: dofs.collect(),
-                prefix: String::new(),
-            };
-            let all = [
-                topic("joints", "~/commands", CommandForm::Velocity, base..model.nv()),
-                topic("base", "/cmd_vel", CommandForm::Twist, 0..base),
-            ];
-            ros.commands.extend(all.into_iter().filter(|c| !c.dofs.is_empty()));
+            let topic =
+                |name: String, topic, form, dofs| CommandTopic { name, topic, form, dofs, prefix: String::new() };
+            let joints: Vec<usize> = (0..model.nv()).filter(|dof| model.base_of_dof(*dof).is_none()).collect();
+            if !joints.is_empty() {
+                let commands = "~/commands".to_string();
+                ros.commands.push(topic("joints".to_string(), commands, CommandForm::Velocity, joints));
+            }
+            ros.commands.extend(model.bases.iter().map(|base| {
+                let name = format!("{}base", base.prefix(model));
+                topic(name, of_base(base, "cmd_vel"), CommandForm::Twist, base.dofs().collect())
+            }));
         }
         for (i, s) in program.interface.signals.iter().enumerate().filter(|(_, s)| !s.is_variable()) {
             if ros.signals.iter().all(|t| t.signal != i) {
@@ -152,16 +165,22 @@ impl RosProgram {
 
     /// Returns the first thing that does not fit the program.
     pub(super) fn check(&self, program: &Program) -> Result<(), &'static str> {
-        let known = |dof: &usize| *dof < program.robot.model.nv();
+        let model = &program.robot.model;
+        let known = |dof: &usize| *dof < model.nv();
+        let moves_base = |c: &CommandTopic| {
+            c.form != CommandForm::Twist || model.bases.iter().any(|base| base.dofs().eq(c.dofs.iter().copied()))
+        };
         let signal = |s: &SignalTopic| program.interface.signals.get(s.signal);
         let read = |s: &SignalTopic| signal(s).is_some_and(|of| of.ros_messages().contains(&s.message.as_str()));
-        let topics = self.joint_states.iter().map(|j| &j.topic).chain(&self.odometry);
+        let topics = self.joint_states.iter().map(|j| &j.topic).chain(self.odometry.iter().map(|o| &o.topic));
         let topics = topics.chain(self.commands.iter().map(|c| &c.topic)).chain(self.signals.iter().map(|s| &s.topic));
         match () {
             () if !(self.stale_after.is_finite() && self.stale_after > 0.0) => {
                 Err("`stale_after` is not a positive time")
             }
             () if !self.commands.iter().flat_map(|c| &c.dofs).all(known) => Err("a joint does not exist"),
+            () if self.odometry.iter().any(|o| o.base >= model.bases.len()) => Err("a base does not exist"),
+            () if !self.commands.iter().all(moves_base) => Err("a twist does not move exactly one base"),
             () if !self.signals.iter().all(read) => Err("a signal does not exist, or is not read from this message"),
             () if topics.into_iter().any(|topic| wrong_topic(topic).is_some()) => Err("a topic has no name of ROS 2"),
             () => Ok(()),

@@ -141,7 +141,7 @@ impl Ready {
             part: of.part,
             width: counted.len(),
             columns: support.iter().map(|s| column(s.dof as usize)).collect(),
-            base: model.base.nv(),
+            base: model.base_of(of.link).map_or(0, |base| base.kind.nv()),
             rows: vec![0.0; of.part.size() * counted.len()],
             order: [0; 6],
             value: 0.0,

@@ -2,8 +2,9 @@
 
 use hierarq_stdlib_tasks::bound::{Arm, Bound, BoundParams, Geometry, Slot};
 use hierarq_stdlib_tasks::task::{BuildError, Context, Rows, State, Task, TaskFault};
+use nalgebra::Isometry3;
 use nalgebra::{DMatrix, DVector, Quaternion, UnitQuaternion, Vector3};
-use robot::{Base, Data, LinkId, Model, Options};
+use robot::{Base, Data, LinkId, Model, Options, Placed};
 
 pub use robot::random::units as rng;
 
@@ -37,16 +38,25 @@ pub fn read(urdf: &str, base: Base) -> Model {
     Model::from_urdf(urdf, &Options { base, ..Options::default() }).unwrap().0
 }
 
+/// Two robots in one model, the names of the first as they are; both stand tilted somewhere.
+pub fn two(first: &Model, second: &Model, rng: &mut impl FnMut() -> f64) -> Model {
+    let [a, b] = [0, 1].map(|_| Isometry3::from_parts(vector(rng, 2.0).into(), rotation(rng)));
+    let placed = [Placed { model: first, prefix: "", at: a }, Placed { model: second, prefix: "second_", at: b }];
+    Model::merged("two", &placed).unwrap().0
+}
+
 /// All robots of these tests.
 pub fn robots() -> Vec<Model> {
-    vec![arm7(), canopies(Base::Unicycle), canopies(Base::Planar), canopies(Base::Floating), canopies(Base::Fixed)]
+    let arm = read(include_str!("../../../examples/robots/arm7.urdf"), Base::Floating);
+    let two = two(&canopies(Base::Unicycle), &arm, &mut rng(1));
+    vec![arm7(), canopies(Base::Unicycle), canopies(Base::Planar), canopies(Base::Floating), canopies(Base::Fixed), two]
 }
 
 /// Configurations of a robot: neutral, all zeros (stretched arms), a hair beside it, and random ones.
 pub fn configurations(model: &Model, random: usize, rng: &mut impl FnMut() -> f64) -> Vec<Vec<f64>> {
     let neutral = model.neutral();
-    let mut zero = neutral.clone();
-    zero[model.base.nq()..].fill(0.0);
+    let mut zero = vec![0.0; model.nq()];
+    model.copy_bases(&neutral, &mut zero);
     let mut beside = zero.clone();
     let v = velocity(model, rng, 1e-5);
     model.integrate(&mut beside, &v, 1.0);

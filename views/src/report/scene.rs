@@ -127,8 +127,7 @@ fn planes(program: &Program) -> Vec<Json> {
             let at = |i: usize| Vector3::new(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
             let normal = (at(1) - at(0)).cross(&(at(2) - at(0))).try_normalize(1e-12)?;
             // The part of the plane near the robot is shown.
-            let home = Vector3::from_iterator(program.robot.home.iter().copied().chain([0.0; 3]).take(3));
-            let stands = if program.robot.model.base.nv() > 0 { home } else { Vector3::zeros() };
+            let stands = program.robot.stands_at();
             let point = stands - normal * normal.dot(&(stands - at(0)));
             let distance = numbers(program, t.params.get("d_min")).first().copied().unwrap_or(0.0);
             Some(json!({ "name": t.name, "point": xyz(&point), "normal": xyz(&normal), "size": 2.0, "distance": distance }))

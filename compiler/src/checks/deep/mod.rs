@@ -75,13 +75,12 @@ impl Work<'_> {
     }
 }
 
-/// Posture number `k`, independent of all others. A base stays where it is at home: limits of places decide where it may go.
+/// Posture number `k`, independent of all others. Bases stay where they are at home: limits of places decide where it may go.
 fn posture(program: &Program, seed: u64, k: usize) -> Vec<f64> {
     let mut generator = SplitMix64(seed ^ (k as u64).wrapping_mul(0x2545_f491_4f6c_dd1d));
     let model = &program.robot.model;
     let mut q = model.random_configuration(&mut || generator.unit());
-    let base = model.base.nq();
-    q[..base].copy_from_slice(&program.robot.home[..base]);
+    model.copy_bases(&program.robot.home, &mut q);
     q
 }
 

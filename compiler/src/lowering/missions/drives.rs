@@ -7,9 +7,9 @@ use mission::declare::driven::{DrivenBlock, PEOPLE};
 use mission::kind::Mission;
 use mission::kind::course::Drivable;
 use names::list;
-use robot::Dof;
+use robot::{Dof, DofUnit};
 use runtime::Program;
-use runtime::program::{DriveProgram, HumanScript, Job, Running, Sending, Track, WorkerProgram, around, is_mobile};
+use runtime::program::{DriveProgram, HumanScript, Job, Running, Sending, Track, WorkerProgram, around, driven_base};
 
 use super::super::Lowerer;
 
@@ -91,19 +91,26 @@ impl Lowerer<'_> {
     fn has_base(&mut self, block: &DrivenBlock, program: &Program, robot: &Robot) -> bool {
         let (spec, at) = (block.spec.value.as_str(), self.origins.span(block.spec.at));
         let model = &program.robot.model;
-        if !is_mobile(model.base) {
-            let text = format!("the robot of `{spec}` has no base that drives on the ground");
+        let Some(base) = driven_base(model) else {
+            let is_placed = model.bases.iter().any(|base| base.kind.drives());
+            let text = match is_placed {
+                true => format!("the base of `{spec}` has a place of its own, or is one of several robots"),
+                false => format!("the robot of `{spec}` has no base that drives on the ground"),
+            };
             let d = Diagnostic::error("HQ0961", at, text)
                 .note(format!("`{}` follows its way with the base of that robot", robot.name));
-            self.push(d.help(Help::with(
-                "declare one there, {} or {}, or leave `runs` out",
-                [Snippet::entry("base", "unicycle"), Snippet::entry("base", "planar")],
-            )));
+            self.push(match is_placed {
+                true => d.help("declare one robot there, without `at`, or leave `runs` out"),
+                false => d.help(Help::with(
+                    "declare one there, {} or {}, or leave `runs` out",
+                    [Snippet::entry("base", "unicycle"), Snippet::entry("base", "planar")],
+                )),
+            });
             return false;
-        }
-        let translates = |(name, _): &(&&str, &Dof)| **name != "base_yaw";
-        let names = model.base.dof_names().iter().zip(&model.dofs).filter(translates);
-        let slowest = names.map(|(name, dof)| (*name, dof.velocity)).min_by(|a, b| a.1.total_cmp(&b.1));
+        };
+        let translates = |dof: &&Dof| dof.unit == DofUnit::Metre;
+        let speeds = model.dofs[base.dofs()].iter().filter(translates).map(|dof| (dof.name.as_str(), dof.velocity));
+        let slowest = speeds.min_by(|a, b| a.1.total_cmp(&b.1));
         let wanted = robot.drivable.speed;
         if let Some((name, most)) = slowest.filter(|(_, most)| *most < wanted) {
             let text = format!(
