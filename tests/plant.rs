@@ -55,11 +55,17 @@ fn the_examples_do_with_masses_what_they_say() {
     assert!(!said.contains("FAILS") && said.contains("position drives"), "{said}");
 }
 
-/// A folder of its own with a spec, whose drives have no limit of torque and are far faster than the time step.
-fn diverging(name: &str) -> PathBuf {
+/// An empty folder of its own.
+fn empty(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("plant_{name}"));
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+/// A folder of its own with a spec, whose drives have no limit of torque and are far faster than the time step.
+fn diverging(name: &str) -> PathBuf {
+    let folder = empty(name);
     let robot = std::fs::read_to_string("physics/tests/robots/pendulum.urdf").expect("a robot");
     std::fs::write(folder.join("pendulum.urdf"), robot.replace("effort=\"200\"", "effort=\"0\"")).expect("written");
     let spec = "hierarq 1
@@ -119,6 +125,33 @@ fn a_scenario_that_diverges_fails_whatever_it_expects() {
     let said = text(&ran.stdout);
     assert_eq!(ran.status.code(), Some(1), "{said}");
     assert!(said.contains("FAILS") && said.contains("ended early") && said.contains("moved the robot"), "{said}");
+}
+
+#[test]
+fn a_member_of_a_mission_whose_simulation_diverges_breaks_down() {
+    if std::env::var_os("HIERARQ_MUJOCO").is_none() {
+        println!("not run: HIERARQ_MUJOCO names no MuJoCo");
+        return;
+    }
+    let folder = empty("mission");
+    std::fs::create_dir(folder.join("robots")).expect("a folder");
+    let read = |name: &str| std::fs::read_to_string(format!("examples/{name}")).expect("an example");
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("written");
+    write("vineyard_picker.hq", &read("vineyard_picker.hq"));
+    let plant = "scenario \"two boxes\" { plant mujoco { actuators position  response 0.05 ms  step 10 ms }";
+    write("picker.hq", &read("picker.hq").replacen("scenario \"two boxes\" {", plant, 1));
+    // Without limits of torques.
+    let robot = read("robots/arm7.urdf");
+    let efforts: Vec<&str> = robot.split("effort=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+    let strong = efforts.iter().fold(robot.clone(), |text, n| text.replace(&format!("effort=\"{n}\""), "effort=\"0\""));
+    write("robots/arm7.urdf", &strong);
+    let spec = folder.join("vineyard_picker.hq").display().to_string();
+    let ran = with(None, &["test", &spec, "--scenario", "the arm picks", "--json"]);
+    let results: serde_json::Value = serde_json::from_str(&text(&ran.stdout)).expect("JSON");
+    let worker = &results["scenarios"][0]["mission"]["workers"][0];
+    let why = worker["broke_down"]["why"].as_str().unwrap_or_else(|| panic!("{results}\n{}", text(&ran.stderr)));
+    assert!(why.contains("MuJoCo") && why.contains("has diverged"), "{why}");
+    assert_eq!(ran.status.code(), Some(1), "{results}");
 }
 
 #[test]

@@ -74,8 +74,8 @@ impl Geometries {
         self.geom(&form, pose, group);
     }
 
-    /// Adds the form of an obstacle at a pose in the frame of the body. A half-space in a body that does not move is a plane,
-    /// in one that moves a large block.
+    /// Adds the form of an obstacle at a pose in the frame of the body. A half-space in a body that does not move is a
+    /// plane, in one that moves a large block.
     pub fn form(&mut self, name: &str, pose: &Isometry3<f64>, form: &Form, group: Group, moves: bool) {
         match form {
             Form::Shape(origin, shape) => self.shape(name, &(pose * origin), shape, group),

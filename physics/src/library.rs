@@ -1,8 +1,9 @@
 //! The library of MuJoCo: found at run time and called by its C interface.
 //!
 //! Search order: the file or folder in the environment variable `HIERARQ_MUJOCO`, the usual library folders, and the package
-//! `mujoco` of `python3`, which contains the library. Only functions are used and no field of a structure, so that one build
-//! works with many versions: the state is read and written by `mj_getState` and `mj_setState`, and its layout is asked for.
+//! `mujoco` of `python3`, which contains the library. Functions are used, and one global variable, but no field of a
+//! structure, so that one build works with many versions: the state is read and written by `mj_getState` and `mj_setState`,
+//! and its layout is asked for.
 //!
 //! This is the only file of the crate with `unsafe`: calls of C functions.
 #![expect(unsafe_code, reason = "the library is C; each call says why it is sound")]

@@ -12,7 +12,7 @@ use robot::{Data, Drive, JointKind, Link, LinkId, Model, PlacedShape};
 use runtime::program::{Actuators, Gravity, PlantProgram, Program};
 
 use crate::geometry::{Geometries, Group, placed};
-use crate::overlaps;
+use crate::overlaps::{self, Overlap};
 use crate::room::Room;
 
 /// Smallest effective inertia of a joint \[kg m² or kg\]: that of a drive.
@@ -55,7 +55,8 @@ pub fn write(program: &Program, room: &Room, plant: &PlantProgram) -> Mjcf {
     let steps = (program.robot.period / plant.step).round().max(1.0);
     let step = program.robot.period / steps;
     let (mut bodies, mut meshes) = (String::new(), String::new());
-    room.write(&mut bodies, &mut meshes);
+    room.write_standing(None, &mut bodies, &mut meshes);
+    room.write_moving(&mut bodies, &mut meshes);
     let children = children(model);
     let mut writer = Writer { model, plant, room, children, joints: Vec::new(), xml: bodies, meshes };
     let roots = [LinkId(0)].into_iter().filter(|root| model.base_at(*root).is_none());
@@ -109,7 +110,7 @@ impl Writer<'_> {
                 let _ = writeln!(pairs, "<exclude body1=\"{}\" body2=\"{}\"/>", link(a), link(b));
             }
         }
-        for (k, with) in overlaps::of_carried(self.model, home, self.room) {
+        for Overlap { obstacle: k, link: with } in overlaps::of_obstacles(self.model, home, self.room) {
             let _ = writeln!(pairs, "<exclude body1=\"obstacle {k}\" body2=\"{}\"/>", link(with));
         }
         if !pairs.is_empty() {
@@ -151,13 +152,7 @@ impl Writer<'_> {
         }
         self.xml += &geometries.geoms;
         self.meshes += &geometries.meshes;
-        for (k, _, pose) in self.room.on_links().iter().filter(|(_, on, _)| *on == link) {
-            let mut geometries = Geometries::default();
-            let form = &self.room.obstacle(*k).form;
-            geometries.form(&format!("obstacle{k}"), pose, form, Group::Carried, true);
-            let _ = writeln!(self.xml, "<body name=\"obstacle {k}\">\n{}</body>", geometries.geoms);
-            self.meshes += &geometries.meshes;
-        }
+        self.room.write_standing(Some(link), &mut self.xml, &mut self.meshes);
         if let Some(payload) = self.plant.payload.as_ref().filter(|p| p.link == link) {
             let [x, y, z] = payload.at;
             let inertia = payload.mass * GYRATION * GYRATION;

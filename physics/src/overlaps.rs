@@ -1,13 +1,19 @@
 //! Pairs of bodies that overlap in a posture: parts that belong together, such as links that meet in a joint.
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 use robot::{Data, LinkId, Model, PlacedShape, Shape, geometry};
 use stdlib_tasks::obstacle::Form;
 
 use crate::room::Room;
 
-/// An obstacle on a link, by its index, and a link.
-pub type CarriedPair = (usize, LinkId);
+/// An obstacle that overlaps a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Overlap {
+    /// Index of the obstacle.
+    pub obstacle: usize,
+    /// The link.
+    pub link: LinkId,
+}
 
 fn links(model: &Model) -> impl Iterator<Item = LinkId> {
     (0..model.links.len()).map(|k| LinkId(k as u32))
@@ -38,36 +44,35 @@ pub fn of_links(model: &Model, q: &[f64]) -> Vec<[LinkId; 2]> {
         .collect()
 }
 
-/// Obstacles on links, and other links that they overlap.
-pub fn of_carried(model: &Model, q: &[f64], room: &Room) -> Vec<CarriedPair> {
+/// Obstacles that stay where they are, in the room or on links, and links that they overlap, except for those that carry
+/// them.
+pub fn of_obstacles(model: &Model, q: &[f64], room: &Room) -> Vec<Overlap> {
     let mut data = Data::new(model);
     model.forward(q, &mut data);
-    let overlap = |k: usize, on: LinkId, pose: &Isometry3<f64>, with: LinkId| {
-        let at = data.pose(on) * pose;
-        let parts = &model.link_ref(with).collision;
-        match &room.obstacle(k).form {
-            Form::Shape(origin, shape) => touches(model, &data, with, shape, &(at * origin)),
-            Form::HalfSpace(turn) => {
-                let normal = at.rotation * (turn * nalgebra::Vector3::z());
-                let offset = normal.dot(&at.translation.vector);
-                let below = |p: &PlacedShape| {
-                    geometry::closest_plane(&p.shape, &(data.pose(with) * p.origin), &normal, offset).distance <= 0.0
-                };
-                parts.iter().any(below)
-            }
-            Form::Soup(soup) => parts.iter().any(|p| {
-                let pose = data.pose(with) * p.origin;
-                (0..soup.len()).any(|e| soup.closest_to(e, &p.shape, &pose, &at).map_or(true, |c| c.distance <= 0.0))
-            }),
+    let mut found = Vec::new();
+    for standing in room.standing() {
+        let at = standing.on.map_or(standing.pose, |on| data.pose(on) * standing.pose);
+        let form = &room.obstacle(standing.obstacle).form;
+        let others = links(model).filter(|link| standing.on != Some(*link));
+        let with = others.filter(|link| meets(model, &data, *link, form, &at));
+        found.extend(with.map(|link| Overlap { obstacle: standing.obstacle, link }));
+    }
+    found
+}
+
+/// True if the form of an obstacle at a pose in the world overlaps a link.
+fn meets(model: &Model, data: &Data, link: LinkId, form: &Form, at: &Isometry3<f64>) -> bool {
+    let parts = || model.link_ref(link).collision.iter().map(|p| (&p.shape, data.pose(link) * p.origin));
+    match form {
+        Form::Shape(origin, shape) => touches(model, data, link, shape, &(at * origin)),
+        Form::HalfSpace(turn) => {
+            let normal = at.rotation * (turn * Vector3::z());
+            let offset = normal.dot(&at.translation.vector);
+            parts().any(|(shape, pose)| geometry::closest_plane(shape, &pose, &normal, offset).distance <= 0.0)
         }
-    };
-    let with = |(k, on, pose): &(usize, LinkId, Isometry3<f64>)| {
-        let (k, on, pose) = (*k, *on, *pose);
-        let overlap = &overlap;
-        links(model)
-            .filter(move |with| *with != on && overlap(k, on, &pose, *with))
-            .map(move |with| (k, with))
-            .collect::<Vec<_>>()
-    };
-    room.on_links().iter().flat_map(with).collect()
+        Form::Soup(soup) => parts().any(|(shape, pose)| {
+            let close = |e: usize| soup.closest_to(e, shape, &pose, at).map_or(true, |c| c.distance <= 0.0);
+            (0..soup.len()).any(close)
+        }),
+    }
 }

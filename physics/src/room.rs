@@ -32,15 +32,22 @@ enum Moving {
     Ball([usize; 2], f64),
 }
 
-/// Obstacles on links that are bodies: index, link, and pose in its frame.
-pub type OnLink = (usize, LinkId, Isometry3<f64>);
+/// An obstacle that stays where it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Standing {
+    /// Its index.
+    pub obstacle: usize,
+    /// Link that carries it; `None` for the room.
+    pub on: Option<LinkId>,
+    /// Its pose in the frame of the link, or in the world.
+    pub pose: Isometry3<f64>,
+}
 
 /// The surroundings of a robot.
 pub struct Room {
     program: Program,
     person_radius: f64,
-    fixed: Vec<(usize, Isometry3<f64>)>,
-    on_links: Vec<OnLink>,
+    standing: Vec<Standing>,
     moving: Vec<Moving>,
     tape: Tape,
     registers: Vec<f64>,
@@ -66,8 +73,7 @@ impl Room {
     pub fn new(truth: &Program, scenario: Option<&ScenarioProgram>, contacts: bool, person_radius: f64) -> Room {
         let mut room = Room {
             person_radius,
-            fixed: Vec::new(),
-            on_links: Vec::new(),
+            standing: Vec::new(),
             moving: Vec::new(),
             tape: truth.values.tape.only(&BTreeSet::new()),
             registers: Vec::new(),
@@ -97,19 +103,14 @@ impl Room {
     }
 
     fn obstacles(&mut self) {
-        let Room { program, fixed, on_links, moving, .. } = self;
+        let Room { program, standing, moving, .. } = self;
         for (k, o) in program.obstacles.iter().enumerate().filter(|(_, o)| no_body(program, o).is_none()) {
             if o.slots().any(|slot| varies(program, slot)) {
                 moving.push(Moving::Obstacle(k));
                 continue;
             }
-            let Some(pose) = pose(o, &program.values.initial).filter(|_| o.is_present(&program.values.initial)) else {
-                continue;
-            };
-            match o.link {
-                Some(link) => on_links.push((k, link, pose)),
-                None => fixed.push((k, pose)),
-            }
+            let pose = pose(o, &program.values.initial).filter(|_| o.is_present(&program.values.initial));
+            standing.extend(pose.map(|pose| Standing { obstacle: k, on: o.link, pose }));
         }
     }
 
@@ -129,9 +130,9 @@ impl Room {
         self.moving.len()
     }
 
-    /// Obstacles that links carry.
-    pub fn on_links(&self) -> &[OnLink] {
-        &self.on_links
+    /// Obstacles that stay where they are.
+    pub fn standing(&self) -> &[Standing] {
+        &self.standing
     }
 
     /// An obstacle.
@@ -139,14 +140,19 @@ impl Room {
         &self.program.obstacles[k]
     }
 
-    /// Writes the bodies, those that move in their order. Meshes are added to `meshes`.
-    pub fn write(&self, xml: &mut String, meshes: &mut String) {
-        for (k, pose) in &self.fixed {
+    /// Writes the obstacles that stay where they are in the room, or on a link. Meshes are added to `meshes`.
+    pub fn write_standing(&self, on: Option<LinkId>, xml: &mut String, meshes: &mut String) {
+        let group = if on.is_some() { Group::Carried } else { Group::Room };
+        for Standing { obstacle: k, pose, .. } in self.standing.iter().filter(|s| s.on == on) {
             let mut geometries = Geometries::default();
-            geometries.form(&format!("obstacle{k}"), pose, &self.obstacle(*k).form, Group::Room, false);
-            *xml += &geometries.geoms;
+            geometries.form(&format!("obstacle{k}"), pose, &self.obstacle(*k).form, group, on.is_some());
+            let _ = writeln!(xml, "<body name=\"obstacle {k}\">\n{}</body>", geometries.geoms);
             *meshes += &geometries.meshes;
         }
+    }
+
+    /// Writes the bodies that move, in their order. Meshes are added to `meshes`.
+    pub fn write_moving(&self, xml: &mut String, meshes: &mut String) {
         for body in &self.moving {
             let mut geometries = Geometries::default();
             let here = Isometry3::identity();

@@ -469,6 +469,17 @@ fn an_obstacle_on_a_link_touches_the_room_and_other_links() {
 }
 
 #[test]
+fn an_obstacle_in_which_a_link_is_at_home_never_touches_it() {
+    if !installed() {
+        return;
+    }
+    // A block around the upper link, which hangs in it, and does not reach the lower one.
+    let block = "obstacle block { box [0.5, 0.5, 0.3] m  position [0, 0, 0.9] m }";
+    let run = |block: &str| after(&pendulum("response 20 ms", block), &[0.0, 0.5], 1.0).1;
+    assert_eq!(run(block), run(""));
+}
+
+#[test]
 fn links_touch_each_other_if_they_are_asked_to() {
     if !installed() {
         return;
