@@ -94,7 +94,7 @@ impl Member {
     }
 }
 
-/// A spec of some robots whose tasks know nothing of each other.
+/// A spec of some robots whose tasks know nothing of each other. The damping of a level would: it depends on all of its rows.
 fn spec(members: &[&Member]) -> String {
     let alone = members.len() == 1;
     let robots: String = members.iter().map(|m| m.robot(alone)).collect();
@@ -107,8 +107,8 @@ fn spec(members: &[&Member]) -> String {
     let drives: String = members.iter().map(drive).collect();
     format!(
         "hierarq 1\n{robots}{tasks}stack s {{ level limits hard {{ joint_position_limits  joint_velocity_limits }}\n  \
-         level drive {{ joint_velocity {{ velocity {{ {drives} }} }} }}\n  level motion {{ {} }}  \
-         level rest {{ joint_velocity {{ velocity {{ all 0 }} }} }} }}\n\
+         level drive damping none {{ joint_velocity {{ velocity {{ {drives} }} }} }}\n  level motion damping none {{ {} }}\n  \
+         level rest damping none {{ joint_velocity {{ velocity {{ all 0 }} }} }} }}\n\
          scenario one {{ stack s  duration 3 s }}\n",
         names.join("  ")
     )
@@ -118,7 +118,7 @@ fn spec(members: &[&Member]) -> String {
 fn robots_that_no_row_relates_move_as_alone() {
     let second = Member {
         name: "other",
-        home: "base_y 0.7 m  base_yaw -100 deg  \"arm_*\" [1.2, 0.35, -0.6, 2.05, 0.9, 0.6, 0] rad",
+        home: "base_y 0.7 m  base_yaw -100 deg  torso_lift 0.1 m  \"arm_*\" [1.2, 0.35, -0.6, 2.05, 0.9, 0.6, 0] rad",
         at: [1.0, -2.0, 120.0],
         ..CART
     };
@@ -134,11 +134,11 @@ fn robots_that_no_row_relates_move_as_alone() {
             assert_eq!((q.len(), v.len()), (tick.q.len(), tick.command.len()));
             let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             let (of_q, of_v) = (apart(&q, &tick.q), apart(&v, &tick.command));
-            assert!(of_q < 1e-7 && of_v < 1e-6, "{} tick {k}: {of_q:e} {of_v:e}", team[0].name);
+            assert!(of_q < 1e-10 && of_v < 1e-10, "{} tick {k}: {of_q:e} {of_v:e}", team[0].name);
         }
         // They did move, the wheels too.
         let (first, last) = (&together.0[0].q, &together.0[together.0.len() - 1].q);
-        assert!(first.iter().zip(last).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) > 0.3);
+        assert!(first.iter().zip(last).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) > 0.2);
     }
 }
 
