@@ -51,6 +51,18 @@ impl ObstacleSeparation {
     }
 }
 
+/// A part and an obstacle at a tick, whose separations are computed.
+pub struct Meeting<'a> {
+    /// The part.
+    pub part: &'a Geometry,
+    /// The obstacle.
+    pub obstacle: &'a Obstacle,
+    /// Its place.
+    pub at: &'a PlacedObstacle,
+    /// Distance in m beyond which only the first spot is computed.
+    pub range: f64,
+}
+
 impl ObstaclePair {
     /// A pair without a known separation, with this number of spots if the obstacle has many elements.
     pub fn new(part: usize, obstacle: usize, form: &Form, spots: usize) -> ObstaclePair {
@@ -79,10 +91,7 @@ impl ObstaclePair {
     /// A pose is not finite, or the cores intersect and always did.
     pub fn find(
         &mut self,
-        part: &Geometry,
-        obstacle: &Obstacle,
-        at: &PlacedObstacle,
-        range: f64,
+        &Meeting { part, obstacle, at, range }: &Meeting,
         state: &State,
         found: &mut [Option<ObstacleSeparation>],
         frontier: &mut Frontier,

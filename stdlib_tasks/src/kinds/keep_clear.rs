@@ -17,7 +17,7 @@ use crate::closest_points::SeparationError;
 use crate::dimension::{LENGTH, NONE};
 use crate::gradient_bound;
 use crate::obstacle::{Form, Obstacle, PlacedObstacle};
-use crate::obstacle_pair::{ObstaclePair, ObstacleSeparation, distance_at};
+use crate::obstacle_pair::{Meeting, ObstaclePair, ObstacleSeparation, distance_at};
 use crate::params::{Auto, Input, ParamType, Presence, Quantity};
 use crate::protection::{Hazard, Protection};
 use crate::sampled_margin::{SampledMargin, extent};
@@ -271,15 +271,8 @@ impl KeepClear {
                     (self.gain.of(state.values), self.d_min.of(state.values), self.d_min.of(state.rates));
                 let fastest = self.fastest[index] + moved + rate.abs() + self.sampled_margin.rate(index, gain).abs();
                 let range = if gain > 0.0 { d_min + fastest / gain } else { f64::INFINITY };
-                pair.find(
-                    &self.parts[pair.part],
-                    &self.obstacles[pair.obstacle],
-                    at,
-                    range,
-                    state,
-                    found,
-                    &mut self.frontier,
-                )
+                let (part, obstacle) = (&self.parts[pair.part], &self.obstacles[pair.obstacle]);
+                pair.find(&Meeting { part, obstacle, at, range }, state, found, &mut self.frontier)
             }
             None => {
                 // The obstacle may be elsewhere when it comes back.
