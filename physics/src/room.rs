@@ -2,7 +2,7 @@
 //! points are balls, joined by rows of balls along their links.
 //!
 //! Bodies that move are mocap bodies of MuJoCo: they are placed from outside at each time step, and nothing pushes them. Their
-//! motion between two ticks is that of their velocity at the first one. Who is absent, or at a place that is not known, is
+//! motion between two ticks is that of their velocity at the first one. A body that is absent, or at a place that is not known, is
 //! far below everything.
 
 use std::collections::BTreeSet;

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::program::{Actuators, PlantProgram, Program, ScenarioProgram};
 
-/// What is around a robot at a tick.
+/// The surroundings of a robot at a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Around<'a> {
     /// Time since the start of the run (s).
@@ -16,7 +16,7 @@ pub struct Around<'a> {
     pub signals: &'a [f64],
 }
 
-/// What moved the robot of a run, for reports.
+/// The physics that moved the robot of a run, for reports.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlantRecord {
     /// Name and version of the library.

@@ -34,7 +34,7 @@ pub(crate) struct MoverSpeed {
     pub angular: f64,
 }
 
-/// What moves one link relative to another.
+/// The movers of one link relative to another.
 pub(crate) struct Movers {
     /// Movers of the link `to` and not of `from`, from the link towards the root.
     pub up: Vec<Mover>,

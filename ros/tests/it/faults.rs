@@ -1,4 +1,4 @@
-//! What goes wrong on a network: messages that are lost or come late, values that are no numbers, messages that contradict themselves,
+//! Troubles of a network: messages that are lost or come late, values that are no numbers, messages that contradict themselves,
 //! ticks that are late.
 
 use std::sync::atomic::{AtomicUsize, Ordering};

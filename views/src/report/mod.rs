@@ -24,7 +24,7 @@ static PLACEHOLDER: &str = "@@HIERARQ_DATA@@";
 pub use mission::mission;
 pub use scene::drawn_links;
 
-/// What a report is about.
+/// The run that a report is about.
 pub struct Run<'a> {
     /// The program that ran.
     pub program: &'a Program,
