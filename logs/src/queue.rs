@@ -97,7 +97,7 @@ impl TickReceiver {
     /// Acts on each tick until the sender has ended.
     ///
     /// # Errors
-    /// That of the first act that fails.
+    /// The error of the first act that fails.
     pub fn each<E>(&self, mut act: impl FnMut(&Snapshot) -> Result<(), E>) -> Result<(), E> {
         loop {
             match self.taken.try_recv() {
