@@ -1,8 +1,9 @@
 //! Trajectories against their definition: integrals and derivatives of what they say, limits, arrival, and a brute-force
 //! search for something faster.
 
+use hierarq_runtime::program::{Motion as Profiled, Shape, TrajectoryProgram};
 use hierarq_runtime::trajectory::{
-    Limits, Motion, Path, Profile, Route, RouteOptions, State, Turn, Turning, s_curve, trapezoid,
+    Follower, Limits, Motion, Path, Profile, Route, RouteOptions, State, Turn, Turning, s_curve, trapezoid,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -359,4 +360,203 @@ fn a_plan_that_is_made_anew_at_every_tick_arrives() {
         assert!(now.velocity.norm() <= l.speed * (1.0 + SLIP));
     }
     assert!((now.position - Vector3::new(0.4, 0.2, 0.1)).norm() < 2e-3, "{:?}", now);
+}
+
+/// Motions and shapes of trajectories.
+const KINDS: [(Profiled, Shape); 9] = [
+    (Profiled::Trapezoid, Shape::Number),
+    (Profiled::Trapezoid, Shape::Vector),
+    (Profiled::Trapezoid, Shape::Orientation),
+    (Profiled::Trapezoid, Shape::Pose),
+    (Profiled::SCurve, Shape::Number),
+    (Profiled::SCurve, Shape::Vector),
+    (Profiled::SCurve, Shape::Orientation),
+    (Profiled::SCurve, Shape::Pose),
+    (Profiled::Waypoints, Shape::Vector),
+];
+
+/// Speed, acceleration and jerk of the trajectories, per s, s^2 and s^3.
+const LIMITS: [f64; 3] = [0.4, 0.8, 5.0];
+
+/// A trajectory with the numbers that it reads: those of its goals, limits and start, in this order.
+struct Driven {
+    program: TrajectoryProgram,
+    numbers: Vec<f64>,
+    follower: Follower,
+}
+
+impl Driven {
+    fn new(motion: Profiled, shape: Shape) -> Driven {
+        let turned = UnitQuaternion::from_euler_angles(0.3, -0.5, 0.9);
+        let (start, goal): (Vec<f64>, Vec<f64>) = match shape {
+            Shape::Number => (vec![0.2], vec![1.1]),
+            Shape::Vector if motion == Profiled::Waypoints => {
+                (vec![0.0; 3], vec![0.5, 0.0, 0.0, 0.5, 0.4, 0.0, 0.6, 0.8, 0.2])
+            }
+            Shape::Vector => (vec![0.0; 3], vec![0.6, -0.4, 0.5]),
+            Shape::Orientation => (vec![1.0, 0.0, 0.0, 0.0], vec![turned.w, turned.i, turned.j, turned.k]),
+            Shape::Pose => {
+                (vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], vec![0.6, -0.4, 0.5, turned.w, turned.i, turned.j, turned.k])
+            }
+        };
+        let of = match motion {
+            Profiled::Trapezoid => LIMITS[..2].to_vec(),
+            Profiled::SCurve => LIMITS.to_vec(),
+            Profiled::Waypoints => vec![LIMITS[0], LIMITS[1], 0.05, 0.0],
+        };
+        let limits = if shape == Shape::Pose { [of.clone(), of].concat() } else { of };
+        let (g, l, s) = (goal.len(), limits.len(), start.len());
+        let program = TrajectoryProgram {
+            motion,
+            shape,
+            at: 0,
+            goals: (0..g).collect(),
+            limits: (g..g + l).collect(),
+            start: (g + l..g + l + s).collect(),
+            velocity: Vec::new(),
+        };
+        assert_eq!(l, program.limit_count());
+        Driven { follower: Follower::new(&program), program, numbers: [goal, limits, start].concat() }
+    }
+
+    /// Value and rates at a time, with a share of the speeds.
+    fn at(&mut self, time: f64, share: f64) -> (Vec<f64>, Vec<f64>) {
+        let first = self.program.goals.len();
+        let of_pose = self.program.limits.len() / 2;
+        let mut numbers = self.numbers.clone();
+        numbers[first] *= share;
+        if self.program.shape == Shape::Pose {
+            numbers[first + of_pose] *= share;
+        }
+        let width = self.program.shape.width();
+        let mut out = vec![0.0; 2 * width];
+        self.follower.at(time, &self.program, |op| numbers[op], &mut out);
+        let rates = out.split_off(width);
+        (out, rates)
+    }
+
+    /// The goal, of a route its last point.
+    fn goal(&self) -> &[f64] {
+        let end = self.program.goals.len();
+        &self.numbers[end - self.program.shape.width()..end]
+    }
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Norms of a position and of a rotation: the rate of a quaternion is half the angular velocity.
+fn parts(shape: Shape, rates: &[f64]) -> Vec<f64> {
+    match shape {
+        Shape::Number | Shape::Vector => vec![norm(rates)],
+        Shape::Orientation => vec![2.0 * norm(rates)],
+        Shape::Pose => vec![norm(&rates[..3]), 2.0 * norm(&rates[3..])],
+    }
+}
+
+/// A feed override that goes down to zero, slowly or at once, and up again.
+#[test]
+fn a_speed_of_zero_is_a_pause() {
+    let slowly = |t: f64| if t < 2.0 { (2.0 * (1.5 - t)).clamp(0.0, 1.0) } else { (2.0 * (t - 4.0)).clamp(0.0, 1.0) };
+    let at_once = |t: f64| if (1.0..4.0).contains(&t) { 0.0 } else { 1.0 };
+    let from_the_start = |t: f64| if t < 4.0 { 0.0 } else { 0.7 };
+    let shares: [(&str, &dyn Fn(f64) -> f64); 3] =
+        [("slowly", &slowly), ("at once", &at_once), ("from the start", &from_the_start)];
+    let dt = 2e-3;
+    for (motion, shape) in KINDS {
+        for (name, share) in shares {
+            let text = format!("{motion:?} of {shape:?}, {name}");
+            let mut driven = Driven::new(motion, shape);
+            let mut before: Option<(Vec<f64>, Vec<f64>)> = None;
+            let mut stood = None;
+            for k in 0..10_000 {
+                let time = f64::from(k) * dt;
+                let (value, rates) = driven.at(time, share(time));
+                assert!(value.iter().chain(&rates).all(|x| x.is_finite()), "{text}: {time}");
+                // From full speed it comes to rest in 0.4/0.8 s, with the jerk 0.4/0.8 + 0.8/5 s, and 0.16 s more to release
+                // an acceleration.
+                if (2.0..=4.0).contains(&time) {
+                    assert!(rates.iter().all(|v| *v == 0.0), "{text}: {rates:?} at {time}");
+                    assert!(!driven.follower.is_done(), "{text}: {time}");
+                    assert_eq!(*stood.get_or_insert(value.clone()), value, "{text}: {time}");
+                }
+                if let Some((x, v)) = &before {
+                    let way: Vec<f64> = value.iter().zip(x).map(|(a, b)| (a - b) / dt).collect();
+                    let mean: Vec<f64> = rates.iter().zip(v).map(|(a, b)| (a + b) / 2.0).collect();
+                    let slip: Vec<f64> = way.iter().zip(&mean).map(|(a, b)| a - b).collect();
+                    assert!(
+                        parts(shape, &slip).iter().all(|x| *x < 2.0 * LIMITS[1] * dt),
+                        "{text}: {slip:?} at {time}"
+                    );
+                    let change: Vec<f64> = rates.iter().zip(v).map(|(a, b)| (a - b) / dt).collect();
+                    // The rate of a quaternion also changes because it turns: by at most half the square of the speed.
+                    let most = LIMITS[1] * (1.0 + 1e-6) + if shape.width() > 3 { LIMITS[0] * LIMITS[0] } else { 0.0 };
+                    assert!(parts(shape, &change).iter().all(|a| *a <= most + 1e-9), "{text}: {change:?} at {time}");
+                }
+                assert!(parts(shape, &rates).iter().all(|v| *v <= LIMITS[0] * (1.0 + 1e-6)), "{text}: {rates:?}");
+                before = Some((value, rates));
+            }
+            assert!(driven.follower.is_done(), "{text}");
+            let end = before.expect("it ran").0;
+            let alike = |sign: f64| end.iter().zip(driven.goal()).all(|(a, b)| (sign * a - b).abs() < 1e-9);
+            assert!(alike(1.0) || alike(-1.0), "{text}: {end:?}");
+        }
+    }
+}
+
+/// A trajectory at its goal stays done while its speed is zero, and a new goal waits for the speed.
+#[test]
+fn a_speed_of_zero_at_the_goal_changes_nothing() {
+    for (motion, shape) in KINDS {
+        let mut driven = Driven::new(motion, shape);
+        for k in 0..4000 {
+            driven.at(f64::from(k) * 2e-3, 1.0);
+        }
+        assert!(driven.follower.is_done());
+        let there = driven.at(8.0, 0.0).0;
+        assert!(driven.follower.is_done(), "{motion:?} of {shape:?}");
+        driven.numbers[0] += 0.1;
+        assert_eq!(driven.at(8.002, 0.0).0, there, "{motion:?} of {shape:?}");
+        assert!(!driven.follower.is_done(), "{motion:?} of {shape:?}");
+    }
+}
+
+#[test]
+fn a_speed_that_is_none_has_no_value() {
+    for (motion, shape) in KINDS {
+        for bad in [-1.0, -1e-300, f64::NAN, f64::INFINITY] {
+            for before in [None, Some(1.0), Some(0.0)] {
+                let mut driven = Driven::new(motion, shape);
+                if let Some(share) = before {
+                    assert!(driven.at(0.0, share).0.iter().all(|x| x.is_finite()));
+                }
+                for time in [0.002, 0.004] {
+                    assert!(driven.at(time, bad).0.iter().all(|x| x.is_nan()), "{motion:?} of {shape:?}: {bad}");
+                }
+            }
+        }
+    }
+}
+
+proptest! {
+    /// Braking along the velocity, in the time and over the distance of the textbook.
+    #[test]
+    fn a_stop_keeps_its_limits(from in vector(1.0), v in vector(1.0), a in 0.2..3.0, jerk in prop::option::of(1.0..30.0)) {
+        let l = Limits { speed: 0.0, acceleration: a, jerk };
+        let start = State { velocity: v, ..State::rest(from) };
+        let path = Path::stop(&start, &l).expect("a plan");
+        bounded(path.duration(), |t| path.at(t), &l, v.norm())?;
+        let speed = v.norm();
+        let time = match jerk {
+            None => speed / a,
+            Some(j) if speed * j < a * a => 2.0 * (speed / j).sqrt(),
+            Some(j) => speed / a + a / j,
+        };
+        // The profile of a stop is point symmetric.
+        let end = from + v * (time / 2.0);
+        prop_assert!((path.duration() - time).abs() <= 1e-9 * (1.0 + time), "{} and {time}", path.duration());
+        prop_assert!((path.at(time + 1.0).position - end).norm() <= 1e-9);
+        prop_assert_eq!(path.at(time + 1.0), State::rest(path.goal()));
+    }
 }

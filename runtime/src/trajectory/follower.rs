@@ -4,6 +4,9 @@
 //! Between two plans it is a function of time: a second evaluation at the same time changes nothing. A moving S-curve
 //! whose new goal does not lie ahead must first reduce its acceleration to zero. Such a goal is accepted at most once
 //! in `2 A/J` seconds, so that a goal that changes at every tick does not keep the trajectory from gaining speed.
+//!
+//! While its speed is zero, it brakes along its velocity, stands still, and goes on to its goal from there as soon as the
+//! speed is positive. A pose does so while one of its two speeds is zero.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -41,6 +44,25 @@ pub struct Follower {
     last: f64,
     /// True if there was no plan for the last inputs.
     lost: bool,
+    /// Stop because of a speed of zero; `None` while it moves to its goal.
+    stop: Option<Stop>,
+}
+
+/// Result of planning anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Replanned {
+    Yes,
+    /// The former plan is kept for now.
+    Later,
+    /// There is no plan.
+    No,
+}
+
+/// Stop because of a speed of zero.
+#[derive(Clone, Copy, Debug)]
+struct Stop {
+    /// True if it was at rest at its goal already.
+    at_goal: bool,
 }
 
 fn vector(x: &[f64]) -> Vector3<f64> {
@@ -76,16 +98,22 @@ impl Follower {
             since: None,
             last: 0.0,
             lost: false,
+            stop: None,
         }
     }
 
     /// Resets the trajectory: it starts again at the next evaluation.
     pub fn restart(&mut self) {
-        (self.since, self.lost) = (None, false);
+        (self.since, self.lost, self.stop) = (None, false, None);
     }
 
     /// Returns true if it is at rest at its present goal.
     pub fn is_done(&self) -> bool {
+        self.has_ended() && !self.lost && self.now == self.planned && self.stop.is_none_or(|stop| stop.at_goal)
+    }
+
+    /// Returns true if the present plan has ended.
+    fn has_ended(&self) -> bool {
         let t = self.last - self.since.unwrap_or(f64::NAN);
         let duration = match &self.plan {
             Plan::Vector(path) => path.duration(),
@@ -93,7 +121,7 @@ impl Follower {
             Plan::Pose(path, turn) => path.duration().max(turn.duration()),
             Plan::Route(routes) => routes.0.duration(),
         };
-        t >= duration && !self.lost && self.now == self.planned
+        t >= duration
     }
 
     /// Evaluates the trajectory at a time. `read` returns results of the tape's operations. `out` receives the value
@@ -131,6 +159,16 @@ impl Follower {
         self.limits(if self.motion == Motion::SCurve { 3 } else { 2 })
     }
 
+    /// Returns true if a speed of zero stops it.
+    fn stands(&self) -> bool {
+        self.limits(0).stop() || (self.shape == Shape::Pose && self.angular().stop())
+    }
+
+    /// Returns true if the goal, or a point of the route, differs from that of the last plan.
+    fn has_new_goal(&self) -> bool {
+        self.now[..self.goals] != self.planned[..self.goals]
+    }
+
     /// Starts from the value at the front of `numbers`, with the velocity that follows it. `false` if there is no plan.
     fn begin(&mut self, time: f64, numbers: [f64; 13]) -> bool {
         let width = self.shape.width();
@@ -141,6 +179,7 @@ impl Follower {
             let acceleration = Vector3::zeros();
             orientation(q).map(|orientation| Turning { orientation, velocity: vector(w), acceleration })
         };
+        self.stop = self.stands().then_some(Stop { at_goal: false });
         let good = match self.shape {
             Shape::Number => self.vector(&state(&value[..1], &velocity[..1])),
             Shape::Vector if self.motion == Motion::Waypoints => self.route(&state(value, &velocity[..3]), 0),
@@ -154,31 +193,51 @@ impl Follower {
 
     /// Plans again after a change of the goal or a limit, `t` seconds after the last plan. `false` if there is no plan.
     fn change(&mut self, time: f64, t: f64) -> bool {
-        let wait = |limits: &Limits| limits.jerk.is_some_and(|j| t < 2.0 * limits.acceleration / j);
+        let (stands, new_goal, before) = (self.stands(), self.has_new_goal(), self.stop);
+        if let (Some(stop), true) = (&mut self.stop, stands) {
+            // A stop goes on as planned: planned anew at every tick, it would release the brake each time.
+            stop.at_goal &= !new_goal;
+            self.planned.copy_from_slice(&self.now);
+            return self.now.iter().all(|x| x.is_finite());
+        }
+        let at_goal = before.is_none() && self.has_ended() && !new_goal;
+        self.stop = stands.then_some(Stop { at_goal });
+        // A stop does not wait, nor does the motion after it.
+        let replanned = self.replan(t, stands || before.is_some());
+        if replanned != Replanned::Yes {
+            self.stop = before;
+            return replanned == Replanned::Later;
+        }
+        self.keep(true, time)
+    }
+
+    /// Plans again from the state `t` seconds after the last plan.
+    fn replan(&mut self, t: f64, at_once: bool) -> Replanned {
+        let wait = |limits: &Limits| !at_once && limits.jerk.is_some_and(|j| t < 2.0 * limits.acceleration / j);
         let good = match &self.plan {
             Plan::Vector(path) => {
                 let (from, limits) = (path.at(t), self.limits(0));
                 if wait(&limits) && Path::must_release(&from, &vector(&self.now[..self.goals]), &limits) {
-                    return true;
+                    return Replanned::Later;
                 }
                 self.vector(&from)
             }
             Plan::Orientation(turn) => {
                 let (from, limits) = (turn.state(t), self.limits(0));
-                let Some(goal) = orientation(&self.now[..self.goals]) else { return false };
+                let Some(goal) = orientation(&self.now[..self.goals]) else { return Replanned::No };
                 if wait(&limits) && Turn::must_release(&from, &goal, &limits) {
-                    return true;
+                    return Replanned::Later;
                 }
                 self.turn(&from)
             }
             Plan::Pose(path, turn) => {
                 let (from, turning) = (path.at(t), turn.state(t));
                 let (limits, angular) = (self.limits(0), self.angular());
-                let Some(goal) = orientation(&self.now[3..7]) else { return false };
+                let Some(goal) = orientation(&self.now[3..7]) else { return Replanned::No };
                 let release = (wait(&limits) && Path::must_release(&from, &vector(&self.now[..3]), &limits))
                     || (wait(&angular) && Turn::must_release(&turning, &goal, &angular));
                 if release {
-                    return true;
+                    return Replanned::Later;
                 }
                 self.pose(&from, &turning)
             }
@@ -187,7 +246,7 @@ impl Follower {
                 self.route(&from, next)
             }
         };
-        self.keep(good, time)
+        if good { Replanned::Yes } else { Replanned::No }
     }
 
     fn keep(&mut self, good: bool, time: f64) -> bool {
@@ -199,13 +258,16 @@ impl Follower {
     }
 
     fn vector(&mut self, from: &State) -> bool {
-        let planned = Path::plan(from, vector(&self.now[..self.goals]), &self.limits(0));
+        let (goal, limits) = (vector(&self.now[..self.goals]), self.limits(0));
+        let planned = if self.stop.is_some() { Path::stop(from, &limits) } else { Path::plan(from, goal, &limits) };
         planned.map(|path| self.plan = Plan::Vector(path)).is_some()
     }
 
     fn turn(&mut self, from: &Turning) -> bool {
-        let goal = orientation(&self.now[..self.goals]);
-        let planned = goal.and_then(|goal| Turn::plan(from, goal, &self.limits(0)));
+        let (goal, limits) = (orientation(&self.now[..self.goals]), self.limits(0));
+        let planned = goal.and_then(|goal| {
+            if self.stop.is_some() { Turn::stop(from, &limits) } else { Turn::plan(from, goal, &limits) }
+        });
         planned.map(|turn| self.plan = Plan::Orientation(turn)).is_some()
     }
 
@@ -214,6 +276,11 @@ impl Follower {
         let (limits, angular) = (self.limits(0), self.angular());
         let both = || {
             let (place, facing) = (vector(&self.now[..3]), orientation(&self.now[3..7])?);
+            if self.stop.is_some() {
+                let still =
+                    |limits: &Limits| Limits { speed: if limits.are_sound() { 0.0 } else { limits.speed }, ..*limits };
+                return Some((Path::stop(from, &still(&limits))?, Turn::stop(turning, &still(&angular))?));
+            }
             let (path, turn) = (Path::plan(from, place, &limits)?, Turn::plan(turning, facing, &angular)?);
             Some(if path.duration() < turn.duration() {
                 (Path::within(from, place, &limits, turn.duration())?, turn)
@@ -233,7 +300,10 @@ impl Follower {
         self.points.extend(self.now[..self.goals].chunks_exact(3).map(vector));
         let Plan::Route(routes) = &mut self.plan else { return false };
         let points = self.points.get(first..).unwrap_or_default();
-        let good = routes.1.plan(from, points, first, &RouteOptions { limits, corner, halt });
+        let good = match self.stop {
+            Some(_) => routes.1.stop(from, points, first, &limits),
+            None => routes.1.plan(from, points, first, &RouteOptions { limits, corner, halt }),
+        };
         if good {
             let (now, next) = &mut **routes;
             std::mem::swap(now, next);

@@ -137,11 +137,36 @@ impl Path {
             path.push(last, &mut start);
         }
         path.duration = start;
-        let all = path.segments[..path.count].iter().all(|s| {
+        path.is_finite().then_some(path)
+    }
+
+    /// Plans to come to rest at once, by braking along the velocity, which is where the path ends; for S-curves the
+    /// acceleration is first reduced to zero. `None` for limits that do not [`Limits::stop`], and for numbers that are not
+    /// finite or whose squares are not.
+    pub fn stop(from: &State, limits: &Limits) -> Option<Path> {
+        if !limits.stop() || !from.position.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let (mut path, mut now, mut start) = (Path::default(), *from, 0.0);
+        if limits.jerk.is_none() {
+            now.acceleration = Vector3::zeros();
+        }
+        if let (Some(jerk), Some(e)) = (limits.jerk, direction(&now.acceleration)) {
+            now = path.push(release(&now, e, jerk), &mut start);
+        }
+        let position = now.position;
+        if let Some(segment) = brake(&now, &position, &Limits { speed: 0.0, ..*limits }) {
+            now = path.push(segment, &mut start);
+        }
+        (path.goal, path.duration) = (now.position, start);
+        (path.is_finite() && path.goal.iter().all(|x| x.is_finite())).then_some(path)
+    }
+
+    fn is_finite(&self) -> bool {
+        self.segments[..self.count].iter().all(|s| {
             s.along.iter().all(Profile::is_finite)
                 && s.origin.iter().chain(s.axes.iter().flatten()).all(|x| x.is_finite())
-        });
-        all.then_some(path)
+        })
     }
 
     /// Plans the same motion in a time as close to `duration` as possible without going faster.

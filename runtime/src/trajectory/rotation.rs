@@ -60,6 +60,13 @@ impl Turn {
         Some(Turn { reference: from.orientation, goal, path })
     }
 
+    /// Plans to come to rest at once, with the same errors as [`Path::stop`].
+    pub fn stop(from: &Turning, limits: &Limits) -> Option<Turn> {
+        let path = Path::stop(&state(from), limits)?;
+        let goal = UnitQuaternion::from_scaled_axis(path.goal()) * from.orientation;
+        Some(Turn { reference: from.orientation, goal, path })
+    }
+
     /// Returns true if a plan from a state would first have to reduce the acceleration to zero.
     pub fn must_release(from: &Turning, goal: &UnitQuaternion<f64>, limits: &Limits) -> bool {
         Path::must_release(&state(from), &way(from, goal), limits)

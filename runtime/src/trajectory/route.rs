@@ -149,6 +149,20 @@ impl Route {
         self.duration().is_finite()
     }
 
+    /// Plans to come to rest at once on the way to `points`, the first of which is number `first`. `false` as for
+    /// [`Path::stop`]; the former plan is then lost. Never allocates.
+    pub fn stop(&mut self, from: &State, points: &[Vector3<f64>], first: usize, limits: &Limits) -> bool {
+        self.legs.clear();
+        (self.duration, self.drift) = (0.0, Drift::default());
+        let Some(path) = Path::stop(from, limits) else { return false };
+        // Braking before a flat corner may end behind the point: the motion then goes on to the next one.
+        let passed = |point: &Vector3<f64>| (point - path.goal()).dot(&from.velocity) < 0.0;
+        let to = if points.len() > 1 && passed(&points[0]) { first + 1 } else { first };
+        self.push(to, path.duration(), Way::Free(path));
+        self.goal = path.goal();
+        true
+    }
+
     /// Computes the speed at each corner.
     fn round(&mut self, limits: &Limits, size: f64, halt: f64) {
         let (nodes, a) = (&self.nodes, limits.acceleration);
