@@ -17,6 +17,7 @@ mod motion;
 mod period;
 pub mod physics;
 mod planning;
+mod prediction;
 pub mod program;
 pub mod quantity;
 pub mod record;

@@ -39,12 +39,15 @@ fn normalised(q: &mut [f64]) -> bool {
 /// among the signals; the host can read them and cannot set them.
 ///
 /// A tracked point or pose has a velocity beside its value, which the host sends after the value or which is
-/// estimated. When its readings stop, it becomes absent too. If it is held, its last position remains valid, at rest,
-/// with an uncertainty that grows from then on.
+/// estimated. Between two readings its value stays, or goes on with this velocity. When its readings stop, it becomes
+/// absent too. If it is held, the place of its last reading remains valid, at rest, with an uncertainty that grows from
+/// then on.
 pub struct Signals {
     interface: Interface,
     /// Time at which each signal's value was received, in s; minus infinity for never.
     received: Vec<f64>,
+    /// Time of each signal's last valid reading, in s; minus infinity for never.
+    read: Vec<f64>,
     /// The table: for each signal 1 if it is present and -1 otherwise, and its value, NaN if absent.
     table: Vec<f64>,
     /// Last value of each signal, at the indices of the table.
@@ -62,9 +65,10 @@ impl Signals {
     pub(crate) fn new(interface: &Interface) -> Self {
         let mut signals = Signals {
             received: vec![f64::NEG_INFINITY; interface.signals.len()],
+            read: vec![f64::NEG_INFINITY; interface.signals.len()],
             table: interface.absent(),
             last: vec![f64::NAN; interface.width()],
-            motions: interface.signals.iter().map(|s| s.motion.as_ref().map(Estimate::new)).collect(),
+            motions: interface.signals.iter().map(estimate).collect(),
             lost: vec![f64::INFINITY; interface.signals.len()],
             raised: vec![false; interface.events.len()],
             conditioner: Conditioner::new(interface),
@@ -102,7 +106,11 @@ impl Signals {
         if self.interface.signals.get(signal).is_none_or(|s| s.is_variable()) {
             return false;
         }
-        self.receive(signal, value, time)
+        let known = self.receive(signal, value, time);
+        if known && self.received[signal] == time {
+            self.read[signal] = time;
+        }
+        known
     }
 
     fn receive(&mut self, signal: usize, value: &[f64], time: f64) -> bool {
@@ -129,6 +137,7 @@ impl Signals {
     pub fn clear(&mut self, signal: usize) {
         if self.interface.signals.get(signal).is_some_and(|s| !s.is_variable()) {
             self.received[signal] = f64::NEG_INFINITY;
+            self.read[signal] = f64::NEG_INFINITY;
             self.lost[signal] = f64::INFINITY;
             if let Some(estimate) = &mut self.motions[signal] {
                 estimate.forget();
@@ -192,6 +201,17 @@ impl Signals {
         self.interface.signals.get(signal).is_some_and(|s| self.table[s.known_at()] > 0.0)
     }
 
+    /// Signal that is waited for, of those that a stack `needs`: one that is absent, if each absent one may still be late,
+    /// `since` seconds after the start. A signal without `?` may be late until its timeout.
+    pub(crate) fn awaited(&self, needs: &[usize], since: f64) -> Option<usize> {
+        let is_late = |s: usize| {
+            let signal = self.interface.signals.get(s);
+            signal.is_some_and(|s| !s.optional && s.timeout.is_some_and(|timeout| since <= timeout))
+        };
+        let absent = || needs.iter().copied().filter(|s| !self.is_known(*s));
+        absent().next().filter(|_| absent().all(is_late))
+    }
+
     /// Velocity of a tracked point or pose at the last tick, in m/s; NaN if it is absent, empty for other signals.
     pub fn velocity(&self, signal: usize) -> &[f64] {
         let tracked = self.interface.signals.get(signal).filter(|s| s.motion.is_some());
@@ -225,9 +245,13 @@ impl Signals {
     /// Computes the table for a tick. `axes` returns the orientation of a link at the observed configuration, if it is
     /// known.
     pub(crate) fn at(&mut self, time: f64, axes: impl Fn(robot::LinkId) -> Option<UnitQuaternion<f64>>) {
-        let Signals { interface, received, table, last, conditioner, motions, lost, .. } = self;
+        let Signals { interface, received, read, table, last, conditioner, motions, lost, .. } = self;
         let dt = conditioner.tick(time);
         for (i, (s, &received)) in interface.signals.iter().zip(&*received).enumerate() {
+            if let Some(of) = s.age_of {
+                (table[s.at], table[s.at + 1]) = (1.0, (time - read[of]).max(0.0));
+                continue;
+            }
             let known = received > f64::NEG_INFINITY;
             let in_time = known && s.timeout.is_none_or(|t| time - received <= t);
             if let Some(Some(estimate)) = motions.get_mut(i) {
@@ -247,6 +271,11 @@ impl Signals {
             table[s.at] = if present { 1.0 } else { -1.0 };
         }
     }
+}
+
+/// Motion of a signal that is tracked, before its first reading.
+fn estimate(s: &SignalProgram) -> Option<Estimate> {
+    s.motion.as_ref().map(|motion| Estimate::new(motion, s.conditioning.low_pass))
 }
 
 /// Times and values of the readings of a tracked signal.
@@ -290,7 +319,7 @@ fn tracked(s: &SignalProgram, estimate: &mut Estimate, value: &[f64], time: f64,
 
 /// Writes a tracked signal into the table. `lost` is the time from which its readings count as missing: infinity if none
 /// ever came.
-fn moving(s: &SignalProgram, estimate: &Estimate, lost: f64, time: f64, last: &[f64], table: &mut [f64]) {
+fn moving(s: &SignalProgram, estimate: &mut Estimate, lost: f64, time: f64, last: &[f64], table: &mut [f64]) {
     let (value, velocity, known, uncertainty) = (s.at + 1, s.velocity_at(), s.known_at(), s.uncertainty_at());
     table[value..uncertainty + 2].fill(f64::NAN);
     let growth = s.motion.and_then(|m| if let Lost::Hold(growth) = m.lost { Some(growth) } else { None });
@@ -299,8 +328,8 @@ fn moving(s: &SignalProgram, estimate: &Estimate, lost: f64, time: f64, last: &[
     table[s.at] = if present { 1.0 } else { -1.0 };
     table[known] = if present || held.is_some() { 1.0 } else { -1.0 };
     if present {
-        table[value..velocity].copy_from_slice(&last[value..velocity]);
-        estimate.write_rates(&mut table[velocity..known]);
+        let (before, rates) = table.split_at_mut(velocity);
+        estimate.write(time, &mut before[value..], &mut rates[..known - velocity]);
         table[uncertainty..uncertainty + 2].fill(0.0);
     } else if let Some(growth) = held {
         table[value..velocity].copy_from_slice(&last[value..velocity]);

@@ -1,17 +1,22 @@
-//! Motion of a tracked point or pose: its velocity, measured, or estimated from successive readings.
+//! Motion of a tracked point or pose: its velocity, measured, or estimated from successive readings, and its place at a
+//! tick.
 //!
 //! The estimate is the difference of two readings over the time between them, filtered by a first-order low-pass that
 //! is exact for a difference that is constant between readings: `v += (1 - exp(-2 pi f dt)) (dx/dt - v)`. The difference
 //! of two orientations is the rotation vector from one to the other along the shorter way. An estimate starts at
 //! rest with the first reading, and with the first one after the point was lost. If a largest speed is set, each
 //! difference and each measured velocity is shortened to it: a jump of the tracker does not count as a movement.
+//!
+//! All times are those that belong to the readings, so that irregular and lost readings do not change the velocity of a
+//! steady motion. [`crate::prediction`] has the place between readings.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use stdlib_tasks::so3;
 
-use crate::program::{Tracking, Velocity};
+use crate::prediction::{LowPass, Moving, Place, Plausible, Twist, shortened};
+use crate::program::{Between, Tracking, Velocity};
 
 /// Readings closer together than this, in s, count as one instant and yield no speed.
 const INSTANT: f64 = 1e-9;
@@ -20,7 +25,10 @@ const INSTANT: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub(crate) struct Estimate {
     motion: Tracking,
+    /// Cutoff of the filter of its place, in Hz; `None` for no filter.
+    low_pass: Option<f64>,
     last: Option<Reading>,
+    filter: Option<LowPass>,
     /// Velocity in m/s.
     velocity: Vector3<f64>,
     /// Angular velocity of a pose in rad/s, along the axes of the world; zero for a point.
@@ -32,20 +40,18 @@ pub(crate) struct Estimate {
 struct Reading {
     /// Time in s.
     time: f64,
-    /// Position in m.
-    position: Vector3<f64>,
-    /// Orientation, of a pose.
-    orientation: Option<UnitQuaternion<f64>>,
+    place: Place,
 }
 
 impl Estimate {
-    pub fn new(motion: &Tracking) -> Estimate {
-        Estimate { motion: *motion, last: None, velocity: Vector3::zeros(), angular: Vector3::zeros() }
+    pub fn new(motion: &Tracking, low_pass: Option<f64>) -> Estimate {
+        let (velocity, angular) = (Vector3::zeros(), Vector3::zeros());
+        Estimate { motion: *motion, low_pass, last: None, filter: None, velocity, angular }
     }
 
     /// Forgets all readings.
     pub fn forget(&mut self) {
-        *self = Estimate::new(&self.motion);
+        *self = Estimate::new(&self.motion, self.low_pass);
     }
 
     /// Returns true if there is a valid reading.
@@ -53,22 +59,36 @@ impl Estimate {
         self.last.is_some()
     }
 
-    /// Writes the rates of the value: of a point 3 numbers, its velocity in m/s; of a pose 7, the velocity and the rates
-    /// of its quaternion `w x y z` in 1/s, `q' = w q / 2`.
-    pub fn write_rates(&self, rates: &mut [f64]) {
-        let [vx, vy, vz, quaternion @ ..] = rates else { return };
-        [*vx, *vy, *vz] = self.velocity.into();
-        let orientation = self.last.and_then(|last| last.orientation);
-        if let (Some(q), [w, x, y, z]) = (orientation, quaternion) {
-            let rate = Quaternion::from_imag(self.angular * 0.5) * q.into_inner();
-            [*w, *x, *y, *z] = [rate.w, rate.i, rate.j, rate.k];
-        }
+    /// Writes the value at a time, and its rates: of a point its position and 3 numbers, its velocity in m/s; of a pose its
+    /// position and quaternion `w x y z` and 7 numbers, the velocity and the rates of the quaternion in 1/s, `q' = w q / 2`.
+    /// Writes nothing if there is no valid reading.
+    pub fn write(&mut self, time: f64, value: &mut [f64], rates: &mut [f64]) {
+        let Some(last) = self.last else { return };
+        let twist = Twist { velocity: self.velocity, angular: self.angular };
+        let (ahead, goes_on) = match self.motion.between {
+            // The reading itself stays exact at its own time.
+            Between::Extrapolate if time > last.time => (last.place.after(time - last.time, twist), twist),
+            Between::Extrapolate => (last.place, twist),
+            Between::Hold => (last.place, Twist::REST),
+        };
+        let shown = match self.low_pass {
+            None => Moving { place: ahead, twist },
+            Some(cutoff) => {
+                let plausible =
+                    Plausible { speed: self.motion.max_speed, angular_speed: self.motion.max_angular_speed };
+                let filter = self.filter.get_or_insert(LowPass::new(time, ahead));
+                filter.tick(time, Moving { place: ahead, twist: goes_on }, cutoff, &plausible)
+            }
+        };
+        shown.place.write(value);
+        shown.place.write_rates(shown.twist, rates);
     }
 
     /// Takes a reading of a point: finite numbers, its position in m, and its velocity in m/s if that is measured.
     pub fn point(&mut self, value: &[f64], time: f64) {
         let [x, y, z, velocity @ ..] = value else { return };
-        self.take(Reading { time, position: Vector3::new(*x, *y, *z), orientation: None }, velocity);
+        let place = Place { position: Vector3::new(*x, *y, *z), orientation: None };
+        self.take(Reading { time, place }, velocity);
     }
 
     /// Takes a reading of a pose: finite numbers, its position in m and a unit quaternion `w x y z`, and if they are
@@ -76,37 +96,37 @@ impl Estimate {
     pub fn pose(&mut self, value: &[f64], time: f64) {
         let [x, y, z, qw, qx, qy, qz, velocity @ ..] = value else { return };
         let orientation = UnitQuaternion::new_unchecked(Quaternion::new(*qw, *qx, *qy, *qz));
-        self.take(Reading { time, position: Vector3::new(*x, *y, *z), orientation: Some(orientation) }, velocity);
+        let place = Place { position: Vector3::new(*x, *y, *z), orientation: Some(orientation) };
+        self.take(Reading { time, place }, velocity);
     }
 
     fn take(&mut self, reading: Reading, sent: &[f64]) {
         match (self.motion.velocity, sent) {
             (Velocity::Measured, [x, y, z, turning @ ..]) => {
-                self.velocity = believed(Vector3::new(*x, *y, *z), self.motion.max_speed);
+                self.velocity = shortened(Vector3::new(*x, *y, *z), self.motion.max_speed);
                 if let [x, y, z] = turning {
-                    self.angular = believed(Vector3::new(*x, *y, *z), self.motion.max_angular_speed);
+                    self.angular = shortened(Vector3::new(*x, *y, *z), self.motion.max_angular_speed);
                 }
             }
             (Velocity::Estimated(cutoff), _) => self.estimate(&reading, cutoff),
             _ => {}
         }
-        // If readings arrive in the wrong order, the newest instant remains the reference.
-        let time = self.last.map_or(reading.time, |before| before.time.max(reading.time));
-        self.last = Some(Reading { time, ..reading });
+        self.last = Some(reading);
     }
 
     fn estimate(&mut self, reading: &Reading, cutoff: f64) {
         let Some(before) = self.last else { return };
+        // Readings that arrive in the wrong order say nothing of a speed; the next one is compared with the older place.
         let elapsed = reading.time - before.time;
         if elapsed < INSTANT {
             return;
         }
         let share = -(-TAU * cutoff * elapsed).exp_m1();
-        let moved = believed((reading.position - before.position) / elapsed, self.motion.max_speed);
-        filter(&mut self.velocity, &moved, share);
-        if let (Some(from), Some(to)) = (before.orientation, reading.orientation) {
+        let moved = (reading.place.position - before.place.position) / elapsed;
+        filter(&mut self.velocity, &shortened(moved, self.motion.max_speed), share);
+        if let (Some(from), Some(to)) = (before.place.orientation, reading.place.orientation) {
             let turned = so3::log(&(to * from.inverse())) / elapsed;
-            filter(&mut self.angular, &believed(turned, self.motion.max_angular_speed), share);
+            filter(&mut self.angular, &shortened(turned, self.motion.max_angular_speed), share);
         }
     }
 }
@@ -119,18 +139,6 @@ fn filter(velocity: &mut Vector3<f64>, to: &Vector3<f64>, share: f64) {
     }
 }
 
-/// Limits a velocity to the largest plausible speed.
-fn believed(velocity: Vector3<f64>, most: Option<f64>) -> Vector3<f64> {
-    let largest = velocity.amax();
-    let Some(most) = most.filter(|_| largest > 0.0 && largest.is_finite()) else {
-        return velocity;
-    };
-    // Scaled first: the square of a huge number is not finite.
-    let scaled = velocity / largest;
-    let speed = scaled.norm();
-    if largest * speed > most { scaled * (most / speed) } else { velocity }
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -139,12 +147,20 @@ mod tests {
     use crate::program::Lost;
 
     fn motion(velocity: Velocity, max_speed: Option<f64>) -> Tracking {
-        Tracking { person: true, velocity, max_speed, max_angular_speed: None, lost: Lost::Fault }
+        Tracking {
+            person: true,
+            velocity,
+            between: Between::Hold,
+            max_speed,
+            max_angular_speed: None,
+            lost: Lost::Fault,
+        }
     }
 
+    /// Velocity at the time of the last reading; zero if there is none.
     fn velocity(e: &Estimate) -> [f64; 3] {
-        let mut rates = [0.0; 3];
-        e.write_rates(&mut rates);
+        let (mut value, mut rates) = ([0.0; 3], [0.0; 3]);
+        e.clone().write(f64::NEG_INFINITY, &mut value, &mut rates);
         rates
     }
 
@@ -152,7 +168,7 @@ mod tests {
     #[test]
     fn a_steady_walk_is_known_as_the_filter_says() {
         let (walk, cutoff) = ([1.2, -0.4, 0.1], 5.0);
-        let mut e = Estimate::new(&motion(Velocity::Estimated(cutoff), None));
+        let mut e = Estimate::new(&motion(Velocity::Estimated(cutoff), None), None);
         let mut time = 0.0;
         for step in [0.0, 0.01, 0.02, 0.005, 0.05, 0.01, 0.1, 0.002] {
             time += step;
@@ -169,7 +185,7 @@ mod tests {
     fn a_swinging_hand_is_known_with_the_lag_of_the_filter() {
         let (amplitude, w, cutoff, dt) = (0.3, 4.0, 3.0, 1e-4);
         let a = TAU * cutoff;
-        let mut e = Estimate::new(&motion(Velocity::Estimated(cutoff), None));
+        let mut e = Estimate::new(&motion(Velocity::Estimated(cutoff), None), None);
         let mut worst = 0.0_f64;
         for k in 0..30_000 {
             let t = f64::from(k) * dt;
@@ -185,10 +201,10 @@ mod tests {
 
     #[test]
     fn what_is_measured_counts_at_once_and_what_is_not_wanted_not_at_all() {
-        let mut e = Estimate::new(&motion(Velocity::Measured, None));
+        let mut e = Estimate::new(&motion(Velocity::Measured, None), None);
         e.point(&[0.0, 0.0, 0.0, 1.0, 2.0, 3.0], 0.0);
         assert_eq!(velocity(&e), [1.0, 2.0, 3.0]);
-        let mut e = Estimate::new(&motion(Velocity::None, None));
+        let mut e = Estimate::new(&motion(Velocity::None, None), None);
         e.point(&[0.0; 3], 0.0);
         e.point(&[1.0; 3], 0.1);
         assert_eq!(velocity(&e), [0.0; 3]);
@@ -196,7 +212,7 @@ mod tests {
 
     #[test]
     fn the_first_reading_and_those_of_one_instant_say_nothing_of_a_speed() {
-        let mut e = Estimate::new(&motion(Velocity::Estimated(5.0), None));
+        let mut e = Estimate::new(&motion(Velocity::Estimated(5.0), None), None);
         e.point(&[1e9; 3], 3.0);
         e.point(&[0.0; 3], 3.0);
         assert_eq!(velocity(&e), [0.0; 3]);
@@ -217,7 +233,7 @@ mod tests {
             let x = v * time;
             [x.x, x.y, x.z, q.w, q.i, q.j, q.k]
         };
-        let mut e = Estimate::new(&motion(Velocity::Estimated(cutoff), None));
+        let mut e = Estimate::new(&motion(Velocity::Estimated(cutoff), None), None);
         let mut time = 0.0;
         for (k, step) in [0.0, 0.01, 0.02, 0.005, 0.05, 0.01, 0.1, 0.002].into_iter().enumerate() {
             time += step;
@@ -228,7 +244,7 @@ mod tests {
             e.pose(&reading, time);
             let share = 1.0 - (-TAU * cutoff * time).exp();
             let mut rates = [0.0; 7];
-            e.write_rates(&mut rates);
+            e.write(time, &mut [0.0; 7], &mut rates);
             let (d, before, after) = (1e-6, pose(time - 1e-6), pose(time + 1e-6));
             for i in 0..7 {
                 let exact = share * (after[i] - before[i]) / (2.0 * d) * if i < 3 { 1.0 } else { sign };
@@ -240,10 +256,10 @@ mod tests {
     #[test]
     fn a_measured_turn_counts_up_to_what_is_plausible() {
         let tracking = Tracking { max_angular_speed: Some(2.0), ..motion(Velocity::Measured, Some(1.0)) };
-        let mut e = Estimate::new(&tracking);
+        let mut e = Estimate::new(&tracking, None);
         e.pose(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 3.0, 4.0, 0.0, 0.0, 8.0], 0.0);
         let mut rates = [0.0; 7];
-        e.write_rates(&mut rates);
+        e.write(0.0, &mut [0.0; 7], &mut rates);
         // At the identity, the rates of the quaternion are half the angular velocity.
         let expected = [0.0, 0.6, 0.8, 0.0, 0.0, 0.0, 1.0];
         assert!(rates.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{rates:?}");
@@ -260,8 +276,8 @@ mod tests {
             cutoff in 0.01..100.0_f64,
             most in 0.01..20.0_f64,
         ) {
-            let mut bounded = Estimate::new(&motion(Velocity::Estimated(cutoff), Some(most)));
-            let mut free = Estimate::new(&motion(Velocity::Estimated(cutoff), None));
+            let mut bounded = Estimate::new(&motion(Velocity::Estimated(cutoff), Some(most)), None);
+            let mut free = Estimate::new(&motion(Velocity::Estimated(cutoff), None), None);
             let mut time = 0.0;
             for (position, step) in readings {
                 time += step;

@@ -85,7 +85,9 @@ impl ValueTable {
         let asked = |at: &usize| {
             let signal = interface.signal_of(*at).map(|s| &interface.signals[s]);
             signal.is_none_or(|s| {
-                read.contains(&s.at) && (!held(s) || read.range(s.at + 1..s.at + s.width()).next().is_none())
+                // An age is always there.
+                s.age_of.is_some()
+                    || read.contains(&s.at) && (!held(s) || read.range(s.at + 1..s.at + s.width()).next().is_none())
             })
         };
         let needs: BTreeSet<usize> =

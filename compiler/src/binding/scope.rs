@@ -93,6 +93,10 @@ impl Scope for TaskScope<'_> {
         self.params.presence(name)
     }
 
+    fn age(&mut self, name: &str) -> Option<usize> {
+        self.params.age(name)
+    }
+
     fn follows(&self) -> bool {
         self.state
     }

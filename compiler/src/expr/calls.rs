@@ -11,6 +11,7 @@ use super::functions::{self, FUNCTIONS, Family};
 use super::helps::{count, elsewhere, families};
 use super::robot_state::PRESENT;
 use super::scope::{Failed, MEASURES, REACHED};
+use super::signals::AGE;
 use super::trajectories::{self, TRAJECTORIES};
 use super::{Kind, Lowering, Typed, frames, ops, unusual_angle};
 use crate::expr::constants::{bare_angle, merge_bare};
@@ -40,6 +41,9 @@ impl Lowering<'_> {
         if function.value == "uncertainty" {
             return self.uncertainty(args, span);
         }
+        if function.value == AGE {
+            return self.age(args, span);
+        }
         if PRESENT.contains(&function.value.as_str()) {
             return self.present(function, args, span);
         }
@@ -50,7 +54,7 @@ impl Lowering<'_> {
             let names = FUNCTIONS
                 .iter()
                 .map(|f| f.name)
-                .chain(["initial", "present", "uncertainty"])
+                .chain(["initial", "present", "uncertainty", AGE])
                 .chain(PRESENT.iter().copied())
                 .chain(MEASURES.iter().copied())
                 .chain([REACHED]);

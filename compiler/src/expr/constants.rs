@@ -39,6 +39,10 @@ impl Scope for DeclaredOnly<'_> {
         self.params.presence(name)
     }
 
+    fn age(&mut self, name: &str) -> Option<usize> {
+        self.params.age(name)
+    }
+
     fn moves(&self) -> bool {
         self.moves
     }

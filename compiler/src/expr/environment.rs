@@ -25,6 +25,7 @@ pub fn is_word(name: &str) -> bool {
         "not",
         "present",
         "uncertainty",
+        "age",
         "field",
     ];
     words.contains(&name) || function(name).is_some() || TRAJECTORIES.iter().any(|t| t.name == name)
@@ -54,6 +55,8 @@ pub struct Params {
     pub used: BTreeSet<String>,
     /// Signals, with the number of their presence in the table of signals.
     pub presence: BTreeMap<String, usize>,
+    /// For the signals whose ages are read, the first number of the age in the table of signals.
+    pub ages: BTreeMap<String, usize>,
     /// Signals of type wrench.
     pub wrenches: BTreeSet<String>,
     /// Humans. The points of a human are symbols under names that users cannot write.
@@ -103,6 +106,14 @@ impl Params {
     pub fn presence(&mut self, name: &str) -> Option<usize> {
         let name = target(name);
         let at = self.presence.get(name).copied()?;
+        self.used.insert(name.to_string());
+        Some(at)
+    }
+
+    /// First number of the age of a signal in the table of signals.
+    pub fn age(&mut self, name: &str) -> Option<usize> {
+        let name = target(name);
+        let at = self.ages.get(name).copied()?;
         self.used.insert(name.to_string());
         Some(at)
     }

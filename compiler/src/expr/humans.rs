@@ -98,6 +98,18 @@ impl Lowering<'_> {
         Some(found.map(|_| human.points.iter().filter(|p| p.0 == point.value).map(number).collect()))
     }
 
+    /// Names of the signals of `operator`, or of the point `operator.chest`; `None` if `who` is not a human.
+    pub(super) fn names_of_human(&mut self, who: &Value) -> Option<Result<Vec<String>, Failed>> {
+        let outer = if let ValueKind::Field(outer, _) = &who.kind { outer } else { who };
+        let points = match self.numbers_of_human(who, |p| p.1)? {
+            Ok(points) => points,
+            Err(failed) => return Some(Err(failed)),
+        };
+        let (name, human) = self.human(outer)?;
+        let signal = |p: &(String, usize, usize)| format!("{}.{}", target(&name), p.0);
+        Some(Ok(human.points.iter().filter(|p| points.contains(&p.1)).map(signal).collect()))
+    }
+
     /// Lowers `uncertainty(operator)` and `uncertainty(operator.chest)`.
     pub(super) fn uncertainty(&mut self, args: &[Value], span: Span) -> Result<Typed, Failed> {
         let [who] = args else {

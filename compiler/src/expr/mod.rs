@@ -39,7 +39,7 @@ pub(crate) use robot_state::PRESENT;
 pub use robot_state::{Plane, RobotStateTerm};
 pub(crate) use scope::not_measured;
 pub use scope::{MEASURES, MOTION, Meaning, REACHED, SETTLED, Scope, Symbol};
-pub(crate) use signals::{VELOCITIES, part_of_signal};
+pub(crate) use signals::{AGE, VELOCITIES, part_of_signal};
 pub(crate) use task_outputs::output_symbol;
 pub use trajectories::{Named, Start, TRAJECTORIES, Trajectory, needs_from};
 pub(crate) use unusual::{unusual, unusual_angle};

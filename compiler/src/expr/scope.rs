@@ -48,6 +48,11 @@ pub trait Scope {
     fn names(&self) -> Vec<String>;
     /// Number of a signal's presence in the table of signals; `None` if the name is not that of a signal.
     fn presence(&mut self, name: &str) -> Option<usize>;
+    /// First number of the age of a signal, or of a point of a person, in the table of signals; `None` if the name is not
+    /// that of a signal.
+    fn age(&mut self, _name: &str) -> Option<usize> {
+        None
+    }
     /// True if a value may depend on time.
     fn moves(&self) -> bool {
         true

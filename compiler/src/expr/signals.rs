@@ -3,7 +3,7 @@
 use dsl::tree::{Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
 use runtime::program::Op;
-use stdlib_tasks::dimension::{LENGTH, NONE};
+use stdlib_tasks::dimension::{LENGTH, NONE, TIME};
 
 use super::scope::{Failed, Meaning};
 use super::{Axes, Kind, Lowering, Typed};
@@ -14,6 +14,9 @@ const PARTS: [&str; 2] = ["force", "moment"];
 
 /// Velocities of a tracked signal: of a point the first one, of a pose both.
 pub(crate) const VELOCITIES: [&str; 2] = ["velocity", "angular_velocity"];
+
+/// Function that is the age of a reading.
+pub(crate) const AGE: &str = "age";
 
 /// Name of the symbol for a part of a signal. Users cannot write it.
 pub(crate) fn part_of_signal(name: &str, part: &str) -> String {
@@ -52,6 +55,57 @@ impl Lowering<'_> {
         };
         let nodes = vec![self.graph.push(Op::Signal(at))];
         Ok(Typed { kind: Kind::Truth, dimension: NONE, nodes, bare: false, axes: Axes::default(), span })
+    }
+
+    /// Lowers `age(SIGNAL)`, `age(HUMAN)` and `age(HUMAN.POINT)`: the time since the last valid reading.
+    pub(super) fn age(&mut self, args: &[Value], span: Span) -> Result<Typed, Failed> {
+        let [who] = args else {
+            let d =
+                Diagnostic::error("HQ0310", span, "`age` takes the name of one signal, person or point of a person");
+            return self.fail(d.help("write for instance `age(peduncle)`"));
+        };
+        let names = match (self.names_of_human(who), &who.kind) {
+            (Some(names), _) => names?,
+            (None, ValueKind::Name(name)) => vec![name.clone()],
+            _ => {
+                let d =
+                    Diagnostic::error("HQ0310", who.span, "this is neither a signal nor a person nor a point of one");
+                return self.fail(d.help("write for instance `age(peduncle)`, without an operation inside"));
+            }
+        };
+        let mut oldest: Option<usize> = None;
+        for name in names {
+            let Some(at) = self.scope.age(&name) else { return self.no_age(&name, who.span) };
+            // The number that says that it is there is 1, which is also how fast an age grows.
+            let node = self.graph.moving_signal(at + 1, at);
+            oldest = Some(oldest.map_or(node, |other| self.graph.push(Op::Max(other, node))));
+        }
+        let nodes = oldest.into_iter().collect();
+        Ok(Typed { kind: Kind::Scalar, dimension: TIME, nodes, bare: false, axes: Axes::default(), span })
+    }
+
+    fn no_age(&mut self, name: &str, span: Span) -> Result<Typed, Failed> {
+        let written = crate::forms::written(name);
+        match self.scope.name(name) {
+            Meaning::Failed => Err(Failed),
+            Meaning::Event => {
+                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is an event, which has no age"));
+                self.fail(
+                    d.note("an event is visible only at the tick after it was raised")
+                        .help("name a signal with a value"),
+                )
+            }
+            Meaning::Unknown => {
+                let d = Diagnostic::unknown_name(span, format!("there is no signal `{written}`"));
+                self.fail(d.help(Help::with("declare it: {}", [examples::signal("point?")])))
+            }
+            _ => {
+                let d = Diagnostic::error("HQ0304", span, format!("`{written}` is no signal, so it has no readings"));
+                self.fail(
+                    d.note("the age of a value is the time since the host sent it").help("name a signal or a person"),
+                )
+            }
+        }
     }
 
     /// Lowers `right_ft.force`, if the name is that of a wrench.

@@ -189,6 +189,10 @@ impl Scope for Watch<'_> {
         self.inner.presence(name)
     }
 
+    fn age(&mut self, name: &str) -> Option<usize> {
+        self.inner.age(name)
+    }
+
     /// Value at the start of the run; each of its numbers is a separate measure.
     fn initial(
         &mut self,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use dsl::tree::{Block, NamedBlock, Value, ValueKind};
 use dsl::{Diagnostic, Help, Snippet, Span, Spanned};
-use runtime::program::{Conditioning, HumanProgram, Lost, Op, SignalProgram, Tracking, Velocity};
+use runtime::program::{Between, Conditioning, HumanProgram, Lost, Op, SignalProgram, Tracking, Velocity};
 use stdlib_tasks::dimension::{LENGTH, VELOCITY};
 
 use super::Lowerer;
@@ -35,6 +35,7 @@ impl Lowerer<'_> {
         let motion = Tracking {
             person: true,
             velocity,
+            between: if block.between == "extrapolate" { Between::Extrapolate } else { Between::Hold },
             max_speed: block.max_speed,
             max_angular_speed: None,
             lost: self.lost(&block, &h.body),
@@ -56,12 +57,14 @@ impl Lowerer<'_> {
                 timeout: Some(block.timeout),
                 conditioning: Conditioning::default(),
                 variable: None,
+                age_of: None,
                 motion: Some(motion),
             };
             human.points.push(self.interface.signals.len());
             known.points.push((point.value.clone(), signal.at, signal.uncertainty_at()));
             self.point(&name.value, &point, &signal);
             self.interface.signals.push(signal);
+            self.declare_age(self.interface.signals.len() - 1, Some(&name.value));
         }
         self.interface.humans.push(human);
         self.params.humans.insert(name.value.clone(), known);
@@ -193,6 +196,7 @@ impl Lowerer<'_> {
             "measured" => Velocity::Measured,
             "none" => {
                 self.out_of_place(body, "max_speed", "velocity estimated");
+                self.out_of_place(body, "between", "velocity estimated");
                 Velocity::None
             }
             _ => Velocity::Estimated(block.cutoff),

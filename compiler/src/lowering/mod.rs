@@ -1,6 +1,7 @@
 //! From a tree to a program: declarations collected, names bound, stacks laid out.
 
 mod actions;
+mod ages;
 mod argument_types;
 mod blocks;
 mod coverage;
@@ -142,6 +143,8 @@ struct Lowerer<'a> {
     params: Params,
     /// Signals and events.
     interface: Interface,
+    /// Signals and people whose ages expressions read.
+    aged: BTreeSet<String>,
     /// Safety fields, their points in the table of values.
     fields: Vec<FieldProgram>,
     /// Obstacles, their poses in the table of values.
@@ -169,6 +172,7 @@ impl<'a> Lowerer<'a> {
             table: Table::default(),
             params: Params::default(),
             interface: Interface::default(),
+            aged: BTreeSet::new(),
             fields: Vec::new(),
             obstacles: Vec::new(),
             controllers: missions::controllers::Controllers::new(context),

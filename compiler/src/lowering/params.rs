@@ -3,6 +3,7 @@
 use dsl::tree::{BlockKind, Let};
 use dsl::{Diagnostic, Sources};
 
+use super::ages;
 use super::declared::Declared;
 use super::sensors::Sensor;
 use super::variables::Variables;
@@ -41,6 +42,7 @@ impl Lowerer<'_> {
     /// Declares all named values.
     pub(super) fn named_values<'t>(&mut self, expanded: &'t Expanded, declared: &Declared) -> NamedValues<'t> {
         let overrides = self.overrides(declared);
+        self.aged = ages::aged(expanded);
         let (mut all, mut outputs_declared) = (NamedValues::default(), false);
         for value in &expanded.values {
             // Outputs of tasks come after the signals and before the lets, which may use them.

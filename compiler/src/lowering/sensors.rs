@@ -81,10 +81,27 @@ impl Lowerer<'_> {
                 )));
             }
         }
-        if let (Some(e), Carried::Event | Carried::Pose | Carried::Other) = (s.settings.get("low_pass"), carried) {
-            let text = format!("a signal of the type `{ty}` cannot be filtered");
-            let d = Diagnostic::unknown_key("HQ0205", e.key.span, text);
-            self.push(d.note("only numbers and vectors can be filtered").help("leave `low_pass` out"));
+        let unfiltered = match carried {
+            Carried::Event | Carried::Other => true,
+            // The filter of an orientation needs its angular velocity.
+            Carried::Pose => block.velocity.is_none(),
+            Carried::Wrench | Carried::Point | Carried::Numbers => false,
+        };
+        if let Some(e) = s.settings.get("low_pass").filter(|_| unfiltered) {
+            let d = Diagnostic::unknown_key(
+                "HQ0205",
+                e.key.span,
+                format!("a signal of the type `{ty}` cannot be filtered"),
+            );
+            self.push(if carried == Carried::Pose {
+                d.note("a pose can be filtered with its velocity").help(Help::with(
+                    "write {} before it, or leave `low_pass` out",
+                    [Snippet::entry("velocity", "estimated")],
+                ))
+            } else {
+                d.note("only numbers and vectors, and poses with a velocity, can be filtered")
+                    .help("leave `low_pass` out")
+            });
             return all;
         }
         let cutoff = block.low_pass.as_ref().map(|cutoff| (cutoff.value, self.origins.span(cutoff.at)));

@@ -158,7 +158,9 @@ impl Lowerer<'_> {
             motion,
             conditioning,
             variable: None,
+            age_of: None,
         });
+        self.declare_age(self.interface.signals.len() - 1, None);
         at
     }
 

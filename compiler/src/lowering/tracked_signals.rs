@@ -2,7 +2,7 @@
 
 use dsl::tree::Signal;
 use dsl::{Diagnostic, Help, Snippet, Spanned};
-use runtime::program::{Lost, Op, Tracking, Velocity};
+use runtime::program::{Between, Lost, Op, Tracking, Velocity};
 use stdlib_tasks::dimension::{ANGULAR_VELOCITY, Dimension, VELOCITY};
 
 use super::Lowerer;
@@ -11,7 +11,7 @@ use crate::expr::{Axes, Frame, Kind, Typed, VELOCITIES, part_of_signal};
 use crate::sections::SignalBlock;
 
 /// Keys that say something about a velocity.
-const SETTINGS: [&str; 3] = ["cutoff", "max_speed", "max_angular_speed"];
+const SETTINGS: [&str; 4] = ["cutoff", "max_speed", "max_angular_speed", "between"];
 
 /// Cutoff of the filter of an estimated velocity without `cutoff`, in Hz, as for people.
 const CUTOFF: f64 = 5.0;
@@ -37,14 +37,6 @@ impl Lowerer<'_> {
             self.push(d.note("points and poses have a velocity").help("leave it out"));
             return None;
         }
-        if let Some(filter) = written("low_pass") {
-            let d = Diagnostic::unknown_key("HQ0205", filter.span, "a point with a velocity has no `low_pass`");
-            self.push(
-                d.note("a filtered position would lag behind the velocity that belongs to it")
-                    .help("leave it out; `cutoff` filters the velocity"),
-            );
-            return None;
-        }
         let measured = block.velocity.is_some_and(|how| how == "measured");
         if let Some(cutoff) = written(SETTINGS[0]).filter(|_| measured) {
             self.out_of_place(&s.settings, &cutoff.value, "velocity estimated");
@@ -53,11 +45,30 @@ impl Lowerer<'_> {
             let d = Diagnostic::unknown_key("HQ0205", most.span, format!("a point has no `{}`", most.value));
             self.push(d.note("it belongs to a pose").help("leave it out"));
         }
+        if let Some(between) = s.settings.get(SETTINGS[3]).filter(|_| block.timeout.is_none()) {
+            if block.between.is_some_and(|between| between == "extrapolate") {
+                let text = format!("without a `timeout`, `{}` would go on for ever", s.name.value);
+                let d = Diagnostic::missing_keys(["timeout"], between.value.span, text);
+                self.push(d.note("a value goes on with its velocity until it is stale, and this one never is").help(
+                    Help::with(
+                        "write for instance {}, or {}",
+                        [Snippet::entry("timeout", "0.5 s"), Snippet::entry("between", "hold")],
+                    ),
+                ));
+                return None;
+            }
+        }
         Some(Tracking {
             person: false,
             velocity: match measured {
                 true => Velocity::Measured,
                 false => Velocity::Estimated(block.cutoff.unwrap_or(CUTOFF)),
+            },
+            between: match block.between {
+                Some(between) if between == "hold" => Between::Hold,
+                // A value that is never stale would run away when the readings stop.
+                _ if block.timeout.is_none() => Between::Hold,
+                _ => Between::Extrapolate,
             },
             max_speed: block.max_speed,
             max_angular_speed: block.max_angular_speed,

@@ -60,6 +60,7 @@ impl Lowerer<'_> {
             timeout: None,
             conditioning: Conditioning::default(),
             variable: None,
+            age_of: None,
             motion: None,
         };
         let value = match &v.value {

@@ -8,7 +8,7 @@ use super::symbols::SymbolKind as K;
 use super::vocabulary::{CALLED, FRAME_FIELDS, TRACKED_FIELDS, VALUE_FIELDS, WRENCH_FIELDS, built_in};
 use super::{Around, CURSOR, CompletionContext as C, Meaning, Reference, Resolver};
 use crate::expand::Class;
-use crate::expr::{MEASURES, REACHED, SETTLED, TRAJECTORIES, Trajectory};
+use crate::expr::{AGE, MEASURES, REACHED, SETTLED, TRAJECTORIES, Trajectory};
 
 impl Resolver<'_> {
     /// Resolves an expression outside of tasks, which have no values to capture.
@@ -53,7 +53,7 @@ impl Resolver<'_> {
                 self.note_built_in(function);
                 match (function.value.as_str(), args.as_slice()) {
                     ("initial", [one]) => self.captured(one, current_values),
-                    ("present", [one]) => self.signal_or_human(one),
+                    ("present" | AGE, [one]) => self.signal_or_human(one),
                     ("uncertainty", [one]) => self.uncertain(one),
                     ("field", [one]) => self.name_in(one, Class::Value, K::SafetyField, &[K::SafetyField]),
                     ("frame", [one]) => self.frame(one, &[K::Link, K::Arm]),

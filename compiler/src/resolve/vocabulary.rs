@@ -68,6 +68,11 @@ pub static BUILT_IN: &[Word] = &[
         "`present(SIGNAL)`, `present(HUMAN)`, `present(HUMAN.POINT)`: whether a signal, or all points of a person, have come, and not longer ago than their `timeout`.",
     ),
     word(
+        "age",
+        "`age(SIGNAL)`, `age(HUMAN)`, `age(HUMAN.POINT)`: time since the last valid reading, in s; of several points the longest. \
+         Infinite before the first reading.",
+    ),
+    word(
         "uncertainty",
         "`uncertainty(HUMAN)`, `uncertainty(HUMAN.POINT)`: largest distance of a person who is not observed from their last position \
          seen last, in m; of several points the most. Zero while they are seen.",
@@ -110,7 +115,7 @@ pub static PRESENT: &[&str] = &["frame", "joint", "point", "distance", "plane", 
 
 /// Functions that need brackets: without them, such a name refers to something else.
 pub static CALLED: &[&str] =
-    &["frame", "joint", "point", "distance", "plane", "manipulability", "present", "uncertainty", "field"];
+    &["frame", "joint", "point", "distance", "plane", "manipulability", "present", "age", "uncertainty", "field"];
 
 /// Measures in expectations of a running scenario.
 pub static MEASURED: &[Word] = &[

@@ -22,11 +22,14 @@ block! {
         links: Option<Unbound> = elsewhere(ValueType::List(&ValueType::List(&ValueType::Name(Named::Point))));
         /// Time for which a reading is valid after it was received.
         timeout: f64 = or(ValueType::Number(usual::TIMEOUT), "0.2 s");
-        /// Velocity of the points between readings: estimated from successive positions, sent by the host after each
+        /// Velocity of the points: estimated from successive positions, sent by the host after each
         /// position, or none.
         velocity: Word = or(ValueType::Choice(&["estimated", "measured", "none"]), "estimated");
         /// Cutoff of the first-order low-pass filter of an estimated velocity.
         cutoff: f64 = or(ValueType::Number(usual::CUTOFF), "5 Hz");
+        /// Place of a point between two readings: that of the last one, from which a limit knows how far the person can be;
+        /// or on from it with the velocity, until the `timeout`, for a point that a target follows.
+        between: Word = or(ValueType::Choice(&["hold", "extrapolate"]), "hold");
         /// The largest plausible speed; a larger velocity is shortened to it.
         max_speed: Option<f64> = optional(A_SPEED);
         /// Treatment of a point when its readings stop: it is absent, which is the fault `stale`; or its last

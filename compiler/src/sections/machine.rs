@@ -22,15 +22,20 @@ block! {
         /// Of a wrench: the sensor's reading without contact, in the sensor's axes; it is subtracted first.
         /// `tare(NAME)` replaces it while the machine runs.
         bias: Option<WrenchBlock> = optional(ValueType::Block(&WRENCH));
-        /// Cutoff frequency of a first-order low-pass filter for a number, a vector or a wrench. It is applied last,
-        /// and starts again after the signal was absent.
+        /// Cutoff frequency of a first-order low-pass filter for a number, a vector or a wrench, and for a pose with
+        /// `velocity`. It is applied last, and starts again after the signal was absent. With `velocity`, the filtered
+        /// value goes on with the velocity, so that a steady motion does not lag, and `NAME.velocity` is the derivative
+        /// of the filtered value.
         low_pass: Option<Located<f64>> = optional(ValueType::Number(usual::CUTOFF));
-        /// Of a point or a pose: its velocity between readings, estimated from successive readings, or sent by the host
+        /// Of a point or a pose: its velocity, estimated from successive readings, or sent by the host
         /// after each value. It is `NAME.velocity`, of a pose also `NAME.angular_velocity`, and the time derivative of
         /// the value in expressions. Default: the value counts as at rest between readings.
         velocity: Option<Word> = optional(ValueType::Choice(&["estimated", "measured"]));
         /// With `velocity`: cutoff of the first-order low-pass filter of an estimated velocity. Default: 5 Hz.
         cutoff: Option<f64> = optional(ValueType::Number(usual::CUTOFF));
+        /// With `velocity`: the value between two readings goes on from the last one with the velocity, until the `timeout`;
+        /// or it stays at the last one. Default: `extrapolate`, and `hold` without a `timeout`.
+        between: Option<Word> = optional(ValueType::Choice(&["extrapolate", "hold"]));
         /// With `velocity`: the largest plausible speed; a larger velocity is shortened to it. Default: any.
         max_speed: Option<f64> = optional(ValueType::Number(usual::WALKING_SPEED));
         /// With `velocity`, of a pose: the largest plausible angular speed; a larger one is shortened to it. Default: any.

@@ -33,7 +33,7 @@ impl RestInputs {
     /// and variables have their initial values.
     pub fn present(program: &Program) -> RestInputs {
         let mut rest = RestInputs::new(program);
-        for s in program.interface.signals.iter().filter(|s| s.variable.is_none()) {
+        for s in program.interface.signals.iter().filter(|s| s.variable.is_none() || s.age_of.is_some()) {
             rest.signals[s.at..s.at + s.width()].fill(0.0);
             (rest.signals[s.at], rest.signals[s.known_at()]) = (1.0, 1.0);
             if matches!(s.len, 4 | 7) {

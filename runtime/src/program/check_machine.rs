@@ -14,13 +14,17 @@ impl Program {
         let mut next = 0;
         for (i, s) in self.interface.signals.iter().enumerate() {
             let place = format!("interface.signals[{i}]");
+            let of = s.age_of.map(|of| self.interface.signals.get(of));
+            let fits = of.is_none_or(|of| s.len == 1 && s.is_variable() && of.is_some_and(|of| !of.is_variable()));
+            ensure(fits, &place, "is the age of no signal")?;
             ensure(s.at == next, &place, "its numbers do not follow those of the signal before")?;
             ensure((1..=MAX_SIGNAL).contains(&s.len), &place, "has too many numbers, or none")?;
             ensure(s.timeout.is_none_or(|t| t > 0.0), &place, "its timeout is no positive time")?;
             if let Some(motion) = &s.motion {
                 ensure(s.len == 3 || s.is_pose(), &place, "is neither a point nor a pose, and moves")?;
                 ensure(!motion.person || (s.len == 3 && s.timeout.is_some()), &place, "is no point with a timeout")?;
-                ensure(s.variable.is_none() && s.conditioning.is_none(), &place, "a sensor's settings, and it moves")?;
+                let sensor = s.conditioning.frame.is_some() || s.conditioning.bias.is_some();
+                ensure(s.variable.is_none() && !sensor, &place, "a sensor's settings, and it moves")?;
                 let cutoff = if let Velocity::Estimated(cutoff) = motion.velocity { cutoff } else { 1.0 };
                 let growth = if let Lost::Hold(growth) = motion.lost { growth } else { 0.0 };
                 let positive = |x: f64| x > 0.0 && x.is_finite();

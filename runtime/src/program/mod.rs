@@ -53,7 +53,9 @@ pub use scenario::{
     ExpectationProgram, Force, HumanScript, LostReading, Measure, OutcomeProgram, OutcomeScript, Predicate,
     PredicateTable, PushScript, ScenarioProgram, Sending, SignalScript, Track, TrueObstacle, WorldProgram,
 };
-pub use signal::{Conditioning, HumanProgram, Initial, Interface, Lost, MAX_SIGNAL, SignalProgram, Tracking, Velocity};
+pub use signal::{
+    Between, Conditioning, HumanProgram, Initial, Interface, Lost, MAX_SIGNAL, SignalProgram, Tracking, Velocity,
+};
 pub use tape::{Op, Output, Tape, Times};
 pub(crate) use tape::{TapeReads, TapeWrites};
 pub use trajectory::{MAX_POINTS, Motion, Shape, TrajectoryProgram};

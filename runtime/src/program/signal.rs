@@ -29,6 +29,10 @@ pub struct SignalProgram {
     /// Initial value of a variable, which the machine sets instead of the host.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub variable: Option<Initial>,
+    /// Signal whose age it is: the time in s since the last valid reading of it, infinite before the first. The controller
+    /// sets it; the number before it, which is 1, is also its rate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub age_of: Option<usize>,
 }
 
 /// Motion of a tracked point or pose.
@@ -38,6 +42,9 @@ pub struct Tracking {
     pub person: bool,
     /// Source of its velocity.
     pub velocity: Velocity,
+    /// Its place between two readings.
+    #[serde(default, skip_serializing_if = "Between::is_hold")]
+    pub between: Between,
     /// Largest speed that is plausible, in m/s; `None` for any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_speed: Option<f64>,
@@ -59,6 +66,23 @@ pub enum Velocity {
     Measured,
     /// The point is assumed to be at rest between readings.
     None,
+}
+
+/// Place of a tracked point or pose between two readings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Between {
+    /// That of the last reading.
+    #[default]
+    Hold,
+    /// It goes on from the last reading with its velocity.
+    Extrapolate,
+}
+
+impl Between {
+    fn is_hold(&self) -> bool {
+        *self == Between::Hold
+    }
 }
 
 /// Treatment of a tracked point after its readings stop.
@@ -194,8 +218,17 @@ impl Interface {
             motion: None,
             conditioning: Conditioning::default(),
             variable: Some(Initial { value: None }),
+            age_of: None,
         });
         self.signals.len() - 1
+    }
+
+    /// Declares the age of a signal. Returns its index in `signals`.
+    pub fn declare_age(&mut self, of: usize) -> usize {
+        let name = self.signals.get(of).map_or("", |s| s.name.as_str());
+        let age = self.declare_output(format!("age({name})"), "duration");
+        self.signals[age].age_of = Some(of);
+        age
     }
 
     /// Signal that a number of the table belongs to.
@@ -212,6 +245,9 @@ impl Interface {
             if let Some(value) = s.variable.as_ref().and_then(|v| v.value.as_ref()) {
                 table[s.at] = 1.0;
                 table[s.at + 1..=s.at + s.len].copy_from_slice(value);
+            }
+            if s.age_of.is_some() {
+                (table[s.at], table[s.at + 1]) = (1.0, f64::INFINITY);
             }
         }
         table

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use super::number;
 use crate::program::{
-    ActionProgram, Conditioning, Lost, MachineProgram, Program, SignalProgram, StateProgram, Tracking, Velocity,
+    ActionProgram, Between, Conditioning, Lost, MachineProgram, Program, SignalProgram, StateProgram, Tracking,
+    Velocity,
 };
 
 /// Writes the interface: signals with their types and indices, events with their sources.
@@ -18,6 +19,7 @@ pub(super) fn signals(p: &Program, out: &mut String) -> std::fmt::Result {
         write!(out, "  {} : {}{mark}", s.name, s.kind)?;
         conditioning(p, &s.conditioning, out)?;
         match s.timeout {
+            _ if s.age_of.is_some() => write!(out, "  set by the controller")?,
             _ if is_measured(p, s) => write!(out, "  measured by the controller")?,
             _ if s.is_variable() => initial(s.variable.as_ref().and_then(|v| v.value.as_deref()), out)?,
             Some(timeout) => write!(out, "  timeout {} s", number(timeout))?,
@@ -77,6 +79,9 @@ fn moving(s: &SignalProgram, motion: &Tracking, out: &mut String) -> std::fmt::R
     }
     if let Some(most) = motion.max_angular_speed {
         write!(out, ", at most {} rad/s", number(most))?;
+    }
+    if motion.between == Between::Extrapolate {
+        write!(out, ", goes on between readings")?;
     }
     match motion.lost {
         Lost::Fault => writeln!(out, "; lost: a fault"),

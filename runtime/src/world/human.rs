@@ -106,10 +106,11 @@ mod tests {
 
     use super::super::stream;
     use super::*;
-    use crate::program::{HumanProgram, Lost, Sending, Tracking, Velocity};
+    use crate::program::{Between, HumanProgram, Lost, Sending, Tracking, Velocity};
 
     fn interface(velocity: Velocity, lost: Lost) -> Interface {
-        let motion = Tracking { person: true, velocity, max_speed: None, max_angular_speed: None, lost };
+        let motion =
+            Tracking { person: true, velocity, between: Between::Hold, max_speed: None, max_angular_speed: None, lost };
         let (mut signals, mut at) = (Vec::new(), 0);
         for name in ["walker.chest", "walker.hand"] {
             let (name, kind) = (name.to_string(), "point".to_string());
@@ -124,6 +125,7 @@ mod tests {
                 motion: Some(motion),
                 conditioning: Default::default(),
                 variable: None,
+                age_of: None,
             });
             at += signals[signals.len() - 1].width();
         }

@@ -141,6 +141,7 @@ mod tests {
             motion: None,
             conditioning: Default::default(),
             variable: None,
+            age_of: None,
         };
         Signals::new(&Interface { signals: vec![point], ..Interface::default() })
     }
