@@ -79,7 +79,9 @@ fn a_lost_person_is_a_fault_or_is_held() {
     let held = run(&coming("timeout 52 ms  lost hold  growth 0.5 m/s", "lost { from 1 s  to 2 s }"));
     assert!(held.faults.iter().all(Option::is_none));
     let never = run(&coming("lost hold", "from 1 s"));
-    assert!(matches!(never.faults[0], Some(Fault::Stale { .. })), "who was never seen is nowhere");
+    // The robot stands and waits for them until the timeout of 0.2 s.
+    assert!(never.faults[..41].iter().all(Option::is_none) && never.commands[..41].iter().flatten().all(|v| *v == 0.0));
+    assert!(matches!(never.faults[41], Some(Fault::Stale { .. })), "who was never seen is nowhere");
 }
 
 /// Noise, loss and delay affect the controller's input, but not the truth.
@@ -241,7 +243,11 @@ fn who_asks_whether_a_held_person_is_seen_still_needs_them() {
     let program = common::program_of(&format!("{text}human walker {{ points [hand]  lost hold }}"));
     let mut controller = Controller::new(&program).expect("it can be executed");
     let q = program.robot.home.clone();
-    assert!(matches!(controller.step(&Observation { time: 0.0, q: &q }).fault, Some(Fault::Stale { signal: 0 })));
+    for k in 0..41 {
+        assert_eq!(controller.step(&Observation { time: f64::from(k) * 0.005, q: &q }).fault, None);
+        assert_eq!(controller.awaited(), Some(0));
+    }
+    assert!(matches!(controller.step(&Observation { time: 0.205, q: &q }).fault, Some(Fault::Stale { signal: 0 })));
     let mut controller = Controller::new(&program).expect("it can be executed");
     controller.signals().set(0, &[1.0, 0.0, 0.3], 0.0);
     for k in 0..200 {

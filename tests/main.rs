@@ -51,6 +51,7 @@ mod search_report;
 mod serve;
 mod several_bases;
 mod shared_control;
+mod slow_signals;
 mod smoothness;
 mod solve;
 mod solvers;

@@ -42,6 +42,13 @@ pub struct Tick<'a> {
     pub elapsed: f64,
 }
 
+impl Tick<'_> {
+    /// Returns true if the robot was kept still at this tick, by a fault or because a signal is awaited: nothing was solved.
+    pub fn is_still(&self) -> bool {
+        self.fault.is_some() || self.controller.awaited().is_some()
+    }
+}
+
 /// Receiver of every tick. An error stops the run.
 pub trait Recorder {
     /// Called once per tick.

@@ -251,6 +251,11 @@ impl Machine {
         self.enter(0, time);
     }
 
+    /// Lets the running stack begin at a time (s), after it was waited for.
+    pub fn begin_stack(&mut self, time: f64) {
+        (self.stack_since, self.resumed) = (time, time);
+    }
+
     /// Begins a tick: clears the requests of the previous tick and makes the events raised then visible.
     pub fn begin(&mut self) {
         self.requests.clear();

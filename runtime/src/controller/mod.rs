@@ -8,6 +8,8 @@
 //! A fault is never ignored: the robot is commanded to stand still at the tick at which it is found. A machine that has
 //! a transition for the fault continues in another state. If that transition leads to a state that is active already, the
 //! robot stands still until the machine leaves that state, and without a transition until [`Controller::restart`].
+//!
+//! A stack whose signals are late at the start is entered when all of them are there; see [`Controller::awaited`].
 
 mod blend;
 mod describe;
@@ -113,6 +115,8 @@ pub struct Controller {
     outputs_written: bool,
     /// True if the reference has been set to the robot's configuration.
     anchored: bool,
+    /// Signal that the stack that is to be entered waits for.
+    awaited: Option<usize>,
     /// Fault of the last tick that the machine has not handled yet.
     raised: Option<Fault>,
     /// Fault that occurred in the target of its transition; it applies while [`Machine::stands`].
@@ -207,6 +211,7 @@ impl Controller {
             last: 0.0,
             outputs_written: false,
             anchored: false,
+            awaited: None,
             raised: None,
             stopped_by: None,
             halted: None,
@@ -215,7 +220,7 @@ impl Controller {
 
     /// Resets the controller: the next step starts at the configuration that it observes.
     pub fn restart(&mut self) {
-        (self.started, self.anchored) = (None, false);
+        (self.started, self.anchored, self.awaited) = (None, false, None);
         (self.raised, self.stopped_by, self.halted) = (None, None, None);
         self.signals.restart();
         if let Some(measured) = &mut self.measured {
@@ -353,6 +358,17 @@ impl Controller {
     /// moves again once another transition leaves that state.
     pub fn stands(&self) -> bool {
         self.machine.stands()
+    }
+
+    /// Name of a signal; empty if there is none.
+    pub fn signal_name(&self, signal: usize) -> &str {
+        self.signals.interface().signals.get(signal).map_or("", |s| s.name.as_str())
+    }
+
+    /// Signal, by its index, that the stack waits for while the robot stands still: its first value may be late until the
+    /// timeout of the signal has passed since the first tick.
+    pub fn awaited(&self) -> Option<usize> {
+        self.awaited
     }
 
     /// Evaluator of the active stack, as of the last tick.

@@ -87,8 +87,33 @@ impl Controller {
             self.keep_standing(o.q, time);
             return self.raised.or(seen).or(self.stopped_by);
         }
+        if self.wait(o.q, time) {
+            self.raised = done.err();
+            return self.raised.or(seen);
+        }
         self.raised = done.and_then(|()| self.run(o.q, time, until)).err();
         self.raised.or(seen)
+    }
+
+    /// Stands still instead of entering a stack that lacks a signal that may still be late. Returns false if there is
+    /// nothing to wait for; the stack then begins anew, if it was waited for.
+    fn wait(&mut self, q: &[f64], time: f64) -> bool {
+        let since = time - self.started.unwrap_or(time);
+        let needs = self.stacks[self.active].evaluator.needs();
+        let awaited = self.entering.and_then(|_| self.signals.awaited(needs, since));
+        let waited = std::mem::replace(&mut self.awaited, awaited).is_some();
+        if awaited.is_some() {
+            if !self.anchored {
+                self.reference.copy_from_slice(q);
+            }
+            self.stand();
+        } else if waited && self.entering.is_some() {
+            // Its time begins when it is entered, and monitors enter it then.
+            self.machine.begin_stack(time);
+            self.anew = true;
+            self.visits += 1;
+        }
+        awaited.is_some()
     }
 
     /// Updates the signals for a tick. A sensor whose axes are not known has no value.

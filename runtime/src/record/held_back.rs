@@ -74,7 +74,7 @@ impl HeldBackRecorder {
 impl Recorder for HeldBackRecorder {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
         self.ticks += 1;
-        if tick.fault.is_some() {
+        if tick.is_still() {
             return Ok(());
         }
         for b in &tick.solution.blocking {

@@ -131,7 +131,7 @@ impl RemarksRecorder {
 impl Recorder for RemarksRecorder {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
         self.note_changes(tick);
-        if tick.fault.is_some() {
+        if tick.is_still() {
             return Ok(());
         }
         for (member, m) in self.roster.running(tick) {

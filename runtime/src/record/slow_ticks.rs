@@ -75,7 +75,7 @@ impl SlowTicksRecorder {
 
 impl Recorder for SlowTicksRecorder {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
-        if tick.fault.is_some() {
+        if tick.is_still() {
             // Nothing was solved, so the next tick has nothing to compare with.
             self.stack = None;
             return Ok(());

@@ -7,7 +7,7 @@ use stdlib_tasks::task::RowKind;
 
 use super::summary::{
     FaultRecord, LateTicks, LevelSummary, MARGIN_TOLERANCE, PartError, Percentiles, StateRecord, Summary, TaskSummary,
-    TickTimes,
+    TickTimes, Waited,
 };
 use crate::controller::{Controller, StackController};
 use crate::evaluator::Member;
@@ -120,6 +120,7 @@ pub struct SummaryRecorder {
     slow: SlowTicksRecorder,
     remarks: RemarksRecorder,
     late: LateTicks,
+    waited: Option<Waited>,
     /// Number of consecutive late ticks up to the last one.
     late_now: usize,
     plant: Option<PlantRecord>,
@@ -162,6 +163,7 @@ impl SummaryRecorder {
             slow: SlowTicksRecorder::new(controller),
             remarks: RemarksRecorder::new(controller),
             late: LateTicks::default(),
+            waited: None,
             late_now: 0,
             plant: None,
             diverged: None,
@@ -252,6 +254,7 @@ impl SummaryRecorder {
                 .run
                 .tick_budget
                 .map(|budget| LateTicks { budget_us: (1e9 * budget).round() * 1e-3, ..self.late }),
+            waited: self.waited.clone(),
             tick_us: TickTimes { all: Percentiles::of(&mut self.elapsed_us), slowest: self.slow.result() },
             remarks: self.remarks.result(&self.faults, program.robot.period),
             hints,
@@ -274,7 +277,8 @@ impl Recorder for SummaryRecorder {
         self.note_fault(tick);
         self.note_state(tick);
         self.note_late(tick);
-        let frozen = tick.fault.is_some();
+        self.note_wait(tick);
+        let frozen = tick.is_still();
         let running: Vec<(usize, &Member)> = self.roster.running(tick).collect();
         for (place, (i, m)) in running.into_iter().enumerate() {
             task(&mut self.tasks[i], place, m, tick, frozen);
@@ -330,6 +334,21 @@ impl SummaryRecorder {
         self.late.ticks += 1;
         self.late_now += 1;
         self.late.in_a_row = self.late.in_a_row.max(self.late_now);
+    }
+
+    fn note_wait(&mut self, tick: &Tick) {
+        let Some(signal) = tick.controller.awaited() else { return };
+        let signal = tick.controller.signal_name(signal);
+        match &mut self.waited {
+            // The last one that was missing is the one to be told.
+            Some(waited) => {
+                waited.ticks += 1;
+                if waited.signal != signal {
+                    waited.signal = signal.to_string();
+                }
+            }
+            None => self.waited = Some(Waited { signal: signal.to_string(), from_s: tick.time, ticks: 1 }),
+        }
     }
 
     fn note_state(&mut self, tick: &Tick) {

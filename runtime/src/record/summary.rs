@@ -67,6 +67,9 @@ pub struct Summary {
     /// Ticks whose budget was spent; `None` if there is no budget.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub late: Option<LateTicks>,
+    /// Wait for the first value of a signal, during which the robot stood still; `None` if there was none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub waited: Option<Waited>,
     /// Computing time of the controller per tick, without the ticks after a fault, which compute nothing.
     pub tick_us: TickTimes,
     /// Remarks of the verdict, although no limit was passed: targets that were never reached, a machine that changes its state
@@ -95,6 +98,17 @@ pub struct LateTicks {
     pub in_a_row: usize,
     /// Time of the first late tick, in s; 0 if there was none.
     pub first_s: f64,
+}
+
+/// Wait for the first value of a signal that a stack needs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Waited {
+    /// The signal; of several, the last one that was missing.
+    pub signal: String,
+    /// Time of the first tick at which the robot waited, in s.
+    pub from_s: f64,
+    /// Number of ticks.
+    pub ticks: usize,
 }
 
 /// A fault and its time.

@@ -112,7 +112,7 @@ impl Verifier {
 
 impl Recorder for Verifier {
     fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
-        if tick.fault.is_some() || tick.solution.status != Status::Optimal {
+        if tick.is_still() || tick.solution.status != Status::Optimal {
             return Ok(());
         }
         let (second, levels) = &mut self.stacks[tick.stack];

@@ -106,7 +106,8 @@ fn proof(p: &Program, found: &[Obstacle], out: &mut String) -> std::fmt::Result 
 /// Degrees of freedom left after each level at the home configuration.
 fn freedom(p: &Program, stack: usize) -> Vec<usize> {
     let Ok(mut controller) = Controller::for_stack(p, stack) else { return Vec::new() };
-    if controller.step(&Observation { time: 0.0, q: &p.robot.home }).fault.is_some() {
+    let fault = controller.step(&Observation { time: 0.0, q: &p.robot.home }).fault;
+    if fault.is_some() || controller.awaited().is_some() {
         return Vec::new();
     }
     (0..controller.solution().levels.len()).map(|level| controller.freedom(level)).collect()

@@ -15,7 +15,7 @@ use runtime::program::{AllowedWarning, ScenarioProgram};
 use runtime::quantity::quantity;
 use runtime::record::expectations::ExpectationRecord;
 use runtime::record::series::SeriesRecorder;
-use runtime::record::summary::{MANY_FAULTS, MARGIN_TOLERANCE, Summary, TaskSummary};
+use runtime::record::summary::{MANY_FAULTS, MARGIN_TOLERANCE, Summary, TaskSummary, Waited};
 use serde_json::{Value as Json, json};
 
 static TEMPLATE: &str = include_str!("assets/report.html");
@@ -133,7 +133,7 @@ pub fn verdict(summary: &Summary) -> String {
     let remarks: String = summary.remarks.iter().map(|r| format!("{r}. ")).collect();
     let ended = summary.diverged.iter().map(|why| format!("The run ended early: {why}. ")).collect::<String>();
     let plant = summary.plant.iter().map(|plant| format!(" {}.", plant.describe())).collect::<String>();
-    ended + &remarks + &answered + &limits(summary) + &rough + &late(summary) + &plant
+    ended + &waited(summary) + &remarks + &answered + &limits(summary) + &rough + &late(summary) + &plant
 }
 
 /// Sentence about the warnings that the spec allows; empty if there are none.
@@ -144,6 +144,17 @@ pub fn allowed(all: &[AllowedWarning]) -> String {
         [one] => format!(" The spec allows a warning: {one}."),
         _ => format!(" The spec allows {} warnings: {}.", each.len(), each.join(", ")),
     }
+}
+
+/// Sentence about the wait for a signal.
+fn waited(summary: &Summary) -> String {
+    let Some(Waited { signal, from_s, ticks }) = &summary.waited else { return String::new() };
+    let period = summary.duration_s / summary.ticks.max(1) as f64;
+    let time = quantity(*ticks as f64 * period, "s");
+    if from_s + (*ticks as f64 + 0.5) * period >= summary.duration_s {
+        return format!("The robot stood still for {time}, to the end of the run: `{signal}` was awaited. ");
+    }
+    format!("The robot stood still for {time} until the first value of `{signal}` arrived. ")
 }
 
 /// Sentence about ticks that exceeded their budget.

@@ -2,6 +2,7 @@
 
 mod at_start;
 mod exclusive;
+mod late_readings;
 mod lost_readings;
 mod never_true;
 mod people;
@@ -50,6 +51,7 @@ pub(super) fn check(c: &Checked, out: &mut Vec<Diagnostic>) {
             graph: c.context.graph,
         };
         scene.lost_readings(out);
+        scene.late_readings(out);
         scene.unknown_people(out);
         scene.people_out_of_reach(out);
         scene.never_true(out);
