@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 
 use crate::common::sources;
 
-/// Task type, and the file that contains its name in quotes. `hold` is also an option of a trajectory and of humans.
-const NAMED: [(&str, &str); 30] = [
+/// Task type, and the file that contains its name in quotes. `hold` is also an option of a trajectory, of humans and of signals.
+const NAMED: [(&str, &str); 31] = [
     ("frame_pose", "compiler/src/checks/conflicting_targets.rs"),
     ("frame_position", "compiler/src/checks/conflicting_targets.rs"),
     ("hold", "compiler/src/expr/trajectories.rs"),
     ("hold", "compiler/src/lowering/humans.rs"),
     ("hold", "compiler/src/sections/human.rs"),
+    ("hold", "compiler/src/sections/machine.rs"),
     ("hold", "runs/src/sweep/digest.rs"),
     ("joint_acceleration_limits", "compiler/src/checks/braking.rs"),
     ("joint_acceleration_limits", "src/init/spec.rs"),

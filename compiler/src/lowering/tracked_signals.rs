@@ -51,8 +51,8 @@ impl Lowerer<'_> {
                 let d = Diagnostic::missing_keys(["timeout"], between.value.span, text);
                 self.push(d.note("a value goes on with its velocity until it is stale, and this one never is").help(
                     Help::with(
-                        "write for instance {}, or {}",
-                        [Snippet::entry("timeout", "0.5 s"), Snippet::entry("between", "hold")],
+                        "write for instance {}, or leave `between` out: the value then stays at the last reading",
+                        [Snippet::entry("timeout", "0.5 s")],
                     ),
                 ));
                 return None;
@@ -64,11 +64,10 @@ impl Lowerer<'_> {
                 true => Velocity::Measured,
                 false => Velocity::Estimated(block.cutoff.unwrap_or(CUTOFF)),
             },
-            between: match block.between {
-                Some(between) if between == "hold" => Between::Hold,
-                // A value that is never stale would run away when the readings stop.
-                _ if block.timeout.is_none() => Between::Hold,
-                _ => Between::Extrapolate,
+            // A value that is never stale would run away when the readings stop.
+            between: match block.between.is_none_or(|between| between == "extrapolate") && block.timeout.is_some() {
+                true => Between::Extrapolate,
+                false => Between::Hold,
             },
             max_speed: block.max_speed,
             max_angular_speed: block.max_angular_speed,
