@@ -10,6 +10,7 @@
 #![allow(non_snake_case, reason = "frames stand in the names: X_WL, p_W")]
 
 mod base;
+mod circle;
 pub mod contacts;
 mod data;
 mod excess;
@@ -35,6 +36,7 @@ mod unlimited;
 pub mod urdf;
 
 pub use base::Base;
+pub use circle::nearest_turn;
 pub use data::{Data, Motion};
 pub use excess::Excess;
 pub use followers::Limits;

@@ -3,11 +3,13 @@
 //! A base moves by the exponential of its body velocity, so that a step at constant velocity is exact:
 //! SE(2): Δp = sinc(θ/2) R(θ/2) u,  θ = ω dt, u = v dt
 //! SE(3): Δp = (I + b [θ]× + c [θ]×²) u,  b = (1 - cos θ)/θ²,  c = (θ - sin θ)/θ³
-//! Joints step linearly, continuous ones too: their angle counts turns.
+//! Joints step linearly, continuous ones too: their angle counts turns. The difference of joints on the circle is that to the
+//! nearest turn.
 //! Source: Solà, Deray, Atchuthan, A micro Lie theory (2018), eqs. (132), (145)-(146), (174).
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
 
+use crate::circle::nearest_turn;
 use crate::kinematics::base_pose;
 use crate::{Base, Model};
 
@@ -33,7 +35,8 @@ impl Model {
 
     /// Computes the velocity that leads from `q0` to `q1` in one second: `integrate(q0, v, 1)` returns the pose `q1`,
     /// with the base turning by at most half a turn. A unicycle cannot slip sideways: its velocity is the planar one
-    /// without the lateral component, which is the nearest feasible one.
+    /// without the lateral component, which is the nearest feasible one. A joint on the circle, see
+    /// [`Model::is_on_circle`], turns by at most half a turn too.
     pub fn difference(&self, q0: &[f64], q1: &[f64], v: &mut [f64]) {
         for base in &self.bases {
             let (q0, q1) = (&q0[base.coordinates()], &q1[base.coordinates()]);
@@ -51,9 +54,10 @@ impl Model {
                 Base::Floating => between_space(q0, q1, v),
             }
         }
-        for (dof, v) in self.dofs.iter().zip(v) {
+        for ((k, dof), v) in self.dofs.iter().enumerate().zip(v) {
             if let Some(i) = dof.q_index {
-                *v = q1[i] - q0[i];
+                let way = q1[i] - q0[i];
+                *v = if self.is_on_circle(k) { nearest_turn(way) } else { way };
             }
         }
     }

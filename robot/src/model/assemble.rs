@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{Drive, JointKind, Support};
+use crate::circle::circular;
 use crate::{Base, Dof, Joint, Link, LinkId, MobileBase, Model};
 
 /// Maximum number of moving joints: in a chain, the size of `supports` grows with their square.
@@ -61,6 +62,8 @@ pub(crate) struct Tape {
     /// Step `k` poses link `k + 1`.
     pub steps: Vec<Step>,
     pub columns: usize,
+    /// For each joint, true if it and its followers are at the same place after a whole turn of it, whatever its limits.
+    pub circular: Vec<bool>,
     pub supports: Vec<Support>,
     /// Range in `supports` for each link; links without motion between them share one range.
     pub ranges: Vec<(u32, u32)>,
@@ -225,7 +228,8 @@ pub(crate) fn joint_pose(joint: &Joint, position: f64) -> Isometry3<f64> {
 
 fn lay_out(parts: &Parts) -> Tape {
     let surplus: usize = parts.bases.iter().map(|base| base.kind.nq() - base.kind.nv()).sum();
-    let mut tape = Tape { nq: parts.dofs.len() + surplus, ..Tape::default() };
+    let circular = circular(&parts.joints);
+    let mut tape = Tape { nq: parts.dofs.len() + surplus, circular, ..Tape::default() };
     let base_at = |link: u32| parts.bases.iter().find(|base| base.link == LinkId(link));
     match base_at(0) {
         Some(base) => {

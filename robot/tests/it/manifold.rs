@@ -1,6 +1,8 @@
 //! Steps on the manifold: against many small steps, and there and back.
 
-use hierarq_robot::{Base, Data, Model};
+use std::f64::consts::{PI, TAU};
+
+use hierarq_robot::{Base, Data, Limits, LinkId, Model, nearest_turn};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
@@ -88,8 +90,10 @@ proptest! {
         let mut reached = q0.clone();
         model.integrate(&mut reached, &v, 1.0);
         prop_assert!(apart(&root(&model, &reached), &root(&model, &q1)) < 1e-9);
-        for (a, b) in reached[base.nq()..].iter().zip(&q1[base.nq()..]) {
-            prop_assert!((a - b).abs() < 1e-12);
+        for (dof, i) in model.dofs.iter().enumerate().filter_map(|(dof, d)| Some((dof, d.q_index?))) {
+            let (a, b) = (reached[i], q1[i]);
+            let turns = if model.is_on_circle(dof) { ((a - b) / TAU).round() } else { 0.0 };
+            prop_assert!((a - b - turns * TAU).abs() < 1e-12);
         }
         // And from a velocity: under half a turn it is found again.
         let v: Vec<f64> = (0..nv).map(|_| 2.0 * (rng() - 0.5)).collect();
@@ -146,4 +150,64 @@ fn the_quaternion_stays_of_unit_length() {
     }
     let norm = q[3..].iter().map(|x| x * x).sum::<f64>().sqrt();
     assert!((norm - 1.0).abs() < 1e-14, "{norm}");
+}
+
+/// A wheel without limits, a joint with limits of two turns, and a wheel whose follower turns `ratio` times as far.
+fn wheels(ratio: f64) -> Model {
+    let joint = |name: &str, kind: &str, more: &str| {
+        format!(
+            "<link name='l_{name}'/><joint name='{name}' type='{kind}'><parent link='base'/><child link='l_{name}'/>\
+             <origin xyz='0.1 0 0'/><axis xyz='0 0 1'/>{more}</joint>"
+        )
+    };
+    let text = format!(
+        "<robot name='r'><link name='base'/>{}{}{}{}</robot>",
+        joint("free", "continuous", ""),
+        joint("bounded", "revolute", "<limit lower='-12' upper='12' velocity='1' effort='1'/>"),
+        joint("geared", "continuous", ""),
+        joint("gear", "continuous", &format!("<mimic joint='geared' multiplier='{ratio}'/>"))
+    );
+    load(&text, Base::Fixed)
+}
+
+#[test]
+fn joints_on_the_circle_are_compared_modulo_a_turn() {
+    let model = wheels(-2.0);
+    let on_circle = |model: &Model| (0..model.nv()).map(|dof| model.is_on_circle(dof)).collect::<Vec<_>>();
+    assert_eq!(on_circle(&model), [true, false, true]);
+    assert_eq!(on_circle(&wheels(0.5)), [true, false, false], "half a turn of the follower is another place");
+    let mut v = [0.0; 3];
+    model.difference(&[3.0, 3.0, -3.0], &[-3.0, -3.0, 3.0], &mut v);
+    for (found, expected) in v.iter().zip([TAU - 6.0, -6.0, 6.0 - TAU]) {
+        assert!((found - expected).abs() < 1e-15, "{v:?}");
+    }
+    // Limits of the spec make the joint one of so many turns.
+    let mut bounded = model.clone();
+    let free = bounded.joint("free").unwrap();
+    bounded.set_limits(free, Limits { lower: -20.0, upper: 20.0, ..Limits::NONE });
+    assert_eq!(on_circle(&bounded), [false, false, true]);
+    // Half a turn keeps its sign, and what is nearer keeps every bit.
+    assert_eq!([PI, -PI, 0.1, -0.3].map(nearest_turn), [PI, -PI, 0.1, -0.3]);
+}
+
+proptest! {
+    #[test]
+    fn unwound_positions_are_the_same_places_near_the_reference(
+        q in prop::array::uniform3(-40.0..40.0_f64),
+        reference in prop::array::uniform3(-40.0..40.0_f64),
+    ) {
+        let model = wheels(3.0);
+        let mut unwound = q;
+        model.unwind(&mut unwound, &reference);
+        let poses = |q: &[f64]| {
+            let mut data = Data::new(&model);
+            model.forward(q, &mut data);
+            (0..model.links.len()).map(|l| *data.pose(LinkId(l as u32))).collect::<Vec<_>>()
+        };
+        for (a, b) in poses(&q).iter().zip(&poses(&unwound)) {
+            prop_assert!(apart(a, b) < 1e-12);
+        }
+        prop_assert_eq!(unwound[1], q[1]);
+        prop_assert!((unwound[0] - reference[0]).abs() <= PI + 1e-12 && (unwound[2] - reference[2]).abs() <= PI + 1e-12);
+    }
 }

@@ -101,6 +101,8 @@ pub struct Controller {
     budget: Option<Duration>,
     tracking_gain: f64,
     reference: Vec<f64>,
+    /// Observed configuration, joints on the circle at the turn nearest to the reference.
+    unwound: Vec<f64>,
     tracking: Vec<f64>,
     /// Velocity of the reference at the last tick.
     velocity: Vec<f64>,
@@ -203,6 +205,7 @@ impl Controller {
             budget: program.run.tick_budget.map(Duration::from_secs_f64),
             tracking_gain: program.robot.tracking_gain,
             reference: vec![0.0; nq],
+            unwound: vec![0.0; nq],
             tracking: vec![0.0; nv],
             velocity: vec![0.0; nv],
             stack_velocity: vec![0.0; nv],
@@ -231,6 +234,9 @@ impl Controller {
     /// Executes one tick. Never panics, never allocates.
     pub fn step(&mut self, observation: &Observation) -> Command<'_> {
         let until = self.budget.map(|budget| Instant::now() + budget);
+        // Encoders may wrap where the reference counts turns; everything below reads the turn that the reference is in.
+        let mut unwound = std::mem::take(&mut self.unwound);
+        let observation = &self.unwind(observation, &mut unwound);
         let fault = if self.halted.is_some() {
             self.machine.requests.clear();
             self.halted
@@ -244,8 +250,20 @@ impl Controller {
         if let Some(measured) = &mut self.measured {
             measured.tick(&mut self.signals, self.machine.entries(), observation.q, &self.velocity, self.last);
         }
+        self.unwound = unwound;
         let late = self.is_late();
         Command { velocity: &self.command, fault, requests: &self.machine.requests, late }
+    }
+
+    /// Observation with each joint on the circle at the turn nearest to the reference. The first one, and one that has not
+    /// the robot's numbers, is returned as it is.
+    fn unwind<'a>(&self, observation: &Observation<'a>, unwound: &'a mut [f64]) -> Observation<'a> {
+        if self.started.is_none() || observation.q.len() != unwound.len() {
+            return *observation;
+        }
+        unwound.copy_from_slice(observation.q);
+        self.stacks[self.active].evaluator.model().unwind(unwound, &self.reference);
+        Observation { q: unwound, ..*observation }
     }
 
     /// Signals and events that the host sends.
