@@ -30,6 +30,7 @@ pub mod so3;
 pub mod state;
 mod support_polygon;
 pub mod task;
+pub mod turns;
 
 pub use quantities::dimension;
 

@@ -46,6 +46,9 @@ impl Binder<'_> {
             _ => None,
         };
         let mut typed = self.typed(owner, open.as_ref().map_or(value, |open| &open.closed), true, true)?;
+        if let Form::Like(_) = form {
+            self.turn_near(owner, &mut typed);
+        }
         for &i in open.iter().flat_map(|open| &open.numbers) {
             if let Some(node) = typed.nodes.get_mut(i) {
                 *node = self.graph.number(if info.name == "min" { -keep::OPEN } else { keep::OPEN });

@@ -32,6 +32,7 @@ use stdlib_tasks::bound::{Bound, BoundParams, Obstacle, Slot};
 use stdlib_tasks::dimension::{Dimension, NONE, RATE};
 use stdlib_tasks::params::{ParamInfo, ParamType, Presence};
 use stdlib_tasks::task::TaskKind;
+use stdlib_tasks::turns;
 
 use crate::expr::constants::Params;
 use crate::expr::{Axes, Frame, Graph, Kind, Lowering, Typed};
@@ -132,6 +133,21 @@ struct Owner<'p> {
     joints: Option<&'p [usize]>,
     /// Index of the other task that the parameter `task` names.
     other: Option<usize>,
+    /// True if errors of angles on the circle are taken to the nearest turn.
+    nearest: bool,
+    /// True if the value is an angle on the circle, whose error is taken so.
+    turns: bool,
+}
+
+impl<'p> Owner<'p> {
+    fn new(kind: &'static TaskKind, task: usize) -> Owner<'p> {
+        Owner { kind, task, prefix: "", param: "", joints: None, other: None, nearest: true, turns: false }
+    }
+
+    /// Returns true if the task takes errors of angles on the circle to the nearest turn.
+    fn takes_turns(&self) -> bool {
+        self.nearest && self.kind.params.iter().any(|p| p.name == "turns")
+    }
 }
 
 impl Binder<'_> {
@@ -162,8 +178,9 @@ impl Binder<'_> {
         let mut spans = BTreeMap::new();
         note_spans(&body, "", &mut spans);
         let what = format!("task type `{}`", kind.name);
+        let word = body.get("turns").and_then(|e| text_of(&e.value)).map(str::to_string);
         let params = self.group(
-            Owner { kind, task: index, prefix: "", param: "", joints: None, other: None },
+            Owner { nearest: word.as_deref() != Some(turns::EXACT), ..Owner::new(kind, index) },
             kind.params,
             &body,
             &what,
@@ -282,7 +299,11 @@ impl Binder<'_> {
             if owner.prefix.is_empty() {
                 self.own_axes(owner.kind, &bound);
             }
-            match self.one(Owner { param: info.name, joints: joints.as_deref(), other, ..owner }, info, value) {
+            let turns = match bound.get("value") {
+                Some(Bound::Expression(e)) => owner.takes_turns() && e.turning(&self.robot.model).is_angle_on_circle(),
+                _ => owner.turns,
+            };
+            match self.one(Owner { param: info.name, joints: joints.as_deref(), other, turns, ..owner }, info, value) {
                 Some(b) => {
                     bound.insert(info.name.to_string(), b);
                 }

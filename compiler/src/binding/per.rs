@@ -146,6 +146,7 @@ impl Binder<'_> {
             return None;
         }
         let what = format!("`{}`", info.name);
+        let owner = self.turning(owner, &meant);
         let slot = self.value(owner, value, (Kind::Scalar, wanted), owner.range(wanted), &what)?;
         out.extend(meant.into_iter().map(|d| (d, slot)));
         Some(Bound::PerJoint(out))
@@ -194,6 +195,7 @@ impl Binder<'_> {
                 [_] => self.joint(owner, value, first, dimension(first))?,
                 _ => {
                     let (wanted, what) = (dimension(first), "the value of these joints");
+                    let owner = self.turning(owner, dofs);
                     self.value(owner, value, (Kind::Scalar, wanted), owner.range(wanted), what)?
                 }
             };
@@ -205,8 +207,14 @@ impl Binder<'_> {
         slots.into_iter().collect()
     }
 
+    /// The owner of a value of some joints, which turns if all of them are on the circle and the task takes the nearest turn.
+    fn turning<'o>(&self, owner: Owner<'o>, dofs: &[usize]) -> Owner<'o> {
+        Owner { turns: owner.takes_turns() && dofs.iter().all(|&dof| self.robot.model.is_on_circle(dof)), ..owner }
+    }
+
     fn joint(&mut self, owner: Owner, value: &Value, dof: usize, dimension: Dimension) -> Option<Slot> {
         let what = format!("the value of `{}`", self.robot.model.dofs[dof].name);
+        let owner = self.turning(owner, &[dof]);
         self.value(owner, value, (Kind::Scalar, dimension), owner.range(dimension), &what)
     }
 
@@ -267,7 +275,9 @@ impl Binder<'_> {
         for e in &block.entries {
             let name = Value { kind: ValueKind::Name(e.key.value.clone()), span: e.key.span };
             let arm = self.arm(&name, info);
-            let slot = self.value(owner, &e.value, (Kind::Scalar, d), Some(of_joint(d)), &format!("`{}`", e.key.value));
+            let turning = Owner { turns: d == ANGLE, ..owner };
+            let slot =
+                self.value(turning, &e.value, (Kind::Scalar, d), Some(of_joint(d)), &format!("`{}`", e.key.value));
             match (arm, slot) {
                 (Some(arm), Some(slot)) => out.push((arm, slot)),
                 _ => good = false,

@@ -61,6 +61,13 @@ impl Binder<'_> {
         self.value_in(owner, value, (wanted, quantity), &axes, what)
     }
 
+    /// Lets trajectories of an angle on the circle move to their goals by the nearest turn.
+    pub(super) fn turn_near(&mut self, owner: Owner, typed: &mut Typed) {
+        if let (true, Kind::Scalar, [node]) = (owner.turns, typed.kind, typed.nodes.as_mut_slice()) {
+            *node = self.graph.by_nearest_turn(*node);
+        }
+    }
+
     /// As [`Self::value`], with the axes that the value must have.
     fn value_in(
         &mut self,
@@ -71,7 +78,8 @@ impl Binder<'_> {
         what: &str,
     ) -> Option<Slot> {
         let constant = quantity.is_some_and(|q| q.constant);
-        let typed = self.typed(owner, value, !constant, false)?;
+        let mut typed = self.typed(owner, value, !constant, false)?;
+        self.turn_near(owner, &mut typed);
         let before = self.diagnostics.len();
         if self.expressed(&typed, axes, false, what).is_none() {
             let refused: Vec<Diagnostic> = self.diagnostics.drain(before..).collect();

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use runtime::program::{Op, TrajectoryProgram};
+use runtime::program::{Op, Shape, TrajectoryProgram};
 
 use super::vector_bounds::{Known, VectorBound};
 
@@ -311,6 +311,34 @@ impl Graph {
         // Pushed now, so that these nodes come after all inputs of the trajectory.
         let nodes: Vec<usize> = numbers.map(|k| self.push(Op::Trajectory(k))).collect();
         nodes.into_iter().take(width).collect()
+    }
+
+    /// The same angle on the circle: trajectories among its summands move to their goals by the nearest turn.
+    pub fn by_nearest_turn(&mut self, node: usize) -> usize {
+        let (mut summands, mut open) = (BTreeSet::new(), vec![node]);
+        while let Some(node) = open.pop() {
+            let sum = matches!(self.ops[node], Op::Neg(_) | Op::Add(..) | Op::Sub(..));
+            if summands.insert(node) && sum {
+                open.extend(self.ops[node].operands().into_iter().flatten());
+            }
+        }
+        // Operands come first in ascending order.
+        let mut near: BTreeMap<usize, usize> = BTreeMap::new();
+        for node in summands {
+            let found = match self.ops[node] {
+                Op::Trajectory(k) => {
+                    let own = self.trajectory_of(k).filter(|t| t.at == k && t.shape == Shape::Number).cloned();
+                    let turned = own.map(|t| self.trajectory(TrajectoryProgram { turn: true, ..t }));
+                    turned.and_then(|nodes| nodes.first().copied()).unwrap_or(node)
+                }
+                op @ (Op::Neg(_) | Op::Add(..) | Op::Sub(..)) => {
+                    self.push(op.renumber(|o| near.get(&o).copied().unwrap_or(o)))
+                }
+                _ => node,
+            };
+            near.insert(node, found);
+        }
+        near.get(&node).copied().unwrap_or(node)
     }
 
     /// Trajectories; their inputs are nodes.

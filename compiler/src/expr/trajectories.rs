@@ -240,7 +240,8 @@ impl Lowering<'_> {
         let Begun { value: start, velocity, to } = self.start(&call, &Typed { dimension, ..last.clone() }, span)?;
         all?;
         let goals = goals.into_iter().flat_map(|g| g.nodes).collect();
-        let program = TrajectoryProgram { motion: call.of.motion, shape, at: 0, goals, limits, start, velocity };
+        let program =
+            TrajectoryProgram { motion: call.of.motion, shape, at: 0, goals, limits, start, velocity, turn: false };
         let nodes = self.graph.trajectory(program);
         let dimension = if matches!(last.kind, Kind::Rotation | Kind::Pose) { NONE } else { dimension };
         let axes = Axes { to, ..last.axes };

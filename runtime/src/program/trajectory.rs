@@ -77,6 +77,9 @@ pub struct TrajectoryProgram {
     pub start: Vec<usize>,
     /// Operations that compute the velocity at the start, the angular one of orientations; empty for rest.
     pub velocity: Vec<usize>,
+    /// True for an angle on the circle: it moves to its goal by the nearest turn.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub turn: bool,
 }
 
 impl TrajectoryProgram {
@@ -138,6 +141,7 @@ impl Tape {
             let over = t.motion == Motion::Waypoints;
             ensure(over || points == 1, &place, "more than one goal")?;
             ensure(!over || t.shape == Shape::Vector, &place, "waypoints are points")?;
+            ensure(!t.turn || t.shape == Shape::Number, &place, "only a number is an angle on the circle")?;
             ensure(t.limits.len() == t.limit_count(), &place, "more or fewer limits than it has")?;
             ensure(t.start.len() == width, &place, "a start has another number of numbers")?;
             let velocity = t.velocity.is_empty() || t.velocity.len() == t.shape.velocity_width();

@@ -49,8 +49,9 @@ pub(super) fn trajectory(t: &TrajectoryProgram) -> String {
     };
     let numbers = t.numbers();
     let velocity = if t.velocity.is_empty() { String::new() } else { format!(" moving [{}]", all(&t.velocity)) };
+    let turn = if t.turn { " by the nearest turn" } else { "" };
     format!(
-        "trajectory {}..{}: {name} to [{}] within [{}] from [{}]{velocity}",
+        "trajectory {}..{}: {name} to [{}] within [{}] from [{}]{velocity}{turn}",
         numbers.start,
         numbers.end,
         all(&t.goals),

@@ -9,6 +9,7 @@
 //! speed is positive. A pose does so while one of its two speeds is zero.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use robot::nearest_turn;
 
 use super::limits::Limits;
 use super::path::{Path, State};
@@ -30,6 +31,8 @@ enum Plan {
 pub struct Follower {
     motion: Motion,
     shape: Shape,
+    /// True for an angle that moves to its goal by the nearest turn.
+    turn: bool,
     /// Number of numbers of the goal, or of all points one after the other.
     goals: usize,
     /// Present goal and limits, and those at the time of planning.
@@ -85,6 +88,7 @@ impl Follower {
         Follower {
             motion: program.motion,
             shape: program.shape,
+            turn: program.turn,
             goals: program.goals.len(),
             now: vec![0.0; width],
             planned: vec![0.0; width],
@@ -217,7 +221,7 @@ impl Follower {
         let good = match &self.plan {
             Plan::Vector(path) => {
                 let (from, limits) = (path.at(t), self.limits(0));
-                if wait(&limits) && Path::must_release(&from, &vector(&self.now[..self.goals]), &limits) {
+                if wait(&limits) && Path::must_release(&from, &self.goal(&from), &limits) {
                     return Replanned::Later;
                 }
                 self.vector(&from)
@@ -257,9 +261,19 @@ impl Follower {
         good
     }
 
+    /// Goal of a number or a vector, seen from a state of the trajectory.
+    fn goal(&self, from: &State) -> Vector3<f64> {
+        let mut goal = vector(&self.now[..self.goals]);
+        if self.turn {
+            goal.x = from.position.x + nearest_turn(goal.x - from.position.x);
+        }
+        goal
+    }
+
     fn vector(&mut self, from: &State) -> bool {
-        let (goal, limits) = (vector(&self.now[..self.goals]), self.limits(0));
-        let planned = if self.stop.is_some() { Path::stop(from, &limits) } else { Path::plan(from, goal, &limits) };
+        let limits = self.limits(0);
+        let planned =
+            if self.stop.is_some() { Path::stop(from, &limits) } else { Path::plan(from, self.goal(from), &limits) };
         planned.map(|path| self.plan = Plan::Vector(path)).is_some()
     }
 

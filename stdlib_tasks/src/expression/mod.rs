@@ -7,6 +7,7 @@
 
 mod bounded;
 mod center_of_mass;
+mod circle;
 mod evaluation;
 mod human_field;
 mod manipulability;
@@ -27,6 +28,7 @@ use crate::slot::Slot;
 pub use bounded::{BoundedPart, BoundedSide, bounded_parts};
 pub use center_of_mass::center_of_mass;
 pub(crate) use center_of_mass::{CenterOfMass, exists as has_mass};
+pub use circle::Turning;
 pub use evaluation::Evaluation;
 pub use expressions::{Op, ROUNDING};
 pub use manipulability::{Manipulability, MotionPart};

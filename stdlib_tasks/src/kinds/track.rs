@@ -15,7 +15,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::bound::BoundParams;
 use crate::build::check;
 use crate::dimension::{ANGLE, Dimension};
-use crate::expression::{Term, settle, turn_seeds};
+use crate::expression::{Term, Turning, settle, turn_seeds};
 use crate::expression_tasks::{Gain, current_value, dimension, fault, row_names};
 use crate::kinds::frame_pose::{pose_measures, pose_rows};
 use crate::params::{Form, Operand, ParamType, Presence};
@@ -24,6 +24,7 @@ use crate::task::{
     BuildError, Context, CurrentValue, CurrentValueType, ExpressedIn, Measure, RowInfo, RowKind, Rows, State, Task,
     TaskFault, TaskKind,
 };
+use crate::turns::{TURNS, asks_for_nearest, nearest_turn};
 use quantities::usual;
 
 crate::params! {
@@ -33,6 +34,10 @@ crate::params! {
         value: Operand = ParamType::Expression(Form::Value { orientation: true }), Presence::Required;
         /// y_d: the target of the value; it may move.
         target: Operand = ParamType::Expression(Form::Like("value")), Presence::Required;
+        /// Way to the target of an angle whose whole turns mean nothing, an `atan2` or the position of a continuous joint
+        /// without limits: `nearest` turns by at most half a turn, `exact` to the target as a number of turns. Other
+        /// values always move to the target as it is written.
+        turns: String = TURNS, Presence::Default("nearest");
         /// K: how fast the error decays.
         gain: Operand = ParamType::Expression(Form::Number(usual::GAIN)), Presence::Default("2 /s");
     }
@@ -59,6 +64,11 @@ K         1/s                        gain\n\
 `frame(F).orientation`, `frame(F).pose`, `point(F, [x, y, z] m)`, `joint(J)`, `distance(a, b)`. `target` and \
 `gain` may contain the state too. For an orientation, `J_y` and `J_d` map `v` to angular velocities. The task \
 reports the norm of the error.\n\n\
+An `atan2` jumps by a turn where its point crosses the seam, and a continuous joint without position limits is at \
+the same place after each turn. The error of such an angle, alone or in a sum, is taken to the nearest turn, within \
+-pi and pi, so that the value may cross the seam; a `trapezoid` or `s_curve` to its target goes the near way too. \
+With `turns exact` the target of a joint is a number of turns. Half an `atan2`, or its square root, jumps by \
+something else than a turn, and is a warning.\n\n\
 If the value has no derivative (`norm` of zero, the corner of a `min`), the row is that of the branch that the \
 value takes, or zero; the page on expressions lists these points. A row that is zero has no effect.\n\n\
 A direction (a vector of length 1) has three numbers and two degrees of freedom. If the target is a direction \
@@ -81,6 +91,8 @@ struct Track {
     target: Term,
     gain: Gain,
     dimension: Dimension,
+    /// True if the error is that to the nearest turn.
+    nearest: bool,
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
@@ -91,8 +103,21 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
     }
     let gain = Gain::new(&params.gain, ctx)?;
     let dimension = dimension(&params.value).unwrap_or(ANGLE);
+    let turning = match &params.value {
+        Operand::Expression(e) if params.value.len() == 1 => e.turning(ctx.model),
+        _ => Turning::Steady,
+    };
+    let nearest = asks_for_nearest(&params.turns)?;
+    if !nearest && turning == Turning::JumpsByTurns {
+        return Err(BuildError::new(
+            "turns",
+            "an `atan2` counts no turns, so that its target is never a number of them",
+        )
+        .help("leave `turns` out"));
+    }
+    let nearest = nearest && turning.is_angle_on_circle();
     let (value, target) = (Term::new(&params.value, ctx.model), Term::new(&params.target, ctx.model));
-    Ok(Box::new(Track { value: RefCell::new(value), target, gain, dimension }))
+    Ok(Box::new(Track { value: RefCell::new(value), target, gain, dimension, nearest }))
 }
 
 /// Returns how many numbers of a value have a row each, and true if an orientation follows them.
@@ -112,7 +137,8 @@ impl Track {
         for i in 0..n {
             let (mut plus, mut minus) = ([0.0; 3], [0.0; 3]);
             (plus[i], minus[i]) = (1.0, -1.0);
-            let error = self.target.value(state, i) - value.value(state, i);
+            let way = self.target.value(state, i) - value.value(state, i);
+            let error = if self.nearest { nearest_turn(way) } else { way };
             let still = value.add_row(state, &plus, rows.row(i)) + self.target.add_row(state, &minus, rows.row(i));
             settle(rows.row(i), &[value, &self.target]);
             rows.equal(i, gain * error - still);

@@ -142,7 +142,7 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
         }
         "joint_position" => {
             let target = case.slot(&[0.3], &[0.0]);
-            case.with("target", Bound::PerJoint(vec![(dof, target)])).number("gain", &[2.0])
+            case.with("target", Bound::PerJoint(vec![(dof, target)])).with("turns", nearest()).number("gain", &[2.0])
         }
         "safety_planner" => {
             let [speed, weight, back] = [[0.4], [1.0], [2.0]].map(|x| Bound::Value(case.slot(&x, &[0.0])));
@@ -175,9 +175,11 @@ pub fn valid(name: &'static str, model: &Model) -> Case {
                 .number("gain", &[5.0])
                 .number("sampled_margin", &[0.0])
         }
-        "track" => {
-            case.with("value", Bound::Expression(apart(&left, &right))).number("target", &[0.5]).number("gain", &[2.0])
-        }
+        "track" => case
+            .with("value", Bound::Expression(apart(&left, &right)))
+            .number("target", &[0.5])
+            .with("turns", nearest())
+            .number("gain", &[2.0]),
         "speed_separation" => case
             .with("parts", Bound::Geometries(vec![a, b]))
             .number("from", &[2.0, 0.5, 1.0])

@@ -267,6 +267,11 @@ impl<'a> Place<'a> {
     }
 }
 
+/// The default of `turns`.
+pub fn nearest() -> Bound {
+    Bound::Choice("nearest".to_string())
+}
+
 /// A point on a link.
 pub fn point(link: LinkId, rng: &mut impl FnMut() -> f64) -> Geometry {
     Geometry::point("point", link, vector(rng, 0.1))

@@ -252,7 +252,7 @@ fn joints_are_pulled_and_driven() {
         let joints = || (0..model.nv()).filter(|dof| model.dofs[*dof].joint.is_some());
         for q in configurations(&model, 3, &mut rng) {
             let place = Place::new(&model, &q);
-            let mut case = Case::new("joint_position").number("gain", &[2.5]);
+            let mut case = Case::new("joint_position").with("turns", nearest()).number("gain", &[2.5]);
             let target: Vec<_> = joints().map(|dof| (dof, case.slot(&[rng()], &[rng()]))).collect();
             let case = case.with("target", Bound::PerJoint(target.clone()));
             let mut task = case.build(&model);

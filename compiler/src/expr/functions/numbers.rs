@@ -250,7 +250,7 @@ pub(super) static ATAN2: Function = Function {
     name: "atan2",
     form: "atan2(y, x)",
     takes: "two quantities of one unit",
-    gives: "the angle of the point (x, y), from -pi to pi",
+    gives: "the angle of the point (x, y), from -pi to pi; it jumps by a turn at y = 0 with x < 0, which `track` passes by the nearest turn, and of which limits are warned (`HQ0528`)",
     arity: 2..=2,
     same: Same::All,
     apply: |g, args, span| {
