@@ -4,6 +4,8 @@
 //! vector part and the same shortest-way sign, and its length is the angle itself, so that a gain K yields the decay
 //! `exp(-K t)` also for large errors.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Rotation vector of a rotation, in rad, with an angle in [0, pi].
@@ -14,6 +16,20 @@ pub fn log(q: &UnitQuaternion<f64>) -> Vector3<f64> {
         return v * (2.0 / w);
     }
     v * (2.0 * s.atan2(w) / s)
+}
+
+/// Rotation vector of a rotation, in rad, that is nearest to another one: its angle may exceed pi. After whole turns, where
+/// the axis is undefined, it is that of `near`.
+pub fn log_near(q: &UnitQuaternion<f64>, near: &Vector3<f64>) -> Vector3<f64> {
+    let phi = log(q);
+    let (angle, size) = (phi.norm(), near.norm());
+    let axis = match (angle > 1e-9, size > 0.0) {
+        (true, _) => phi / angle,
+        (false, true) => near / size,
+        (false, false) => return phi,
+    };
+    let turns = ((axis.dot(near) - angle) / TAU).round();
+    axis * (angle + TAU * turns)
 }
 
 /// A target orientation from the table of values: the rotation and its angular velocity in the frame that the rotation
@@ -46,7 +62,7 @@ pub fn left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() + k * a + k * k * b
 }
 
-/// Inverse of [`left_jacobian`], for angles up to pi.
+/// Inverse of [`left_jacobian`]. It has none after a whole turn, where the result is not finite or very large.
 pub fn left_jacobian_inverse(phi: &Vector3<f64>) -> Matrix3<f64> {
     let t2 = phi.norm_squared();
     let c = if t2 < 1e-6 {
@@ -69,6 +85,8 @@ pub fn interpolation_rate(phi: &Vector3<f64>, s: f64) -> Matrix3<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
     use proptest::prelude::*;
 
@@ -82,6 +100,21 @@ mod tests {
             prop_assume!(v.norm() > 1e-3);
             let v = v.normalize() * angle;
             prop_assert!((log(&UnitQuaternion::from_scaled_axis(v)) - v).norm() < 1e-9);
+        }
+
+        #[test]
+        fn log_near_follows_a_rotation_through_half_a_turn(v in vector(), turn in vector()) {
+            prop_assume!(v.norm() > 0.1);
+            // From half a turn on, in small steps along any curve: a rotation vector whose exponential is the rotation.
+            let mut q = UnitQuaternion::from_scaled_axis(v.normalize() * PI);
+            let mut phi = v.normalize() * PI;
+            for _ in 0..100 {
+                q = UnitQuaternion::from_scaled_axis(turn * 0.02) * q;
+                let next = log_near(&q, &phi);
+                prop_assert!(UnitQuaternion::from_scaled_axis(next).angle_to(&q) < 1e-6);
+                prop_assert!((next - phi).norm() < 0.25, "{} {}", phi, next);
+                phi = next;
+            }
         }
 
         #[test]

@@ -7,6 +7,12 @@
 //!       = R_l^T (p_r - p_l)  in the left tool  if β = 1 and `relative_to left`
 //! R_rel = R_l^T R_r  if β = 1,  R_r  if β = 0
 //! ```
+//!
+//! Palms that face each other are half a turn apart, where the logarithm has two values, so that tracking errors would
+//! choose between them. Its branch is therefore chosen when the stack is entered, and followed from tick to tick: the angle
+//! may exceed pi. Ours.
+
+use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use robot::LinkId;
@@ -106,8 +112,11 @@ With `beta 0`, `alpha 1` the two arms are independent.\n\n\
 The angular velocity of the absolute frame is `ω_l + R_l M R_l^T (ω_r - ω_l) - α' R_l log(R_l^T R_r)` with `M = \
 s J_l(s φ) J_l(φ)^-1`, `s = 1 - α`, the left Jacobian `J_l` of SO(3), and the angular velocities `ω_l`, `ω_r` of \
 the tips; thesis (3.32) has `s I` in place of `M`, which is correct only for rotations about the axis of `φ = \
-log(R_l^T R_r)`. At a relative rotation of exactly pi the shortest way is not unique and the absolute \
-orientation jumps: keep the tools away from it.\n\n\
+log(R_l^T R_r)`.\n\n\
+At a relative rotation of half a turn, as of two palms that face each other, both ways from the left tip to the right \
+one are equally long. The way is chosen when the stack is entered, the shorter one, or within 6 degrees of half a turn \
+always the same one, and is followed from then on, also where it becomes the longer one. After a whole turn the way is \
+undefined: within 6 degrees of it the rows of the absolute orientation are left free, and `run` counts these ticks.\n\n\
 Source: thesis (3.26)-(3.34).",
     example: "task motion = cooperative_motion {\n  \
 absolute { position initial(absolute.position) + [0.1, 0, 0] m  orientation initial(absolute.orientation) }\n  \
@@ -130,6 +139,8 @@ struct CooperativeMotion {
     absolute: Pose,
     relative: Relative,
     gain: Input<2>,
+    /// log(R_l^T R_r) of the last tick, in rad, on the branch that is followed; `None` before the first one.
+    phi: Option<Vector3<f64>>,
 }
 
 fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError> {
@@ -162,6 +173,7 @@ fn build(bound: &BoundParams, ctx: &Context) -> Result<Box<dyn Task>, BuildError
         absolute: Pose::from_bound(&params.absolute)?,
         relative: Relative::from_bound(&params.relative)?,
         gain: params.gain,
+        phi: None,
     }))
 }
 
@@ -171,19 +183,40 @@ struct Tips {
     p_r: Vector3<f64>,
     r_l: UnitQuaternion<f64>,
     r_r: UnitQuaternion<f64>,
-    /// log(R_l^T R_r), in the left tip's axes.
+    /// log(R_l^T R_r) in rad, in the left tip's axes.
     phi: Vector3<f64>,
 }
 
+/// Angle in rad within which a relative rotation counts as half a turn, or as a whole one.
+const NEAR: f64 = 0.1;
+
+/// Largest change of the relative rotation between two evaluations in rad. Beyond it the robot did not move there, such as
+/// in a search that begins anew, and there is no branch to follow.
+const LARGEST_STEP: f64 = 1.5;
+
+/// Rotation vector of the way from the left tip to the right one at the entry of the stack: the shorter one. Near half a
+/// turn, where errors of tracking decide which one that is, it is the one whose axis has a positive product with a fixed
+/// direction, so that each entry finds the same.
+fn at_entry(relative: &UnitQuaternion<f64>) -> Vector3<f64> {
+    // Not perpendicular to an axis of the tip, nor to a diagonal between them.
+    const DIRECTION: Vector3<f64> = Vector3::new(1.0, 0.55, 0.3);
+    let phi = so3::log(relative);
+    if phi.norm() > PI - NEAR && phi.dot(&DIRECTION) < 0.0 { phi - phi * (TAU / phi.norm()) } else { phi }
+}
+
 impl CooperativeMotion {
-    fn tips(&self, state: &State) -> Tips {
+    /// The tips, with the way between them that follows `before`.
+    fn tips(&self, state: &State, before: Option<Vector3<f64>>) -> Tips {
         let (l, r) = (state.data.pose(self.left), state.data.pose(self.right));
+        let relative = l.rotation.inverse() * r.rotation;
+        let followed = before.map(|phi| (so3::log_near(&relative, &phi), phi));
+        let phi = followed.filter(|(phi, before)| (phi - before).norm() < LARGEST_STEP).map(|(phi, _)| phi);
         Tips {
             p_l: l.translation.vector,
             p_r: r.translation.vector,
             r_l: l.rotation,
             r_r: r.rotation,
-            phi: so3::log(&(l.rotation.inverse() * r.rotation)),
+            phi: phi.unwrap_or_else(|| at_entry(&relative)),
         }
     }
 
@@ -218,6 +251,13 @@ impl CooperativeMotion {
         let OrientationTarget { orientation: r_d, angular_velocity: omega_d } =
             clik::orientation_target(state, self.absolute.orientation);
         let error = so3::log(&(r_d * r_a.inverse()));
+        rows.measures[1] = error.norm();
+        let turns = tips.phi.norm() / TAU;
+        if turns > 0.5 && (turns - turns.round()).abs() * TAU < NEAR {
+            *rows.undefined = true;
+            rows.measures[1] = f64::NAN;
+            return;
+        }
         let r_l = tips.r_l.to_rotation_matrix();
         let m_w: Matrix3<f64> = r_l * so3::interpolation_rate(&tips.phi, 1.0 - alpha) * r_l.transpose();
         let drift = tips.r_l * tips.phi * -alpha_dot;
@@ -228,7 +268,6 @@ impl CooperativeMotion {
             state.data.add_angular(state.model, self.right, &from_right, row);
             rows.equal(3 + i, omega_d[i] - drift[i] + gain[1] * error[i]);
         }
-        rows.measures[1] = error.norm();
     }
 
     fn relative_rows(&self, state: &State, rows: &mut Rows, tips: &Tips, gain: [f64; 2]) {
@@ -283,16 +322,24 @@ impl Task for CooperativeMotion {
         self.gain.of(values).to_vec()
     }
 
+    fn enter(&mut self, state: &State) {
+        self.phi = Some(self.tips(state, None).phi);
+    }
+
+    crate::task::takes_over!(phi);
+
     fn update(&mut self, state: &State, rows: &mut Rows) -> Result<(), TaskFault> {
         let gain = self.gain.of(state.values);
-        let tips = self.tips(state);
+        let tips = self.tips(state, self.phi);
+        self.phi = Some(tips.phi);
         self.absolute_rows(state, rows, &tips, gain);
         self.relative_rows(state, rows, &tips, gain);
         Ok(())
     }
 
     fn current_value(&self, name: &str, state: &State, out: &mut [f64]) -> bool {
-        let tips = self.tips(state);
+        // Captured when the stack is entered, before there is a branch to follow.
+        let tips = self.tips(state, None);
         let [alpha] = self.alpha.of(state.values);
         let Some((which, part)) = name.split_once('.') else { return false };
         let (p, r) = match which {

@@ -1,10 +1,13 @@
 //! Cooperative motion: the exact rate of the absolute frame, and its special cases.
 
+use std::f64::consts::PI;
+
 use hierarq_stdlib_tasks::bound::Bound;
 use hierarq_stdlib_tasks::so3;
+use hierarq_stdlib_tasks::task::Task;
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use robot::Base;
+use robot::{Base, Model};
 
 use crate::common::*;
 use crate::targets::{cooperative, relative_turn};
@@ -131,4 +134,109 @@ fn a_turning_base_is_relative_motion_in_the_world_and_none_in_the_left_tool() {
         assert!((rate - expected).norm() < 1e-12, "{to}: {rate}");
     }
     assert!(between.xy().norm() > 0.1);
+}
+
+/// Velocity that turns the right tip relative to the left one about an axis of the left one, at 1 rad/s.
+fn relative_spin(model: &Model, at: &Written, axis: Vector3<f64>) -> Vec<f64> {
+    let turning = at.j.rows(9, 3).into_owned().pseudo_inverse(1e-9).unwrap();
+    (turning * axis).iter().copied().take(model.nv()).collect()
+}
+
+/// Absolute orientation from the rows of a task with unit angular gain and targets at rest: `exp(-e) R_d`.
+fn absolute_orientation(case: &Case, w: &Written) -> UnitQuaternion<f64> {
+    let error = Vector3::from_fn(|i, _| w.lower[3 + i]);
+    let at = case.place("absolute.orientation").at;
+    UnitQuaternion::from_scaled_axis(-error) * quaternion(&case.values[at..at + 4])
+}
+
+#[test]
+fn the_branch_at_entry_is_followed_through_half_a_turn() {
+    let mut rng = rng(14);
+    let model = canopies(Base::Planar);
+    let [left, right] = arms(&model);
+    let mut followed = 0;
+    while followed < 4 {
+        let mut place = Place::new(&model, &model.random_configuration(&mut rng));
+        if !(2.0..3.0).contains(&relative_turn(&place)) {
+            continue;
+        }
+        let mut case = cooperative(&model, 0.5, 0.0, 1.0, "left", &mut rng);
+        case.rates.fill(0.0);
+        let gain = case.place("gain").at;
+        case.values[gain..gain + 2].fill(1.0);
+        let mut task = case.build(&model);
+        task.enter(&place.state(&case.values, &case.rates));
+        let write = |place: &Place, task: &mut dyn Task| place.write(task, &case, 0.0).unwrap();
+        let mut w = write(&place, &mut *task);
+        let relative = |p: &Place| p.data.pose(left.tip).rotation.inverse() * p.data.pose(right.tip).rotation;
+        let mut phi = so3::log(&relative(&place));
+        // About its own axis the relative rotation grows from less than half a turn to more than three quarters of one.
+        let (mut last, mut beyond) = (absolute_orientation(&case, &w), 0);
+        for _ in 0..400 {
+            let v = relative_spin(&model, &w, phi.normalize());
+            if v.iter().any(|v| v.abs() > 50.0) {
+                break; // near a posture at which the wrists are singular
+            }
+            place = place.moved(&v, 0.005);
+            w = write(&place, &mut *task);
+            let now = absolute_orientation(&case, &w);
+            assert!(now.angle_to(&last) < 0.1, "it jumps by {} rad at {}", now.angle_to(&last), phi.norm());
+            (last, phi) = (now, so3::log_near(&relative(&place), &phi));
+            // R_a = R_l exp(phi/2), with phi on the branch of the entry.
+            let expected = place.data.pose(left.tip).rotation * UnitQuaternion::from_scaled_axis(phi * 0.5);
+            assert!(expected.angle_to(&now) < 1e-7);
+            let v = velocity(&model, &mut rng, 1.0);
+            let h = 1e-6;
+            let mut side = |h: f64| absolute_orientation(&case, &write(&place.moved(&v, h), &mut *task));
+            let truth = (side(h) * side(-h).inverse()).scaled_axis() / (2.0 * h);
+            let rows = Vector3::from_fn(|i, _| w.rate(3 + i, &v));
+            assert!((rows - truth).norm() < 1e-6 * (1.0 + truth.norm()), "at {}: {rows} and {truth}", phi.norm());
+            beyond += usize::from(phi.norm() > 3.3);
+            if phi.norm() > 4.8 {
+                break;
+            }
+        }
+        followed += usize::from(beyond > 20);
+    }
+}
+
+#[test]
+fn noise_does_not_choose_the_way_at_half_a_turn() {
+    let mut rng = rng(15);
+    let model = canopies(Base::Planar);
+    let case = {
+        let mut case = cooperative(&model, 0.5, 0.0, 1.0, "left", &mut rng);
+        case.rates.fill(0.0);
+        let gain = case.place("gain").at;
+        case.values[gain..gain + 2].fill(1.0);
+        case
+    };
+    let mut task = case.build(&model);
+    // A posture with the palms half a turn apart, by Newton's method along the axis.
+    let mut place = Place::new(&model, &model.random_configuration(&mut rng));
+    let mut tries = 0;
+    while PI - relative_turn(&place) > 1e-9 {
+        tries += 1;
+        if tries % 60 == 0 {
+            place = Place::new(&model, &model.random_configuration(&mut rng));
+        }
+        let [left, right] = arms(&model);
+        let phi = so3::log(&(place.data.pose(left.tip).rotation.inverse() * place.data.pose(right.tip).rotation));
+        let w = place.write(&mut *task, &case, 0.0).unwrap();
+        let way = PI - phi.norm();
+        place = place.moved(&relative_spin(&model, &w, phi.normalize()), way.min(0.05));
+    }
+    let entered = |place: &Place, task: &mut dyn Task| {
+        task.enter(&place.state(&case.values, &case.rates));
+        absolute_orientation(&case, &place.write(task, &case, 0.0).unwrap())
+    };
+    let first = entered(&place, &mut *task);
+    for _ in 0..50 {
+        let noise = velocity(&model, &mut rng, 1.0);
+        let other = entered(&place.moved(&noise, 1e-3), &mut *task);
+        assert!(first.angle_to(&other) < 0.05, "the way has changed: {}", first.angle_to(&other));
+        // `initial(absolute.orientation)` is that of the same way.
+        let captured = place.current_value(&*task, &case, 0.0, "absolute.orientation", 4);
+        assert!(first.angle_to(&quaternion(&captured)) < 1e-7);
+    }
 }
