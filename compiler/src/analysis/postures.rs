@@ -13,6 +13,7 @@ use solver::{HierarchicalSolver, Problem, Solution, Status};
 use stdlib_tasks::bound::{Bound, BoundParams, Slot};
 use stdlib_tasks::dimension::ANGLE;
 use stdlib_tasks::task::RowKind;
+use stdlib_tasks::turns;
 
 /// Number of random postures from which the search starts anew.
 pub(crate) const STARTS: usize = 24;
@@ -99,11 +100,17 @@ pub(crate) struct FixedValue {
 impl PostureSearch {
     /// Prepares a search. `None` if the tasks cannot be built by themselves, or need a signal.
     pub fn new(program: &Program, parts: &Parts) -> Option<PostureSearch> {
-        let mut program = alone(program, reduced(program, parts));
+        PostureSearch::of_stack(program, reduced(program, parts), parts.fixed)
+    }
+
+    /// Prepares a search that moves the robot by the tasks of a stack, with numbers that replace those of the program. `None`
+    /// as for [`PostureSearch::new`].
+    pub fn of_stack(program: &Program, stack: StackProgram, fixed: &[FixedValue]) -> Option<PostureSearch> {
+        let tasks: Vec<usize> = stack.levels.iter().flat_map(|l| &l.members).map(|m| m.task).collect();
+        let mut program = alone(program, stack);
         // Below one over the period, so that no gain overshoots.
         let gain = (SHARE / program.robot.period).min(10.0);
-        let tasks = parts.limits.iter().chain(parts.targets).map(|m| m.task);
-        let mut fixed: Vec<FixedValue> = parts.fixed.to_vec();
+        let mut fixed: Vec<FixedValue> = fixed.to_vec();
         for task in tasks {
             let places = gains(&program.tasks[task].params);
             fixed.extend(places.into_iter().map(|at| FixedValue { at, value: gain }));
@@ -204,17 +211,44 @@ impl PostureSearch {
         Some(self.evaluator.members().iter().map(least).collect())
     }
 
-    /// True if a target orientation is half a turn away from that at a posture, so that two ways to it are equally long.
-    pub fn half_turn(&mut self, q: &[f64], t: f64) -> bool {
-        if self.evaluator.update(q, self.rest.at(Times { t, time: t }), &mut self.problem).is_err() {
-            return false;
-        }
+    /// Enters the stack at a posture: values of `initial(..)` are captured there.
+    pub fn enter(&mut self, q: &[f64]) {
+        self.evaluator.enter(q, self.rest.at(Times::default()));
+    }
+
+    /// Index of a target that is half a turn away from a posture, so that two ways to it are equally long: an orientation, or
+    /// an angle whose error is taken to the nearest turn.
+    pub fn half_turn(&mut self, q: &[f64], t: f64) -> Option<usize> {
+        self.evaluator.update(q, self.rest.at(Times { t, time: t }), &mut self.problem).ok()?;
         let all = self.evaluator.measures();
-        self.evaluator.members().iter().any(|m| {
-            let turns = self.program.tasks[m.program_index].params.contains_key("orientation");
+        self.evaluator.members().iter().position(|m| {
+            let params = &self.program.tasks[m.program_index].params;
+            let nearest = matches!(params.get("turns"), Some(Bound::Choice(word)) if word == turns::NEAREST);
+            if let Some(Bound::PerJoint(joints)) = params.get("target") {
+                return nearest && self.turns_a_joint(m, joints);
+            }
+            let one_way = |name: &str| match params.get("value") {
+                // A number that is no angle on the circle has one way to its target.
+                Some(Bound::Expression(e)) if e.outputs.len() == 1 => {
+                    !(nearest && e.turning(&self.program.robot.model).is_angle_on_circle())
+                }
+                Some(_) => false,
+                None => {
+                    !(name.ends_with("orientation")
+                        || params.contains_key("orientation")
+                        || params.contains_key("angle"))
+                }
+            };
             let angles = m.measure_info.iter().zip(&all[m.measures.clone()]).filter(|(i, _)| i.dimension == ANGLE);
-            turns && angles.into_iter().any(|(_, x)| (x - PI).abs() < HALF_TURN)
+            angles.into_iter().any(|(i, x)| (x - PI).abs() < HALF_TURN && !one_way(&i.name))
         })
+    }
+
+    /// Returns true if a row of a task that pulls joints to targets asks a joint on the circle for half a turn.
+    fn turns_a_joint(&self, member: &Member, joints: &[(usize, Slot)]) -> bool {
+        let (lower, gain) = (&self.problem.levels[member.level].lower, SHARE / self.step);
+        let rows = member.rows.clone().zip(joints).filter(|(_, (dof, _))| self.program.robot.model.is_on_circle(*dof));
+        rows.into_iter().any(|(row, _)| lower.get(row).is_some_and(|v| (v.abs() / gain - PI).abs() < HALF_TURN))
     }
 
     /// The largest error, or depth of a violated limit, with its member and part; `None` if one is undefined.

@@ -3,6 +3,7 @@
 //! The numbers of the spec decide, without a run: a search looks for a posture at which a target is met within the limits of
 //! its stack, see [`PostureSearch`]. A target that moves is examined at some moments.
 
+mod half_turns;
 mod pace;
 mod parts;
 mod report;
@@ -32,6 +33,7 @@ pub(super) fn check(c: &Checked, mut told: BTreeSet<usize>, known: &[Diagnostic]
     for (of, found) in all.iter().zip(found) {
         report_stack(c, of, found, &mut told, known, out);
     }
+    half_turns::check(c, &mut told, out);
 }
 
 /// A stack, and what is searched in it.
@@ -241,7 +243,7 @@ fn search(program: &Program, parts: &Parts, of_stack: &StackParts, moments: &[f6
         if !from_here.is_good() && stuck {
             return Found::Missed(Missed::stuck(&search, parts, from_here));
         }
-        if of_stack.at_home && t == 0.0 && search.half_turn(&program.robot.home, t) {
+        if of_stack.at_home && t == 0.0 && search.half_turn(&program.robot.home, t).is_some() {
             return Found::Missed(Missed::half_turn(&search, parts, from_here));
         }
         q = best.q;

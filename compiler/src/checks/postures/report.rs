@@ -112,11 +112,8 @@ pub(super) fn target(c: &Checked, missed: &Missed, target: &Target) -> Diagnosti
     let (name, at) = (&c.program.tasks[target.member.task].name, place(c, target.member.task, &missed.measure));
     let names: Vec<String> = missed.blamed.iter().map(|&t| format!("`{}`", c.program.tasks[t].name)).collect();
     if missed.manner == Manner::HalfTurn {
-        let at = place(c, target.member.task, "orientation");
-        return Diagnostic::warning("HQ0536", at, format!("at home, the target of `{name}` is half a turn away"))
-            .label(c.places.home, "the robot starts here")
-            .note("both ways round are equally long, so rounding decides which one the robot takes")
-            .help("write an orientation on the way first, or start at another one");
+        let text = format!("at home, the target of `{name}` is half a turn away");
+        return half_turn(c, target.member.task, text).label(c.places.home, "the robot starts here");
     }
     if missed.manner == Manner::Stuck {
         return Diagnostic::warning("HQ0532", at, format!("at home, nothing moves `{name}` towards its target"))
@@ -144,6 +141,27 @@ pub(super) fn target(c: &Checked, missed: &Missed, target: &Target) -> Diagnosti
         d = d.label(limit(c.places, task), "without this limit the target is reached");
     }
     d.note(missed.note()).help("move the target to where the limits allow it, or change the limit")
+}
+
+/// Reports a target that is half a turn away where a state begins, after the targets of the state `from`, or else at home.
+pub(super) fn half_turn_in_state(c: &Checked, task: usize, state: &str, from: Option<&str>) -> Diagnostic {
+    let text = format!("in state `{state}`, the target of `{}` is half a turn away", c.program.tasks[task].name);
+    let d = half_turn(c, task, text);
+    match from {
+        Some(from) => d.note(format!("seen from where the targets of state `{from}` leave the robot")),
+        None => d.label(c.places.home, "seen from here, since it is not known where the state begins"),
+    }
+}
+
+/// A warning of a target half a turn away.
+fn half_turn(c: &Checked, task: usize, text: String) -> Diagnostic {
+    let turns = c.program.tasks[task].params.contains_key("turns");
+    Diagnostic::warning("HQ0536", place(c, task, "orientation"), text)
+        .note("both ways round are equally long, so rounding decides which one the robot takes")
+        .help(match turns {
+            true => "write a target on the way first, or `turns exact` with the target on the side to which to turn",
+            false => "write an orientation on the way first, or start at another one",
+        })
 }
 
 /// Reports a limit that moves to where no posture keeps it.
