@@ -8,11 +8,13 @@
 //!
 //! The reference point of the moment remains the origin of the link. The filter is of first order,
 //! `y' = 2π f_c (u - y)`, discretized exactly for an input u that is constant over the tick, with T the time since the
-//! previous tick. It starts at the first value after the signal was absent. It runs in the world axes, so that its
+//! previous tick. The difference of two angles is that to the nearest turn: 179 and -179 degrees are two degrees apart, and the
+//! output is at most half a turn from the input. It starts at the first value after the signal was absent. It runs in the world axes, so that its
 //! output does not depend on the mounting of the sensor. Source: Åström, Wittenmark, Computer-Controlled Systems
 //! (1997), ch. 3.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use robot::nearest_turn;
 
 use crate::program::Interface;
 
@@ -98,7 +100,8 @@ impl Conditioner {
         let kept = (-std::f64::consts::TAU * cutoff * dt).exp();
         let begun = std::mem::replace(&mut self.running[signal], true);
         for (y, u) in self.filtered[s.at + 1..=s.at + s.len].iter_mut().zip(value) {
-            let next = if begun { *u + kept * (*y - *u) } else { *u };
+            let behind = if s.kind == "angle" { nearest_turn(*y - *u) } else { *y - *u };
+            let next = if begun { *u + kept * behind } else { *u };
             // The difference of two numbers near the largest finite one overflows.
             *y = if next.is_finite() { next } else { *u };
             *u = *y;
