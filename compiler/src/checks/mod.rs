@@ -28,6 +28,7 @@ mod readings;
 mod safety_planners;
 mod scenario_start;
 mod scenarios;
+mod seams;
 mod sensors;
 mod short_runs;
 mod singular_targets;
@@ -74,6 +75,7 @@ static CHECKS: &[(On, Check)] = &[
     (On::AnyProgram, |c, out| safety_planners::check(c.program, c.places, out)),
     (On::AnyProgram, |c, out| reachability::limits(c.context, c.program, c.places, out)),
     (On::AnyProgram, |c, out| discontinuities::check(c.context, c.program, c.places, out)),
+    (On::AnyProgram, seams::check),
     (On::AnyProgram, |c, out| unknown_velocity::check(c.program, c.places, out)),
     (On::AnyProgram, |c, out| wider_limits::check(c.program, c.places, out)),
     (On::AnyProgram, built_stacks::check),
