@@ -1,6 +1,7 @@
 //! Tests of the compiler, from specs to programs and diagnostics: one file per subject.
 
 mod accelerations;
+mod angles;
 mod axes;
 mod center_of_mass;
 mod common;
