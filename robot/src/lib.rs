@@ -10,7 +10,6 @@
 #![allow(non_snake_case, reason = "frames stand in the names: X_WL, p_W")]
 
 mod base;
-mod circle;
 pub mod contacts;
 mod data;
 mod excess;
@@ -36,7 +35,6 @@ mod unlimited;
 pub mod urdf;
 
 pub use base::Base;
-pub use circle::nearest_turn;
 pub use data::{Data, Motion};
 pub use excess::Excess;
 pub use followers::Limits;
@@ -46,6 +44,7 @@ pub use hull::{Hull, HullError};
 pub use id::{JointId, LinkId};
 pub use mesh::triangles as mesh_triangles;
 pub use mesh::vertices as mesh_vertices;
+pub use model::nearest_turn;
 pub use model::{
     Dof, DofUnit, Drive, Joint, JointKind, Link, MergeError, Merged, MobileBase, Model, Placed, Support, WORLD,
 };

@@ -9,8 +9,8 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
 
-use crate::circle::nearest_turn;
 use crate::kinematics::base_pose;
+use crate::model::nearest_turn;
 use crate::{Base, Model};
 
 impl Model {
@@ -29,6 +29,18 @@ impl Model {
         for (dof, v) in self.dofs.iter().zip(v) {
             if let Some(i) = dof.q_index {
                 q[i] += v * dt;
+            }
+        }
+    }
+
+    /// Moves the bases of `reference` that cannot move sideways to beside where they are in `q`, if they are further than `least` (m) to the side of
+    /// it: no velocity leads back there.
+    pub fn slip(&self, q: &[f64], reference: &mut [f64], least: f64) {
+        for base in self.bases.iter().filter(|base| base.kind == Base::Unicycle) {
+            let (q, to) = (&q[base.coordinates()], &mut reference[base.coordinates()]);
+            let (u, _) = between_plane(to, q);
+            if u.y.abs() > least {
+                step_plane(to, 0.0, u.y, 0.0);
             }
         }
     }

@@ -3,8 +3,8 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::circle::circular;
 use super::{Drive, JointKind, Support};
-use crate::circle::circular;
 use crate::{Base, Dof, Joint, Link, LinkId, MobileBase, Model};
 
 /// Maximum number of moving joints: in a chain, the size of `supports` grows with their square.

@@ -2,6 +2,7 @@
 
 pub(crate) mod assemble;
 mod bases;
+mod circle;
 mod merge;
 
 use std::fmt;
@@ -13,6 +14,7 @@ use crate::{JointId, LinkId, PlacedShape, Visual};
 use assemble::{Parts, Tape};
 
 pub use bases::MobileBase;
+pub use circle::nearest_turn;
 pub use merge::{MergeError, Merged, Placed, WORLD};
 
 /// Motion type of a joint.
