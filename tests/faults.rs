@@ -13,6 +13,32 @@ fn first_step(program: &Program) -> (Controller, Vec<f64>) {
     (controller, home)
 }
 
+/// A fault at a call, and the time at which the robot is at rest after it.
+struct Stopped {
+    fault: Fault,
+    time: f64,
+}
+
+/// Passes an observation that is a fault, and calls on with it each 10 ms until the robot is told to stand: it never speeds up on the way.
+fn stops(controller: &mut Controller, mut time: f64, q: &[f64]) -> Stopped {
+    let mut last: Vec<f64> = vec![f64::INFINITY; controller.velocity().len()];
+    let mut found = None;
+    for _ in 0..200 {
+        let command = controller.step(&Observation { time, q });
+        let fault = command.fault.expect("a fault");
+        assert_eq!(*found.get_or_insert(fault), fault);
+        assert!(command.velocity.iter().zip(&last).all(|(v, before)| v.is_finite() && v.abs() <= before.abs()));
+        assert!(command.position.iter().all(|x| x.is_finite()));
+        last.copy_from_slice(command.velocity);
+        if command.at_rest {
+            assert!(last.iter().all(|v| *v == 0.0));
+            return Stopped { fault, time };
+        }
+        time = if time.is_finite() { time + 0.01 } else { time };
+    }
+    panic!("the robot does not come to rest");
+}
+
 fn still(controller: &mut Controller, time: f64, q: &[f64]) -> Fault {
     let command = controller.step(&Observation { time, q });
     assert!(command.velocity.iter().all(|v| *v == 0.0), "the robot must be kept still");
@@ -26,44 +52,49 @@ fn a_number_that_is_not_finite_keeps_the_robot_still_for_good() {
         let (mut controller, home) = first_step(&program);
         let mut q = home.clone();
         q[7] = bad;
-        let fault = still(&mut controller, 0.01, &q);
+        let Stopped { fault, time } = stops(&mut controller, 0.01, &q);
         assert_eq!(fault, Fault::Observation { index: Some(7) });
         assert_eq!(fault.kind(), FaultKind::NotFinite);
         // Valid observations alone do not resume motion ...
-        assert_eq!(still(&mut controller, 0.02, &home), fault);
+        assert_eq!(still(&mut controller, time + 0.01, &home), fault);
         // ... but a restart does.
         controller.restart();
         assert_eq!(controller.step(&Observation { time: 0.0, q: &home }).fault, None);
     }
     let (mut controller, home) = first_step(&program);
-    assert_eq!(still(&mut controller, f64::NAN, &home), Fault::Observation { index: None });
+    assert_eq!(stops(&mut controller, f64::NAN, &home).fault, Fault::Observation { index: None });
     let (mut controller, home) = first_step(&program);
-    assert!(matches!(still(&mut controller, 0.01, &home[..3]), Fault::Observation { index: Some(3) }));
+    assert!(matches!(stops(&mut controller, 0.01, &home[..3]).fault, Fault::Observation { index: Some(3) }));
 }
 
 #[test]
 fn a_robot_that_does_not_follow_is_a_fault() {
     let program = common::program("hello.hq");
     let (mut controller, mut q) = first_step(&program);
+    // No joint gets so far in 10 ms.
     q[2] += 0.6;
-    let fault = still(&mut controller, 0.01, &q);
-    assert_eq!(fault, Fault::Tracking { dof: 2 });
+    let Stopped { fault, .. } = stops(&mut controller, 0.01, &q);
+    assert!(matches!(fault, Fault::Jump { dof: 2, .. }), "{fault:?}");
     assert!(controller.describe(&fault).contains("joint_3"), "{}", controller.describe(&fault));
 }
 
 #[test]
 fn a_tick_that_comes_late_keeps_the_robot_still_for_good() {
     let program = common::program("hello.hq");
-    // The default deadline is two periods.
+    // The default deadline at 100 Hz is a period and 20 ms.
     let (mut controller, home) = first_step(&program);
-    assert_eq!(controller.step(&Observation { time: 0.0199, q: &home }).fault, None);
-    let fault = still(&mut controller, 0.0401, &home);
+    assert_eq!(controller.step(&Observation { time: 0.0299, q: &home }).fault, None);
+    let Stopped { fault, time } = stops(&mut controller, 0.0601, &home);
     assert_eq!(fault.kind(), FaultKind::Deadline);
-    assert!(controller.describe(&fault).contains("20.2 ms"), "{}", controller.describe(&fault));
-    assert_eq!(still(&mut controller, 0.0501, &home), fault);
+    assert!(controller.describe(&fault).contains("30.2 ms"), "{}", controller.describe(&fault));
+    assert_eq!(still(&mut controller, time + 0.01, &home), fault);
+    // A sum of periods is no fault by its rounding.
+    let (mut controller, home) = first_step(&program);
+    assert_eq!(controller.step(&Observation { time: 0.01, q: &home }).fault, None);
+    assert_eq!(controller.step(&Observation { time: 0.04 + 1e-12, q: &home }).fault, None);
     // A clock must not go backwards.
     let (mut controller, home) = first_step(&program);
-    assert_eq!(still(&mut controller, -0.01, &home).kind(), FaultKind::Deadline);
+    assert_eq!(stops(&mut controller, -0.01, &home).fault.kind(), FaultKind::Deadline);
 }
 
 const ARM: &str = "hierarq 1\nrobot arm { urdf \"robots/arm7.urdf\"  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }\n";
@@ -172,7 +203,8 @@ fn the_lag_is_first_order() {
     let text = format!(
         "{ARM}stack s {{ level motion {{ joint_velocity {{ velocity {{ joint_1 0.5 rad/s }} }} }} }}
          run {{ duration 1 s  simulator {{ lag 0.2 s }} }}"
-    );
+    )
+    .replace("rate 100 Hz", "rate 100 Hz  tracking_gain 0 /s");
     let run = common::run(&common::program_of(&text));
     for s in &run {
         let expected = 0.5 * (s.time - 0.2 * (1.0 - (-s.time / 0.2).exp()));
@@ -294,8 +326,10 @@ fn first_fault(tasks: &str) -> (f64, Fault, String) {
             (command.velocity.to_vec(), command.fault)
         };
         if let Some(fault) = fault {
-            assert!(velocity.iter().all(|v| *v == 0.0));
-            return (time, fault, controller.describe(&fault));
+            let text = controller.describe(&fault);
+            assert!(velocity.iter().all(|v| v.is_finite()));
+            assert_eq!(stops(&mut controller, time + 0.01, &q).fault, fault);
+            return (time, fault, text);
         }
         program.robot.model.integrate(&mut q, &velocity, program.robot.period);
     }

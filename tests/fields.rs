@@ -14,8 +14,9 @@ const ROBOT: &str = "hierarq 1
 robot arm { urdf \"robots/arm7.urdf\"  rate 200 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
 human walker { points [chest, hand]  velocity measured }
 task limits = joint_velocity_limits
+task places = joint_position_limits
 task stay = hold(tool)
-stack work { level limits hard { limits }  level people { apart }  level motion damping none { stay } }
+stack work { level limits hard { limits  places }  level people { apart }  level motion damping none { stay } }
 ";
 
 /// A person who comes near, stops and leaves.
@@ -200,6 +201,7 @@ fn separation_slows_the_tool_and_the_person_who_comes_is_never_met_at_speed() {
 robot arm { urdf \"robots/arm7.urdf\"  rate 200 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }  points { tip tool } }
 human walker { points [hand] }
 task limits = joint_velocity_limits
+task places = joint_position_limits
 task go = frame_position(tool) { position [0.75, 0, 0.5] m  gain 5 /s }
 task slow = speed_separation(tip) { from walker.hand  human measured  reaction 50 ms  deceleration 3 m/s^2  intrusion 0.1 m }
 stack work { level limits hard { limits  slow }  level motion { go } }
@@ -234,6 +236,7 @@ fn what_only_watches_stops_in_time_and_not_before() {
 robot arm { urdf \"robots/arm7.urdf\"  rate 200 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }  points { tip tool } }
 human walker { points [hand]  velocity measured }
 task limits = joint_velocity_limits
+task places = joint_position_limits
 task go = frame_position(tool) { position initial(position) + [0.3, 0, 0] m * smoothstep((t - 0.5 s)/(1.5 s))  gain 5 /s }
 task still = joint_velocity { velocity { all 0 rad/s } }
 task separation = speed_separation(tip) {

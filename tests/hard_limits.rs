@@ -270,22 +270,34 @@ impl Run<'_> {
     }
 }
 
-impl Recorder for Run<'_> {
-    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
-        if let Some(fault) = tick.fault {
-            self.fault = self.fault.or(Some((tick.index, fault)));
-            if tick.command.iter().any(|v| *v != 0.0) && self.wrong.is_none() {
-                self.wrong = Some(format!("tick {}: it moves in spite of a fault", tick.index));
-            }
-            return Ok(());
-        }
-        let broken = self.broken(tick).map(|what| format!("tick {}: {what}", tick.index));
-        self.wrong = self.wrong.take().or(broken);
-        // The margins of acceleration limits are rates, and were checked above.
+impl Run<'_> {
+    /// Notes the margins of walls. Those of acceleration limits are rates.
+    fn look_at_walls(&mut self, tick: &Tick) {
         let margins = tick.controller.evaluator();
         for m in margins.members().iter().filter(|m| m.kind == "keep") {
             self.margin = margins.margins()[m.margins.clone()].iter().fold(self.margin, |least, h| h.min(least));
         }
+    }
+}
+
+impl Recorder for Run<'_> {
+    fn tick(&mut self, tick: &Tick) -> std::io::Result<()> {
+        if let Some(fault) = tick.fault {
+            let (since, _) = *self.fault.get_or_insert((tick.index, fault));
+            // It comes to rest: it never speeds up, and the walls hold on the way.
+            let size = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let faster = size(tick.command) > size(&self.before) + ROUNDING;
+            let long = tick.index > since + 400 && tick.command.iter().any(|v| *v != 0.0);
+            if (faster || long) && self.wrong.is_none() {
+                self.wrong = Some(format!("tick {}: it moves in spite of a fault", tick.index));
+            }
+            self.look_at_walls(tick);
+            self.before.copy_from_slice(tick.command);
+            return Ok(());
+        }
+        let broken = self.broken(tick).map(|what| format!("tick {}: {what}", tick.index));
+        self.wrong = self.wrong.take().or(broken);
+        self.look_at_walls(tick);
         self.before.copy_from_slice(tick.v);
         Ok(())
     }

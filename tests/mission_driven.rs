@@ -266,7 +266,7 @@ fn faults_inside_a_controller_lose_its_robot() {
     let root = without_people().replace("gain 2 /s", "gain 2 /s * sqrt(5 - t/(1 s))");
     let runs = |more: &str| format!("runs {{ spec \"carrier.hq\"  target drive_to  {more} }}");
     for (name, controller, runs, from, why) in [
-        ("deadline", late, runs("scenario \"world\""), 4.0, "a tick came"),
+        ("deadline", late, runs("scenario \"world\""), 4.0, "a call came"),
         ("not_finite", root, runs(""), 5.0, "finite"),
     ] {
         let folder = folder(name, &controller);

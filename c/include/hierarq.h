@@ -73,9 +73,17 @@ enum hierarq_result
    */
   HIERARQ_RESULT_SOLVER = 9,
   /*
-   The robot is too far from its reference.
+   A joint does not follow what it is told.
    */
   HIERARQ_RESULT_TRACKING = 10,
+  /*
+   A joint cannot have reached its reading since the last one.
+   */
+  HIERARQ_RESULT_JUMP = 11,
+  /*
+   The measured robot has passed a hard limit.
+   */
+  HIERARQ_RESULT_BEYOND = 12,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -117,6 +125,35 @@ void hierarq_controller_free(hierarq_controller *controller);
  Begins anew: the next tick is the first one.
  */
 void hierarq_restart(hierarq_controller *controller);
+
+/*
+ Tells the time between two calls of `hierarq_step`, in s. Calls may come at any rate: the motion is the same. Without this, or with a number that is
+ not positive, it is found from the calls, and the robot stands still until the second one.
+ */
+void hierarq_called_every(hierarq_controller *controller,
+                          double interval);
+
+/*
+ Tells whether the robot takes commands: its program runs, its brakes are open. While it does not, the reference stays with the robot; afterwards
+ the robot stands until `hierarq_resume`. A controller begins with a robot that does.
+ */
+void hierarq_enabled(hierarq_controller *controller,
+                     bool enabled);
+
+/*
+ Brings the robot to rest within its limits, where it stands until `hierarq_resume`. Call `hierarq_step` until `hierarq_at_rest`.
+ */
+void hierarq_stop(hierarq_controller *controller);
+
+/*
+ Lets a robot go on that was stopped, or that takes commands again: from where it is, from rest.
+ */
+void hierarq_resume(hierarq_controller *controller);
+
+/*
+ True if the robot is told to stand: a host that ends may stop calling.
+ */
+bool hierarq_at_rest(const hierarq_controller *controller);
 
 /*
  Sends the value of a signal, received at `time` (s): `width` numbers in SI units, a flag above 0 for true. Returns false for null pointers, another
@@ -171,7 +208,15 @@ bool hierarq_is_final(const hierarq_controller *controller);
 bool hierarq_is_halted(const hierarq_controller *controller);
 
 /*
- Copies the configuration that the robot should have at the next tick into an array of `nq` numbers. Returns false for null pointers and another
+ Copies the configuration to be reached at the next call, which a position servo is sent, into an array of `nq` numbers, which are finite in any
+ case. Returns false for null pointers and another length.
+ */
+bool hierarq_position(const hierarq_controller *controller,
+                      double *q,
+                      size_t nq);
+
+/*
+ Copies the reference of the hierarchy after the last decision, into an array of `nq` numbers. Returns false for null pointers and another
  length.
  */
 bool hierarq_reference(const hierarq_controller *controller,

@@ -75,7 +75,8 @@ fn prepared(program: &runtime::Program, stack: Option<&str>) -> std::result::Res
             runtime::Controller::for_stack(program, index)
         }
     };
-    let controller = controller.map_err(|e| e.to_string())?;
+    let mut controller = controller.map_err(|e| e.to_string())?;
+    controller.called_every(None);
     let mut tasks: Vec<Task> = Vec::new();
     for member in controller.stacks().iter().flat_map(|s| s.evaluator().members()) {
         if tasks.iter().all(|t| t.index != member.program_index) {
@@ -118,6 +119,66 @@ pub unsafe extern "C" fn hierarq_restart(controller: *mut Controller) {
         c.controller.restart();
         (c.fault, c.failed) = (None, false);
     }
+}
+
+/// Tells the time between two calls of `hierarq_step`, in s. Calls may come at any rate: the motion is the same. Without this, or with a number that is
+/// not positive, it is found from the calls, and the robot stands still until the second one.
+///
+/// # Safety
+/// `controller` is null or a controller.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hierarq_called_every(controller: *mut Controller, interval: f64) {
+    // SAFETY: as the caller promises.
+    if let Some(c) = unsafe { controller.as_mut() } {
+        c.controller.called_every((interval > 0.0).then_some(interval));
+    }
+}
+
+/// Tells whether the robot takes commands: its program runs, its brakes are open. While it does not, the reference stays with the robot; afterwards
+/// the robot stands until `hierarq_resume`. A controller begins with a robot that does.
+///
+/// # Safety
+/// `controller` is null or a controller.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hierarq_enabled(controller: *mut Controller, enabled: bool) {
+    // SAFETY: as the caller promises.
+    if let Some(c) = unsafe { controller.as_mut() } {
+        c.controller.set_enabled(enabled);
+    }
+}
+
+/// Brings the robot to rest within its limits, where it stands until `hierarq_resume`. Call `hierarq_step` until `hierarq_at_rest`.
+///
+/// # Safety
+/// `controller` is null or a controller.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hierarq_stop(controller: *mut Controller) {
+    // SAFETY: as the caller promises.
+    if let Some(c) = unsafe { controller.as_mut() } {
+        c.controller.stop();
+    }
+}
+
+/// Lets a robot go on that was stopped, or that takes commands again: from where it is, from rest.
+///
+/// # Safety
+/// `controller` is null or a controller.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hierarq_resume(controller: *mut Controller) {
+    // SAFETY: as the caller promises.
+    if let Some(c) = unsafe { controller.as_mut() } {
+        c.controller.resume();
+    }
+}
+
+/// True if the robot is told to stand: a host that ends may stop calling.
+///
+/// # Safety
+/// `controller` is null or a controller.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hierarq_at_rest(controller: *const Controller) -> bool {
+    // SAFETY: as the caller promises.
+    unsafe { controller.as_ref() }.is_some_and(|c| c.failed || c.controller.is_at_rest())
 }
 
 /// Sends the value of a signal, received at `time` (s): `width` numbers in SI units, a flag above 0 for true. Returns false for null pointers, another
@@ -279,7 +340,18 @@ pub unsafe extern "C" fn hierarq_is_halted(controller: *const Controller) -> boo
     unsafe { controller.as_ref() }.is_some_and(|c| c.failed || c.controller.is_halted())
 }
 
-/// Copies the configuration that the robot should have at the next tick into an array of `nq` numbers. Returns false for null pointers and another
+/// Copies the configuration to be reached at the next call, which a position servo is sent, into an array of `nq` numbers, which are finite in any
+/// case. Returns false for null pointers and another length.
+///
+/// # Safety
+/// `controller` is null or a controller; `q` is null or has `nq` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hierarq_position(controller: *const Controller, q: *mut f64, nq: usize) -> bool {
+    // SAFETY: as the caller promises.
+    unsafe { copied(controller, q, nq, runtime::Controller::position) }
+}
+
+/// Copies the reference of the hierarchy after the last decision, into an array of `nq` numbers. Returns false for null pointers and another
 /// length.
 ///
 /// # Safety
@@ -287,12 +359,26 @@ pub unsafe extern "C" fn hierarq_is_halted(controller: *const Controller) -> boo
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hierarq_reference(controller: *const Controller, q: *mut f64, nq: usize) -> bool {
     // SAFETY: as the caller promises.
+    unsafe { copied(controller, q, nq, runtime::Controller::reference) }
+}
+
+/// Copies a configuration of a controller.
+///
+/// # Safety
+/// As of the functions above.
+unsafe fn copied(
+    controller: *const Controller,
+    q: *mut f64,
+    nq: usize,
+    of: fn(&runtime::Controller) -> &[f64],
+) -> bool {
+    // SAFETY: as the caller promises.
     let Some(c) = (unsafe { controller.as_ref() }) else { return false };
     if q.is_null() || nq != c.nq {
         return false;
     }
     // SAFETY: the caller promises `nq` numbers.
-    unsafe { std::slice::from_raw_parts_mut(q, nq) }.copy_from_slice(c.controller.reference());
+    unsafe { std::slice::from_raw_parts_mut(q, nq) }.copy_from_slice(of(&c.controller));
     true
 }
 
@@ -337,7 +423,7 @@ pub unsafe extern "C" fn hierarq_task_value(controller: *const Controller, task:
     // SAFETY: as the caller promises.
     let Some(c) = (unsafe { controller.as_ref() }) else { return f64::NAN };
     let Some(task) = c.tasks.get(task).filter(|_| c.fault.is_none() && !c.failed) else { return f64::NAN };
-    let evaluator = c.controller.evaluator();
+    let evaluator = c.controller.measured();
     let member = evaluator.members().iter().find(|m| m.program_index == task.index);
     member.map_or(f64::NAN, |m| if task.limit { margin(evaluator, m) } else { error(evaluator, m) })
 }

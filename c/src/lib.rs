@@ -41,8 +41,12 @@ pub enum Result {
     Limit = 8,
     /// The solver has not found the solution.
     Solver = 9,
-    /// The robot is too far from its reference.
+    /// A joint does not follow what it is told.
     Tracking = 10,
+    /// A joint cannot have reached its reading since the last one.
+    Jump = 11,
+    /// The measured robot has passed a hard limit.
+    Beyond = 12,
 }
 
 impl From<runtime::FaultKind> for Result {
@@ -59,6 +63,8 @@ impl From<runtime::FaultKind> for Result {
             Kind::Limit => Result::Limit,
             Kind::Solver => Result::Solver,
             Kind::Tracking => Result::Tracking,
+            Kind::Jump => Result::Jump,
+            Kind::Beyond => Result::Beyond,
         }
     }
 }

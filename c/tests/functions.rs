@@ -28,6 +28,7 @@ impl Host {
             assert!(!program.is_null());
             let controller = hierarq_controller_new(program, null(), null_mut(), 0);
             assert!(!controller.is_null());
+            hierarq_called_every(controller, 1e-3);
             Host { program, controller }
         }
     }
@@ -123,7 +124,7 @@ fn faults_are_told_and_answered_by_zero() {
     assert_eq!(host.step(0.001, &q, &mut v), Result::NotFinite);
     assert!(v.iter().all(|x| *x == 0.0) && unsafe { hierarq_is_halted(host.controller) });
     let text = message(|b, n| unsafe { hierarq_fault_text(host.controller, b, n) });
-    assert_eq!(text, "number 2 of the observed configuration is missing or not finite");
+    assert_eq!(text, "the position of `joint_3` is missing or not finite: its driver is silent, or sends no number");
     unsafe { hierarq_restart(host.controller) };
     q[2] = 0.0;
     assert_eq!(host.step(0.0, &q, &mut v), Result::Ok);

@@ -50,7 +50,7 @@ pub fn unknown_key(told: usize, block: &Block, i: usize, keys: &[&str], what: &s
     {
         d = d.help(format!("if `{}` was meant as the unit of {}, the language does not know it", key.value, n.text));
     } else {
-        d = d.help(format!("it may have {}", list(keys.iter().copied(), 20)));
+        d = d.help(format!("it may have {}", list(keys.iter().copied(), 30)));
     }
     d
 }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use robot::{Base, Model};
-use runtime::physics::{Around, Physics};
+use runtime::physics::{Around, Drives, Physics};
 use runtime::program::{Actuators, Program, ScenarioProgram};
 
 use crate::library::{LibraryError, MuJoCo, Scene};
@@ -147,7 +147,7 @@ impl Physics for Plant {
         self.mjcf.step
     }
 
-    fn advance(&mut self, q: &mut [f64], command: &[f64], period: f64, around: Option<&Around>) -> Result<(), String> {
+    fn advance(&mut self, q: &mut [f64], drives: Drives, period: f64, around: Option<&Around>) -> Result<(), String> {
         self.room.tick(around);
         if !self.started {
             self.start(q);
@@ -157,10 +157,13 @@ impl Physics for Plant {
         for k in 0..steps {
             for (control, &dof) in self.controls.iter_mut().zip(&self.mjcf.drives) {
                 *control = match self.actuators {
-                    Actuators::Velocity => command[dof],
+                    Actuators::Velocity => drives.velocity[dof],
                     Actuators::Position => {
                         let d = &self.model.dofs[dof];
-                        self.wanted[dof] = (self.wanted[dof] + command[dof] * self.mjcf.step).clamp(d.lower, d.upper);
+                        let goal = d.q_index.map_or(0.0, |i| drives.position[i]);
+                        let left = (steps - k) as f64;
+                        self.wanted[dof] =
+                            (self.wanted[dof] + (goal - self.wanted[dof]) / left).clamp(d.lower, d.upper);
                         self.wanted[dof]
                     }
                 };

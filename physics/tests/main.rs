@@ -9,7 +9,7 @@ use hierarq_physics::plant::Plant;
 use hierarq_physics::{self as physics, mjcf};
 use nalgebra::Point3;
 use robot::{Data, LinkId, Model};
-use runtime::physics::Physics;
+use runtime::physics::{Drives, Physics};
 use runtime::program::Program;
 
 /// False, with a message, where there is no MuJoCo. `.ci/run` installs one and names it.
@@ -56,8 +56,11 @@ fn after(program: &Program, command: &[f64], seconds: f64) -> (Vec<f64>, Vec<f64
     let mut plant = Plant::new(program, None).expect("a plant");
     let mut q = program.robot.home.clone();
     let period = program.robot.period;
+    let mut position = q.clone();
     for _ in 0..(seconds / period).round() as usize {
-        plant.advance(&mut q, command, period, None).expect("it is stable");
+        program.robot.model.integrate(&mut position, command, period);
+        let drives = Drives { velocity: command, position: &position };
+        plant.advance(&mut q, drives, period, None).expect("it is stable");
     }
     (plant.velocities().to_vec(), q)
 }
@@ -341,6 +344,12 @@ run {{ duration 1 s  plant mujoco {{ actuators position  response 0.1 ms  step 2
     ));
     let mut plant = Plant::new(&program, None).expect("a plant");
     let mut q = program.robot.home.clone();
-    let why = (0..500).find_map(|_| plant.advance(&mut q, &[0.5, -0.5], 0.002, None).err()).expect("it diverges");
+    let mut position = q.clone();
+    let mut advance = || {
+        program.robot.model.integrate(&mut position, &[0.5, -0.5], 0.002);
+        let drives = Drives { velocity: &[0.5, -0.5], position: &position };
+        plant.advance(&mut q, drives, 0.002, None).err()
+    };
+    let why = (0..500).find_map(|_| advance()).expect("it diverges");
     assert!(why.contains("has diverged") && why.contains("a shorter `step` than 2 ms"), "{why}");
 }

@@ -116,8 +116,8 @@ impl Share<'_> {
             let (q, v) = (&mut position[i * nq..(i + 1) * nq], &mut velocity[i * nv..(i + 1) * nv]);
             let command = member.controller.step(&Observation { time, q });
             v.copy_from_slice(command.velocity);
+            q.copy_from_slice(command.position);
             faults[i] = command.fault.is_some();
-            model.integrate(q, v, period);
             member.ticks = member.ticks.saturating_add(1);
         }
     }

@@ -63,6 +63,7 @@ pub(crate) struct Command {
     state: String,
     fault: Option<(&'static str, String)>,
     late: bool,
+    at_rest: bool,
     blending: bool,
     ended: bool,
     halted: bool,
@@ -77,17 +78,14 @@ impl Command {
     /// Steps a controller, and copies what a host may ask for.
     pub(crate) fn step(
         layout: &Arc<Layout>,
-        model: &robot::Model,
         controller: &mut runtime::Controller,
         observation: &runtime::Observation,
     ) -> Command {
         let command = controller.step(observation);
-        let (velocity, fault, late) = (command.velocity.to_vec(), command.fault, command.late);
+        let (velocity, position) = (command.velocity.to_vec(), command.position.to_vec());
+        let (fault, late, at_rest) = (command.fault, command.late, command.at_rest);
         let requests = command.requests.to_vec();
-        let mut position = observation.q.to_vec();
-        // A fault of the observation is answered by the velocity zero, which leaves it as it is.
-        model.integrate(&mut position, &velocity, controller.period());
-        let (evaluator, solution) = (controller.evaluator(), controller.solution());
+        let (evaluator, solution) = (controller.measured(), controller.solution());
         let requests = requests.iter().filter_map(|r| {
             let action = controller.action(r)?;
             Some((action.verb.clone(), action.arguments.clone(), r.begin))
@@ -100,6 +98,7 @@ impl Command {
             state: controller.state().to_string(),
             fault: fault.map(|f| (f.kind().word(), controller.describe(&f))),
             late,
+            at_rest,
             blending: controller.is_blending(),
             ended: controller.is_final(),
             halted: controller.is_halted(),
@@ -124,11 +123,6 @@ impl Command {
     fn members(&self, kind: RowKind) -> impl Iterator<Item = &Member> {
         self.of().members.iter().filter(move |m| m.row_kind == kind)
     }
-
-    /// True if the numbers of tasks and levels are those of this tick: no fault has stopped it.
-    fn is_valid(&self) -> bool {
-        self.fault.is_none()
-    }
 }
 
 #[pymethods]
@@ -145,7 +139,7 @@ impl Command {
         PyArray1::from_slice(py, &self.velocity)
     }
 
-    /// The measured configuration, integrated with the velocity over one period, shape `[nq]`.
+    /// Configuration to be reached at the next call, shape `[nq]`, in rad or m: what a position servo is sent; always finite.
     #[getter]
     fn position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.position)
@@ -175,6 +169,12 @@ impl Command {
         self.late
     }
 
+    /// True if the robot is told to stand: a host that ends may stop calling.
+    #[getter]
+    fn at_rest(&self) -> bool {
+        self.at_rest
+    }
+
     /// True while the velocity blends from one stack to another.
     #[getter]
     fn is_blending(&self) -> bool {
@@ -199,31 +199,31 @@ impl Command {
         self.requests.clone()
     }
 
-    /// The margins of all limits, one number for each row, in the unit of the row: negative if the limit is passed. Empty at a fault.
+    /// The margins of all limits, one number for each row, in the unit of the row: negative if the limit is passed, where the robot is measured; NaN at a fault of what they are computed from.
     #[getter]
     fn margins<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
-        for m in self.members(RowKind::Inequality).filter(|_| self.is_valid()) {
+        for m in self.members(RowKind::Inequality) {
             out.set_item(&m.name, PyArray1::from_slice(py, &self.margins[m.margins.clone()]))?;
         }
         Ok(out)
     }
 
-    /// The errors of all targets, in m or rad. Empty at a fault.
+    /// The errors of all targets where the robot is measured, in m or rad; NaN at a fault of what they are computed from.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
-        for m in self.members(RowKind::Equality).filter(|_| self.is_valid()) {
+        for m in self.members(RowKind::Equality) {
             out.set_item(&m.name, PyArray1::from_slice(py, &self.errors[m.measures.clone()]))?;
         }
         Ok(out)
     }
 
-    /// Rows at a bound: task, row, and `lower`, `upper` or `violated`. Empty at a fault.
+    /// Rows at a bound: task, row, and `lower`, `upper` or `violated`, at the reference.
     #[getter]
     fn active(&self) -> Vec<(String, String, &'static str)> {
         let mut out = Vec::new();
-        for m in self.of().members.iter().filter(|_| self.is_valid()) {
+        for m in self.of().members.iter() {
             let first = self.of().levels[m.level].first + m.rows.start;
             for (info, active) in m.row_info.iter().zip(self.active.get(first..).unwrap_or(&[])) {
                 if let Some(word) = bound(*active) {
@@ -237,7 +237,7 @@ impl Command {
     /// The levels: name, hard, status, violation (weighted norm of what it lacks, in the rows' units), and the degrees of freedom left below it.
     #[getter]
     fn levels(&self) -> Vec<(String, bool, &'static str, f64, usize)> {
-        let all = self.of().levels.iter().zip(&self.levels).filter(|_| self.is_valid());
+        let all = self.of().levels.iter().zip(&self.levels);
         let locked = self.of().locked;
         let one = |(l, o): (&Level, &Outcome)| {
             (l.name.clone(), l.hard, status(o.status), o.violation, o.freedom.saturating_sub(locked))

@@ -19,6 +19,8 @@ pub(crate) struct Controller {
     layout: Arc<Layout>,
     /// Names of the numbers of a configuration.
     names: Vec<String>,
+    /// Time between two calls that the host has told (s).
+    interval: Option<f64>,
     core: Mutex<Core>,
 }
 
@@ -29,6 +31,8 @@ struct Core {
     /// run, which are multiples of the period.
     base: f64,
     ticks: u32,
+    /// True before the first tick.
+    is_new: bool,
     q: Vec<f64>,
 }
 
@@ -59,12 +63,27 @@ pub(crate) fn prepared(program: &runtime::Program, stack: Option<&str>) -> PyRes
 }
 
 impl Controller {
-    pub(crate) fn new(py: Python<'_>, program: Arc<runtime::Program>, stack: Option<&str>) -> PyResult<Controller> {
+    pub(crate) fn new(
+        py: Python<'_>,
+        program: Arc<runtime::Program>,
+        stack: Option<&str>,
+        interval: Option<f64>,
+    ) -> PyResult<Controller> {
+        if interval.is_some_and(|i| !(i.is_finite() && i > 0.0)) {
+            return Err(refused("`interval` is the time between two calls: a positive, finite number of seconds"));
+        }
         let controller = py.detach(|| prepared(&program, stack))?;
         Ok(Controller {
             layout: Arc::new(Layout::new(&controller)),
             names: program.robot.q_names(),
-            core: Mutex::new(Core { controller, base: 0.0, ticks: 0, q: vec![0.0; program.robot.model.nq()] }),
+            core: Mutex::new(Core {
+                controller,
+                base: 0.0,
+                ticks: 0,
+                is_new: true,
+                q: vec![0.0; program.robot.model.nq()],
+            }),
+            interval,
             program,
         })
     }
@@ -75,24 +94,28 @@ impl Controller {
     /// Executes one tick and returns the command until the next one.
     ///
     /// `q` is the measured configuration, shape `[nq]`, in rad or m, in the order of `robot.q_names`. `t` is the time (s) since the
-    /// start of the controller, by default one period after the last tick. `signals` maps names to values in SI units, each received now: a
+    /// start of the controller, by default one period after the last call. With `t`, calls may come at any rate: the motion is the same. The robot
+    /// then stands still until the second call, which tells the time between two, unless the controller was made with `interval`. `signals` maps names to values in SI units, each received now: a
     /// number, a truth value, an array, or `None` for a signal that has become absent. `humans` maps people to points and those to positions
-    /// (m). `events` are names of events that occurred.
+    /// (m). `events` are names of events that occurred. `enabled` tells whether the robot takes commands, until told again: while it does not, the
+    /// reference stays with it, and afterwards it stands until `resume`.
     ///
     /// Names and lengths that are wrong raise `ValueError`, and nothing happens. Everything else that is wrong, such as numbers that are not
     /// finite or a time that goes back, is a fault of the controller: the velocity is zero.
-    #[pyo3(signature = (q, *, t = None, signals = None, humans = None, events = None))]
+    #[pyo3(signature = (q, *, t = None, enabled = None, signals = None, humans = None, events = None))]
+    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
     fn step(
         &self,
         py: Python<'_>,
         q: &Bound<'_, PyAny>,
         t: Option<f64>,
+        enabled: Option<bool>,
         signals: Option<&Bound<'_, PyDict>>,
         humans: Option<&Bound<'_, PyDict>>,
         events: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Command> {
         let mut core = alone(&self.core, "controller")?;
-        let Core { controller, base, ticks, q: own } = &mut *core;
+        let Core { controller, base, ticks, is_new, q: own } = &mut *core;
         let found = numbers("q", q, |all| {
             if all.len() == own.len() {
                 own.copy_from_slice(all);
@@ -107,19 +130,37 @@ impl Controller {
         if signals.is_some() || events.is_some() {
             tell(controller.signals(), signals, events, time)?;
         }
+        if std::mem::replace(is_new, false) {
+            // Without times, calls come once a period; with them, the time between two calls is the host's.
+            controller.called_every(self.interval.or(t.is_none().then_some(self.program.robot.period)));
+        }
+        if let Some(enabled) = enabled {
+            controller.set_enabled(enabled);
+        }
         if let Some(t) = t {
             (*base, *ticks) = (t, 0);
         }
         *ticks = ticks.saturating_add(1);
-        let (layout, model) = (&self.layout, &self.program.robot.model);
-        Ok(py.detach(|| Command::step(layout, model, controller, &Observation { time, q: own })))
+        Ok(py.detach(|| Command::step(&self.layout, controller, &Observation { time, q: own })))
     }
 
     /// Begins anew: the next tick is the first one, at time 0 unless told.
     fn restart(&self) -> PyResult<()> {
         let mut core = alone(&self.core, "controller")?;
         core.controller.restart();
-        (core.base, core.ticks) = (0.0, 0);
+        (core.base, core.ticks, core.is_new) = (0.0, 0, true);
+        Ok(())
+    }
+
+    /// Brings the robot to rest within its limits, where it stands until `resume`: call `step` until its command is `at_rest`.
+    fn stop(&self) -> PyResult<()> {
+        alone(&self.core, "controller")?.controller.stop();
+        Ok(())
+    }
+
+    /// Lets a robot go on that was stopped, or that takes commands again: from where it is, from rest.
+    fn resume(&self) -> PyResult<()> {
+        alone(&self.core, "controller")?.controller.resume();
         Ok(())
     }
 

@@ -113,10 +113,11 @@ impl Program {
         py.detach(|| CompiledFile::to_json(&self.name(), self.program.as_deref(), &self.missions)).map_err(refused)
     }
 
-    /// A new controller, of the run of the spec or of the stack that is named.
-    #[pyo3(signature = (stack = None))]
-    fn controller(&self, py: Python<'_>, stack: Option<&str>) -> PyResult<Controller> {
-        Controller::new(py, self.of_robot()?.clone(), stack)
+    /// A new controller, of the run of the spec or of the stack that is named. `interval` is the time (s) between two calls of its `step`, where
+    /// they carry times.
+    #[pyo3(signature = (stack = None, *, interval = None))]
+    fn controller(&self, py: Python<'_>, stack: Option<&str>, interval: Option<f64>) -> PyResult<Controller> {
+        Controller::new(py, self.of_robot()?.clone(), stack, interval)
     }
 
     /// Controllers of `n` robots that are stepped at once, in as many `threads` as there are processors unless told.

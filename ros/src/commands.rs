@@ -24,8 +24,8 @@ pub struct Commander {
 pub struct Motion<'a> {
     /// Velocity, `nv` numbers.
     pub velocity: &'a [f64],
-    /// Configuration at the next tick, `nq` numbers.
-    pub reference: &'a [f64],
+    /// Configuration to be reached at the next tick, `nq` numbers.
+    pub position: &'a [f64],
 }
 
 impl Commander {
@@ -46,7 +46,7 @@ impl Commander {
     /// Velocities or positions in a row.
     pub fn numbers(&self, motion: Motion) -> Float64MultiArray {
         let (places, of) = match self.form {
-            CommandForm::Position => (&self.places, motion.reference),
+            CommandForm::Position => (&self.places, motion.position),
             _ => (&self.dofs, motion.velocity),
         };
         let data = places.iter().map(|i| of.get(*i).copied().unwrap_or(0.0)).collect();
@@ -58,7 +58,7 @@ impl Commander {
         let all = |places: &[usize], of: &[f64]| places.iter().map(|i| of.get(*i).copied().unwrap_or(0.0)).collect();
         let nanoseconds = (self.period * 1e9).round() as u64;
         let point = JointTrajectoryPoint {
-            positions: all(&self.places, motion.reference),
+            positions: all(&self.places, motion.position),
             velocities: all(&self.dofs, motion.velocity),
             time_from_start: Duration {
                 sec: (nanoseconds / 1_000_000_000) as i32,

@@ -145,6 +145,16 @@ impl Inputs {
                     controller.restart();
                     Ok(())
                 }
+                Call::Stop => {
+                    controller.stop();
+                    Ok(())
+                }
+                Call::Resume if controller.is_halted() => Err("a fault keeps the robot still: restart first".into()),
+                Call::Resume if !controller.is_enabled() => Err("the robot takes no commands".into()),
+                Call::Resume => {
+                    controller.resume();
+                    Ok(())
+                }
             });
         }
     }

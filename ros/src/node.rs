@@ -26,6 +26,10 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const FAREWELL: Duration = Duration::from_millis(60);
 /// Pause of a node that waits for joints.
 const PAUSE: Duration = Duration::from_millis(2);
+/// Longest time in which a node that ends brings its robot to rest (s).
+const TO_REST: f64 = 5.0;
+/// Time between two looks at who reads the commands (s).
+const LOOK: f64 = 0.1;
 /// Periods without a message after which a tick that messages begin begins all the same.
 const OVERDUE: f64 = 2.0;
 
@@ -104,17 +108,17 @@ impl Waiting {
     }
 }
 
-/// Stops the robot, also if the loop ends by an error.
+/// Repeats the last position and the velocity zero, also if the loop ends by an error.
 struct Farewell<'a> {
     outputs: &'a Outputs,
-    reference: Vec<f64>,
+    position: Vec<f64>,
 }
 
 impl Drop for Farewell<'_> {
     fn drop(&mut self) {
         let until = Instant::now() + FAREWELL;
         while Instant::now() < until {
-            self.outputs.stand(&self.reference);
+            self.outputs.stand(&self.position);
             std::thread::sleep(FAREWELL / 6);
         }
     }
@@ -217,6 +221,10 @@ pub fn run(
 ) -> Result<Ended, RosError> {
     let ros = RosProgram::of(program);
     let mut controller = Controller::new(program)?;
+    if ros.tick == TickSource::JointStates {
+        // The driver calls, at a rate of its own.
+        controller.called_every(None);
+    }
     let mut connection = Connection::new(program, &ros, settings, tell)?;
     let mut q = Configuration::new(&program.robot.model, ros.stale_after);
     let mut once = Once::new(Tell::clone(tell));
@@ -235,6 +243,7 @@ pub fn run(
         zero: clock.elapsed().as_secs_f64(),
         clock,
         velocity: vec![0.0; program.robot.model.nv()],
+        position: program.robot.home.clone(),
         requests: Vec::with_capacity(64),
         ended: Ended::default(),
         waiting,
@@ -255,6 +264,7 @@ struct Driven {
     /// Time of the first tick by the clock (s).
     zero: f64,
     velocity: Vec<f64>,
+    position: Vec<f64>,
     requests: Vec<Request>,
     ended: Ended,
     waiting: Waiting,
@@ -272,14 +282,29 @@ impl Driven {
         recorder: &mut dyn Recorder,
         go_on: GoOn,
     ) -> Result<(), RosError> {
-        let Connection { inputs, outputs, .. } = connection;
+        let Connection { inputs, outputs, node, .. } = connection;
         // The last positions are finite: nothing has been read since all joints were known.
-        let mut farewell = Farewell { outputs, reference: self.q.last().to_vec() };
-        while go_on() {
+        let mut farewell = Farewell { outputs, position: self.q.last().to_vec() };
+        let (mut ending, mut looked) = (None, f64::NEG_INFINITY);
+        loop {
             let now = self.clock.elapsed().as_secs_f64();
             let time = now - self.zero;
-            if duration.is_some_and(|d| time >= d) || controller.is_final() {
+            // The end of a node is a motion to rest.
+            if ending.is_none() && (!go_on() || duration.is_some_and(|d| time >= d) || controller.is_final()) {
+                controller.stop();
+                ending = Some(time);
+            }
+            if ending.is_some_and(|since| controller.is_at_rest() || time - since > TO_REST) {
                 break;
+            }
+            if now - looked > LOOK {
+                looked = now;
+                // A robot whose commands nobody reads stands, and stays where it is until somebody resumes.
+                let unread = outputs.unread(node);
+                controller.set_enabled(unread.is_empty());
+                if !unread.is_empty() {
+                    self.once.tell(Remark::ReaderGone { topics: unread });
+                }
             }
             inputs.read(&mut self.q, controller, At { clock: now, time }, &mut self.once);
             let q = self.q.at(now);
@@ -295,7 +320,8 @@ impl Driven {
             self.velocity.copy_from_slice(command.velocity);
             self.requests.clear();
             self.requests.extend_from_slice(command.requests);
-            let motion = Motion { velocity: &self.velocity, reference: controller.reference() };
+            self.position.copy_from_slice(command.position);
+            let motion = Motion { velocity: &self.velocity, position: &self.position };
             let once = &mut self.once;
             outputs.send(motion, &mut |remark| once.tell(remark));
             for request in &self.requests {
@@ -303,7 +329,7 @@ impl Driven {
                     outputs.request(action, request.begin, &mut |remark| once.tell(remark));
                 }
             }
-            farewell.reference.copy_from_slice(controller.reference());
+            farewell.position.copy_from_slice(&self.position);
             let tick = Tick {
                 index: self.ended.ticks,
                 time,

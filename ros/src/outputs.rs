@@ -86,8 +86,8 @@ impl Outputs {
     }
 
     /// Commands the robot to stand where it is.
-    pub fn stand(&self, reference: &[f64]) {
-        self.send(Motion { velocity: &self.still, reference }, &mut |_| ());
+    pub fn stand(&self, position: &[f64]) {
+        self.send(Motion { velocity: &self.still, position }, &mut |_| ());
     }
 
     /// Asks for an action: `begin gripper close`, `cancel gripper close`.

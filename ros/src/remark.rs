@@ -20,6 +20,11 @@ pub enum Remark {
         /// The topics.
         topics: Vec<String>,
     },
+    /// Topics of commands that nobody reads any more.
+    ReaderGone {
+        /// The topics.
+        topics: Vec<String>,
+    },
     /// The controller runs.
     Running,
     /// Messages in a frame from which no transform leads to the one of the signal.
@@ -90,6 +95,11 @@ impl fmt::Display for Remark {
             Remark::NobodyReads { topics } => {
                 write!(f, "waiting for somebody who reads the commands on {}", some(topics))
             }
+            Remark::ReaderGone { topics } => write!(
+                f,
+                "nobody reads the commands on {} any more: the robot stands until a call of ~/motion/resume",
+                some(topics)
+            ),
             Remark::Running => write!(f, "all joints are known and the commands are read: the controller runs"),
             Remark::OtherFrame { topic, frame, needed } => {
                 write!(

@@ -1,4 +1,4 @@
-//! Services: one for each event that others may raise, and one that restarts the controller.
+//! Services: one for each event that others may raise, and those that restart the controller, stop the robot, and let it go on.
 
 use ros2_client::{Node, Server, ServiceMapping};
 use runtime::program::{Program, RosProgram};
@@ -22,6 +22,10 @@ pub enum Call {
     Raise(usize),
     /// The controller begins anew.
     Restart,
+    /// The robot comes to rest.
+    Stop,
+    /// A robot that stands goes on.
+    Resume,
 }
 
 /// An event that others raise.
@@ -51,9 +55,11 @@ pub fn offer(
     mapping: ServiceMapping,
 ) -> Result<Vec<Trigger>, RosError> {
     let events = raised_by_others(program);
-    let restart = ("restart".to_string(), Call::Restart);
+    // Events are often called `stop` and `resume`: the services of the motion have a place of their own.
+    let own = [("restart", Call::Restart), ("motion/stop", Call::Stop), ("motion/resume", Call::Resume)];
+    let own = own.map(|(name, call)| (name.to_string(), call));
     let mut offered = Vec::new();
-    for (name, call) in events.map(|e| (part(e.name), Call::Raise(e.index))).chain([restart]) {
+    for (name, call) in events.map(|e| (part(e.name), Call::Raise(e.index))).chain(own) {
         let name = resolved(ros, &format!("~/{name}"));
         let (requests, responses) = (quality::service(), quality::service());
         let server = node.create_server(mapping, &absolute(&name)?, &trigger(), requests, responses)?;

@@ -2,7 +2,7 @@
 
 use crate::controller::{Controller, Observation};
 use crate::fault::Fault;
-use crate::physics::Around;
+use crate::physics::{Around, Drives};
 use crate::program::{Program, ProgramError, ScenarioProgram};
 use crate::simulated_robot::SimulatedRobot;
 use crate::world::World;
@@ -15,6 +15,8 @@ pub(crate) struct ClosedLoop {
     pub world: Option<World>,
     /// Velocity command of the last tick that was not late.
     pub velocity: Vec<f64>,
+    /// Position command of that tick.
+    position: Vec<f64>,
     /// Fault of that tick.
     pub fault: Option<Fault>,
     /// Table of signals at the last tick, with the true motion of people and of what is tracked.
@@ -33,6 +35,7 @@ impl ClosedLoop {
         let controller = Controller::new(program)?;
         Ok(ClosedLoop {
             velocity: vec![0.0; controller.velocity().len()],
+            position: program.robot.home.clone(),
             robot: SimulatedRobot::of_run(program, scenario)?,
             world: scenario.map(|s| World::new(program, s)),
             fault: None,
@@ -64,6 +67,7 @@ impl ClosedLoop {
         let elapsed = clock() - before;
         self.fault = command.fault;
         self.velocity.copy_from_slice(command.velocity);
+        self.position.copy_from_slice(command.position);
         if let Some(world) = &mut self.world {
             let requests = command.requests.to_vec();
             world.ask(&self.controller, &requests, time);
@@ -82,6 +86,7 @@ impl ClosedLoop {
 
     /// Moves the robot with the last command until the next tick.
     pub fn apply(&mut self) {
-        self.robot.apply_among(&self.velocity, &Around { time: self.time, signals: &self.signals });
+        let drives = Drives { velocity: &self.velocity, position: &self.position };
+        self.robot.apply_among(drives, &Around { time: self.time, signals: &self.signals });
     }
 }

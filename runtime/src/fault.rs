@@ -10,9 +10,8 @@ pub const MARGIN_TOLERANCE: f64 = 1e-9;
 /// tick on the limit up to rounding.
 pub(crate) const PASSED: f64 = 1e-6;
 
-/// A fault. The robot stands still at the tick at which one is found, which keeps every static limit whose margin is
-/// not negative (mathematics, velocity scaling of limits). A machine that has a transition for the fault continues from
-/// there. Otherwise the robot stands still until the controller is restarted. [`crate::Controller::describe`] names the
+/// A fault. The robot comes to rest from the tick at which one is found, within the limits of the stack that moved it. A machine that has a
+/// transition for the fault continues from there. Otherwise the robot stands still until the controller is restarted. [`crate::Controller::describe`] names the
 /// indices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
@@ -84,10 +83,30 @@ pub enum Fault {
         /// The level's index.
         level: usize,
     },
-    /// The robot is further from the reference than [`crate::controller::TRACKING_LIMIT`].
+    /// A degree of freedom does not follow what it is told.
     Tracking {
-        /// Index of the degree of freedom.
+        /// Its index.
         dof: usize,
+        /// Motion that was commanded in the last moments, and that was measured, in rad or m.
+        told: f64,
+        /// See `told`.
+        moved: f64,
+    },
+    /// A reading that a degree of freedom cannot have reached since the last one.
+    Jump {
+        /// Its index.
+        dof: usize,
+        /// Difference from the last reading, in rad or m.
+        by: f64,
+    },
+    /// The measured robot has passed a limit of a hard level, which its reference keeps.
+    Beyond {
+        /// Index of the task in the stack's order.
+        member: usize,
+        /// Its row.
+        row: usize,
+        /// How far, in the unit of the row.
+        by: f64,
     },
 }
 
@@ -115,11 +134,15 @@ pub enum FaultKind {
     Solver,
     /// [`Fault::Tracking`]
     Tracking,
+    /// [`Fault::Jump`]
+    Jump,
+    /// [`Fault::Beyond`]
+    Beyond,
 }
 
 impl FaultKind {
     /// All kinds.
-    pub const ALL: [FaultKind; 10] = [
+    pub const ALL: [FaultKind; 12] = [
         FaultKind::NotFinite,
         FaultKind::Deadline,
         FaultKind::Stale,
@@ -130,6 +153,8 @@ impl FaultKind {
         FaultKind::Limit,
         FaultKind::Solver,
         FaultKind::Tracking,
+        FaultKind::Jump,
+        FaultKind::Beyond,
     ];
 
     /// Name of the kind in specs and logs.
@@ -145,6 +170,8 @@ impl FaultKind {
             FaultKind::Limit => "limit",
             FaultKind::Solver => "solver",
             FaultKind::Tracking => "tracking",
+            FaultKind::Jump => "jump",
+            FaultKind::Beyond => "beyond",
         }
     }
 }
@@ -163,6 +190,8 @@ impl Fault {
             Fault::Limit { .. } => FaultKind::Limit,
             Fault::Solver { .. } => FaultKind::Solver,
             Fault::Tracking { .. } => FaultKind::Tracking,
+            Fault::Jump { .. } => FaultKind::Jump,
+            Fault::Beyond { .. } => FaultKind::Beyond,
         }
     }
 }

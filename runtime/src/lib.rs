@@ -37,7 +37,7 @@ pub mod world;
 pub use controller::{Command, Controller, Observation, Request};
 pub use evaluator::{Built, Evaluator, LIMIT_TOLERANCE, Member, RestInputs, TickInputs, build_tasks};
 pub use fault::{Fault, FaultKind};
-pub use period::{HighGain, PeriodError};
+pub use period::{HighGain, PeriodError, default_deadline};
 pub use planning::deviates;
 pub use program::{Program, ProgramError};
 pub use signals::Signals;

@@ -51,10 +51,16 @@ fn joined(gains: &[HighGain]) -> String {
     gains.iter().map(HighGain::to_string).collect::<Vec<_>>().join(", ")
 }
 
+/// Longest time between two calls that is no fault, where a spec declares none, in s: two periods, and at least a period and what an ordinary
+/// kernel may take.
+pub fn default_deadline(period: f64) -> f64 {
+    (2.0 * period).max(period + 0.02)
+}
+
 impl Program {
     /// Returns the program at another control period in s, as if its spec had been compiled for that rate.
     ///
-    /// The deadline remains the same number of periods. Gains that move with time are limited to one over the new
+    /// A declared deadline remains the same number of periods. Gains that move with time are limited to one over the new
     /// period while the program runs. Rows that were proven idle at the old period are solved again. Scenarios are
     /// removed, because their expectations are counted in ticks.
     ///
@@ -67,7 +73,9 @@ impl Program {
         }
         let mut program = self.clone();
         let robot = &mut program.robot;
-        robot.deadline = period * (robot.deadline / robot.period);
+        // A deadline that nobody declared is that of the new period.
+        let by_default = robot.deadline == default_deadline(robot.period);
+        robot.deadline = if by_default { default_deadline(period) } else { period * (robot.deadline / robot.period) };
         robot.period = period;
         program.values.ranges.iter_mut().filter(|r| r.gain).for_each(|r| r.max = Some(1.0 / period));
         program.stacks.iter_mut().flat_map(|s| &mut s.levels).flat_map(|l| &mut l.members).for_each(|m| m.idle.clear());

@@ -51,6 +51,15 @@ impl PlantRecord {
     }
 }
 
+/// What drives are told until the next tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Drives<'a> {
+    /// Velocity, `nv` numbers.
+    pub velocity: &'a [f64],
+    /// Configuration to be reached at the next tick, `nq` numbers.
+    pub position: &'a [f64],
+}
+
 /// A robot with masses and drives.
 pub trait Physics: Send {
     /// Name and version of the library, for reports.
@@ -59,13 +68,13 @@ pub trait Physics: Send {
     /// Its time step (s).
     fn step(&self) -> f64;
 
-    /// Moves for a period (s) under a constant velocity command, `nv` numbers. In the configuration `q`, `nq` numbers, the
+    /// Moves for a period (s) under a constant velocity command, or on a straight way to the position that is told. In the configuration `q`, `nq` numbers, the
     /// base has moved already; the joints are those before the period, and become those after it. Without `around`,
     /// nobody and nothing that moves is there.
     ///
     /// # Errors
     /// The simulation has diverged, in words for the user.
-    fn advance(&mut self, q: &mut [f64], command: &[f64], period: f64, around: Option<&Around>) -> Result<(), String>;
+    fn advance(&mut self, q: &mut [f64], drives: Drives, period: f64, around: Option<&Around>) -> Result<(), String>;
 }
 
 /// Makes the physical robot of a program whose run asks for one, or says why there is none.

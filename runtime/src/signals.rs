@@ -56,6 +56,8 @@ pub struct Signals {
     motions: Vec<Option<Estimate>>,
     /// Time from which each signal's readings count as missing, in s; infinity if none ever came.
     lost: Vec<f64>,
+    /// True for each signal whose last value could not be used.
+    refused: Vec<bool>,
     /// Events since the last tick.
     raised: Vec<bool>,
     conditioner: Conditioner,
@@ -70,6 +72,7 @@ impl Signals {
             last: vec![f64::NAN; interface.width()],
             motions: interface.signals.iter().map(estimate).collect(),
             lost: vec![f64::INFINITY; interface.signals.len()],
+            refused: vec![false; interface.signals.len()],
             raised: vec![false; interface.events.len()],
             conditioner: Conditioner::new(interface),
             interface: interface.clone(),
@@ -119,6 +122,7 @@ impl Signals {
             let readings =
                 Readings { received: &mut self.received[signal], lost: &mut self.lost[signal], last: &mut self.last };
             tracked(s, estimate, value, time, readings);
+            self.refused[signal] = self.received[signal] == f64::NEG_INFINITY;
             return true;
         }
         let last = &mut self.last[s.at + 1..s.at + 1 + s.len];
@@ -130,6 +134,7 @@ impl Signals {
         };
         let good = turned && value.iter().all(|x| x.is_finite());
         self.received[signal] = if good { time } else { f64::NEG_INFINITY };
+        self.refused[signal] = !good;
         true
     }
 
@@ -232,6 +237,16 @@ impl Signals {
     /// Table of signals at the last tick.
     pub fn table(&self) -> &[f64] {
         &self.table
+    }
+
+    /// Time at which the last usable value of a signal was received, in s; minus infinity if there is none.
+    pub(crate) fn received(&self, signal: usize) -> f64 {
+        self.received.get(signal).copied().unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// Returns true if the last value of a signal could not be used.
+    pub(crate) fn was_refused(&self, signal: usize) -> bool {
+        self.refused.get(signal) == Some(&true)
     }
 
     pub(crate) fn events(&self) -> &[bool] {

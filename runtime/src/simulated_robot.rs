@@ -9,7 +9,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 use robot::Model;
 
-use crate::physics::{self, Around, Physics, PlantRecord};
+use crate::physics::{self, Around, Drives, Physics, PlantRecord};
 use crate::program::{Program, ProgramError, ScenarioProgram};
 
 /// A simulated robot.
@@ -24,6 +24,8 @@ pub struct SimulatedRobot {
     v: Vec<f64>,
     mean: Vec<f64>,
     measured: Vec<f64>,
+    /// Position that its drives were told last.
+    told: Vec<f64>,
     /// Physics that moves the joints, if the robot has masses and drives.
     physics: Option<Box<dyn Physics>>,
     plant: Option<PlantRecord>,
@@ -59,6 +61,7 @@ impl SimulatedRobot {
             v: vec![0.0; model.nv()],
             mean: vec![0.0; model.nv()],
             measured: program.robot.home.clone(),
+            told: program.robot.home.clone(),
             physics: None,
             plant: None,
             failure: None,
@@ -107,17 +110,23 @@ impl SimulatedRobot {
         &self.measured
     }
 
-    /// Moves for one period under a constant velocity command, where nobody and nothing that moves is near.
+    /// Moves for one period under a constant velocity command, where nobody and nothing that moves is near. Drives of positions are told its
+    /// integral.
     pub fn apply(&mut self, command: &[f64]) {
-        self.move_by(command, None);
+        let mut position = std::mem::take(&mut self.told);
+        self.model.integrate(&mut position, command, self.period);
+        self.move_by(Drives { velocity: command, position: &position }, None);
+        self.told = position;
     }
 
-    /// Moves for one period under a constant velocity command, among people and obstacles as they are now.
-    pub fn apply_among(&mut self, command: &[f64], around: &Around) {
-        self.move_by(command, Some(around));
+    /// Moves for one period as it is told, among people and obstacles as they are now.
+    pub fn apply_among(&mut self, drives: Drives, around: &Around) {
+        self.told.copy_from_slice(drives.position);
+        self.move_by(drives, Some(around));
     }
 
-    fn move_by(&mut self, command: &[f64], around: Option<&Around>) {
+    fn move_by(&mut self, drives: Drives, around: Option<&Around>) {
+        let command = drives.velocity;
         let t = self.period;
         if self.failure.is_some() {
             return;
@@ -128,7 +137,7 @@ impl SimulatedRobot {
                 self.mean[i] = if d.q_index.is_none() { command[i].clamp(-d.velocity, d.velocity) } else { 0.0 };
             }
             self.model.integrate(&mut self.q, &self.mean, t);
-            self.failure = physics.advance(&mut self.q, command, t, around).err();
+            self.failure = physics.advance(&mut self.q, drives, t, around).err();
             return;
         }
         for (i, d) in self.model.dofs.iter().enumerate() {

@@ -87,6 +87,12 @@ fn robot(p: &Program, out: &mut String) -> std::fmt::Result {
     if r.tracking_gain > 0.0 {
         writeln!(out, "  tracking gain {} /s", r.tracking_gain)?;
     }
+    if r.stops_at_once {
+        writeln!(out, "  stops in one tick")?;
+    }
+    if r.resumes_itself {
+        writeln!(out, "  goes on by itself when it takes commands again")?;
+    }
     writeln!(out, "  {} degrees of freedom, {} configuration numbers", r.model.nv(), r.model.nq())?;
     writeln!(out, "    {:<16} {:>9} {:>9} {:>9} {:>9}", "joint", "home", "lower", "upper", "speed")?;
     for d in &r.model.dofs {

@@ -414,6 +414,7 @@ impl Driven {
             limits: (g..g + l).collect(),
             start: (g + l..g + l + s).collect(),
             velocity: Vec::new(),
+            turn: false,
         };
         assert_eq!(l, program.limit_count());
         Driven { follower: Follower::new(&program), program, numbers: [goal, limits, start].concat() }

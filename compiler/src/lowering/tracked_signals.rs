@@ -45,18 +45,18 @@ impl Lowerer<'_> {
             let d = Diagnostic::unknown_key("HQ0205", most.span, format!("a point has no `{}`", most.value));
             self.push(d.note("it belongs to a pose").help("leave it out"));
         }
-        if let Some(between) = s.settings.get(SETTINGS[3]).filter(|_| block.timeout.is_none()) {
-            if block.between.is_some_and(|between| between == "extrapolate") {
-                let text = format!("without a `timeout`, `{}` would go on for ever", s.name.value);
-                let d = Diagnostic::missing_keys(["timeout"], between.value.span, text);
-                self.push(d.note("a value goes on with its velocity until it is stale, and this one never is").help(
-                    Help::with(
-                        "write for instance {}, or leave `between` out: the value then stays at the last reading",
-                        [Snippet::entry("timeout", "0.5 s")],
-                    ),
-                ));
-                return None;
-            }
+        if let Some(between) = s.settings.get(SETTINGS[3]).filter(|_| block.timeout.is_none())
+            && block.between.is_some_and(|between| between == "extrapolate")
+        {
+            let text = format!("without a `timeout`, `{}` would go on for ever", s.name.value);
+            let d = Diagnostic::missing_keys(["timeout"], between.value.span, text);
+            self.push(d.note("a value goes on with its velocity until it is stale, and this one never is").help(
+                Help::with(
+                    "write for instance {}, or leave `between` out: the value then stays at the last reading",
+                    [Snippet::entry("timeout", "0.5 s")],
+                ),
+            ));
+            return None;
         }
         Some(Tracking {
             person: false,

@@ -107,7 +107,9 @@ pub static FAULTS: &[Word] = &[
     word("infeasible", "The hard levels cannot be met together; `infeasible(LEVEL)` for one of them."),
     word("limit", "A limit is passed; `limit(TASK)` for one of them."),
     word("solver", "The hierarchy could not be solved."),
-    word("tracking", "The robot does not follow the command."),
+    word("tracking", "A joint does not follow what it is told: it stands, turns the other way, or moves twice as far."),
+    word("jump", "A joint cannot have reached its reading since the last one."),
+    word("beyond", "The measured robot has passed a hard limit, which its reference keeps."),
 ];
 
 /// Functions of the robot's current state.

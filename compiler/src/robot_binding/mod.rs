@@ -57,6 +57,10 @@ pub struct BoundRobot {
     pub deadline: f64,
     /// Gain of the low-level layer (1/s).
     pub tracking_gain: f64,
+    /// True if the robot is stopped in one tick.
+    pub stops_at_once: bool,
+    /// True if it goes on by itself when it takes commands again.
+    pub resumes_itself: bool,
     /// Arms, in source order.
     pub arms: Vec<Arm>,
     /// Points and segments, in source order.
@@ -182,14 +186,16 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     let rate = block.rate.as_ref();
     let rate_span = rate.map_or(robot.name.span, |rate| files.origins.span(rate.at));
     let period = rate.map_or(0.01, |rate| 1.0 / rate.value);
-    let tracking_gain = block.tracking_gain.value;
-    if rate.is_some() && overshoots(tracking_gain, period) {
+    // Without knowledge of the drive: a gain that is stable with a lag of a tenth of a second.
+    let tracking_gain = block.tracking_gain.as_ref().map_or_else(|| f64::min(2.0, 0.25 / period), |gain| gain.value);
+    let at = block.tracking_gain.as_ref().map(|gain| gain.at);
+    if let Some(at) = at.filter(|_| rate.is_some() && overshoots(tracking_gain, period)) {
         let text = format!(
             "this tracking gain overshoots: {tracking_gain} /s times {period} s is {:.3}",
             tracking_gain * period
         );
         b.diagnostics.push(
-            Diagnostic::error("HQ0501", files.origins.span(block.tracking_gain.at), text)
+            Diagnostic::error("HQ0501", files.origins.span(at), text)
                 .label(rate_span, format!("a period of {period} s"))
                 .note("above 1 the error changes its sign at every tick, above 2 it grows")
                 .help(format!("keep it at or below {} /s, or raise the rate", 1.0 / period)),
@@ -202,12 +208,12 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
             Diagnostic::error("HQ0308", files.origins.span(*at), text)
                 .label(rate_span, format!("a period of {period} s"))
                 .help(Help::with(
-                    "write for instance {}, or leave it out for two periods",
+                    "write for instance {}, or leave it out for two periods or more",
                     [Snippet::entry("deadline", format!("{} ms", 2e3 * period))],
                 )),
         );
     }
-    let deadline = deadline.map_or(2.0 * period, |deadline| deadline.value);
+    let deadline = deadline.map_or_else(|| runtime::default_deadline(period), |deadline| deadline.value);
     let (model, failed, srdf) = (b.model, b.failed, b.srdf);
     Some(BoundRobot {
         name: robot.name.clone(),
@@ -219,6 +225,8 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
         home,
         home_span,
         tracking_gain,
+        stops_at_once: block.stop == "now",
+        resumes_itself: block.resume == "itself",
         arms,
         geometries,
         groups,

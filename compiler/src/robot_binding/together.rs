@@ -103,6 +103,19 @@ pub fn together(mut robots: Vec<BoundRobot>, diagnostics: &mut Vec<Diagnostic>) 
 
 /// Reports a property in which two robots with one controller differ.
 fn differing(first: &BoundRobot, other: &BoundRobot) -> Option<Diagnostic> {
+    let settings = [
+        ("stop", ["to_rest", "now"], first.stops_at_once, other.stops_at_once),
+        ("resume", ["told", "itself"], first.resumes_itself, other.resumes_itself),
+    ];
+    if let Some((key, words, a, b)) = settings.into_iter().find(|(_, _, a, b)| a != b) {
+        let word = |set: bool| words[usize::from(set)];
+        let text = format!("robot `{}` has another `{key}` than `{}`", other.name.value, first.name.value);
+        let d = Diagnostic::error("HQ0412", other.name.span, text)
+            .here(format!("`{}`", word(b)))
+            .label(first.name.span, format!("`{}`", word(a)))
+            .note("robots of one spec have one controller, which stops them together");
+        return Some(d.help(Help::with("write {} for both", [Snippet::entry(key, word(a))])));
+    }
     let words = [
         ("rate", 1.0 / first.period, 1.0 / other.period, "Hz"),
         ("deadline", first.deadline, other.deadline, "s"),

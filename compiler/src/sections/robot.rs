@@ -11,6 +11,12 @@ use super::{Key, Named, Place, ValueType};
 /// The words for what carries the root link.
 pub static BASES: &[&str] = &["fixed", "planar", "unicycle", "floating"];
 
+/// The words for how the robot is stopped.
+pub static STOPS: &[&str] = &["to_rest", "now"];
+
+/// The words for who lets a robot go on that has taken no commands.
+pub static RESUMES: &[&str] = &["told", "itself"];
+
 /// Returns what stands before the names of the parts of a robot that is not the only one of its spec.
 pub fn prefix(robot: &str) -> String {
     format!("{robot}_")
@@ -58,11 +64,18 @@ block! {
         pieces: Option<Located<Unbound>> = elsewhere(ValueType::Links);
         /// Distance by which pieces may exceed their mesh.
         pieces_within: Located<f64> = or(ValueType::Number(PIECES_WITHIN), "0.005 m");
-        /// Maximum time between two ticks; a longer one is the fault `deadline`. More than a period; default: two
-        /// periods.
+        /// Maximum time between two calls; a longer one is the fault `deadline`. More than a period; default: two
+        /// periods, and at least a period and 20 ms.
         deadline: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0).usually(1e-5, 30.0)));
-        /// Gain that pulls the measured configuration to the reference, at most the rate of control.
-        tracking_gain: Located<f64> = or(ValueType::Number(usual::GAIN), "0 /s");
+        /// Gain that pulls the measured configuration to the reference, at most the rate of control; default: 2 /s, or a quarter of the
+        /// rate if this is less.
+        tracking_gain: Option<Located<f64>> = optional(ValueType::Number(usual::GAIN));
+        /// How the robot is stopped, at faults and in states without a stack: `to_rest`, a motion within the limits of the stack that moved it, or `now`,
+        /// velocity zero at once, for hosts that stop the robot themselves.
+        stop: Word = or(ValueType::Choice(STOPS), "to_rest");
+        /// Who lets the robot go on when it takes commands again, after a protective stop or with its drives on: the host that is `told` to, or it
+        /// goes on by `itself`.
+        resume: Word = or(ValueType::Choice(RESUMES), "told");
         /// Folder for `package://` addresses of the URDF, relative to the folder of the spec.
         package_path: Option<String> = optional(ValueType::Text);
     }

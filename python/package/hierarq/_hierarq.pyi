@@ -21,7 +21,7 @@ class Program:
     missions: list[str]
     robot: Robot
     def to_json(self) -> str: ...
-    def controller(self, stack: str | None = None) -> Controller: ...
+    def controller(self, stack: str | None = None, *, interval: float | None = None) -> Controller: ...
     def batch(self, n: int, threads: int | None = None) -> Batch: ...
     def mission(
         self, name: str | None = None, *, reporting: Sequence[str] = (), seed: int | None = None
@@ -53,11 +53,14 @@ class Controller:
         q: ArrayLike,
         *,
         t: float | None = None,
+        enabled: bool | None = None,
         signals: Mapping[str, Value] | None = None,
         humans: Mapping[str, Mapping[str, ArrayLike | None]] | None = None,
         events: str | Sequence[str] | None = None,
     ) -> Command: ...
     def restart(self) -> None: ...
+    def stop(self) -> None: ...
+    def resume(self) -> None: ...
     def value(self, name: str) -> Floats | None: ...
 
 class Command:
@@ -68,6 +71,7 @@ class Command:
     fault: str | None
     fault_text: str | None
     late: bool
+    at_rest: bool
     is_blending: bool
     is_final: bool
     is_halted: bool

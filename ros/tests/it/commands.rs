@@ -16,7 +16,7 @@ fn joints_are_in_the_order_of_their_topic_and_positions_are_those_of_the_configu
     let model = &program.robot.model;
     let velocity: Vec<f64> = (0..model.nv()).map(|i| 10.0 + i as f64).collect();
     let reference: Vec<f64> = (0..model.nq()).map(|i| 20.0 + i as f64).collect();
-    let motion = Motion { velocity: &velocity, reference: &reference };
+    let motion = Motion { velocity: &velocity, position: &reference };
     let of = |form, dofs: &[usize]| Commander::new(&topic(form, dofs), model, 0.01);
     assert_eq!(of(CommandForm::Velocity, &[3, 2]).numbers(motion).data, [13.0, 12.0]);
     assert_eq!(of(CommandForm::Position, &[3, 2]).numbers(motion).data, [24.0, 23.0]);
@@ -62,7 +62,7 @@ fn bases_of_several_robots_have_topics_of_their_own() {
     let odometry: Vec<(&str, usize)> = ros.odometry.iter().map(|o| (o.topic.as_str(), o.base)).collect();
     assert_eq!(odometry, [("/left/odom", 0), ("/right/odom", 1)]);
     let velocity: Vec<f64> = (0..model.nv()).map(|i| i as f64).collect();
-    let motion = Motion { velocity: &velocity, reference: &vec![0.0; model.nq()] };
+    let motion = Motion { velocity: &velocity, position: &vec![0.0; model.nq()] };
     let first = model.bases[1].first_dof as f64;
     let left = Commander::new(&ros.commands[1], model, 0.01).twist(motion);
     let right = Commander::new(&ros.commands[2], model, 0.01).twist(motion);

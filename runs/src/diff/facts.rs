@@ -82,6 +82,8 @@ fn robot(p: &Program, all: &mut Vec<Subject>) {
     facts.add("base", r.base_words());
     facts.add("control period", format!("{} s", number(r.period)));
     facts.add("deadline", format!("{} s", number(r.deadline)));
+    facts.add("stop", if r.stops_at_once { "now" } else { "to rest" });
+    facts.add("resume", if r.resumes_itself { "by itself" } else { "told" });
     facts.add("tracking gain", format!("{} /s", number(r.tracking_gain)));
     // Shapes, masses and axes, with limits as far as they are not said of joints.
     facts.add("model", format!("#{}", digest(&r.model)));

@@ -66,6 +66,8 @@ pub(super) struct Blend {
     /// follow.
     gentle: Vec<LevelRows>,
     bounds: Vec<(f64, f64)>,
+    /// All rows of limits of accelerations. On the way to rest they stand on a level of their own, the last one.
+    accelerations: Vec<LevelRows>,
     /// True if a locked joint moved at the last tick.
     pub(super) locked_joints_moving: bool,
     /// True if a locked joint moves at this tick too.
@@ -82,8 +84,14 @@ impl Blend {
         let mut between = problem.clone();
         let rows = evaluator.locked().len();
         between.levels.iter_mut().for_each(|level| level.damping = 0.0);
-        between.levels.insert(0, Problem::new(nv, &[LevelShape { rows, hard: true, damping: 0.0 }]).levels.remove(0));
-        let gentle = if evaluator.safety().count() > 0 { Vec::new() } else { evaluator.acceleration_rows() };
+        let accelerations = evaluator.acceleration_rows();
+        let yielding = accelerations.iter().map(|a| a.rows.len()).sum();
+        let (locks, last) = ((rows, true), (yielding, false));
+        let shape = |(rows, hard): (usize, bool)| LevelShape { rows, hard, damping: 0.0 };
+        let mut beside = Problem::new(nv, &[shape(locks), shape(last)]).levels.into_iter();
+        between.levels.splice(0..0, beside.next());
+        between.levels.extend(beside);
+        let gentle = if evaluator.safety().count() > 0 { Vec::new() } else { accelerations.clone() };
         Blend {
             solution: Solution::new(&between),
             solver: program.run.solver.solver(&between),
@@ -93,6 +101,7 @@ impl Blend {
             kept: vec![false; problem.levels.len()],
             bounds: vec![(0.0, 0.0); gentle.iter().map(|g| g.rows.len()).sum()],
             gentle,
+            accelerations,
             locked_joints_moving: false,
             goes_on: false,
             begun: false,
@@ -182,22 +191,85 @@ impl Blend {
                 }
             }
         }
-        // A damped level asks for the values that its rows reached, so that the blended velocity need not give them up.
-        for (i, ((to, from), kept)) in levels.iter_mut().zip(&stack.levels).zip(&self.kept).enumerate() {
+        // A damped level asks for the values that its rows reached, so that the blended velocity need not give them up. The last level is not the
+        // stack's own: it is for the way to rest.
+        if let Some(last) = levels.last_mut() {
+            (0..last.rows()).for_each(|i| last.leave_out(i));
+        }
+        for ((to, from), kept) in levels.iter_mut().zip(&stack.levels).zip(&self.kept) {
             if from.hard || (*kept && !late) {
                 to.copy_from(from);
                 to.damping = 0.0;
             } else {
                 (0..to.rows()).for_each(|i| to.leave_out(i));
             }
-            if from.hard {
-                evaluator.locked_joint_motion().give_back(i, !stop, to);
-            }
         }
+        // Rows of accelerations that depend on locked joints alone have their bounds from these joints, which come last.
         if lasts {
             self.give_back_accelerations();
         }
+        let hard =
+            self.problem.levels.iter_mut().skip(1).zip(&stack.levels).enumerate().filter(|(_, (_, from))| from.hard);
+        hard.for_each(|(i, (to, _))| evaluator.locked_joint_motion().give_back(i, !stop, to));
         self.solver.solve(&self.problem, &mut self.solution);
+    }
+
+    /// Computes the velocity nearest to `aim` (`nv` numbers) on the way to rest, from the rows of the hard levels of `stack`; see
+    /// [`rest`](super::rest). Returns false if the solver has none.
+    pub(super) fn rest(
+        &mut self,
+        evaluator: &Evaluator,
+        stack: &Problem,
+        q: &[f64],
+        aim: &[f64],
+        look_ahead: &mut LookAhead,
+    ) -> bool {
+        self.problem.reference.copy_from_slice(aim);
+        let Blend { problem, solution, solver, accelerations, .. } = self;
+        let Some(((locks, last), levels)) = problem
+            .levels
+            .split_first_mut()
+            .and_then(|(locks, rest)| rest.split_last_mut().map(|(last, levels)| ((locks, last), levels)))
+        else {
+            return false;
+        };
+        (0..locks.rows()).for_each(|i| locks.leave_out(i));
+        for (i, (to, from)) in levels.iter_mut().zip(&stack.levels).enumerate() {
+            to.copy_from(from);
+            to.damping = 0.0;
+            evaluator.locked_joint_motion().give_back(i, true, to);
+        }
+        let mut row = 0;
+        for LevelRows { level, rows } in accelerations.iter() {
+            for r in rows.clone() {
+                let from = &levels[*level];
+                last.set(row, from.row(r), from.lower[r], from.upper[r]);
+                levels[*level].leave_out(r);
+                row += 1;
+            }
+        }
+        for to in levels.iter_mut() {
+            if !to.hard {
+                (0..to.rows()).for_each(|i| to.leave_out(i));
+                continue;
+            }
+            for (l, u) in to.lower.iter_mut().zip(&mut to.upper) {
+                // Targets of hard levels stay where they are, and rest meets every limit.
+                let is_target = l == u;
+                *l = if is_target { 0.0 } else { l.min(0.0) };
+                *u = if is_target { 0.0 } else { u.max(0.0) };
+            }
+        }
+        solver.solve(problem, solution);
+        let at = At { evaluator, q, above: 1 };
+        let held = look_ahead.hold(at, problem, solution, |problem, solution| solver.solve(problem, solution));
+        let usable = held.is_ok() && solution.status == Status::Optimal && solution.x.iter().all(|v| v.is_finite());
+        if usable {
+            // Rounding of the solver must not keep the robot from rest.
+            let small = |v: &f64| v.abs() <= STANDS;
+            solution.x.iter_mut().filter(|v| small(v)).for_each(|v| *v = 0.0);
+        }
+        usable
     }
 }
 

@@ -152,7 +152,7 @@ impl Machine {
             has_regions: machine.has_regions(),
             standing: None,
             resumed: f64::NEG_INFINITY,
-            requests: Vec::with_capacity(most * machine.actions.len() + 2),
+            requests: Vec::with_capacity((most * machine.actions.len() + 2) * super::clock::MOST_DECISIONS),
             raised: [vec![false; events], vec![false; events]],
             own: machine.actions.iter().map(|a| a.own.as_ref().map(|own| ReadyAction::new(program, own))).collect(),
             pending: Vec::with_capacity(most * machine.actions.len()),
@@ -240,7 +240,6 @@ impl Machine {
 
     /// Restarts the machine in its initial state.
     pub fn start(&mut self, time: f64) {
-        self.requests.clear();
         self.pending.clear();
         self.raised.iter_mut().for_each(|r| r.fill(false));
         self.entries.fill(0);
@@ -256,9 +255,8 @@ impl Machine {
         (self.stack_since, self.resumed) = (time, time);
     }
 
-    /// Begins a tick: clears the requests of the previous tick and makes the events raised then visible.
+    /// Begins a tick: makes the events raised at the previous one visible.
     pub fn begin(&mut self) {
-        self.requests.clear();
         self.raised.swap(0, 1);
         self.raised[1].fill(false);
     }

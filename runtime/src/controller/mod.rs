@@ -1,18 +1,22 @@
-//! Controller: `step(observation) -> command`, the only function that is called at the control rate.
+//! Controller: `step(observation) -> command`, the only function that is called while a robot moves.
 //!
 //! The machine selects the stack that runs; see [`machine`]. In the high-level layer (thesis 3.3.2), the hierarchy of
 //! the stack is solved at the reference configuration `q_d`, which then moves with the chosen velocity for one period.
+//! This is a decision, and decisions are made at the rate of the spec, at whatever rate the host calls; see [`clock`] and [`set_point`].
 //! The low-level layer is thesis (3.9), `q' = q_d' + K_q (q_d - q)`, with the measured `q`, limited to the joints'
 //! speeds.
 //!
-//! A fault is never ignored: the robot is commanded to stand still at the tick at which it is found. A machine that has
+//! A fault is never ignored: the robot comes to rest from the tick at which it is found; see [`rest`]. A machine that has
 //! a transition for the fault continues in another state. If that transition leads to a state that is active already, the
-//! robot stands still until the machine leaves that state, and without a transition until [`Controller::restart`].
+//! robot stays at rest until the machine leaves that state, and without a transition until [`Controller::restart`].
 //!
 //! A stack whose signals are late at the start is entered when all of them are there; see [`Controller::awaited`].
 
 mod blend;
+mod clock;
 mod describe;
+mod follow;
+mod guard;
 mod guards;
 mod hard_limits;
 mod look_ahead;
@@ -20,8 +24,12 @@ mod machine;
 mod machine_actions;
 mod machine_moves;
 mod measured;
+mod phase;
 mod reached;
+mod rest;
+mod set_point;
 mod stack_controller;
+mod stacks;
 mod tick;
 
 use std::time::{Duration, Instant};
@@ -29,18 +37,22 @@ use std::time::{Duration, Instant};
 use robot::{Data, Model};
 use solver::{Problem, Solution};
 
-use crate::evaluator::Evaluator;
+use crate::evaluator::{Evaluator, TickInputs};
 use crate::fault::Fault;
-use crate::program::{ActionProgram, MachineProgram, Program, ProgramError, StateProgram, Subject};
+use crate::program::{
+    ActionProgram, MachineProgram, Program, ProgramError, RobotProgram, StateProgram, Subject, Times,
+};
 use crate::signals::Signals;
+use clock::Clock;
+pub use clock::Intervals;
+use follow::Following;
+use machine::Machine;
 pub use machine::Request;
-use machine::{Machine, Part};
 use measured::MeasuredMotion;
+use phase::{Phase, Stop, Why};
+use set_point::SetPoint;
 pub use stack_controller::StackController;
-use stack_controller::{Carried, common_levels, standing};
-
-/// Largest distance between a joint and its reference, in rad or m. A larger one is the fault `Tracking`.
-pub const TRACKING_LIMIT: f64 = 0.5;
+use stacks::Stacks;
 
 /// Observation of the robot at a tick.
 #[derive(Clone, Copy, Debug)]
@@ -51,80 +63,107 @@ pub struct Observation<'a> {
     pub q: &'a [f64],
 }
 
-/// Command to the robot until the next tick.
+/// Command to the robot until the next call.
 #[derive(Clone, Copy, Debug)]
 pub struct Command<'a> {
     /// Velocity, `nv` numbers, always finite.
     pub velocity: &'a [f64],
-    /// Fault that was found at this tick, or that keeps the robot standing still or halted.
+    /// Configuration to be reached at the next call, `nq` numbers, always finite: what a position servo is sent.
+    pub position: &'a [f64],
+    /// Fault that was found at this tick, or that keeps the robot at rest or halted.
     pub fault: Option<Fault>,
     /// Actions to begin and to cancel, in order; see [`Controller::action`].
     pub requests: &'a [Request],
     /// True if the tick's budget was spent before the stack's hierarchy was solved. The velocity then uses the part of
     /// the answer that is known, within the hard levels.
     pub late: bool,
+    /// True if the robot is told to stand: a host that ends may stop calling.
+    pub at_rest: bool,
 }
 
 /// Program prepared for execution.
 pub struct Controller {
-    /// Stacks that a run can enter, followed by an empty stack if a state has none.
-    stacks: Vec<StackController>,
-    /// Number of levels that each pair of stacks shares.
-    common: Vec<Vec<usize>>,
-    /// Index in `stacks` of each stack of the program.
-    index_of_stack: Vec<usize>,
-    /// Index in `stacks` of the stack that runs.
-    active: usize,
-    /// Duration of the blend (s) if the stack is to be entered.
-    entering: Option<f64>,
-    /// Number of times a stack has been entered.
-    visits: u64,
-    /// Index in `stacks` of the stack that was entered last, with its parts.
-    entered: Option<usize>,
-    parts: Vec<Part>,
-    /// Parts of that stack as they were entered, and the index in `stacks` of the stack before it.
-    carried: Vec<Carried>,
-    carried_from: Option<usize>,
-    /// True if no part of the stack that is to be entered goes on.
-    anew: bool,
-    /// Index in `stacks` of the stack whose velocity moves the robot.
-    moving: Option<usize>,
+    stacks: Stacks,
     machine: Machine,
+    phase: Phase,
+    clock: Clock,
     /// Measures that the machine's conditions read; `None` if there are none.
     measured: Option<Box<MeasuredMotion>>,
     signals: Signals,
     /// Observed robot, for the axes of sensors; `None` if no signal has a frame.
     observed: Option<Box<(Model, Data)>>,
+    model: Model,
+    /// Names of the numbers of a configuration.
+    q_names: Vec<String>,
     period: f64,
-    deadline: f64,
     /// Time budget of a tick.
     budget: Option<Duration>,
     tracking_gain: f64,
+    /// True if the robot is stopped in a single tick, because the host stops it itself.
+    stops_at_once: bool,
+    /// True while the robot takes commands.
+    is_enabled: bool,
+    /// True if the host has resumed since the last call.
+    resumes: bool,
+    /// True if a robot that takes commands again goes on by itself.
+    resumes_itself: bool,
     reference: Vec<f64>,
     /// Observed configuration, joints on the circle at the turn nearest to the reference.
     unwound: Vec<f64>,
+    /// True if the reference has been set to the robot's configuration.
+    is_anchored: bool,
+    /// True if the configuration of this call can be used.
+    is_observed: bool,
     tracking: Vec<f64>,
-    /// Velocity of the reference at the last tick.
-    velocity: Vec<f64>,
-    /// Velocity that the stack's hierarchy returned at the last tick; see [`Controller::stack_velocity`].
-    stack_velocity: Vec<f64>,
+    motion: Motion,
+    /// Velocity at which a motion to rest began, that which its next tick aims at, and that which it decides.
+    stop_from: Vec<f64>,
+    aim: Vec<f64>,
+    next: Vec<f64>,
+    set_point: SetPoint,
+    following: Following,
+    /// True if the host has said that the bases of the next observation are elsewhere than before.
+    relocates: bool,
+    /// Time since the measured configuration was last evaluated (s).
+    elapsed: f64,
+    /// Velocity command of the last call.
+    sent: Vec<f64>,
+    /// Velocity of the set point in the last command, without the correction.
+    fed: Vec<f64>,
+    /// Degree of freedom that the reference waits for.
+    waits_for: Option<usize>,
+    /// Set point at the present time.
+    present: Vec<f64>,
     command: Vec<f64>,
-    /// Time of the first tick (s).
-    started: Option<f64>,
-    /// Time of the last tick (s).
-    last: f64,
+    position: Vec<f64>,
+    /// Motion time of the first tick (s).
+    started: f64,
     /// True if the tasks of the active stack ran to the end of this tick and wrote their outputs.
     outputs_written: bool,
-    /// True if the reference has been set to the robot's configuration.
-    anchored: bool,
-    /// Signal that the stack that is to be entered waits for.
-    awaited: Option<usize>,
+    /// Fault of an observation since the last tick.
+    seen: Option<Fault>,
     /// Fault of the last tick that the machine has not handled yet.
     raised: Option<Fault>,
     /// Fault that occurred in the target of its transition; it applies while [`Machine::stands`].
     stopped_by: Option<Fault>,
-    /// Fault that halted the robot until a restart.
-    halted: Option<Fault>,
+    /// Fault of the last tick.
+    fault: Option<Fault>,
+}
+
+/// Motion that was decided at the last tick.
+struct Motion {
+    /// Velocity of the reference.
+    velocity: Vec<f64>,
+    /// Velocity that the stack's hierarchy returned; see [`Controller::stack_velocity`].
+    stack_velocity: Vec<f64>,
+}
+
+impl Motion {
+    /// Inputs of a tick at these times.
+    fn inputs<'a>(&'a self, times: Times, signals: &'a Signals) -> TickInputs<'a> {
+        let Motion { velocity, stack_velocity } = self;
+        TickInputs { times, signals: signals.table(), velocity, stack_velocity }
+    }
 }
 
 /// Machine with a single state, for a run without a machine.
@@ -168,102 +207,149 @@ impl Controller {
     }
 
     fn of(program: &Program, machine: &MachineProgram) -> Result<Controller, ProgramError> {
-        let mut index_of_stack = vec![usize::MAX; program.stacks.len()];
-        let mut stacks = Vec::new();
-        for stack in machine.stacks() {
-            if index_of_stack.get(stack).is_none_or(|s| *s == usize::MAX) {
-                stacks.push(StackController::new(program, stack)?);
-                index_of_stack[stack] = stacks.len() - 1;
-            }
-        }
-        if machine.may_stand() {
-            stacks.push(StackController::new(&standing(program), program.stacks.len())?);
-        }
         let model = &program.robot.model;
         let (nq, nv) = (model.nq(), model.nv());
-        let most = machine.states.iter().map(|s| s.regions.len()).max().unwrap_or(0).max(1);
+        let RobotProgram { period, deadline, tracking_gain, stops_at_once, resumes_itself, .. } = program.robot;
         Ok(Controller {
-            common: common_levels(program, &stacks),
-            stacks,
-            index_of_stack,
-            active: 0,
-            entering: None,
-            visits: 0,
-            entered: None,
-            parts: Vec::with_capacity(most),
-            carried: Vec::with_capacity(most),
-            carried_from: None,
-            anew: true,
-            moving: None,
+            stacks: Stacks::new(program, machine)?,
             machine: Machine::new(program, machine),
+            phase: Phase::Unstarted,
+            clock: Clock::new(period, deadline),
             measured: MeasuredMotion::new(program, machine),
             signals: Signals::new(&program.interface),
             observed: (program.interface.signals.iter().any(|s| s.conditioning.frame.is_some()))
                 .then(|| Box::new((model.clone(), Data::new(model)))),
-            period: program.robot.period,
-            deadline: program.robot.deadline,
+            q_names: program.robot.q_names(),
+            period,
             budget: program.run.tick_budget.map(Duration::from_secs_f64),
-            tracking_gain: program.robot.tracking_gain,
-            reference: vec![0.0; nq],
+            tracking_gain,
+            stops_at_once,
+            is_enabled: true,
+            resumes: false,
+            resumes_itself,
+            reference: program.robot.home.clone(),
             unwound: vec![0.0; nq],
+            is_anchored: false,
+            is_observed: false,
             tracking: vec![0.0; nv],
-            velocity: vec![0.0; nv],
-            stack_velocity: vec![0.0; nv],
+            motion: Motion { velocity: vec![0.0; nv], stack_velocity: vec![0.0; nv] },
+            stop_from: vec![0.0; nv],
+            aim: vec![0.0; nv],
+            next: vec![0.0; nv],
+            set_point: SetPoint::new(model, period, &program.robot.home),
+            following: Following::new(model),
+            relocates: false,
+            elapsed: 0.0,
+            sent: vec![0.0; nv],
+            fed: vec![0.0; nv],
+            waits_for: None,
+            present: vec![0.0; nq],
             command: vec![0.0; nv],
-            started: None,
-            last: 0.0,
+            position: program.robot.home.clone(),
+            started: 0.0,
             outputs_written: false,
-            anchored: false,
-            awaited: None,
+            seen: None,
             raised: None,
             stopped_by: None,
-            halted: None,
+            fault: None,
+            model: model.clone(),
         })
     }
 
     /// Resets the controller: the next step starts at the configuration that it observes.
     pub fn restart(&mut self) {
-        (self.started, self.anchored, self.awaited) = (None, false, None);
-        (self.raised, self.stopped_by, self.halted) = (None, None, None);
+        self.phase = Phase::Unstarted;
+        self.clock.restart();
+        (self.seen, self.raised, self.stopped_by, self.fault) = (None, None, None, None);
+        (self.resumes, self.relocates) = (false, false);
+        self.following.restart();
         self.signals.restart();
         if let Some(measured) = &mut self.measured {
             measured.restart();
         }
     }
 
-    /// Executes one tick. Never panics, never allocates.
+    /// Tells the time between two calls of [`Controller::step`], in s; a period unless told. With `None` it is found from the calls: the robot
+    /// then stands still until the second one.
+    pub fn called_every(&mut self, interval: Option<f64>) {
+        self.clock.declare(interval);
+    }
+
+    /// Tells whether the robot takes commands: its program runs, its brakes are open, its commands are read. While it does not, the reference stays with
+    /// the robot, and the machine and its clocks stand still. Afterwards the robot stands until [`Controller::resume`].
+    pub fn set_enabled(&mut self, enabled: bool) {
+        self.is_enabled = enabled;
+    }
+
+    /// Returns true while the robot takes commands.
+    pub fn is_enabled(&self) -> bool {
+        self.is_enabled
+    }
+
+    /// Returns true while the robot stands until it is told to go on.
+    pub fn waits_for_resume(&self) -> bool {
+        matches!(self.phase, Phase::Standing(Why::Told | Why::Disabled))
+    }
+
+    /// Tells that the bases are elsewhere in the next observation than the last ones said, because they have been localised anew: the reference moves
+    /// with them.
+    pub fn relocated(&mut self) {
+        self.relocates = true;
+    }
+
+    /// Brings the robot to rest within its limits, where it stands until [`Controller::resume`].
+    pub fn stop(&mut self) {
+        self.resumes = false;
+        if let Phase::Running | Phase::Stopping(_) = self.phase
+            && self.phase.halted().is_none()
+        {
+            let times = Times { t: self.clock.now() - self.machine.stack_entered(), time: self.clock.now() };
+            self.stop_from.copy_from_slice(&self.motion.velocity);
+            self.phase = Phase::Stopping(Stop { why: Why::Told, times, begun: self.clock.now(), fade: 0.0 });
+        }
+    }
+
+    /// Lets a robot go on that was stopped by [`Controller::stop`], or that takes commands again: from where it is, from rest.
+    pub fn resume(&mut self) {
+        self.resumes = true;
+    }
+
+    /// Takes an observation and returns the command until the next call. Never panics, never allocates.
     pub fn step(&mut self, observation: &Observation) -> Command<'_> {
         let until = self.budget.map(|budget| Instant::now() + budget);
         // Encoders may wrap where the reference counts turns; everything below reads the turn that the reference is in.
         let mut unwound = std::mem::take(&mut self.unwound);
-        let observation = &self.unwind(observation, &mut unwound);
-        let fault = if self.halted.is_some() {
-            self.machine.requests.clear();
-            self.halted
-        } else {
-            self.tick(observation, until)
-        };
-        self.signals.forget_events();
-        if fault.is_some() {
-            self.stand();
-        }
-        if let Some(measured) = &mut self.measured {
-            measured.tick(&mut self.signals, self.machine.entries(), observation.q, &self.velocity, self.last);
-        }
+        let fault = self.call(&self.unwind(observation, &mut unwound), until);
         self.unwound = unwound;
-        let late = self.is_late();
-        Command { velocity: &self.command, fault, requests: &self.machine.requests, late }
+        Command {
+            velocity: &self.command,
+            position: &self.position,
+            fault,
+            requests: &self.machine.requests,
+            late: self.is_late(),
+            at_rest: self.is_at_rest(),
+        }
     }
 
     /// Observation with each joint on the circle at the turn nearest to the reference. The first one, and one that has not
     /// the robot's numbers, is returned as it is.
     fn unwind<'a>(&self, observation: &Observation<'a>, unwound: &'a mut [f64]) -> Observation<'a> {
-        if self.started.is_none() || observation.q.len() != unwound.len() {
+        if self.phase == Phase::Unstarted || observation.q.len() != unwound.len() {
             return *observation;
         }
         unwound.copy_from_slice(observation.q);
-        self.stacks[self.active].evaluator.model().unwind(unwound, &self.reference);
+        self.model.unwind(unwound, &self.reference);
         Observation { q: unwound, ..*observation }
+    }
+
+    /// Returns true if the robot is told to stand.
+    pub fn is_at_rest(&self) -> bool {
+        matches!(self.phase, Phase::Unstarted | Phase::Standing(_)) && self.set_point.is_at_rest()
+    }
+
+    /// Intervals between the calls of the host.
+    pub fn intervals(&self) -> Intervals {
+        self.clock.intervals()
     }
 
     /// Signals and events that the host sends.
@@ -324,32 +410,32 @@ impl Controller {
 
     /// Returns true while the command blends from one stack to another.
     pub fn is_blending(&self) -> bool {
-        self.stacks[self.active].is_blending()
+        self.stacks.active().is_blending()
     }
 
     /// Controllers of the stacks that the run can enter; the last one is empty if a state has no stack.
     pub fn stacks(&self) -> &[StackController] {
-        &self.stacks
+        self.stacks.all()
     }
 
     /// Index into [`Controller::stacks`] of the stack that ran at the last tick.
     pub fn active_stack(&self) -> usize {
-        self.active
+        self.stacks.index()
     }
 
     /// Number of times a stack has been entered.
     pub fn visit(&self) -> u64 {
-        self.visits
+        self.stacks.visits()
     }
 
     /// Index into [`Controller::stacks`] of the stack before the running one, if parts of it go on.
     pub(crate) fn carried_from(&self) -> Option<usize> {
-        self.carried_from
+        self.stacks.carried_from()
     }
 
     /// For each part of the running stack, the part of the stack before that it continues.
     pub(crate) fn carried(&self) -> impl Iterator<Item = Option<usize>> + '_ {
-        self.carried.iter().map(|c| c.before)
+        self.stacks.carried()
     }
 
     /// Time at which the running stack was entered (s).
@@ -364,12 +450,12 @@ impl Controller {
 
     /// Returns true if the budget of the last tick was spent before the stack's hierarchy was solved.
     pub fn is_late(&self) -> bool {
-        self.outputs_written && self.stacks[self.active].is_late()
+        self.outputs_written && self.stacks.active().is_late()
     }
 
     /// Returns true if a fault has halted the robot until a restart.
     pub fn is_halted(&self) -> bool {
-        self.halted.is_some()
+        self.phase.halted().is_some()
     }
 
     /// Returns true while the robot stands still because a fault occurred in the state that its transition leads to. It
@@ -386,39 +472,44 @@ impl Controller {
     /// Signal, by its index, that the stack waits for while the robot stands still: its first value may be late until the
     /// timeout of the signal has passed since the first tick.
     pub fn awaited(&self) -> Option<usize> {
-        self.awaited
+        if let Some(Why::Awaiting(signal)) = self.phase.why() { Some(signal) } else { None }
     }
 
-    /// Evaluator of the active stack, as of the last tick.
+    /// Evaluator of the active stack at the measured configuration, as of the last tick.
+    pub fn measured(&self) -> &Evaluator {
+        self.stacks.active().measured()
+    }
+
+    /// Evaluator of the active stack at the reference, as of the last tick.
     pub fn evaluator(&self) -> &Evaluator {
-        self.stacks[self.active].evaluator()
+        self.stacks.active().evaluator()
     }
 
     /// Solution of the last tick for the running stack. It differs from [`Controller::velocity`] during a blend.
     pub fn solution(&self) -> &Solution {
-        &self.stacks[self.active].solution
+        &self.stacks.active().solution
     }
 
     /// Problem of the last tick.
     pub fn problem(&self) -> &Problem {
-        self.stacks[self.active].problem()
+        self.stacks.active().problem()
     }
 
     /// Velocity of the reference at the last tick.
     pub fn velocity(&self) -> &[f64] {
-        &self.velocity
+        &self.motion.velocity
     }
 
     /// Velocity that the hierarchy of the running stack returned at the last tick. It differs from
     /// [`Controller::velocity`] during a blend, and is zero if a fault stops the robot. Tasks that integrate
     /// accelerations continue from this velocity, because the offset of a blend is not part of their acceleration.
     pub fn stack_velocity(&self) -> &[f64] {
-        &self.stack_velocity
+        &self.motion.stack_velocity
     }
 
     /// Name of the solver that computes the velocities.
     pub fn solver_name(&self) -> &'static str {
-        self.stacks[self.active].solver_name()
+        self.stacks.active().solver_name()
     }
 
     /// Degrees of freedom left after a level at the last tick, without those that the stack locks.
@@ -429,7 +520,12 @@ impl Controller {
 
     /// Names of the levels of the running stack.
     pub fn level_names(&self) -> &[String] {
-        self.stacks[self.active].level_names()
+        self.stacks.active().level_names()
+    }
+
+    /// Configuration that the last command asks for at the next call, `nq` numbers.
+    pub fn position(&self) -> &[f64] {
+        &self.position
     }
 
     /// Reference configuration for the next tick.

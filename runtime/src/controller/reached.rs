@@ -17,7 +17,7 @@ impl StackController {
         let Some(member) = self.evaluator.members().iter().find(|m| m.program_index == criterion.task) else {
             return false;
         };
-        let errors = self.evaluator.measures().get(member.measures.clone()).unwrap_or_default();
+        let errors = self.measured().measures().get(member.measures.clone()).unwrap_or_default();
         member.slots.iter().all(|&at| self.evaluator.is_settled(at))
             && errors.len() == criterion.tolerances.len()
             && errors.iter().zip(&criterion.tolerances).all(|(e, t)| e.abs() <= *t)

@@ -20,6 +20,7 @@ use solver::{HierarchicalSolver, LevelStatus, Problem, Smooth, Solution, Status}
 use stdlib_tasks::task::RowKind;
 
 use super::blend::{Blend, STANDS, Tick, usable};
+use super::guard::{Guard, Sent};
 use super::hard_limits::HardLimits;
 use super::look_ahead::{At, LookAhead};
 use crate::evaluator::{Evaluator, TickInputs};
@@ -47,6 +48,14 @@ pub struct StackController {
     late: bool,
     /// Factor on the velocity from one late tick to the next.
     slowing: f64,
+    /// Control period (s).
+    period: f64,
+    /// Largest change of each velocity in a period, in rad/s or m/s.
+    decelerations: Vec<f64>,
+    /// True if the robot came to rest at the last tick.
+    stops: bool,
+    /// The stack at the measured configuration.
+    pub(super) guard: Guard,
 }
 
 /// Part of a stack that is entered.
@@ -137,6 +146,10 @@ impl StackController {
             part_ticks: vec![0; evaluator.parts()],
             late: false,
             slowing: (-program.robot.period / FADING).exp(),
+            stops: false,
+            period: program.robot.period,
+            guard: Guard::new(program, stack_program)?,
+            decelerations: evaluator.acceleration_limits().iter().map(|a| a * program.robot.period).collect(),
             evaluator,
             problem,
         })
@@ -159,6 +172,88 @@ impl StackController {
     pub(super) fn stand(&mut self, q: &[f64], inputs: TickInputs) -> Result<(), Fault> {
         self.late = false;
         self.evaluator.update(q, inputs, &mut self.problem)
+    }
+
+    /// Enters the stack at the measured configuration too. Called after [`StackController::enter`].
+    pub(super) fn enter_beside(&mut self, q: &[f64], inputs: TickInputs) {
+        self.guard.enter(q, inputs, &self.evaluator);
+    }
+
+    /// Evaluates the stack at the measured configuration, with the velocity of this tick. `apart` is false if the robot is where its reference is.
+    /// `dt` is the time since the last tick (s).
+    ///
+    /// # Errors
+    /// The robot has passed a hard limit.
+    pub(super) fn measure(
+        &mut self,
+        q: &[f64],
+        apart: bool,
+        inputs: TickInputs,
+        v: &[f64],
+        dt: f64,
+    ) -> Result<(), Fault> {
+        if !apart {
+            self.guard.leave_out();
+            return Ok(());
+        }
+        self.guard.update(q, inputs, &self.evaluator);
+        self.guard.observe(q, v);
+        self.guard.passed(dt).map_or(Ok(()), Err)
+    }
+
+    /// Brings a velocity within the limits of accelerations of single degrees of freedom since the last command.
+    pub(super) fn soften(&self, sent: Sent, u: &mut [f64]) {
+        for ((u, last), step) in u.iter_mut().zip(sent.velocity).zip(&self.decelerations).filter(|(_, s)| s.is_finite())
+        {
+            let most = step * sent.dt / self.period;
+            *u = u.clamp(last - most, last + most);
+        }
+    }
+
+    /// Evaluates the tasks for a robot that stands, at the reference and where it is measured, as far as they can be: for those who read margins.
+    pub(super) fn look(&mut self, reference: &[f64], q: &[f64], apart: bool, inputs: TickInputs) {
+        self.evaluator.update_for_rest(reference, inputs, &mut self.problem);
+        self.evaluator.observe(reference, inputs.velocity);
+        // What a robot at rest has passed is no further fault.
+        let _ = self.measure(q, apart, inputs, inputs.velocity, 0.0);
+    }
+
+    /// Evaluator of its tasks at the measured configuration.
+    pub fn measured(&self) -> &Evaluator {
+        self.guard.evaluator().unwrap_or(&self.evaluator)
+    }
+
+    /// Writes to `v` the velocity nearest to it that the hard levels allow at the reference.
+    ///
+    /// # Errors
+    /// There is none.
+    pub(super) fn hold_back(&mut self, q: &[f64], inputs: TickInputs, v: &mut [f64]) -> Result<(), Fault> {
+        self.blend.problem.reference.copy_from_slice(v);
+        let lasts = self.blend.lasts(inputs);
+        self.nearest(q, inputs, lasts)?;
+        v.copy_from_slice(&self.blend.solution.x);
+        Ok(())
+    }
+
+    /// Writes the velocity of a motion to rest to `out` (`nv` numbers): the one nearest to `aim` that the limits of the stack allow; see
+    /// [`rest`](super::rest). `inputs` are those of the tick with the clocks at which the motion began. Never allocates.
+    pub(super) fn slow_down(&mut self, q: &[f64], inputs: TickInputs, aim: &[f64], out: &mut [f64]) {
+        (self.late, self.stops) = (false, true);
+        (self.blend.duration, self.blend.goes_on, self.blend.locked_joints_moving) = (0.0, false, false);
+        let locked_moving = self.evaluator.locked().iter().any(|&dof| inputs.velocity[dof].abs() > STANDS);
+        self.evaluator.set_locked_joints_moving(locked_moving);
+        self.evaluator.update_for_rest(q, inputs, &mut self.problem);
+        let StackController { evaluator, problem, blend, look_ahead, .. } = self;
+        if blend.rest(evaluator, problem, q, aim, look_ahead) {
+            out.copy_from_slice(&blend.solution.x);
+        } else {
+            // Without an answer, every joint slows down as fast as the limits of accelerations allow it by itself.
+            for ((out, v), most) in out.iter_mut().zip(inputs.velocity).zip(&self.decelerations) {
+                *out = v.signum() * (v.abs() - most).max(0.0);
+            }
+        }
+        self.solution.x.copy_from_slice(out);
+        self.solution.measure(&self.problem);
     }
 
     /// Prepares the same stack once more, for monitors.
@@ -251,6 +346,11 @@ impl StackController {
         self.look_ahead.slowed
     }
 
+    /// Returns true if the robot came to rest at the last tick, instead of what the hierarchy asks for.
+    pub fn is_stopping(&self) -> bool {
+        self.stops
+    }
+
     /// Number of levels, from the top, that the velocity of the last tick meets as well as that of the stack itself: all,
     /// during a blend those that hold then, and none at a late tick.
     pub(super) fn levels_met(&self) -> usize {
@@ -293,7 +393,7 @@ impl StackController {
         if blend > 0.0 {
             self.evaluator.hand_over();
         }
-        (self.ticks, self.late) = (0, false);
+        (self.ticks, self.late, self.stops) = (0, false, false);
         (self.blend.duration, self.blend.begun) = (blend, false);
         for (i, (kept, level)) in self.blend.kept.iter_mut().zip(&self.problem.levels).enumerate() {
             *kept = level.hard || i < common;
@@ -308,6 +408,7 @@ impl StackController {
     pub(super) fn solve(&mut self, q: &[f64], inputs: TickInputs, until: Option<Instant>) -> Result<(), Fault> {
         self.blend.locked_joints_moving =
             self.evaluator.locked().iter().any(|&dof| inputs.velocity[dof].abs() > STANDS);
+        self.stops = false;
         self.evaluator.set_locked_joints_moving(self.blend.locked_joints_moving);
         self.evaluator.update(q, inputs, &mut self.problem)?;
         if self.blend.lasts(inputs) {

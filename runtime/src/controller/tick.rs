@@ -1,149 +1,238 @@
-//! One tick of the controller: the observation, the machine, and the stack that runs.
+//! A call of the controller: observe, decide, send.
+//!
+//! A call makes as many decisions as its command needs; see [`clock`](super::clock). A decision is a tick of the machine, and of the stack that runs.
 
 use std::time::Instant;
 
-use super::machine::{FaultResponse, Machine, Part, StateChange};
+use super::clock::Call;
+use super::follow::Told;
+use super::guard::Sent;
+use super::machine::{FaultResponse, StateChange};
 use super::machine_actions::ObservedState;
-use super::stack_controller::Carried;
-use super::{Controller, Observation, StackController, TRACKING_LIMIT};
-use crate::evaluator::TickInputs;
+use super::phase::{Phase, Why};
+use super::{Controller, Observation};
 use crate::fault::{Fault, PASSED};
 use crate::program::Times;
-use crate::signals::SignalValue;
+use crate::signals::{NOT_UNIT, SignalValue};
+
+/// What is known at a decision.
+#[derive(Clone, Copy)]
+pub(super) struct Now<'a> {
+    /// Observed configuration, which may not be usable.
+    pub q: &'a [f64],
+    /// Motion time (s).
+    pub time: f64,
+    /// Fault of the observation.
+    pub seen: Option<Fault>,
+    /// Instant at which the budget is spent.
+    pub until: Option<Instant>,
+}
 
 impl Controller {
-    /// Runs the machine and the active stack for an observation. Returns the fault, if there is one.
-    pub(super) fn tick(&mut self, o: &Observation, until: Option<Instant>) -> Option<Fault> {
+    /// Takes an observation, makes the decisions that are due, and computes the command. Returns the fault, if there is one.
+    pub(super) fn call(&mut self, o: &Observation, until: Option<Instant>) -> Option<Fault> {
+        let call = self.clock.call(o.time);
+        self.machine.requests.clear();
+        let observed = self.look(o.q, &call);
+        self.sense(o.q, call.host);
+        self.elapsed += call.dt;
+        if let Some(why) = self.holds(o.q) {
+            (self.seen, self.fault) = (None, None);
+            self.hold_still(why, o.q, &call);
+            self.send(o.q, &call);
+            return None;
+        }
+        // A fault between two decisions counts at the next one.
+        let mut seen = observed.or(self.seen.take());
+        self.clock.lead(&call, self.set_point.is_at_rest());
+        let mut decided = false;
+        while let Some(time) = self.clock.is_due() {
+            self.fault = self.decide(Now { q: o.q, time, seen, until });
+            self.clock.decided();
+            self.signals.forget_events();
+            // A lost reading is one for each decision of this call, a late call for one of them.
+            seen = seen.filter(|_| !self.is_observed);
+            decided = true;
+        }
+        self.seen = seen.filter(|_| !decided);
+        self.send(o.q, &call);
+        self.fault
+    }
+
+    /// Reason for which the robot is held still, whatever its machine does: it takes no commands, or was told to stand and does.
+    fn holds(&mut self, q: &[f64]) -> Option<Why> {
+        let told = std::mem::take(&mut self.resumes) || self.resumes_itself;
+        match self.phase {
+            _ if self.phase.halted().is_some() => None,
+            _ if !self.is_enabled => Some(Why::Disabled),
+            Phase::Unstarted => {
+                self.clock.begin_anew();
+                if self.is_observed {
+                    // A call that decides nothing yet commands the place of the robot.
+                    self.reference.copy_from_slice(q);
+                    self.set_point.rest(q);
+                }
+                None
+            }
+            Phase::Standing(why @ (Why::Told | Why::Disabled)) => {
+                if told {
+                    self.phase = Phase::Running;
+                    // Its first decision begins with this call.
+                    self.clock.begin_anew();
+                }
+                (!told).then_some(why)
+            }
+            _ => None,
+        }
+    }
+
+    /// Checks the observation before anything is computed from it.
+    fn look(&mut self, q: &[f64], call: &Call) -> Option<Fault> {
+        let length = self.reference.len();
+        self.is_observed = q.len() == length && q.iter().all(|x| x.is_finite());
+        if !self.is_observed {
+            let index = q.iter().position(|x| !x.is_finite()).unwrap_or(q.len()).min(length);
+            self.following.miss(call.dt);
+            return Some(call.fault.unwrap_or(Fault::Observation { index: Some(index) }));
+        }
+        let far_from_unit =
+            |at: usize| (q[at..at + 4].iter().map(|x| x * x).sum::<f64>().sqrt() - 1.0).abs() > NOT_UNIT;
+        let floating = self.model.bases.iter().filter(|base| base.kind == robot::Base::Floating);
+        let turned = floating.map(|base| base.first_coordinate + 3).find(|&at| far_from_unit(at));
+        if let Some(index) = turned {
+            self.is_observed = false;
+            self.following.miss(call.dt);
+            return Some(call.fault.unwrap_or(Fault::Observation { index: Some(index) }));
+        }
+        if std::mem::take(&mut self.relocates) {
+            self.following.restart();
+            self.model.copy_bases(q, &mut self.reference);
+            self.set_point.relocate(&self.model, q);
+        }
+        let told = Told { command: &self.command, reference: &self.fed, waits: self.waits_for };
+        let fault = self.following.look(&self.model, q, told, call.dt);
+        call.fault.or(fault)
+    }
+
+    /// Makes a decision: runs the machine, and the active stack.
+    fn decide(&mut self, now: Now) -> Option<Fault> {
         self.outputs_written = false;
-        let fault = self.execute(o, until);
+        let fault = if self.phase.why().is_some_and(|why| why.holds_machine()) {
+            self.rest(None, now);
+            self.phase.halted()
+        } else {
+            self.run_machine(now)
+        };
         if !self.outputs_written {
             // Outputs of an earlier tick must not keep a condition true.
-            for signal in self.stacks[self.active].evaluator.output_signals() {
+            for signal in self.stacks.active().evaluator.output_signals() {
                 self.signals.forget(signal);
             }
+        }
+        if let Some(measured) = &mut self.measured {
+            measured.tick(&mut self.signals, self.machine.entries(), now.q, &self.motion.velocity, now.time);
         }
         fault
     }
 
-    fn execute(&mut self, o: &Observation, until: Option<Instant>) -> Option<Fault> {
-        // A time that is not finite is replaced by the expected one.
-        let time = if o.time.is_finite() { o.time } else { self.last + self.period };
-        self.sense(o.q, time);
+    /// Runs the machine, and what its state asks for.
+    fn run_machine(&mut self, now: Now) -> Option<Fault> {
+        let Now { q, time, .. } = now;
         self.machine.begin();
-        let first = self.started.is_none();
+        let first = self.phase == Phase::Unstarted;
         if first {
-            self.started = Some(time);
-            self.last = time;
-            self.moving = None;
-            self.velocity.fill(0.0);
+            self.started = time;
+            self.motion.velocity.fill(0.0);
             self.machine.start(time);
-            self.entered = None;
+            self.stacks.restart();
+            self.phase = Phase::Running;
+            self.is_anchored = false;
             self.enter(StateChange { blend: 0.0, stack: true, anew: true });
         }
-        self.machine.observe_targets(&mut self.signals, &self.stacks[self.active], first);
-        let seen = self.look(o);
-        self.last = time;
+        self.machine.observe_targets(&mut self.signals, self.stacks.active(), first);
+        let seen = now.seen.or_else(|| self.stale(time));
         match seen.or(self.raised.take()) {
-            Some(fault) => match self.machine.fault(&fault, &self.stacks[self.active], time) {
-                FaultResponse::Transition(change) => {
-                    if matches!(fault, Fault::Tracking { .. }) {
-                        self.anchored = false;
+            Some(fault) => {
+                if matches!(fault, Fault::Tracking { .. } | Fault::Jump { .. }) {
+                    self.is_anchored = false;
+                }
+                match self.machine.fault(&fault, self.stacks.active(), time) {
+                    FaultResponse::Transition(change) => self.enter(change),
+                    FaultResponse::AlreadyInTarget => self.stopped_by = Some(fault),
+                    FaultResponse::Unhandled => {
+                        self.rest(Some(Why::Halted(fault)), now);
+                        return Some(fault);
                     }
-                    self.enter(change);
                 }
-                FaultResponse::AlreadyInTarget => {
-                    self.stopped_by = Some(fault);
-                    if matches!(fault, Fault::Tracking { .. }) {
-                        self.anchored = false;
-                    }
-                }
-                FaultResponse::Unhandled => {
-                    self.halted = Some(fault);
-                    return self.halted;
-                }
-            },
+            }
             None if !first => {
-                let inputs = TickInputs {
-                    times: Times { t: 0.0, time },
-                    signals: self.signals.table(),
-                    velocity: &self.velocity,
-                    stack_velocity: &self.stack_velocity,
-                };
-                let stack = &self.stacks[self.active];
-                if let Some(change) = self.machine.step(o.q, self.signals.events(), inputs, stack) {
+                let inputs = self.motion.inputs(Times { t: 0.0, time }, &self.signals);
+                let stack = self.stacks.active();
+                if let Some(change) = self.machine.step(q, self.signals.events(), inputs, stack) {
                     self.enter(change);
                 }
             }
             None => {}
         }
-        let now = ObservedState { q: o.q, velocity: &self.velocity, time };
-        let done = self.machine.perform(&mut self.signals, now);
-        if seen.is_some_and(|f| matches!(f, Fault::Observation { .. })) {
+        let state = ObservedState { q, velocity: &self.motion.velocity, time };
+        let done = self.machine.perform(&mut self.signals, state);
+        if let Some(fault) = seen.filter(|_| !self.is_observed) {
             self.raised = done.err();
+            self.rest(Some(Why::Raised(fault)), now);
             return seen;
         }
         if self.machine.stands() {
             self.raised = done.err();
-            self.keep_standing(o.q, time);
-            return self.raised.or(seen).or(self.stopped_by);
+            let stopped_by = self.raised.or(seen).or(self.stopped_by);
+            self.rest(stopped_by.map(Why::InTarget), now);
+            return stopped_by;
         }
-        if self.wait(o.q, time) {
-            self.raised = done.err();
-            return self.raised.or(seen);
+        let run = match done {
+            Ok(()) if self.machine.stack().is_none() => {
+                self.rest(Some(Why::NoStack), now);
+                Ok(())
+            }
+            Ok(()) if self.waits(now) => Ok(()),
+            Ok(()) => self.run(now),
+            Err(fault) => Err(fault),
+        };
+        if let Err(fault) = run {
+            self.raised = Some(fault);
+            self.rest(Some(Why::Raised(fault)), now);
         }
-        self.raised = done.and_then(|()| self.run(o.q, time, until)).err();
         self.raised.or(seen)
     }
 
-    /// Stands still instead of entering a stack that lacks a signal that may still be late. Returns false if there is
-    /// nothing to wait for; the stack then begins anew, if it was waited for.
-    fn wait(&mut self, q: &[f64], time: f64) -> bool {
-        let since = time - self.started.unwrap_or(time);
-        let needs = self.stacks[self.active].evaluator.needs();
-        let awaited = self.entering.and_then(|_| self.signals.awaited(needs, since));
-        let waited = std::mem::replace(&mut self.awaited, awaited).is_some();
-        if awaited.is_some() {
-            if !self.anchored {
-                self.reference.copy_from_slice(q);
-            }
-            self.stand();
-        } else if waited && self.entering.is_some() {
-            // Its time begins when it is entered, and monitors enter it then.
-            self.machine.begin_stack(time);
-            self.anew = true;
-            self.visits += 1;
+    /// Stands still instead of entering a stack that lacks a signal that may still be late. Returns false if there is nothing to wait for; the stack
+    /// then begins anew, if it was waited for.
+    fn waits(&mut self, now: Now) -> bool {
+        let since = now.time - self.started;
+        let awaited = self.stacks.due().and_then(|stack| self.signals.awaited(stack.evaluator.needs(), since));
+        if let Some(signal) = awaited {
+            self.rest(Some(Why::Awaiting(signal)), now);
+            return true;
         }
-        awaited.is_some()
+        if self.awaited().is_some() {
+            // Its time begins when it is entered.
+            self.machine.begin_stack(now.time);
+            self.stacks.enter_anew();
+        }
+        false
     }
 
-    /// Updates the signals for a tick. A sensor whose axes are not known has no value.
+    /// Updates the signals for a call at a time of the host (s). A sensor whose axes are not known has no value.
     fn sense(&mut self, q: &[f64], time: f64) {
-        let usable = q.len() == self.reference.len() && q.iter().all(|x| x.is_finite());
-        if let Some(observed) = self.observed.as_deref_mut().filter(|_| usable) {
+        if let Some(observed) = self.observed.as_deref_mut().filter(|_| self.is_observed) {
             observed.0.forward(q, &mut observed.1);
         }
-        let data = self.observed.as_deref().filter(|_| usable).map(|o| &o.1);
+        let data = self.observed.as_deref().filter(|_| self.is_observed).map(|o| &o.1);
         self.signals.at(time, |link| data.map(|d| d.pose(link).rotation));
     }
 
-    /// Checks the observation, the deadline and the signals of the machine before anything is computed.
-    fn look(&mut self, o: &Observation) -> Option<Fault> {
-        let q = o.q;
-        if !o.time.is_finite() {
-            return Some(Fault::Observation { index: None });
-        }
-        if q.len() != self.reference.len() {
-            return Some(Fault::Observation { index: Some(q.len().min(self.reference.len())) });
-        }
-        if let Some(i) = q.iter().position(|x| !x.is_finite()) {
-            return Some(Fault::Observation { index: Some(i) });
-        }
-        let gap = o.time - self.last;
-        if gap > self.deadline || gap < 0.0 {
-            return Some(Fault::Deadline { gap });
-        }
+    /// Returns the fault of a signal of the machine that is stale.
+    fn stale(&self, time: f64) -> Option<Fault> {
         // A signal is stale only after its timeout has passed since the first tick.
-        let since = o.time - self.started.unwrap_or(o.time);
+        let since = time - self.started;
         let signals = &self.signals;
         let patience = |s: usize| signals.interface().signals[s].timeout.unwrap_or(f64::INFINITY);
         let is_stale =
@@ -154,147 +243,130 @@ impl Controller {
     /// Selects the stack of the current state and requests its entry.
     fn enter(&mut self, change: StateChange) {
         if change.stack {
-            let stack = self.machine.stack();
-            self.active = stack.map_or(self.stacks.len() - 1, |s| self.index_of_stack[s]);
-            self.entering = Some(change.blend);
-            self.anew |= change.anew;
-            self.visits += 1;
+            self.stacks.select(&self.machine, change);
             // A task that does not run has no outputs.
-            for signal in self.stacks.iter().flat_map(|s| s.evaluator.output_signals()) {
+            for signal in self.stacks.output_signals() {
                 self.signals.forget(signal);
             }
         }
-    }
-
-    /// Evaluates the active stack for a robot that stands after a fault, so that conditions can read its outputs.
-    fn keep_standing(&mut self, q: &[f64], time: f64) {
-        if self.entering.is_some() {
-            return;
-        }
-        self.velocity.fill(0.0);
-        self.stack_velocity.fill(0.0);
-        if !self.anchored {
-            self.reference.copy_from_slice(q);
-            self.anchored = true;
-        }
-        let stack = &mut self.stacks[self.active];
-        let inputs = TickInputs {
-            times: Times { t: time - self.machine.stack_entered(), time },
-            signals: self.signals.table(),
-            velocity: &self.velocity,
-            stack_velocity: &self.stack_velocity,
-        };
-        // A fault of the stack must not hide the transitions that lead out of the state, and the robot stands already.
-        if stack.stand(&self.reference, inputs).is_err() {
-            return;
-        }
-        stack.evaluator.observe(&self.reference, &self.velocity);
-        for SignalValue { signal, value } in stack.evaluator.output_values(&self.velocity) {
-            if !self.signals.assign(signal, &[value]) {
-                self.signals.forget(signal);
-            }
-        }
-        self.outputs_written = true;
     }
 
     /// Runs the active stack for one tick.
-    fn run(&mut self, q: &[f64], time: f64, until: Option<Instant>) -> Result<(), Fault> {
-        if !self.anchored {
+    fn run(&mut self, now: Now) -> Result<(), Fault> {
+        let Now { q, time, until, .. } = now;
+        if !std::mem::replace(&mut self.is_anchored, true) {
             self.reference.copy_from_slice(q);
-            self.anchored = true;
         }
-        let met = self.moving.map_or(0, |from| self.stacks[from].levels_met());
-        let stack = &mut self.stacks[self.active];
-        stack.evaluator.model().difference(q, &self.reference, &mut self.tracking);
-        if let Some(dof) = self.tracking.iter().position(|e| e.abs().is_nan() || e.abs() > TRACKING_LIMIT) {
-            return Err(Fault::Tracking { dof });
-        }
+        self.model.slip(q, &mut self.reference, SLIPPED);
+        self.model.difference(q, &self.reference, &mut self.tracking);
+        let apart = q != self.reference;
         let times = Times { t: time - self.machine.stack_entered(), time };
-        let entering = self.entering.take();
-        if entering.is_some() {
-            self.stack_velocity.copy_from_slice(&self.velocity);
-            self.prepare();
+        if self.stacks.is_entry_due() {
+            self.motion.stack_velocity.copy_from_slice(&self.motion.velocity);
         }
-        let stack = &mut self.stacks[self.active];
-        let inputs = TickInputs {
-            times,
-            signals: self.signals.table(),
-            velocity: &self.velocity,
-            stack_velocity: &self.stack_velocity,
-        };
-        if let Some(blend) = entering {
-            let common = self.moving.map_or(0, |from| self.common[from][self.active].min(met));
-            stack.enter(&self.reference, inputs, blend, common);
+        let entry = self.stacks.begin_entry(&self.machine);
+        self.stacks.move_by_active();
+        let inputs = self.motion.inputs(times, &self.signals);
+        let stack = self.stacks.active_mut();
+        if let Some(entry) = entry {
+            stack.enter(&self.reference, inputs, entry.blend, entry.common);
+            stack.enter_beside(q, inputs);
         }
-        self.moving = Some(self.active);
         stack.solve(&self.reference, inputs, until)?;
-        self.velocity.copy_from_slice(stack.velocity());
-        self.stack_velocity.copy_from_slice(&stack.solution.x);
-        stack.evaluator.observe(&self.reference, &self.velocity);
-        for SignalValue { signal, value } in stack.evaluator.output_values(&self.velocity) {
+        self.next.copy_from_slice(stack.velocity());
+        self.waits_for = wait(&self.tracking, &mut self.next);
+        if self.waits_for.is_some() {
+            stack.hold_back(&self.reference, inputs, &mut self.next)?;
+        }
+        let measured = stack.measure(q, apart, inputs, &self.next, std::mem::take(&mut self.elapsed));
+        self.set_point.decide(&self.reference, &self.motion.velocity, &self.next);
+        self.motion.velocity.copy_from_slice(&self.next);
+        self.motion.stack_velocity.copy_from_slice(&stack.solution.x);
+        stack.evaluator.observe(&self.reference, &self.motion.velocity);
+        for SignalValue { signal, value } in stack.evaluator.output_values(&self.motion.velocity) {
             if !self.signals.assign(signal, &[value]) {
                 self.signals.forget(signal);
             }
         }
         self.outputs_written = true;
+        self.phase = Phase::Running;
         stack.evaluator.advance();
-        let dofs = &stack.evaluator.model().dofs;
-        for (((c, v), e), d) in self.command.iter_mut().zip(&self.velocity).zip(&self.tracking).zip(dofs) {
-            *c = (v + self.tracking_gain * e).clamp(-d.velocity, d.velocity);
-        }
-        stack.evaluator.model().integrate(&mut self.reference, &self.velocity, self.period);
+        self.model.integrate(&mut self.reference, &self.motion.velocity, self.period);
         // Both are evaluated: the second one updates its record of the limits that hold.
         let hard = stack.passed(PASSED);
-        watched(stack, &self.machine).and(hard.map_or(Ok(()), Err))
+        watched(stack, &self.machine).and(hard.map_or(Ok(()), Err)).and(measured)
     }
 
-    /// Prepares the entry of the active stack: parts of the stack before it that its regions have not left go on.
-    fn prepare(&mut self) {
-        let anew = std::mem::take(&mut self.anew) || !self.machine.has_regions();
-        let from = self.entered.replace(self.active).filter(|_| !anew);
-        self.carried.clear();
-        for part in self.machine.parts() {
-            let same = |p: &Part| (p.owner, p.entries) == (part.owner, part.entries);
-            let before = from.and_then(|_| self.parts.iter().position(same));
-            self.carried.push(Carried { entered: part.entered, before });
+    /// Computes the command until the next call: the velocity of the ramp with the correction of the tracking law, within the hard limits where the
+    /// robot is.
+    fn send(&mut self, q: &[f64], call: &Call) {
+        let end = self.clock.on_ramp(self.clock.covered());
+        let hold = self.clock.held(call);
+        self.sent.copy_from_slice(&self.command);
+        self.set_point.velocity(end, &mut self.command);
+        self.fed.copy_from_slice(&self.command);
+        self.set_point.place(&self.model, self.clock.on_ramp(call.time), hold, &mut self.present);
+        self.position.copy_from_slice(&self.present);
+        self.model.integrate(&mut self.position, &self.command, hold);
+        let corrects = self.phase.why().is_none_or(|why| matches!(why, Why::NoStack | Why::Awaiting(_)));
+        if !self.is_observed || (!corrects && self.is_at_rest()) {
+            return;
         }
-        self.parts.clear();
-        self.parts.extend(self.machine.parts());
-        self.carried_from = from.filter(|_| self.carried.iter().any(|c| c.before.is_some()));
-        if !self.machine.has_regions() {
-            return self.stacks[self.active].begin_anew();
+        self.model.difference(q, &self.present, &mut self.tracking);
+        // Discrete form of the gain for a command that is held: it never overshoots.
+        let gain = if corrects && hold > 0.0 { -(-self.tracking_gain * hold).exp_m1() / hold } else { 0.0 };
+        for ((c, e), d) in self.command.iter_mut().zip(&self.tracking).zip(&self.model.dofs) {
+            *c = (*c + gain * e).clamp(-d.velocity, d.velocity);
         }
-        let before = self.carried_from.filter(|from| *from != self.active);
-        let Some(from) = before else {
-            return self.stacks[self.active].prepare(&self.carried, None);
-        };
-        let (low, high) = self.stacks.split_at_mut(from.max(self.active));
-        let (Some(last), Some(high)) = (low.get_mut(from.min(self.active)), high.first_mut()) else { return };
-        if from < self.active {
-            high.prepare(&self.carried, Some(last))
-        } else {
-            last.prepare(&self.carried, Some(high))
+        let sent = Sent { velocity: &self.sent, dt: call.dt };
+        if let Some(stack) = self.stacks.moving_mut() {
+            if self.tracking.iter().any(|e| *e != 0.0) {
+                stack.soften(sent, &mut self.command);
+            }
+            if stack.guard.evaluator().is_some() {
+                stack.guard.protect(&self.model, sent, &mut self.command);
+            }
         }
-    }
-
-    /// Commands the robot to stand still.
-    pub(super) fn stand(&mut self) {
-        self.command.fill(0.0);
-        self.velocity.fill(0.0);
-        self.stack_velocity.fill(0.0);
-        self.moving = None;
-        // Margins and errors of velocities must be those of a robot at rest.
-        self.stacks[self.active].evaluator.observe(&self.reference, &self.command);
     }
 }
 
+/// Distance in m by which a base that cannot move sideways may be beside its reference before this follows it.
+const SLIPPED: f64 = 1e-3;
+
+/// Distance in rad or m between the robot and its reference from which the reference waits, and the same for each rad/s or m/s of its speed: the
+/// lag of a drive that nobody declared.
+const AHEAD: f64 = 0.05;
+const AHEAD_BY_SPEED: f64 = 0.1;
+
+/// Takes from the velocity `v` of the reference the part that lengthens its way from the robot, `e`, where this is longer than it may be. Returns
+/// the degree of freedom that is waited for, if there is one.
+fn wait(e: &[f64], v: &mut [f64]) -> Option<usize> {
+    let excess = |e: f64, v: f64| e - e.clamp(-AHEAD - AHEAD_BY_SPEED * v.abs(), AHEAD + AHEAD_BY_SPEED * v.abs());
+    let (mut most, mut square, mut along, mut slowest) = (0.0_f64, 0.0, 0.0, None);
+    for (i, (e, v)) in e.iter().zip(&*v).enumerate() {
+        let x = excess(*e, *v);
+        if x.abs() > most {
+            (most, slowest) = (x.abs(), Some(i));
+        }
+        square += x * x;
+        along += x * v;
+    }
+    if square == 0.0 || along <= 0.0 {
+        return None;
+    }
+    // From once to twice the distance, the reference comes to a stand.
+    let part = (most / AHEAD).min(1.0) * along / square;
+    e.iter().zip(v).for_each(|(e, v)| *v -= part * excess(*e, *v));
+    slowest
+}
+
 /// Returns the fault of the first violated limit that a transition watches.
-fn watched(stack: &StackController, machine: &Machine) -> Result<(), Fault> {
+fn watched(stack: &super::StackController, machine: &super::machine::Machine) -> Result<(), Fault> {
     for (member, m) in stack.evaluator.members().iter().enumerate() {
         if m.margins.is_empty() || !machine.watches(m.program_index) {
             continue;
         }
-        let margins = &stack.evaluator.margins()[m.margins.clone()];
+        let margins = &stack.measured().margins()[m.margins.clone()];
         if let Some(row) = margins.iter().position(|h| *h < -PASSED) {
             return Err(Fault::Limit { member, row });
         }

@@ -3,7 +3,7 @@
 //! A part has values with a clock, captured numbers and trajectories of its own. They move from the stack that ran to the
 //! one that is entered, and so does what the tasks of the part remember.
 
-use super::{Evaluator, Member};
+use super::{Evaluator, Member, TickInputs};
 use crate::values::ValueTable;
 
 impl Evaluator {
@@ -82,6 +82,16 @@ impl Evaluator {
         let part = |e: &Evaluator| e.members.iter().find(|m| m.program_index == task).map(Member::part);
         if let Some((mine, theirs)) = part(self).zip(part(leader)) {
             self.clocks[mine] = leader.clocks[theirs];
+        }
+    }
+
+    /// Enters the same stack as another evaluator, at another configuration, with the captured values and the clocks of that one. Never allocates.
+    pub(crate) fn enter_beside(&mut self, q: &[f64], tick: TickInputs, leader: &Evaluator) {
+        self.begin_anew();
+        self.clocks.copy_from_slice(&leader.clocks);
+        self.enter_fresh(q, tick);
+        for (mine, theirs) in self.values.iter_mut().zip(&leader.values) {
+            mine.inputs.copy_from_slice(&theirs.inputs);
         }
     }
 

@@ -135,6 +135,14 @@ impl Evaluator {
         Evaluator::of(program, &program.stacks[stack], None)
     }
 
+    /// Prepares a stack that need not be among those of the program.
+    ///
+    /// # Errors
+    /// A task cannot be built, which a compiled program excludes.
+    pub(crate) fn of_stack(program: &Program, stack: &StackProgram) -> Result<(Evaluator, Problem), ProgramError> {
+        Evaluator::of(program, stack, None)
+    }
+
     /// Prepares one task of a stack, built as in the stack. Its problem has the stack's levels without the rows of
     /// other tasks.
     ///

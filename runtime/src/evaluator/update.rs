@@ -104,6 +104,31 @@ impl Evaluator {
         Ok(())
     }
 
+    /// Fills the problem for a robot that comes to rest. A task that cannot be evaluated, because a signal is lost, has no rows; planners decide
+    /// nothing. Never allocates.
+    pub(crate) fn update_for_rest(&mut self, q: &[f64], inputs: TickInputs, problem: &mut Problem) {
+        self.kinematics(q, inputs);
+        self.locked_joint_motion.begin();
+        self.margins.fill(f64::INFINITY);
+        self.inside = self.limits.iter().all(|l| l.lower <= q[l.q_index] && q[l.q_index] <= l.upper);
+        for i in 0..self.members.len() {
+            if self.write(i, q, inputs, problem).is_err() {
+                let m = &self.members[i];
+                let level = &mut problem.levels[m.level];
+                if m.constant {
+                    // Its coefficients are written once, and must stay.
+                    let (lower, upper) = level.bounds_mut(m.rows.clone());
+                    lower.fill(f64::NEG_INFINITY);
+                    upper.fill(f64::INFINITY);
+                } else {
+                    m.rows.clone().for_each(|row| level.leave_out(row));
+                }
+                self.margins[m.margins.clone()].fill(f64::NAN);
+                self.measures[m.measures.clone()].fill(f64::NAN);
+            }
+        }
+    }
+
     /// Writes the rows of one task.
     fn write(&mut self, i: usize, q: &[f64], inputs: TickInputs, problem: &mut Problem) -> Result<(), Fault> {
         let Evaluator { model, data, values, tasks, locked_joint_motion, margins, measures, undefined, .. } = self;

@@ -167,10 +167,21 @@ pub struct RobotProgram {
     pub deadline: f64,
     /// Gain of the low-level layer, thesis (3.9), in 1/s.
     pub tracking_gain: f64,
+    /// True if the robot is stopped in one tick, by a host that stops it itself.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub stops_at_once: bool,
+    /// True if a robot that takes commands again goes on by itself.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub resumes_itself: bool,
     /// Arms, in the order declared.
     pub arms: Vec<Arm>,
     /// Named points and segments, in the order declared; for drawing.
     pub geometries: Vec<Geometry>,
+}
+
+/// Returns true for a setting that need not be written.
+fn is_false(set: &bool) -> bool {
+    !*set
 }
 
 impl RobotProgram {

@@ -117,8 +117,8 @@ impl Recorder for Verifier {
         }
         let (second, levels) = &mut self.stacks[tick.stack];
         let stack = &tick.controller.stacks()[tick.stack];
-        // A slower velocity than that of the hierarchy is no optimum.
-        if stack.is_slowed() {
+        // A slower velocity than that of the hierarchy is no optimum, nor is one on the way to rest.
+        if stack.is_slowed() || stack.is_stopping() {
             return Ok(());
         }
         let v = &mut self.so_far;

@@ -1,0 +1,171 @@
+//! Motion to rest, and rest.
+//!
+//! The robot comes to rest in every state without a stack, and at every fault. The stack that moved it keeps its limits meanwhile:
+//!
+//! ```text
+//! minimise  || u - a ||     subject to    the rows of its hard levels, and those of accelerations as well as these allow
+//! ```
+//!
+//! with `a = 0`, or the velocity at the beginning, faded over a blend. Its targets stay where they were. Rows that are not met at rest, of
+//! people who come closer or of a limit that was passed, are widened until rest meets them: they shape how the robot brakes, and never make
+//! it flee. Rest then meets every hard level, so that this problem has a solution at any state; where a distance and a limit of an
+//! acceleration contradict each other, the distance is kept. A task that cannot be evaluated, because of a signal that is lost, has no rows.
+//! Source: ours.
+
+use super::Controller;
+use super::clock::Call;
+use super::phase::{Phase, Stop, Why};
+use super::tick::Now;
+use crate::program::Times;
+use crate::signals::SignalValue;
+
+/// Distance between a robot at rest and its reference, in rad or m, up to which the reference stays: a robot that sags must not drag its own
+/// set point along. A robot that is moved by hand drags it.
+const HELD: f64 = 0.02;
+
+impl Controller {
+    /// Brings the robot to rest, or keeps it there. `why` is the reason; the one before if there is none.
+    pub(super) fn rest(&mut self, why: Option<Why>, now: Now) {
+        let why = why.or(self.phase.why()).unwrap_or(Why::NoStack);
+        match &mut self.phase {
+            Phase::Stopping(stop) => stop.why = why,
+            Phase::Standing(before) => *before = why,
+            Phase::Unstarted | Phase::Running => {
+                let times = Times { t: now.time - self.machine.stack_entered(), time: now.time };
+                let fade = if why == Why::NoStack { self.stacks.fade() } else { 0.0 };
+                self.phase = Phase::Stopping(Stop { why, times, begun: now.time, fade });
+                if !matches!(why, Why::NoStack | Why::Awaiting(_)) {
+                    // The robot stops where it is, from what it was told: a fault ends the correction towards the reference.
+                    self.motion.velocity.copy_from_slice(&self.command);
+                    if self.is_observed {
+                        self.reference.copy_from_slice(now.q);
+                        self.is_anchored = true;
+                    }
+                }
+                self.stop_from.copy_from_slice(&self.motion.velocity);
+            }
+        }
+        if let Phase::Stopping(stop) = self.phase {
+            if self.motion.velocity.iter().any(|v| *v != 0.0) {
+                return self.slow_down(stop, now);
+            }
+            self.phase = Phase::Standing(why);
+        }
+        self.stand(why, now);
+    }
+
+    /// Decides the velocity of a motion to rest.
+    fn slow_down(&mut self, stop: Stop, now: Now) {
+        let Now { q, time, .. } = now;
+        let is_observed = self.is_observed;
+        let x = if stop.fade > 0.0 { ((time - stop.begun) / stop.fade).clamp(0.0, 1.0) } else { 1.0 };
+        let left = 1.0 - x * x * (3.0 - 2.0 * x);
+        self.aim.iter_mut().zip(&self.stop_from).for_each(|(aim, v)| *aim = left * v);
+        let inputs = self.motion.inputs(stop.times, &self.signals);
+        match self.stacks.moving_mut().filter(|_| !self.stops_at_once) {
+            Some(stack) => {
+                stack.slow_down(&self.reference, inputs, &self.aim, &mut self.next);
+                // What the robot passes now is no further fault: it comes to rest already.
+                let _ = stack.measure(q, q != self.reference && is_observed, inputs, &self.next, 0.0);
+            }
+            None => self.next.fill(0.0),
+        }
+        self.set_point.decide(&self.reference, &self.motion.velocity, &self.next);
+        self.motion.velocity.copy_from_slice(&self.next);
+        self.motion.stack_velocity.copy_from_slice(&self.next);
+        if let Some(stack) = self.stacks.moving_mut() {
+            stack.evaluator.observe(&self.reference, &self.motion.velocity);
+        }
+        self.model.integrate(&mut self.reference, &self.motion.velocity, self.period);
+    }
+
+    /// Keeps the robot at rest.
+    fn stand(&mut self, why: Why, now: Now) {
+        if why == Why::NoStack
+            && let Some(entry) = self.stacks.begin_entry(&self.machine)
+        {
+            let inputs = self.motion.inputs(Times { t: 0.0, time: now.time }, &self.signals);
+            self.stacks.active_mut().enter(&self.reference, inputs, 0.0, entry.common);
+        }
+        self.stacks.rest();
+        self.motion.velocity.fill(0.0);
+        self.motion.stack_velocity.fill(0.0);
+        if self.is_observed {
+            self.drag(now.q);
+        }
+        self.set_point.rest(&self.reference);
+        match why {
+            Why::NoStack => {
+                // A stack without levels, whose answer is rest.
+                let inputs = self
+                    .motion
+                    .inputs(Times { t: now.time - self.machine.stack_entered(), time: now.time }, &self.signals);
+                let _ = self.stacks.active_mut().solve(&self.reference, inputs, None);
+                self.evaluate_at_rest(now.time);
+            }
+            Why::InTarget(_) => self.evaluate_at_rest(now.time),
+            // Margins and errors of velocities must be those of a robot at rest.
+            Why::Awaiting(_) | Why::Raised(_) | Why::Halted(_) | Why::Told | Why::Disabled => {
+                let times = Times { t: now.time - self.machine.stack_entered(), time: now.time };
+                let inputs = self.motion.inputs(times, &self.signals);
+                let (seen, apart) = (self.is_observed, now.q != self.reference);
+                self.stacks.active_mut().look(&self.reference, now.q, seen && apart, inputs);
+            }
+        }
+    }
+
+    /// Keeps a robot at rest that takes no commands, or that was told to stand: the machine and motion time stand still with it.
+    pub(super) fn hold_still(&mut self, why: Why, q: &[f64], call: &Call) {
+        self.clock.pause(call.dt);
+        if self.phase != Phase::Unstarted {
+            self.phase = Phase::Standing(why);
+        }
+        self.stacks.rest();
+        self.following.forget();
+        self.motion.velocity.fill(0.0);
+        self.motion.stack_velocity.fill(0.0);
+        if self.is_observed {
+            match why {
+                Why::Disabled => self.reference.copy_from_slice(q),
+                _ => self.drag(q),
+            }
+            self.is_anchored = true;
+        }
+        self.set_point.rest(&self.reference);
+        self.signals.forget_events();
+    }
+
+    /// Moves the reference of a robot at rest to within [`HELD`] of where it is.
+    fn drag(&mut self, q: &[f64]) {
+        if !std::mem::replace(&mut self.is_anchored, true) {
+            self.reference.copy_from_slice(q);
+            return;
+        }
+        self.model.difference(&self.reference, q, &mut self.tracking);
+        if self.tracking.iter().all(|e| e.abs() <= HELD) {
+            return;
+        }
+        self.tracking.iter_mut().for_each(|e| *e -= e.clamp(-HELD, HELD));
+        self.model.integrate(&mut self.reference, &self.tracking, 1.0);
+    }
+
+    /// Evaluates the active stack for a robot that stands after a fault, so that conditions can read its outputs.
+    fn evaluate_at_rest(&mut self, time: f64) {
+        if self.stacks.is_entry_due() {
+            return;
+        }
+        let inputs = self.motion.inputs(Times { t: time - self.machine.stack_entered(), time }, &self.signals);
+        let stack = self.stacks.active_mut();
+        // A fault of the stack must not hide the transitions that lead out of the state, and the robot stands already.
+        if stack.stand(&self.reference, inputs).is_err() {
+            return;
+        }
+        stack.evaluator.observe(&self.reference, &self.motion.velocity);
+        for SignalValue { signal, value } in stack.evaluator.output_values(&self.motion.velocity) {
+            if !self.signals.assign(signal, &[value]) {
+                self.signals.forget(signal);
+            }
+        }
+        self.outputs_written = true;
+    }
+}
