@@ -2,6 +2,7 @@
 //! binary of their own, since they count in all threads.
 
 mod baselines;
+mod call_rates;
 mod coming;
 mod command_line;
 mod common;
@@ -43,6 +44,7 @@ mod pieces;
 mod plan_data;
 mod planner;
 mod plant;
+mod plants;
 mod replay_people;
 mod same_bytes;
 mod sampled_margin;
@@ -56,6 +58,7 @@ mod smoothness;
 mod solve;
 mod solvers;
 mod stance;
+mod stops;
 mod supply_chain;
 mod sweep;
 mod task_names;
