@@ -27,6 +27,7 @@ impl Controller {
     /// Brings the robot to rest, or keeps it there. `why` is the reason; the one before if there is none.
     pub(super) fn rest(&mut self, why: Option<Why>, now: Now) {
         let why = why.or(self.phase.why()).unwrap_or(Why::NoStack);
+        self.waits_for = None;
         match &mut self.phase {
             Phase::Stopping(stop) => stop.why = why,
             Phase::Standing(before) => *before = why,
@@ -117,6 +118,7 @@ impl Controller {
     /// Keeps a robot at rest that takes no commands, or that was told to stand: the machine and motion time stand still with it.
     pub(super) fn hold_still(&mut self, why: Why, q: &[f64], call: &Call) {
         self.clock.pause(call.dt);
+        self.waits_for = None;
         if self.phase != Phase::Unstarted {
             self.phase = Phase::Standing(why);
         }
