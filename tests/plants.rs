@@ -177,7 +177,9 @@ fn a_joint_that_does_not_follow_is_named() {
     for (plant, name) in [(reversed, "joint_4"), (frozen, "joint_4"), (all, "joint_")] {
         let ran = run(&program, &plant, 3.0);
         let (time, kind, text) = ran.fault.expect("a fault");
-        assert!(kind == FaultKind::Tracking && text.contains(name), "{plant:?}: {text}");
+        // A joint that runs away may pass its own limit first.
+        let named = matches!(kind, FaultKind::Tracking | FaultKind::Beyond) && text.contains(name);
+        assert!(named, "{plant:?}: {text}");
         assert!(time < 1.0, "{plant:?}: after {time} s");
     }
 }

@@ -106,7 +106,9 @@ impl Controller {
             }
             Why::InTarget(_) => self.evaluate_at_rest(now.time),
             // Margins and errors of velocities must be those of a robot at rest.
-            Why::Awaiting(_) | Why::Raised(_) | Why::Halted(_) | Why::Told | Why::Disabled => {
+            // The numbers of this tick are those that the fault is told with.
+            Why::Raised(_) => self.stacks.active_mut().evaluator.observe(&self.reference, &self.motion.velocity),
+            Why::Awaiting(_) | Why::Halted(_) | Why::Told | Why::Disabled => {
                 let times = Times { t: now.time - self.machine.stack_entered(), time: now.time };
                 let inputs = self.motion.inputs(times, &self.signals);
                 let (seen, apart) = (self.is_observed, now.q != self.reference);
