@@ -292,7 +292,7 @@ fn the_same_run_gives_the_same_bits() {
 fn elbow_after(settings: &str, declared: &str, scenario: &str) -> (f64, Option<String>) {
     let program = compiled(&format!(
         "hierarq 1
-robot r {{ urdf \"robots/pendulum.urdf\"  rate 500 Hz  home {{ shoulder 0 rad  elbow 0 rad }} }}
+robot r {{ urdf \"robots/pendulum.urdf\"  rate 500 Hz  tracking_gain 0 /s  home {{ shoulder 0 rad  elbow 0 rad }} }}
 {declared}
 task still = joint_velocity {{ velocity 0 rad/s }}
 stack s {{ level l hard {{ joint_velocity_limits }}  level motion {{ still }} }}

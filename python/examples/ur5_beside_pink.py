@@ -44,12 +44,15 @@ class Hierarq:
         self.program = hierarq.load(SPEC)
         self.controller = self.program.controller()
         self.home = self.program.robot.home
+        self.place = self.home.copy()
 
     def step(self, measured: np.ndarray, goal: np.ndarray) -> np.ndarray:
-        command = self.controller.step(measured, signals={"goal": goal})
+        # As in Pink, what was commanded, and not what servos without compensation of gravity have made of it.
+        command = self.controller.step(self.place, signals={"goal": goal})
         if command.fault:
             raise RuntimeError(command.fault_text)
-        return self.controller.reference
+        self.place = command.position
+        return self.place
 
 
 class Pink:
