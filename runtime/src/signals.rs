@@ -61,6 +61,8 @@ pub struct Signals {
     /// Events since the last tick.
     raised: Vec<bool>,
     conditioner: Conditioner,
+    /// Time by which people are foreseen (s).
+    foresight: f64,
 }
 
 impl Signals {
@@ -75,11 +77,18 @@ impl Signals {
             refused: vec![false; interface.signals.len()],
             raised: vec![false; interface.events.len()],
             conditioner: Conditioner::new(interface),
+            foresight: 0.0,
             interface: interface.clone(),
         };
         signals.restart();
         signals.at(0.0, |_| None);
         signals
+    }
+
+    /// Foresees people by a time (s): their places are those where they are then, at their velocity. A robot whose drives are behind its commands by
+    /// this time is where it is told to be then.
+    pub(crate) fn with_foresight(self, foresight: f64) -> Signals {
+        Signals { foresight, ..self }
     }
 
     /// Resets variables to their initial values and sensors to their declared bias.
@@ -260,7 +269,7 @@ impl Signals {
     /// Computes the table for a tick. `axes` returns the orientation of a link at the observed configuration, if it is
     /// known.
     pub(crate) fn at(&mut self, time: f64, axes: impl Fn(robot::LinkId) -> Option<UnitQuaternion<f64>>) {
-        let Signals { interface, received, read, table, last, conditioner, motions, lost, .. } = self;
+        let Signals { interface, received, read, table, last, conditioner, motions, lost, foresight, .. } = self;
         let dt = conditioner.tick(time);
         for (i, (s, &received)) in interface.signals.iter().zip(&*received).enumerate() {
             if let Some(of) = s.age_of {
@@ -273,7 +282,8 @@ impl Signals {
                 if !in_time {
                     estimate.forget();
                 }
-                moving(s, estimate, lost[i], time, last, table);
+                let foresight = if s.is_of_person() { *foresight } else { 0.0 };
+                moving(s, estimate, lost[i], (time, foresight), last, table);
                 continue;
             }
             let value = &mut table[s.at + 1..=s.at + s.len];
@@ -332,9 +342,16 @@ fn tracked(s: &SignalProgram, estimate: &mut Estimate, value: &[f64], time: f64,
     }
 }
 
-/// Writes a tracked signal into the table. `lost` is the time from which its readings count as missing: infinity if none
-/// ever came.
-fn moving(s: &SignalProgram, estimate: &mut Estimate, lost: f64, time: f64, last: &[f64], table: &mut [f64]) {
+/// Writes a tracked signal into the table, at a time, and foreseen by another (s). `lost` is the time from which its readings count as
+/// missing: infinity if none ever came.
+fn moving(
+    s: &SignalProgram,
+    estimate: &mut Estimate,
+    lost: f64,
+    (time, foresight): (f64, f64),
+    last: &[f64],
+    table: &mut [f64],
+) {
     let (value, velocity, known, uncertainty) = (s.at + 1, s.velocity_at(), s.known_at(), s.uncertainty_at());
     table[value..uncertainty + 2].fill(f64::NAN);
     let growth = s.motion.and_then(|m| if let Lost::Hold(growth) = m.lost { Some(growth) } else { None });
@@ -344,7 +361,7 @@ fn moving(s: &SignalProgram, estimate: &mut Estimate, lost: f64, time: f64, last
     table[known] = if present || held.is_some() { 1.0 } else { -1.0 };
     if present {
         let (before, rates) = table.split_at_mut(velocity);
-        estimate.write(time, &mut before[value..], &mut rates[..known - velocity]);
+        estimate.write(time, foresight, &mut before[value..], &mut rates[..known - velocity]);
         table[uncertainty..uncertainty + 2].fill(0.0);
     } else if let Some(growth) = held {
         table[value..velocity].copy_from_slice(&last[value..velocity]);

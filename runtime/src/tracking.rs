@@ -59,10 +59,10 @@ impl Estimate {
         self.last.is_some()
     }
 
-    /// Writes the value at a time, and its rates: of a point its position and 3 numbers, its velocity in m/s; of a pose its
+    /// Writes the value at a time, where it will be after another with its velocity (s), and its rates: of a point its position and 3 numbers, its velocity in m/s; of a pose its
     /// position and quaternion `w x y z` and 7 numbers, the velocity and the rates of the quaternion in 1/s, `q' = w q / 2`.
     /// Writes nothing if there is no valid reading.
-    pub fn write(&mut self, time: f64, value: &mut [f64], rates: &mut [f64]) {
+    pub fn write(&mut self, time: f64, foresight: f64, value: &mut [f64], rates: &mut [f64]) {
         let Some(last) = self.last else { return };
         let twist = Twist { velocity: self.velocity, angular: self.angular };
         let (ahead, goes_on) = match self.motion.between {
@@ -80,7 +80,8 @@ impl Estimate {
                 filter.tick(time, Moving { place: ahead, twist: goes_on }, cutoff, &plausible)
             }
         };
-        shown.place.write(value);
+        let foreseen = if foresight > 0.0 { shown.place.after(foresight, shown.twist) } else { shown.place };
+        foreseen.write(value);
         shown.place.write_rates(shown.twist, rates);
     }
 
@@ -160,7 +161,7 @@ mod tests {
     /// Velocity at the time of the last reading; zero if there is none.
     fn velocity(e: &Estimate) -> [f64; 3] {
         let (mut value, mut rates) = ([0.0; 3], [0.0; 3]);
-        e.clone().write(f64::NEG_INFINITY, &mut value, &mut rates);
+        e.clone().write(f64::NEG_INFINITY, 0.0, &mut value, &mut rates);
         rates
     }
 
@@ -244,7 +245,7 @@ mod tests {
             e.pose(&reading, time);
             let share = 1.0 - (-TAU * cutoff * time).exp();
             let mut rates = [0.0; 7];
-            e.write(time, &mut [0.0; 7], &mut rates);
+            e.write(time, 0.0, &mut [0.0; 7], &mut rates);
             let (d, before, after) = (1e-6, pose(time - 1e-6), pose(time + 1e-6));
             for i in 0..7 {
                 let exact = share * (after[i] - before[i]) / (2.0 * d) * if i < 3 { 1.0 } else { sign };
@@ -259,7 +260,7 @@ mod tests {
         let mut e = Estimate::new(&tracking, None);
         e.pose(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 3.0, 4.0, 0.0, 0.0, 8.0], 0.0);
         let mut rates = [0.0; 7];
-        e.write(0.0, &mut [0.0; 7], &mut rates);
+        e.write(0.0, 0.0, &mut [0.0; 7], &mut rates);
         // At the identity, the rates of the quaternion are half the angular velocity.
         let expected = [0.0, 0.6, 0.8, 0.0, 0.0, 0.0, 1.0];
         assert!(rates.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{rates:?}");

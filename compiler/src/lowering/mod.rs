@@ -376,6 +376,8 @@ impl<'a> Lowerer<'a> {
                 home: robot.home.clone(),
                 deadline: robot.deadline,
                 tracking_gain: robot.tracking_gain,
+                lag: robot.lag,
+                dead_time: robot.dead_time,
                 stops_at_once: robot.stops_at_once,
                 resumes_itself: robot.resumes_itself,
                 arms: robot.arms.clone(),

@@ -57,6 +57,10 @@ pub struct BoundRobot {
     pub deadline: f64,
     /// Gain of the low-level layer (1/s).
     pub tracking_gain: f64,
+    /// Lag of the drives (s).
+    pub lag: f64,
+    /// Dead time of the drives (s).
+    pub dead_time: f64,
     /// True if the robot is stopped in one tick.
     pub stops_at_once: bool,
     /// True if it goes on by itself when it takes commands again.
@@ -186,8 +190,12 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
     let rate = block.rate.as_ref();
     let rate_span = rate.map_or(robot.name.span, |rate| files.origins.span(rate.at));
     let period = rate.map_or(0.01, |rate| 1.0 / rate.value);
+    let time = |given: &Option<Located<f64>>| given.as_ref().map_or(0.0, |time| time.value);
+    let (lag, dead_time) = (time(&block.lag), time(&block.dead_time));
     // Without knowledge of the drive: a gain that is stable with a lag of a tenth of a second.
-    let tracking_gain = block.tracking_gain.as_ref().map_or_else(|| f64::min(2.0, 0.25 / period), |gain| gain.value);
+    let unknown = if lag + dead_time > 0.0 { f64::INFINITY } else { 2.0 };
+    let stable = f64::min(unknown, 0.25 / (lag + dead_time + period));
+    let tracking_gain = block.tracking_gain.as_ref().map_or(stable, |gain| gain.value);
     let at = block.tracking_gain.as_ref().map(|gain| gain.at);
     if let Some(at) = at.filter(|_| rate.is_some() && overshoots(tracking_gain, period)) {
         let text = format!(
@@ -225,6 +233,8 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
         home,
         home_span,
         tracking_gain,
+        lag,
+        dead_time,
         stops_at_once: block.stop == "now",
         resumes_itself: block.resume == "itself",
         arms,

@@ -119,9 +119,11 @@ fn differing(first: &BoundRobot, other: &BoundRobot) -> Option<Diagnostic> {
     let words = [
         ("rate", 1.0 / first.period, 1.0 / other.period, "Hz"),
         ("deadline", first.deadline, other.deadline, "s"),
+        ("lag", first.lag, other.lag, "s"),
+        ("dead_time", first.dead_time, other.dead_time, "s"),
         ("tracking_gain", first.tracking_gain, other.tracking_gain, "/s"),
     ];
-    let (key, a, b, unit) = words.into_iter().find(|(_, a, b, _)| (a - b).abs() > 1e-9 * a.abs())?;
+    let (key, a, b, unit) = words.into_iter().find(|(_, a, b, _)| (a - b).abs() > 1e-9 * a.abs().max(b.abs()))?;
     let text = format!("robot `{}` has another `{key}` than `{}`", other.name.value, first.name.value);
     let place = if key == "rate" { other.rate_span } else { other.name.span };
     let at = if key == "rate" { first.rate_span } else { first.name.span };

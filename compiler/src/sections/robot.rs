@@ -2,6 +2,7 @@
 
 use blocks::{ByName, Located, Unbound, Word, block};
 use quantities::usual;
+use runtime::program::MOST_BEHIND;
 use stdlib_tasks::dimension::{RATE, TIME};
 use stdlib_tasks::params::Quantity;
 
@@ -16,6 +17,10 @@ pub static STOPS: &[&str] = &["to_rest", "now"];
 
 /// The words for who lets a robot go on that has taken no commands.
 pub static RESUMES: &[&str] = &["told", "itself"];
+
+/// A time by which drives are behind.
+const BEHIND: ValueType =
+    ValueType::Number(Quantity { min: 0.0, max: MOST_BEHIND, ..Quantity::any(TIME) }.usually(1e-4, 0.3));
 
 /// Returns what stands before the names of the parts of a robot that is not the only one of its spec.
 pub fn prefix(robot: &str) -> String {
@@ -67,8 +72,13 @@ block! {
         /// Maximum time between two calls; a longer one is the fault `deadline`. More than a period; default: two
         /// periods, and at least a period and 20 ms.
         deadline: Option<Located<f64>> = optional(ValueType::Number(Quantity::above(TIME, 0.0).usually(1e-5, 30.0)));
+        /// Time constant of the drives: how fast the velocity of the robot follows the one that it is told. It tells the controller where the
+        /// robot will be; a simulator has its own.
+        lag: Option<Located<f64>> = optional(BEHIND);
+        /// Time that passes before a command begins to move the robot: of buses, buffers and drives together.
+        dead_time: Option<Located<f64>> = optional(BEHIND);
         /// Gain that pulls the measured configuration to the reference, at most the rate of control; default: 2 /s, or a quarter of the
-        /// rate if this is less.
+        /// rate if this is less; with a `lag` or `dead_time`, a quarter of one divided by both and a period.
         tracking_gain: Option<Located<f64>> = optional(ValueType::Number(usual::GAIN));
         /// How the robot is stopped, at faults and in states without a stack: `to_rest`, a motion within the limits of the stack that moved it, or `now`,
         /// velocity zero at once, for hosts that stop the robot themselves.

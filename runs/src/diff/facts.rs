@@ -85,6 +85,8 @@ fn robot(p: &Program, all: &mut Vec<Subject>) {
     facts.add("stop", if r.stops_at_once { "now" } else { "to rest" });
     facts.add("resume", if r.resumes_itself { "by itself" } else { "told" });
     facts.add("tracking gain", format!("{} /s", number(r.tracking_gain)));
+    facts.add("lag", format!("{} s", number(r.lag)));
+    facts.add("dead time", format!("{} s", number(r.dead_time)));
     // Shapes, masses and axes, with limits as far as they are not said of joints.
     facts.add("model", format!("#{}", digest(&r.model)));
     r.arms.iter().for_each(|arm| facts.add(format!("arm {}", arm.name), format!("#{}", digest(arm))));

@@ -6,11 +6,21 @@
 //! d' = u - d/τ          m' = v - m/τ          τ: the window
 //! ```
 //!
-//! for the command, with the correction of the tracking law, and for the reference alone, which is all that a position servo is sent.
+//! for the command as drives with the declared lag obey it, with the correction of the tracking law, and for the reference alone, which is all that a
+//! position servo is sent.
 //! A degree of freedom whose reference moves, `|d|` above [`LEAST`], and that moves by less than [`FROZEN`] of both, or the other way, or more than
-//! [`DOUBLED`] of the command and more than the reference, for [`PATIENCE`] seconds, does not follow: the fault `tracking`. So does one that stands
-//! while the reference waits for it. A robot that is slow, blocked for a moment, or late by a lag that
-//! nobody declared, does. A reading that the degree of freedom cannot have reached since the last one, at one and a half times its
+//! [`DOUBLED`] of the command and more than the reference, for [`PATIENCE`] seconds, does not follow: the fault `tracking`. So does one that moves away
+//! from the reference while this waits for it, as long, and one that stands then, for [`WAITED`] seconds. A robot that is slow, blocked for a moment, or late by a lag that
+//! nobody declared, does. So does a light joint that the motion of others pushes for a moment: one that moves too far has done so in all of
+//! the last [`MEMORY`] seconds, in which it was told to go at least [`FAR`],
+//!
+//! ```text
+//! Σ m d  >  DOUBLED Σ d²
+//! ```
+//!
+//! and FARTHER than the reference likewise.
+//!
+//! A reading that the degree of freedom cannot have reached since the last one, at one and a half times its
 //! speed limit, is the fault `jump`. Where readings repeat, because messages are lost, what it was told to move meanwhile counts too. Source: ours.
 
 use robot::Model;
@@ -29,6 +39,10 @@ const LEAST: f64 = 5e-3;
 /// Part of the commanded motion below which, and above which, a degree of freedom does not follow.
 const FROZEN: f64 = 0.2;
 const DOUBLED: f64 = 1.8;
+
+/// Time over which a degree of freedom has moved too far (s), and the way that it was told to go in it, in rad or m: both faded as the sums above.
+const MEMORY: f64 = 2.0;
+const FAR: f64 = 0.05;
 
 /// The same of the motion of the reference, from which the tracking law pulls a robot back that goes twice as far.
 const FARTHER: f64 = 1.15;
@@ -51,6 +65,31 @@ pub(super) struct Told<'a> {
     pub waits: Option<usize>,
 }
 
+/// What a degree of freedom was told and did over the last [`MEMORY`] seconds.
+#[derive(Clone, Copy, Default)]
+struct Memory {
+    /// Way that it was told to go, forth and back, in rad or m.
+    way: f64,
+    /// Sums of squares of the motion of the command and of the reference, and of their products with the measured one, in rad² or m².
+    told: [f64; 2],
+    led: [f64; 2],
+}
+
+impl Memory {
+    fn add(&mut self, keep: f64, way: f64, [told, led, done]: [f64; 3]) {
+        self.way = keep * self.way + way.abs();
+        for (sums, motion) in [(&mut self.told, told), (&mut self.led, led)] {
+            *sums = [keep * sums[0] + motion * motion, keep * sums[1] + motion * done];
+        }
+    }
+
+    /// True if it has moved too far all the time.
+    fn is_doubled(self) -> bool {
+        let farther = |[square, product]: [f64; 2], factor: f64| product > factor * square;
+        self.way > FAR && farther(self.told, DOUBLED) && farther(self.led, FARTHER)
+    }
+}
+
 /// A robot that is watched.
 pub(super) struct Following {
     /// Last usable configuration, and the time that has passed since (s); `None` before the first.
@@ -63,6 +102,7 @@ pub(super) struct Following {
     told: Vec<f64>,
     led: Vec<f64>,
     done: Vec<f64>,
+    memory: Vec<Memory>,
     /// Time for which the reference has waited (s).
     waited: f64,
     /// Time for which each degree of freedom has not followed (s).
@@ -80,6 +120,7 @@ impl Following {
             told: zero(),
             led: zero(),
             done: zero(),
+            memory: vec![Memory::default(); model.nv()],
             waited: 0.0,
             lost: zero(),
         }
@@ -97,6 +138,7 @@ impl Following {
         self.told.fill(0.0);
         self.led.fill(0.0);
         self.done.fill(0.0);
+        self.memory.fill(Memory::default());
         self.lost.fill(0.0);
         self.waited = 0.0;
     }
@@ -129,16 +171,20 @@ impl Following {
         if dt <= 0.0 {
             return None;
         }
-        let keep = (-dt / WINDOW).exp();
+        let (keep, remember) = ((-dt / WINDOW).exp(), (-dt / MEMORY).exp());
         for (i, (u, v)) in u.iter().zip(told.reference).enumerate() {
             self.told[i] = keep * self.told[i] + u * dt;
             self.led[i] = keep * self.led[i] + v * dt;
             self.done[i] = keep * self.done[i] + self.moved[i];
+            self.memory[i].add(remember, u * dt, [self.told[i], self.led[i], self.done[i]]);
             let (of_told, of_led) = (self.done[i] / self.told[i], self.done[i] / self.led[i]);
             let counts = self.led[i].abs() > LEAST && self.told[i].abs() > LEAST && v.abs() * WINDOW > 0.5 * LEAST;
             let stays = of_told < FROZEN && of_led < FROZEN;
-            let runs = of_told > DOUBLED && of_led > FARTHER;
-            self.lost[i] = if counts && (stays || runs) { self.lost[i] + dt } else { 0.0 };
+            let runs = of_told > DOUBLED && self.memory[i].is_doubled();
+            // The reference of a joint that turns the other way comes to a stand, and is no measure any more.
+            let flees = told.waits == Some(i) && self.told[i].abs() > LEAST && of_told < -FROZEN;
+            let follows = !flees && !(counts && (stays || runs));
+            self.lost[i] = if follows { 0.0 } else { self.lost[i] + dt };
         }
         let stands = told.waits.filter(|&i| self.done[i].abs() < LEAST);
         self.waited = if stands.is_some() { self.waited + dt } else { 0.0 };

@@ -8,6 +8,9 @@
 //! ```
 //!
 //! in this order of priority: a distance is never given up for a limit of an acceleration, but noise, ν, is.
+//! With a declared lag or dead time, the rows are those of the place where the robot comes to rest by what it was sent already; see
+//! [`drive`](super::drive). Margins and errors are those of the measured robot.
+//!
 //! Where the wanted velocity meets all rows, which is so at almost every tick, there is nothing to solve. A limit that the robot has passed
 //! leads it back no faster than the limits of accelerations allow. Equalities, of feet and of closed chains, hold at the reference alone,
 //! whose noise is none. Source: ours.
@@ -45,11 +48,40 @@ struct Limit {
     first: usize,
 }
 
-/// The stack at the measured configuration.
-pub(super) struct Guard {
+/// The stack at a configuration.
+struct Place {
     evaluator: Evaluator,
     /// Rows at this configuration, as the stack has them.
     problem: Problem,
+}
+
+impl Place {
+    fn new(program: &Program, stack: &StackProgram) -> Result<Place, ProgramError> {
+        let (evaluator, problem) = Evaluator::of_stack(program, stack)?;
+        Ok(Place { evaluator, problem })
+    }
+
+    fn update(&mut self, q: &[f64], inputs: TickInputs, leader: &Evaluator) {
+        self.evaluator.follow(leader);
+        self.evaluator.update_for_rest(q, inputs, &mut self.problem);
+    }
+}
+
+/// Where the robot is, and where it will be.
+#[derive(Clone, Copy)]
+pub(super) struct Robot<'a> {
+    /// Measured configuration.
+    pub q: &'a [f64],
+    /// Configuration in which it comes to rest by what was sent already; the same with ideal drives.
+    pub ahead: &'a [f64],
+}
+
+/// The stack at the measured configuration.
+pub(super) struct Guard {
+    /// Where the robot is measured.
+    measured: Place,
+    /// Where it comes to rest; `None` with ideal drives.
+    ahead: Option<Place>,
     /// True if the numbers of the evaluator are those of the last decision.
     is_current: bool,
     limits: Vec<Limit>,
@@ -79,7 +111,9 @@ impl Guard {
     /// # Errors
     /// The stack cannot be executed, which was excluded when its controller was made.
     pub fn new(program: &Program, stack: &StackProgram) -> Result<Guard, ProgramError> {
-        let (evaluator, problem) = Evaluator::of_stack(program, stack)?;
+        let measured = Place::new(program, stack)?;
+        let evaluator = &measured.evaluator;
+        let is_behind = program.robot.lag + program.robot.dead_time > 0.0;
         let (mut limits, mut rows, mut yielding, mut first) = (Vec::new(), 0, 0, 0);
         for (member, m) in evaluator.members().iter().enumerate() {
             let hard = stack.levels.get(m.level).is_some_and(|level| level.hard);
@@ -105,14 +139,14 @@ impl Guard {
             solution: Solution::new(&nearest),
             solver: program.run.solver.solver(&nearest),
             nearest,
-            evaluator,
-            problem,
+            ahead: is_behind.then(|| Place::new(program, stack)).transpose()?,
+            measured,
         })
     }
 
     /// Evaluator at the measured configuration; `None` if its numbers are not those of the last decision.
     pub fn evaluator(&self) -> Option<&Evaluator> {
-        Some(&self.evaluator).filter(|_| self.is_current)
+        Some(&self.measured.evaluator).filter(|_| self.is_current)
     }
 
     /// Notes that the numbers of the reference are those of the robot, which is where its reference is.
@@ -120,23 +154,28 @@ impl Guard {
         self.is_current = false;
     }
 
-    /// The stack is entered at a configuration; `leader` is its evaluator at the reference, whose captured values are those of this one too.
-    pub fn enter(&mut self, q: &[f64], inputs: TickInputs, leader: &Evaluator) {
-        self.evaluator.enter_beside(q, inputs, leader);
+    /// The stack is entered; `leader` is its evaluator at the reference, whose captured values are those of this one too.
+    pub fn enter(&mut self, robot: Robot, inputs: TickInputs, leader: &Evaluator) {
+        self.measured.evaluator.enter_beside(robot.q, inputs, leader);
+        if let Some(ahead) = &mut self.ahead {
+            ahead.evaluator.enter_beside(robot.ahead, inputs, leader);
+        }
         self.averages.fill(f64::NAN);
         self.is_current = false;
     }
 
-    /// Evaluates the stack at a configuration, after its evaluator at the reference.
-    pub fn update(&mut self, q: &[f64], inputs: TickInputs, leader: &Evaluator) {
-        self.evaluator.follow(leader);
-        self.evaluator.update_for_rest(q, inputs, &mut self.problem);
+    /// Evaluates the stack for a robot, after its evaluator at the reference.
+    pub fn update(&mut self, robot: Robot, inputs: TickInputs, leader: &Evaluator) {
+        self.measured.update(robot.q, inputs, leader);
+        if let Some(ahead) = &mut self.ahead {
+            ahead.update(robot.ahead, inputs, leader);
+        }
         self.is_current = true;
     }
 
     /// Passes the velocity that the robot was told to the tasks, for margins and errors of velocities.
     pub fn observe(&mut self, q: &[f64], v: &[f64]) {
-        self.evaluator.observe(q, v);
+        self.measured.evaluator.observe(q, v);
     }
 
     /// Returns the first hard limit that the robot has passed, on the average of the last moments. `dt` is the time since the last look (s).
@@ -144,8 +183,10 @@ impl Guard {
         let part = 1.0 - (-dt / AVERAGED).exp();
         let mut found = None;
         for Limit { member, own, first, accelerates } in &self.limits {
-            let Some(m) = self.evaluator.members().get(*member).filter(|_| *own && !accelerates) else { continue };
-            let margins = &self.evaluator.margins()[m.margins.clone()];
+            let Some(m) = self.measured.evaluator.members().get(*member).filter(|_| *own && !accelerates) else {
+                continue;
+            };
+            let margins = &self.measured.evaluator.margins()[m.margins.clone()];
             for (row, (h, mean)) in margins.iter().zip(&mut self.averages[*first..]).enumerate() {
                 if !h.is_finite() {
                     continue;
@@ -170,13 +211,11 @@ impl Guard {
 
     /// Changes a velocity to the nearest one that the hard limits allow at the configuration of the last update. Returns true if it was changed.
     pub fn protect(&mut self, model: &Model, sent: Sent, u: &mut [f64]) -> bool {
-        let limits = self.limits.iter();
-        let met = limits.clone().all(|limit| {
-            let Some(m) = self.evaluator.members().get(limit.member) else { return true };
-            let level = &self.problem.levels[m.level];
-            m.rows.clone().all(|row| {
-                let value: f64 = level.row(row).iter().zip(&*u).map(|(a, u)| a * u).sum();
-                let (lower, upper) = self.bounds(limit, row, sent);
+        let Guard { measured, ahead, limits, steps, period, nearest, solution, solver, .. } = self;
+        let rows = Rows { place: ahead.as_ref().unwrap_or(measured), steps, period: *period, sent };
+        let met = limits.iter().all(|limit| {
+            rows.of(limit).all(|(coefficients, (lower, upper))| {
+                let value: f64 = coefficients.iter().zip(&*u).map(|(a, u)| a * u).sum();
                 let room = MET * (1.0 + value.abs());
                 value >= lower - room && value <= upper + room
             })
@@ -184,58 +223,80 @@ impl Guard {
         if met {
             return false;
         }
-        let (mut row_of, mut yielding) = (0, 0);
-        for k in 0..self.limits.len() {
-            let Some(m) = self.evaluator.members().get(self.limits[k].member) else { continue };
-            for row in m.rows.clone() {
-                let (lower, upper) = self.bounds(&self.limits[k], row, sent);
-                let coefficients = self.problem.levels[m.level].row(row);
-                if self.limits[k].accelerates {
-                    self.nearest.levels[1].set(yielding, coefficients, lower, upper);
+        let (mut row, mut yielding) = (0, 0);
+        for limit in &*limits {
+            for (coefficients, (lower, upper)) in rows.of(limit) {
+                if limit.accelerates {
+                    nearest.levels[1].set(yielding, coefficients, lower, upper);
                     yielding += 1;
                 } else {
-                    self.nearest.levels[0].set(row_of, coefficients, lower - NOISE, upper + NOISE);
-                    self.nearest.levels[2].set(row_of, coefficients, lower, upper);
-                    row_of += 1;
+                    nearest.levels[0].set(row, coefficients, lower - NOISE, upper + NOISE);
+                    nearest.levels[2].set(row, coefficients, lower, upper);
+                    row += 1;
                 }
             }
         }
-        self.nearest.reference.copy_from_slice(u);
-        self.solver.solve(&self.nearest, &mut self.solution);
-        let x = &self.solution.x;
-        let usable = self.solution.status == Status::Optimal && x.iter().all(|v| v.is_finite());
+        nearest.reference.copy_from_slice(u);
+        solver.solve(nearest, solution);
+        let usable = solution.status == Status::Optimal && solution.x.iter().all(|v| v.is_finite());
         if usable {
-            u.iter_mut().zip(x).zip(&model.dofs).for_each(|((u, x), d)| *u = x.clamp(-d.velocity, d.velocity));
+            u.iter_mut()
+                .zip(&solution.x)
+                .zip(&model.dofs)
+                .for_each(|((u, x), d)| *u = x.clamp(-d.velocity, d.velocity));
         } else {
             // Rows that contradict each other, or too little room: slower is safe for all constant ones.
-            u.iter_mut().zip(sent.velocity).zip(&self.steps).for_each(|((u, last), step)| {
-                *u = last.signum() * (last.abs() - step * sent.dt / self.period).max(0.0);
+            u.iter_mut().zip(sent.velocity).zip(&*steps).for_each(|((u, last), step)| {
+                *u = last.signum() * (last.abs() - step * sent.dt / *period).max(0.0);
             });
         }
         true
     }
+}
 
-    /// Bounds of a row for a velocity that is sent now.
-    fn bounds(&self, limit: &Limit, row: usize, sent: Sent) -> Bounds {
-        let Some(m) = self.evaluator.members().get(limit.member) else { return (f64::NEG_INFINITY, f64::INFINITY) };
-        let level = &self.problem.levels[m.level];
-        let (lower, upper) = (level.lower[row], level.upper[row]);
-        let last = || level.row(row).iter().zip(sent.velocity).map(|(a, v)| a * v).sum::<f64>();
-        if limit.accelerates {
-            // The row is for a period, and around the velocity of the reference; what passed until now is a part of it.
-            let (last, most) = (last(), 0.5 * (upper - lower) * sent.dt / self.period);
-            return (last - most, last + most);
-        }
-        let h = self.evaluator.margins().get(m.margins.start + row - m.rows.start).copied().unwrap_or(f64::INFINITY);
-        if h >= 0.0 || (lower <= 0.0 && upper >= 0.0) {
-            return (lower, upper);
-        }
-        let room: f64 =
-            level.row(row).iter().zip(&self.steps).filter(|(a, _)| **a != 0.0).map(|(a, s)| a.abs() * s).sum();
-        let (last, room) = (last(), room * sent.dt / self.period);
-        (lower.min((last + room).max(0.0)), upper.max((last - room).min(0.0)))
-    }
+/// Rows of the hard limits for a velocity that is sent now.
+#[derive(Clone, Copy)]
+struct Rows<'a> {
+    place: &'a Place,
+    /// Largest change of each velocity in a period.
+    steps: &'a [f64],
+    period: f64,
+    sent: Sent<'a>,
 }
 
 /// Lower and upper bound.
 type Bounds = (f64, f64);
+
+impl<'a> Rows<'a> {
+    /// Coefficients and bounds of the rows of a limit.
+    fn of(self, limit: &Limit) -> impl Iterator<Item = (&'a [f64], Bounds)> {
+        let accelerates = limit.accelerates;
+        let member = self.place.evaluator.members().get(limit.member);
+        member.into_iter().flat_map(move |m| {
+            let level = &self.place.problem.levels[m.level];
+            m.rows.clone().enumerate().map(move |(k, row)| {
+                let (coefficients, bounds) = (level.row(row), (level.lower[row], level.upper[row]));
+                let margin = self.place.evaluator.margins().get(m.margins.start + k).copied();
+                (coefficients, self.bounds(coefficients, bounds, if accelerates { None } else { margin }))
+            })
+        })
+    }
+
+    /// Bounds of a row for a velocity that is sent now; `margin` is `None` for a limit of an acceleration.
+    fn bounds(&self, coefficients: &[f64], (lower, upper): Bounds, margin: Option<f64>) -> Bounds {
+        let Sent { velocity, dt } = self.sent;
+        let last = || coefficients.iter().zip(velocity).map(|(a, v)| a * v).sum::<f64>();
+        let Some(h) = margin else {
+            // The row is for a period, and around the velocity of the reference; what passed until now is a part of it.
+            let (last, most) = (last(), 0.5 * (upper - lower) * dt / self.period);
+            return (last - most, last + most);
+        };
+        if h >= 0.0 || (lower <= 0.0 && upper >= 0.0) {
+            return (lower, upper);
+        }
+        // A limit that was passed is led back no faster than accelerations allow.
+        let room: f64 = coefficients.iter().zip(self.steps).filter(|(a, _)| **a != 0.0).map(|(a, s)| a.abs() * s).sum();
+        let (last, room) = (last(), room * dt / self.period);
+        (lower.min((last + room).max(0.0)), upper.max((last - room).min(0.0)))
+    }
+}

@@ -15,6 +15,7 @@
 mod blend;
 mod clock;
 mod describe;
+mod drive;
 mod follow;
 mod guard;
 mod guards;
@@ -45,6 +46,7 @@ use crate::program::{
 use crate::signals::Signals;
 use clock::Clock;
 pub use clock::Intervals;
+use drive::Drive;
 use follow::Following;
 use machine::Machine;
 pub use machine::Request;
@@ -121,6 +123,9 @@ pub struct Controller {
     aim: Vec<f64>,
     next: Vec<f64>,
     set_point: SetPoint,
+    drive: Drive,
+    /// Configuration in which the robot comes to rest by what was sent to it.
+    ahead: Vec<f64>,
     following: Following,
     /// True if the host has said that the bases of the next observation are elsewhere than before.
     relocates: bool,
@@ -134,6 +139,9 @@ pub struct Controller {
     waits_for: Option<usize>,
     /// Set point at the present time.
     present: Vec<f64>,
+    /// Offset of the position command from the set point (rad or m), and the velocity of the set point within the limits of the robot.
+    offset: Vec<f64>,
+    nudged: Vec<f64>,
     command: Vec<f64>,
     position: Vec<f64>,
     /// Motion time of the first tick (s).
@@ -210,13 +218,14 @@ impl Controller {
         let model = &program.robot.model;
         let (nq, nv) = (model.nq(), model.nv());
         let RobotProgram { period, deadline, tracking_gain, stops_at_once, resumes_itself, .. } = program.robot;
+        let drive = Drive::new(program.robot.lag, program.robot.dead_time, period, nv);
         Ok(Controller {
             stacks: Stacks::new(program, machine)?,
             machine: Machine::new(program, machine),
             phase: Phase::Unstarted,
             clock: Clock::new(period, deadline),
             measured: MeasuredMotion::new(program, machine),
-            signals: Signals::new(&program.interface),
+            signals: Signals::new(&program.interface).with_foresight(drive.behind()),
             observed: (program.interface.signals.iter().any(|s| s.conditioning.frame.is_some()))
                 .then(|| Box::new((model.clone(), Data::new(model)))),
             q_names: program.robot.q_names(),
@@ -237,6 +246,8 @@ impl Controller {
             aim: vec![0.0; nv],
             next: vec![0.0; nv],
             set_point: SetPoint::new(model, period, &program.robot.home),
+            drive,
+            ahead: program.robot.home.clone(),
             following: Following::new(model),
             relocates: false,
             elapsed: 0.0,
@@ -244,6 +255,8 @@ impl Controller {
             fed: vec![0.0; nv],
             waits_for: None,
             present: vec![0.0; nq],
+            offset: vec![0.0; nv],
+            nudged: vec![0.0; nv],
             command: vec![0.0; nv],
             position: program.robot.home.clone(),
             started: 0.0,
@@ -262,6 +275,8 @@ impl Controller {
         self.clock.restart();
         (self.seen, self.raised, self.stopped_by, self.fault) = (None, None, None, None);
         (self.resumes, self.relocates) = (false, false);
+        self.drive.rest();
+        self.offset.fill(0.0);
         self.following.restart();
         self.signals.restart();
         if let Some(measured) = &mut self.measured {

@@ -14,6 +14,7 @@
 
 use super::Controller;
 use super::clock::Call;
+use super::guard::Robot;
 use super::phase::{Phase, Stop, Why};
 use super::tick::Now;
 use crate::program::Times;
@@ -39,7 +40,8 @@ impl Controller {
                     // The robot stops where it is, from what it was told: a fault ends the correction towards the reference.
                     self.motion.velocity.copy_from_slice(&self.command);
                     if self.is_observed {
-                        self.reference.copy_from_slice(now.q);
+                        self.reference.copy_from_slice(&self.ahead);
+                        self.offset.fill(0.0);
                         self.is_anchored = true;
                     }
                 }
@@ -67,7 +69,8 @@ impl Controller {
             Some(stack) => {
                 stack.slow_down(&self.reference, inputs, &self.aim, &mut self.next);
                 // What the robot passes now is no further fault: it comes to rest already.
-                let _ = stack.measure(q, q != self.reference && is_observed, inputs, &self.next, 0.0);
+                let robot = Robot { q, ahead: &self.ahead };
+                let _ = stack.measure(robot, q != self.reference && is_observed, inputs, &self.next, 0.0);
             }
             None => self.next.fill(0.0),
         }
@@ -92,7 +95,7 @@ impl Controller {
         self.motion.velocity.fill(0.0);
         self.motion.stack_velocity.fill(0.0);
         if self.is_observed {
-            self.drag(now.q);
+            self.drag();
         }
         self.set_point.rest(&self.reference);
         match why {
@@ -112,7 +115,8 @@ impl Controller {
                 let times = Times { t: now.time - self.machine.stack_entered(), time: now.time };
                 let inputs = self.motion.inputs(times, &self.signals);
                 let (seen, apart) = (self.is_observed, now.q != self.reference);
-                self.stacks.active_mut().look(&self.reference, now.q, seen && apart, inputs);
+                let robot = Robot { q: now.q, ahead: &self.ahead };
+                self.stacks.active_mut().look(&self.reference, robot, seen && apart, inputs);
             }
         }
     }
@@ -130,8 +134,13 @@ impl Controller {
         self.motion.stack_velocity.fill(0.0);
         if self.is_observed {
             match why {
-                Why::Disabled => self.reference.copy_from_slice(q),
-                _ => self.drag(q),
+                // Commands that were sent before do not move it either.
+                Why::Disabled => {
+                    self.drive.rest();
+                    self.offset.fill(0.0);
+                    self.reference.copy_from_slice(q);
+                }
+                _ => self.drag(),
             }
             self.is_anchored = true;
         }
@@ -139,13 +148,13 @@ impl Controller {
         self.signals.forget_events();
     }
 
-    /// Moves the reference of a robot at rest to within [`HELD`] of where it is.
-    fn drag(&mut self, q: &[f64]) {
+    /// Moves the reference of a robot at rest to within [`HELD`] of where it comes to rest.
+    fn drag(&mut self) {
         if !std::mem::replace(&mut self.is_anchored, true) {
-            self.reference.copy_from_slice(q);
+            self.reference.copy_from_slice(&self.ahead);
             return;
         }
-        self.model.difference(&self.reference, q, &mut self.tracking);
+        self.model.difference(&self.reference, &self.ahead, &mut self.tracking);
         if self.tracking.iter().all(|e| e.abs() <= HELD) {
             return;
         }

@@ -20,7 +20,7 @@ use solver::{HierarchicalSolver, LevelStatus, Problem, Smooth, Solution, Status}
 use stdlib_tasks::task::RowKind;
 
 use super::blend::{Blend, STANDS, Tick, usable};
-use super::guard::{Guard, Sent};
+use super::guard::{Guard, Robot, Sent};
 use super::hard_limits::HardLimits;
 use super::look_ahead::{At, LookAhead};
 use crate::evaluator::{Evaluator, TickInputs};
@@ -174,19 +174,19 @@ impl StackController {
         self.evaluator.update(q, inputs, &mut self.problem)
     }
 
-    /// Enters the stack at the measured configuration too. Called after [`StackController::enter`].
-    pub(super) fn enter_beside(&mut self, q: &[f64], inputs: TickInputs) {
-        self.guard.enter(q, inputs, &self.evaluator);
+    /// Enters the stack where the robot is too. Called after [`StackController::enter`].
+    pub(super) fn enter_beside(&mut self, robot: Robot, inputs: TickInputs) {
+        self.guard.enter(robot, inputs, &self.evaluator);
     }
 
-    /// Evaluates the stack at the measured configuration, with the velocity of this tick. `apart` is false if the robot is where its reference is.
+    /// Evaluates the stack where the robot is, with the velocity of this tick. `apart` is false if the robot is where its reference is.
     /// `dt` is the time since the last tick (s).
     ///
     /// # Errors
     /// The robot has passed a hard limit.
     pub(super) fn measure(
         &mut self,
-        q: &[f64],
+        robot: Robot,
         apart: bool,
         inputs: TickInputs,
         v: &[f64],
@@ -196,8 +196,8 @@ impl StackController {
             self.guard.leave_out();
             return Ok(());
         }
-        self.guard.update(q, inputs, &self.evaluator);
-        self.guard.observe(q, v);
+        self.guard.update(robot, inputs, &self.evaluator);
+        self.guard.observe(robot.q, v);
         self.guard.passed(dt).map_or(Ok(()), Err)
     }
 
@@ -211,11 +211,11 @@ impl StackController {
     }
 
     /// Evaluates the tasks for a robot that stands, at the reference and where it is measured, as far as they can be: for those who read margins.
-    pub(super) fn look(&mut self, reference: &[f64], q: &[f64], apart: bool, inputs: TickInputs) {
+    pub(super) fn look(&mut self, reference: &[f64], robot: Robot, apart: bool, inputs: TickInputs) {
         self.evaluator.update_for_rest(reference, inputs, &mut self.problem);
         self.evaluator.observe(reference, inputs.velocity);
         // What a robot at rest has passed is no further fault.
-        let _ = self.measure(q, apart, inputs, inputs.velocity, 0.0);
+        let _ = self.measure(robot, apart, inputs, inputs.velocity, 0.0);
     }
 
     /// Evaluator of its tasks at the measured configuration.

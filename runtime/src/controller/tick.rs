@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::clock::Call;
 use super::follow::Told;
-use super::guard::Sent;
+use super::guard::{Robot, Sent};
 use super::machine::{FaultResponse, StateChange};
 use super::machine_actions::ObservedState;
 use super::phase::{Phase, Why};
@@ -33,13 +33,14 @@ impl Controller {
     pub(super) fn call(&mut self, o: &Observation, until: Option<Instant>) -> Option<Fault> {
         let call = self.clock.call(o.time);
         self.machine.requests.clear();
+        self.drive.advance(&self.command, call.dt);
         let observed = self.look(o.q, &call);
         self.sense(o.q, call.host);
         self.elapsed += call.dt;
         if let Some(why) = self.holds(o.q) {
             (self.seen, self.fault) = (None, None);
             self.hold_still(why, o.q, &call);
-            self.send(o.q, &call);
+            self.send(&call);
             return None;
         }
         // A fault between two decisions counts at the next one.
@@ -55,7 +56,7 @@ impl Controller {
             decided = true;
         }
         self.seen = seen.filter(|_| !decided);
-        self.send(o.q, &call);
+        self.send(&call);
         self.fault
     }
 
@@ -109,8 +110,12 @@ impl Controller {
             self.model.copy_bases(q, &mut self.reference);
             self.set_point.relocate(&self.model, q);
         }
-        let told = Told { command: &self.command, reference: &self.fed, waits: self.waits_for };
+        let told = Told { command: self.drive.mean(), reference: &self.fed, waits: self.waits_for };
         let fault = self.following.look(&self.model, q, told, call.dt);
+        self.ahead.copy_from_slice(q);
+        if !self.drive.is_ideal() {
+            self.model.integrate(&mut self.ahead, self.drive.coast(), 1.0);
+        }
         call.fault.or(fault)
     }
 
@@ -255,10 +260,11 @@ impl Controller {
     fn run(&mut self, now: Now) -> Result<(), Fault> {
         let Now { q, time, until, .. } = now;
         if !std::mem::replace(&mut self.is_anchored, true) {
-            self.reference.copy_from_slice(q);
+            self.reference.copy_from_slice(&self.ahead);
         }
-        self.model.slip(q, &mut self.reference, SLIPPED);
-        self.model.difference(q, &self.reference, &mut self.tracking);
+        let robot = Robot { q, ahead: &self.ahead };
+        self.model.slip(robot.ahead, &mut self.reference, SLIPPED);
+        self.model.difference(robot.ahead, &self.reference, &mut self.tracking);
         let apart = q != self.reference;
         let times = Times { t: time - self.machine.stack_entered(), time };
         if self.stacks.is_entry_due() {
@@ -270,7 +276,7 @@ impl Controller {
         let stack = self.stacks.active_mut();
         if let Some(entry) = entry {
             stack.enter(&self.reference, inputs, entry.blend, entry.common);
-            stack.enter_beside(q, inputs);
+            stack.enter_beside(robot, inputs);
         }
         stack.solve(&self.reference, inputs, until)?;
         self.next.copy_from_slice(stack.velocity());
@@ -278,7 +284,7 @@ impl Controller {
         if self.waits_for.is_some() {
             stack.hold_back(&self.reference, inputs, &mut self.next)?;
         }
-        let measured = stack.measure(q, apart, inputs, &self.next, std::mem::take(&mut self.elapsed));
+        let measured = stack.measure(robot, apart, inputs, &self.next, std::mem::take(&mut self.elapsed));
         self.set_point.decide(&self.reference, &self.motion.velocity, &self.next);
         self.motion.velocity.copy_from_slice(&self.next);
         self.motion.stack_velocity.copy_from_slice(&stack.solution.x);
@@ -298,21 +304,25 @@ impl Controller {
     }
 
     /// Computes the command until the next call: the velocity of the ramp with the correction of the tracking law, within the hard limits where the
-    /// robot is.
-    fn send(&mut self, q: &[f64], call: &Call) {
+    /// robot is, and the place of the set point then.
+    fn send(&mut self, call: &Call) {
         let end = self.clock.on_ramp(self.clock.covered());
         let hold = self.clock.held(call);
         self.sent.copy_from_slice(&self.command);
         self.set_point.velocity(end, &mut self.command);
         self.fed.copy_from_slice(&self.command);
         self.set_point.place(&self.model, self.clock.on_ramp(call.time), hold, &mut self.present);
+        let corrects = self.phase.why().is_none_or(|why| matches!(why, Why::NoStack | Why::Awaiting(_)));
+        if self.is_observed && corrects {
+            self.lead_back(call.dt);
+        }
         self.position.copy_from_slice(&self.present);
         self.model.integrate(&mut self.position, &self.command, hold);
-        let corrects = self.phase.why().is_none_or(|why| matches!(why, Why::NoStack | Why::Awaiting(_)));
+        self.model.integrate(&mut self.position, &self.offset, 1.0);
         if !self.is_observed || (!corrects && self.is_at_rest()) {
             return;
         }
-        self.model.difference(q, &self.present, &mut self.tracking);
+        self.model.difference(&self.ahead, &self.present, &mut self.tracking);
         // Discrete form of the gain for a command that is held: it never overshoots.
         let gain = if corrects && hold > 0.0 { -(-self.tracking_gain * hold).exp_m1() / hold } else { 0.0 };
         for ((c, e), d) in self.command.iter_mut().zip(&self.tracking).zip(&self.model.dofs) {
@@ -328,7 +338,27 @@ impl Controller {
             }
         }
     }
+
+    /// Moves the offset between the position command and the reference by what the hard limits take from the velocity of the reference where the
+    /// robot is: a servo that sags below a limit is lifted above it, slowly. It fades where no limit needs it.
+    fn lead_back(&mut self, dt: f64) {
+        let Controller { stacks, model, fed, nudged, offset, .. } = self;
+        let keep = (-dt / OFFSET_FADES).exp();
+        offset.iter_mut().for_each(|offset| *offset *= keep);
+        let Some(stack) = stacks.moving_mut().filter(|stack| stack.guard.evaluator().is_some()) else { return };
+        nudged.copy_from_slice(fed);
+        // Around the velocity of the reference, whose accelerations are within their limits already.
+        if stack.guard.protect(model, Sent { velocity: fed, dt }, nudged) {
+            for ((offset, nudged), fed) in offset.iter_mut().zip(nudged).zip(fed) {
+                *offset = (*offset + (*nudged - *fed) * dt).clamp(-MOST_OFFSET, MOST_OFFSET);
+            }
+        }
+    }
 }
+
+/// Largest offset of a position command from the reference, in rad or m, and the time constant with which it fades (s).
+const MOST_OFFSET: f64 = 0.02;
+const OFFSET_FADES: f64 = 5.0;
 
 /// Distance in m by which a base that cannot move sideways may be beside its reference before this follows it.
 const SLIPPED: f64 = 1e-3;

@@ -7,7 +7,7 @@ use stdlib_tasks::bound::{Bound, Geometry, Slot};
 
 use crate::velocity;
 
-use super::{CaptureSource, FORMAT, Op, Program, RunProgram, Subject, overshoots};
+use super::{CaptureSource, FORMAT, MOST_BEHIND, Op, Program, RunProgram, Subject, overshoots};
 
 /// Reason why a program cannot be executed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -126,6 +126,9 @@ impl Program {
         ensure(r.deadline > r.period, "robot.deadline", "not longer than the period")?;
         ensure(r.tracking_gain.is_finite() && r.tracking_gain >= 0.0, "robot.tracking_gain", "negative or not finite")?;
         ensure(!overshoots(r.tracking_gain, r.period), "robot.tracking_gain", "overshoots within one period")?;
+        for (time, place) in [(r.lag, "robot.lag"), (r.dead_time, "robot.dead_time")] {
+            ensure((0.0..=MOST_BEHIND).contains(&time), place, "negative, too long or not finite")?;
+        }
         for g in &r.geometries {
             self.check_geometry(g, "robot.geometries")?;
         }

@@ -63,7 +63,10 @@ pub use window::{Window, WindowError};
 pub use worker::{ControllerProgram, Job, MAX_RUNNING, MAX_TICKS, Running, WorkerProgram};
 
 /// The version of the format; a program of another version is refused.
-pub const FORMAT: u32 = 7;
+pub const FORMAT: u32 = 8;
+
+/// Longest lag and longest dead time of drives, in s: one that is further behind is no drive that a velocity can be sent to.
+pub const MOST_BEHIND: f64 = 1.0;
 
 /// A compiled spec.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -167,6 +170,12 @@ pub struct RobotProgram {
     pub deadline: f64,
     /// Gain of the low-level layer, thesis (3.9), in 1/s.
     pub tracking_gain: f64,
+    /// Time constant of the drives, from the velocity that they are told to that of the robot, in s.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub lag: f64,
+    /// Time after which a command begins to act, in s.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub dead_time: f64,
     /// True if the robot is stopped in one tick, by a host that stops it itself.
     #[serde(default, skip_serializing_if = "is_false")]
     pub stops_at_once: bool,
@@ -182,6 +191,11 @@ pub struct RobotProgram {
 /// Returns true for a setting that need not be written.
 fn is_false(set: &bool) -> bool {
     !*set
+}
+
+/// Returns true for a time that need not be written.
+fn is_zero(time: &f64) -> bool {
+    *time == 0.0
 }
 
 impl RobotProgram {
