@@ -65,7 +65,7 @@ pub(super) struct Told<'a> {
     pub waits: Option<usize>,
 }
 
-/// What a degree of freedom was told and did over the last [`MEMORY`] seconds.
+/// Motion of a degree of freedom, commanded and measured, over the last [`MEMORY`] seconds.
 #[derive(Clone, Copy, Default)]
 struct Memory {
     /// Way that it was told to go, forth and back, in rad or m.

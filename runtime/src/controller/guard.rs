@@ -67,7 +67,7 @@ impl Place {
     }
 }
 
-/// Where the robot is, and where it will be.
+/// Configurations of the robot, now and at rest.
 #[derive(Clone, Copy)]
 pub(super) struct Robot<'a> {
     /// Measured configuration.
@@ -78,9 +78,9 @@ pub(super) struct Robot<'a> {
 
 /// The stack at the measured configuration.
 pub(super) struct Guard {
-    /// Where the robot is measured.
+    /// The stack at the measured configuration.
     measured: Place,
-    /// Where it comes to rest; `None` with ideal drives.
+    /// The stack where the robot comes to rest; `None` with ideal drives.
     ahead: Option<Place>,
     /// True if the numbers of the evaluator are those of the last decision.
     is_current: bool,

@@ -158,6 +158,7 @@ impl Controller {
         let seen = now.seen.or_else(|| self.stale(time));
         match seen.or(self.raised.take()) {
             Some(fault) => {
+                // A robot that is not where it was led goes on from where it is, in the state that handles the fault.
                 if matches!(fault, Fault::Tracking { .. } | Fault::Jump { .. }) {
                     self.is_anchored = false;
                 }
@@ -181,6 +182,7 @@ impl Controller {
         }
         let state = ObservedState { q, velocity: &self.motion.velocity, time };
         let done = self.machine.perform(&mut self.signals, state);
+        // The machine has moved on, but no stack can be run at a configuration that is not known.
         if let Some(fault) = seen.filter(|_| !self.is_observed) {
             self.raised = done.err();
             self.rest(Some(Why::Raised(fault)), now);
@@ -261,6 +263,7 @@ impl Controller {
         let Now { q, time, until, .. } = now;
         if !std::mem::replace(&mut self.is_anchored, true) {
             self.reference.copy_from_slice(&self.ahead);
+            self.offset.fill(0.0);
         }
         let robot = Robot { q, ahead: &self.ahead };
         self.model.slip(robot.ahead, &mut self.reference, SLIPPED);
