@@ -36,22 +36,54 @@ fn kinematics_and_rows(bencher: Bencher, name: &str) {
     bencher.bench_local(|| evaluator.update(&q, rest.at(Times { t: 1.0, time: 1.0 }), &mut problem));
 }
 
-/// A tick of the controller: kinematics, rows, cascade, low-level layer.
-#[divan::bench(args = ["safety_tasks.hq", "cooperative_motion.hq"])]
-fn tick(bencher: Bencher, name: &str) {
-    let program = example(name);
-    let mut controller = Controller::new(&program).expect("it can be executed");
-    let q = program.robot.home.clone();
-    let mut time = 0.0;
-    bencher.bench_local(|| {
-        let fault = controller.step(&Observation { time, q: &q }).fault;
-        time += program.robot.period;
-        // The robot of this benchmark never moves: start over before the reference has run away.
-        if time > 0.2 || fault.is_some() {
-            controller.restart();
-            time = 0.0;
+/// Configurations that a controller sees of a robot whose velocities follow its commands with a lag (s), 0 for one that does what it is told.
+fn observations(program: &Program, lag: f64) -> Vec<Vec<f64>> {
+    let mut controller = Controller::new(program).expect("it can be executed");
+    let (model, period) = (&program.robot.model, program.robot.period);
+    let (mut q, mut v) = (program.robot.home.clone(), vec![0.0; model.nv()]);
+    let follows = if lag > 0.0 { 1.0 - (-period / lag).exp() } else { 1.0 };
+    let mut seen = Vec::new();
+    for k in 0..1000 {
+        seen.push(q.clone());
+        let command = controller.step(&Observation { time: f64::from(k) * period, q: &q });
+        assert!(command.fault.is_none(), "{:?}", command.fault);
+        v.iter_mut().zip(command.velocity).for_each(|(v, u)| *v += follows * (u - *v));
+        if lag == 0.0 {
+            q.copy_from_slice(controller.reference());
+        } else {
+            model.integrate(&mut q, &v, period);
         }
+    }
+    seen
+}
+
+/// Ticks of a controller in a row, of a robot that was recorded.
+fn ticks(bencher: Bencher, name: &str, lag: f64) {
+    let program = example(name);
+    let seen = observations(&program, lag);
+    let mut controller = Controller::new(&program).expect("it can be executed");
+    let mut k = 0;
+    bencher.bench_local(|| {
+        if k == seen.len() {
+            controller.restart();
+            k = 0;
+        }
+        let fault = controller.step(&Observation { time: k as f64 * program.robot.period, q: &seen[k] }).fault;
+        k += 1;
+        fault
     });
+}
+
+/// A tick of the controller of a robot that is where its reference is: kinematics, rows, cascade, low-level layer.
+#[divan::bench(args = ["hello.hq", "safety_tasks.hq", "cooperative_motion.hq"])]
+fn tick(bencher: Bencher, name: &str) {
+    ticks(bencher, name, 0.0);
+}
+
+/// The same of a robot with a lag of 50 ms: its limits are kept where it is too.
+#[divan::bench(args = ["hello.hq", "safety_tasks.hq", "cooperative_motion.hq"])]
+fn tick_of_a_robot_that_lags(bencher: Bencher, name: &str) {
+    ticks(bencher, name, 0.05);
 }
 
 struct Nothing;

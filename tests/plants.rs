@@ -262,3 +262,41 @@ fn a_robot_that_was_held_for_a_moment_arrives_without_a_lunge() {
     let z = data.pose(model.link("tool").expect("a tool")).translation.vector.z;
     assert!((z - 0.2).abs() < 2e-3, "{z}");
 }
+
+/// A robot that is slowed down for one and a half seconds: targets that run by the clock, of a trajectory and of an expression of time, wait with the reference, and nothing
+/// is made up for afterwards: the reference is no faster than before.
+#[test]
+fn targets_that_run_by_the_clock_wait_for_a_robot_that_is_slow() {
+    let trajectory = "trapezoid(initial(position) + [0, 0.6, 0] m, speed: 0.2 m/s, acceleration: 0.6 m/s^2)";
+    let expression = "initial(position) + [0, 0.25, 0] m * (1 - cos(2*pi*t/(9 s)))";
+    for target in [trajectory, expression] {
+        let spec = format!(
+            "hierarq 1
+robot arm {{ urdf \"robots/arm7.urdf\"  rate 100 Hz  home {{ all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }} }}
+stack s {{ level l hard {{ joint_velocity_limits }}  level m {{ frame_position(tool) {{ position {target}  gain 10 /s }} }} }}
+run {{ duration 12 s }}"
+        );
+        let program = common::program_of(&spec);
+        let (model, dt) = (&program.robot.model, program.robot.period);
+        let tool = model.link("tool").expect("the arm has a tool");
+        let mut data = Data::new(model);
+        let mut controller = Controller::new(&program).expect("a compiled program can be executed");
+        let mut q = program.robot.home.clone();
+        let (mut before, mut after, mut last) = (0.0_f64, 0.0_f64, None);
+        for k in 0..700 {
+            let time = f64::from(k) * dt;
+            let command = controller.step(&Observation { time, q: &q });
+            assert_eq!(command.fault, None, "{time}");
+            let share = if (1.5..3.0).contains(&time) { 0.25 } else { 1.0 };
+            q.iter_mut().zip(command.velocity).for_each(|(q, u)| *q += share * u * dt);
+            model.forward(controller.reference(), &mut data);
+            let place = data.pose(tool).translation.vector;
+            let speed = last.replace(place).map_or(0.0, |last| (place - last).norm() / dt);
+            let most = if time < 1.5 { &mut before } else { &mut after };
+            *most = most.max(speed);
+        }
+        let waited = controller.stack_entered();
+        assert!((0.2..1.2).contains(&waited), "{target}: {waited} s");
+        assert!(after < 1.2 * before, "{target}: {after} m/s, {before} m/s before");
+    }
+}

@@ -120,7 +120,7 @@ fn tick(bencher: Bencher, fastest: f64) {
         let decided = planner.decide(black_box(&tick));
         // The hierarchy gives nothing at all: where there are limits, the planner decides once more.
         let again = planner.reconsider(black_box(&tick), &still);
-        planner.advance();
+        planner.advance(1.0);
         (seen, decided, again)
     });
 }

@@ -24,6 +24,8 @@ pub(crate) struct ValueTable {
     /// Their time derivatives.
     pub rates: Vec<f64>,
     moves: Moves,
+    /// Time for which its trajectories have waited (s).
+    waited: f64,
 }
 
 /// A captured number that the table reads.
@@ -107,6 +109,7 @@ impl ValueTable {
             current: values.initial.clone(),
             rates: vec![0.0; values.initial.len()],
             moves: Moves::new(&tape),
+            waited: 0.0,
             tape,
         }
     }
@@ -134,7 +137,22 @@ impl ValueTable {
 
     /// Restarts all trajectories.
     pub fn restart(&mut self) {
+        self.waited = 0.0;
         self.moves.followers.iter_mut().for_each(Follower::restart);
+    }
+
+    /// Lets all trajectories stand for a time (s).
+    pub fn wait(&mut self, time: f64) {
+        self.waited += time;
+        self.moves.followers.iter_mut().for_each(|follower| follower.wait(time));
+    }
+
+    /// Lets its trajectories wait as those of another table of the same values have.
+    pub fn wait_as(&mut self, leader: &ValueTable) {
+        if self.waited != leader.waited {
+            self.wait(leader.waited - self.waited);
+            self.waited = leader.waited;
+        }
     }
 
     /// Returns true if all trajectories that an entry depends on are at rest at their goals.

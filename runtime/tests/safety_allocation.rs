@@ -91,7 +91,7 @@ fn a_tick_allocates_nothing() {
                 let again = planner.reconsider(&tick, &still);
                 decided &= again.is_ok();
                 limited += usize::from(again == Ok(true));
-                planner.advance();
+                planner.advance(1.0);
                 // An error allocates no more than an answer.
                 let _ = planner.decide(&Tick { threshold: f64::NAN, ..tick });
             }

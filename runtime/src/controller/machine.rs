@@ -117,6 +117,8 @@ pub(super) struct Machine {
     pub(super) standing: Option<usize>,
     /// Time at which the stack last began anew after such a stop, without an entry of its state (s).
     pub(super) resumed: f64,
+    /// For each state, the time for which the targets of its stack have waited since then (s).
+    pub(super) waited: Vec<f64>,
     /// Requests of this tick.
     pub requests: Vec<Request>,
     /// Events that the machine raised at the previous tick, and those of this one.
@@ -152,6 +154,7 @@ impl Machine {
             has_regions: machine.has_regions(),
             standing: None,
             resumed: f64::NEG_INFINITY,
+            waited: vec![0.0; states],
             requests: Vec::with_capacity((most * machine.actions.len() + 2) * super::clock::MOST_DECISIONS),
             raised: [vec![false; events], vec![false; events]],
             own: machine.actions.iter().map(|a| a.own.as_ref().map(|own| ReadyAction::new(program, own))).collect(),
@@ -216,11 +219,23 @@ impl Machine {
         self.standing.is_some()
     }
 
-    /// Time at which the state whose stack runs was entered, or at which the stack began anew there (s). With regions, the
-    /// time of the last change of the stack.
+    /// Time at which the state whose stack runs was entered, or at which the stack began anew there (s), later by what its targets have waited. With
+    /// regions, the time of the last change of the stack.
     pub fn stack_entered(&self) -> f64 {
-        let entered = if self.has_regions { self.stack_since } else { self.entered[self.owners[0]] };
-        entered.max(self.resumed)
+        if self.has_regions { self.stack_since.max(self.resumed) } else { self.targets_since(self.owners[0]) }
+    }
+
+    /// Time since which the targets of the stack of a state have moved, without those for which they waited (s).
+    fn targets_since(&self, owner: usize) -> f64 {
+        self.entered[owner].max(self.resumed) + self.waited[owner]
+    }
+
+    /// Lets the time of the targets stand for a while (s). The times of its states go on.
+    pub fn wait(&mut self, time: f64) {
+        self.stack_since += time;
+        for &owner in &self.owners {
+            self.waited[owner] += time;
+        }
     }
 
     /// Returns true if a state has regions, so that a part of a stack may go on in another one.
@@ -233,7 +248,7 @@ impl Machine {
         let part = |&owner: &usize| Part {
             owner,
             entries: self.entries[owner],
-            entered: self.entered[owner].max(self.resumed),
+            entered: self.targets_since(owner),
         };
         self.owners.iter().map(part)
     }
@@ -253,6 +268,7 @@ impl Machine {
     /// Lets the running stack begin at a time (s), after it was waited for.
     pub fn begin_stack(&mut self, time: f64) {
         (self.stack_since, self.resumed) = (time, time);
+        self.waited.fill(0.0);
     }
 
     /// Begins a tick: makes the events raised at the previous one visible.

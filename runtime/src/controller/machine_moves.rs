@@ -40,6 +40,7 @@ impl Machine {
         if resumes {
             // The stack begins anew, so that its blend starts at rest.
             self.resumed = time;
+            self.waited.fill(0.0);
         }
         let stack = !same || resumes;
         if stack {
@@ -106,7 +107,7 @@ impl Machine {
     }
 
     fn enter_one(&mut self, state: usize, time: f64) {
-        self.entered[state] = time;
+        (self.entered[state], self.waited[state]) = (time, 0.0);
         self.entries[state] += 1;
         self.guards[state].enter();
         self.ask(state, |s| &s.enter, true);

@@ -283,7 +283,8 @@ impl Controller {
         }
         stack.solve(&self.reference, inputs, until)?;
         self.next.copy_from_slice(stack.velocity());
-        self.waits_for = wait(&self.tracking, &mut self.next);
+        let waits = wait(&self.tracking, &mut self.next);
+        self.waits_for = waits.map(|waits| waits.dof);
         if self.waits_for.is_some() {
             stack.hold_back(&self.reference, inputs, &mut self.next)?;
         }
@@ -299,7 +300,13 @@ impl Controller {
         }
         self.outputs_written = true;
         self.phase = Phase::Running;
-        stack.evaluator.advance();
+        let late = waits.map_or(0.0, |waits| waits.part);
+        stack.evaluator.advance(1.0 - late);
+        if late > 0.0 {
+            // What runs by the clock waits with the reference: it would be far ahead of it when it goes on.
+            stack.evaluator.wait(late * self.period);
+            self.machine.wait(late * self.period);
+        }
         self.model.integrate(&mut self.reference, &self.motion.velocity, self.period);
         // Both are evaluated: the second one updates its record of the limits that hold.
         let hard = stack.passed(PASSED);
@@ -371,9 +378,17 @@ const SLIPPED: f64 = 1e-3;
 const AHEAD: f64 = 0.05;
 const AHEAD_BY_SPEED: f64 = 0.1;
 
-/// Takes from the velocity `v` of the reference the part that lengthens its way from the robot, `e`, where this is longer than it may be. Returns
-/// the degree of freedom that is waited for, if there is one.
-fn wait(e: &[f64], v: &mut [f64]) -> Option<usize> {
+/// A reference that waits.
+#[derive(Clone, Copy)]
+struct Waits {
+    /// Degree of freedom that is waited for.
+    dof: usize,
+    /// Part of the motion away from the robot that was taken.
+    part: f64,
+}
+
+/// Takes from the velocity `v` of the reference the part that lengthens its way from the robot, `e`, where this is longer than it may be.
+fn wait(e: &[f64], v: &mut [f64]) -> Option<Waits> {
     let excess = |e: f64, v: f64| e - e.clamp(-AHEAD - AHEAD_BY_SPEED * v.abs(), AHEAD + AHEAD_BY_SPEED * v.abs());
     let (mut most, mut square, mut along, mut slowest) = (0.0_f64, 0.0, 0.0, None);
     for (i, (e, v)) in e.iter().zip(&*v).enumerate() {
@@ -388,9 +403,9 @@ fn wait(e: &[f64], v: &mut [f64]) -> Option<usize> {
         return None;
     }
     // From once to twice the distance, the reference comes to a stand.
-    let part = (most / AHEAD).min(1.0) * along / square;
-    e.iter().zip(v).for_each(|(e, v)| *v -= part * excess(*e, *v));
-    slowest
+    let part = (most / AHEAD).min(1.0);
+    e.iter().zip(v).for_each(|(e, v)| *v -= part * along / square * excess(*e, *v));
+    slowest.map(|dof| Waits { dof, part })
 }
 
 /// Returns the fault of the first violated limit that a transition watches.

@@ -236,6 +236,7 @@ impl Evaluator {
     /// the next update and for all later ones, instead of own decisions. Never allocates.
     pub fn follow(&mut self, leader: &Evaluator) {
         self.led.on = true;
+        self.values.iter_mut().zip(&leader.values).for_each(|(mine, theirs)| mine.wait_as(theirs));
         for LedValue { part, at, value, rate } in &mut self.led.values {
             if let Some(table) = leader.values.get(*part)
                 && let (Some(x), Some(r)) = (table.current.get(*at), table.rates.get(*at))
@@ -251,9 +252,9 @@ impl Evaluator {
         }
     }
 
-    /// Advances the clocks and deviations of the planners by a period, as decided. Never allocates.
-    pub(crate) fn advance(&mut self) {
-        self.planners.iter_mut().for_each(Planning::advance);
+    /// Advances the clocks and deviations of the planners by a part of a period, as decided. Never allocates.
+    pub(crate) fn advance(&mut self, part: f64) {
+        self.planners.iter_mut().for_each(|planner| planner.advance(part));
     }
 
     /// Safety planners of the stack, each with its field, as of the last tick.

@@ -82,7 +82,14 @@ impl Evaluator {
         let part = |e: &Evaluator| e.members.iter().find(|m| m.program_index == task).map(Member::part);
         if let Some((mine, theirs)) = part(self).zip(part(leader)) {
             self.clocks[mine] = leader.clocks[theirs];
+            self.values[mine].wait_as(&leader.values[theirs]);
         }
+    }
+
+    /// Lets the time of its targets stand for a while (s).
+    pub(crate) fn wait(&mut self, time: f64) {
+        self.clocks.iter_mut().flatten().for_each(|clock| *clock += time);
+        self.values.iter_mut().for_each(|table| table.wait(time));
     }
 
     /// Enters the same stack as another evaluator, at another configuration, with the captured values and the clocks of that one. Never allocates.
@@ -98,6 +105,7 @@ impl Evaluator {
     /// Takes over the clocks of the parts, and which of them go on, from the evaluator of the same stack.
     pub(crate) fn follow_parts(&mut self, leader: &Evaluator) {
         self.clocks.copy_from_slice(&leader.clocks);
+        self.values.iter_mut().zip(&leader.values).for_each(|(mine, theirs)| mine.wait_as(theirs));
         self.fresh.copy_from_slice(&leader.fresh);
         self.keep_members();
     }

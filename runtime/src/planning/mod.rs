@@ -352,9 +352,9 @@ impl Planning {
         !self.probe.free.get(i).copied().unwrap_or(true)
     }
 
-    /// Advances the clock and the deviations by a period.
-    pub fn advance(&mut self) {
-        self.planner.advance();
+    /// Advances the clock and the deviations by a part of a period.
+    pub fn advance(&mut self, part: f64) {
+        self.planner.advance(part);
     }
 
     /// Outputs at this tick, in which the robot moves with `v`, `nv` numbers.

@@ -419,11 +419,12 @@ impl SafetyPlanner {
         Ok(true)
     }
 
-    /// Advances the clock and the deviations by one period, as decided.
-    pub fn advance(&mut self) {
-        self.clock += self.plan.u_c * self.settings.period;
+    /// Advances the clock and the deviations by a part of a period, as decided: by all of it, unless the task waits for the robot.
+    pub fn advance(&mut self, part: f64) {
+        let period = part * self.settings.period;
+        self.clock += self.plan.u_c * period;
         for (course, u) in self.courses.iter_mut().zip(&self.plan.u_alpha) {
-            course.advance(*u, self.settings.period);
+            course.advance(*u, period);
         }
     }
 }

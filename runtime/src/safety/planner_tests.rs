@@ -153,7 +153,7 @@ proptest! {
                 let rate = (at(e) - at(-e)) / (2.0 * e);
                 prop_assert!((rate - plan.field_rate).abs() < 1e-4 * (1.0 + rate.abs()), "{rate} {}", plan.field_rate);
                 scene.see(&people);
-                planner.advance();
+                planner.advance(1.0);
                 prop_assert!(planner.offset(0).norm() <= 0.15 + 1e-9);
                 let angle = planner.turn(1).angle();
                 prop_assert!(angle <= 0.15 + 1e-9);
@@ -193,7 +193,7 @@ proptest! {
                 let bend = scene.field.curvature_bound(&scene.model, &speed, 0.0);
                 let (margin, w) = (plan.margin, plan.outcome.slack);
                 scene.model.integrate(&mut scene.q, &plan.velocity, PERIOD);
-                planner.advance();
+                planner.advance(1.0);
                 if !inside(&scene.model, &scene.q) {
                     break;
                 }
@@ -281,7 +281,7 @@ fn run(strategy: Strategy, weights: Weights, threshold: f64) -> Run {
         result.idle += (1.0 - plan.u_c) * PERIOD;
         result.greatest_slack = result.greatest_slack.max(plan.outcome.slack);
         scene.model.integrate(&mut scene.q, &plan.velocity, PERIOD);
-        planner.advance();
+        planner.advance(1.0);
         result.furthest = result.furthest.max((tip - target).norm());
     }
     result
@@ -333,7 +333,7 @@ fn nobody_changes_nothing_and_nonsense_is_an_error() {
         assert_eq!((plan.u_c, plan.task_share, plan.u_alpha[0]), (1.0, 1.0, 0.0));
         assert_eq!(plan.rate, [0.1, 0.0, 0.0]);
         assert!(plan.u_n.iter().all(|u| *u == 0.0));
-        planner.advance();
+        planner.advance(1.0);
         assert_eq!(planner.clock(), PERIOD);
 
         let j = vec![0.1; 3 * n];

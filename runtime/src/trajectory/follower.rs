@@ -111,6 +111,11 @@ impl Follower {
         (self.since, self.lost, self.stop) = (None, false, None);
     }
 
+    /// Lets it stand for a time (s): it is later by as much from then on.
+    pub fn wait(&mut self, time: f64) {
+        self.since.iter_mut().for_each(|since| *since += time);
+    }
+
     /// Returns true if it is at rest at its present goal.
     pub fn is_done(&self) -> bool {
         self.has_ended() && !self.lost && self.now == self.planned && self.stop.is_none_or(|stop| stop.at_goal)
