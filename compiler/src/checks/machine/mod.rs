@@ -234,7 +234,7 @@ impl Checked<'_> {
         let text = format!("machine `{}` answers no fault", self.name(0));
         diagnostics.push(
             Diagnostic::warning("HQ0707", self.places.states[0], text)
-                .note("at a fault the robot stops at once, and stays stopped until the controller is restarted")
+                .note("at a fault the robot comes to rest, and stays there until the controller is restarted")
                 .help(Help::with("add a transition: {}", [Snippet::transition("fault(any)", "STATE")])),
         );
     }
