@@ -39,7 +39,8 @@ fn lost(scenario: &str, most: f64, parameter: &str) -> (f64, Vec<String>) {
     let expectations = results["scenarios"][0]["expectations"].as_array().expect("expectations");
     let label = |e: &serde_json::Value| e["label"].as_str().unwrap_or_default().to_owned();
     let failed = expectations.iter().filter(|e| e["verdict"] != "holds").map(label).collect();
-    let kept = expectations.iter().find(|e| label(e).starts_with("no more than")).unwrap_or_else(|| panic!("{results}"));
+    let kept =
+        expectations.iter().find(|e| label(e).starts_with("no more than")).unwrap_or_else(|| panic!("{results}"));
     (most - kept["margin"].as_f64().expect("a margin"), failed)
 }
 
@@ -191,4 +192,65 @@ fn a_plant_is_missing_in_a_sentence() {
     let said = words.join(" ");
     assert!(said.contains("this run has a `plant`, and MuJoCo is not installed"), "{said}");
     assert!(!said.contains("run.simulator"), "{said}");
+}
+
+/// Folder of robots of the package `example-robot-data`, beside the interpreter of the tests.
+fn robots_of_others() -> Option<PathBuf> {
+    let python = PathBuf::from(std::env::var_os("HIERARQ_PYTHON")?);
+    let versions = std::fs::read_dir(python.parent()?.parent()?.join("lib")).ok()?;
+    let robots = |lib: std::fs::DirEntry| lib.path().join("site-packages/cmeel.prefix/share/example-robot-data/robots");
+    versions.flatten().map(robots).find(|folder| folder.is_dir())
+}
+
+/// Arms of others are told to go 15 cm through a hard floor: one of 6 joints at 125 Hz, and one of 7 at 1 kHz.
+#[test]
+fn arms_of_others_hold_a_hard_floor() {
+    let Some(robots) = robots_of_others().filter(|_| std::env::var_os("HIERARQ_MUJOCO").is_some()) else {
+        println!("not run: HIERARQ_MUJOCO names no MuJoCo, or HIERARQ_PYTHON no interpreter with example-robot-data");
+        return;
+    };
+    let ur10 = (
+        "ur_description/urdf/ur10_robot.urdf",
+        125,
+        "tool0",
+        "wrist_3_link",
+        "all [0, -1.2, 1.6, -1.97, -1.57, 0] rad",
+    );
+    let home = "panda_joint2 -0.785 rad  panda_joint4 -2.356 rad  panda_joint6 1.571 rad  panda_joint7 0.785 rad";
+    let panda = ("panda_description/urdf/panda.urdf", 1000, "panda_hand", "panda_hand", home);
+    let folder = empty("arms");
+    for (k, (urdf, rate, tip, link, home)) in [ur10, panda].into_iter().enumerate() {
+        let urdf = robots.join(urdf);
+        // Servos of positions as they are, that nobody compensates for weights; servos of velocities fall with them.
+        let servos = [
+            "response 20 ms".to_owned(),
+            "actuators position  response 20 ms".to_owned(),
+            format!("actuators position  response 20 ms  gravity uncompensated  payload {{ link {link}  mass 2 kg }}"),
+        ];
+        let scenario = |(i, servo): (usize, &String)| {
+            format!(
+                "scenario s{i} {{ plant mujoco {{ {servo} }}
+  expect always margin(floor) >= -0.5 mm  expect eventually margin(floor) < 1 mm  expect never fault }}\n"
+            )
+        };
+        let spec = format!(
+            "hierarq 1
+robot arm {{ urdf \"{}\"  rate {rate} Hz  home {{ {home} }} }}
+task floor = keep(frame({tip}).position.z) {{ min initial(frame({tip}).position.z) - 0.15 m  gain 5 /s }}
+task down = frame_position({tip}) {{ position initial(position) + [0, 0, -0.3] m * min(1, time/(3 s))  gain 4 /s }}
+stack s {{
+  level l hard {{ joint_position_limits  joint_velocity_limits  joint_acceleration_limits {{ max 15 rad/s^2 }} }}
+  level f hard {{ floor }}
+  level m {{ down }}
+}}
+run {{ stack s  duration 6 s }}
+{}",
+            urdf.display(),
+            servos.iter().enumerate().map(scenario).collect::<String>()
+        );
+        let path = folder.join(format!("arm_{k}.hq"));
+        std::fs::write(&path, spec).expect("written");
+        let out = with(None, &["test", &path.display().to_string()]);
+        assert_eq!(out.status.code(), Some(0), "{}\n{}", text(&out.stdout), text(&out.stderr));
+    }
 }

@@ -300,3 +300,55 @@ run {{ duration 12 s }}"
         assert!(after < 1.2 * before, "{target}: {after} m/s, {before} m/s before");
     }
 }
+
+/// A ball that comes at the tool, and a robot behind its commands: declared, the distance that the spec asks for is kept where both truly are.
+#[test]
+fn an_obstacle_that_moves_is_foreseen_by_declared_drives() {
+    let arm =
+        "urdf \"robots/arm7.urdf\"  rate 100 Hz  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad }  points { tip tool }";
+    let spec = |declared: &str, [x, y, z]: [f64; 3]| {
+        format!(
+            "hierarq 1
+robot arm {{ {arm}  {declared} }}
+obstacle ball {{ sphere 5 cm  position [{x}, {y}, {z}] m + [0, -0.15, 0] m/s * time }}
+stack s {{
+  level l hard {{ joint_position_limits  joint_velocity_limits }}
+  level c hard {{ keep_clear(tip) {{ of ball  d_min 10 cm  gain 10 /s }} }}
+  level m {{ frame_position(tool) {{ position initial(position)  gain 2 /s }} }}
+}}
+run {{ duration 4 s }}"
+        )
+    };
+    let home = common::program_of(&spec("", [9.0; 3]));
+    let tool = home.robot.model.link("tool").expect("the arm has a tool");
+    let mut data = Data::new(&home.robot.model);
+    home.robot.model.forward(&home.robot.home, &mut data);
+    let at = data.pose(tool).translation.vector;
+    let from = [at.x, at.y + 0.5, at.z];
+    // Smallest distance between a robot that is 0.1 s behind and the ball (m), and the fault.
+    let room = |declared: &str| {
+        let program = common::program_of(&spec(declared, from));
+        let (model, dt) = (&program.robot.model, program.robot.period);
+        let mut data = Data::new(model);
+        let mut controller = Controller::new(&program).expect("a compiled program can be executed");
+        let (mut q, mut v) = (program.robot.home.clone(), vec![0.0; model.nv()]);
+        let mut least = f64::INFINITY;
+        for k in 0..350 {
+            let time = f64::from(k) * dt;
+            let command = controller.step(&Observation { time, q: &q });
+            if let Some(fault) = command.fault {
+                return (least, Some(fault.kind()));
+            }
+            v.iter_mut().zip(command.velocity).for_each(|(v, u)| *v += (1.0 - (-dt / 0.1_f64).exp()) * (u - *v));
+            model.integrate(&mut q, &v, dt);
+            model.forward(&q, &mut data);
+            let ball = nalgebra::Vector3::new(from[0], from[1] - 0.15 * (time + dt), from[2]);
+            least = least.min((data.pose(tool).translation.vector - ball).norm() - 0.05);
+        }
+        (least, None)
+    };
+    let (undeclared, fault) = room("");
+    assert!(undeclared < 0.1 - 2e-3 && fault == Some(FaultKind::Beyond), "{undeclared} m, {fault:?}");
+    let (declared, fault) = room("lag 100 ms");
+    assert!(declared > 0.1 - 1e-3 && fault.is_none(), "{declared} m, {fault:?}");
+}

@@ -87,7 +87,7 @@ fn robot(p: &Program, out: &mut String) -> std::fmt::Result {
     if r.tracking_gain > 0.0 {
         writeln!(out, "  tracking gain {} /s", r.tracking_gain)?;
     }
-    if r.lag + r.dead_time > 0.0 {
+    if r.behind() > 0.0 {
         writeln!(out, "  drives: lag {} s, dead time {} s", r.lag, r.dead_time)?;
     }
     if r.stops_at_once {

@@ -54,12 +54,7 @@ impl Drive {
 
     /// True if commands act at once, as far as is known.
     pub fn is_ideal(&self) -> bool {
-        self.behind() == 0.0
-    }
-
-    /// Time by which the robot is behind its commands (s).
-    pub fn behind(&self) -> f64 {
-        self.lag + self.dead_time
+        self.lag + self.dead_time == 0.0
     }
 
     /// Way that the robot will still go (`nv` numbers).

@@ -113,7 +113,10 @@ impl Guard {
     pub fn new(program: &Program, stack: &StackProgram) -> Result<Guard, ProgramError> {
         let measured = Place::new(program, stack)?;
         let evaluator = &measured.evaluator;
-        let is_behind = program.robot.lag + program.robot.dead_time > 0.0;
+        let behind = program.robot.behind();
+        let mut ahead = if behind > 0.0 { Some(Place::new(program, stack)?) } else { None };
+        // Where the robot is now, it meets an obstacle where that is now.
+        ahead.iter_mut().for_each(|place| place.evaluator.foresee(program, behind));
         let (mut limits, mut rows, mut yielding, mut first) = (Vec::new(), 0, 0, 0);
         for (member, m) in evaluator.members().iter().enumerate() {
             let hard = stack.levels.get(m.level).is_some_and(|level| level.hard);
@@ -139,7 +142,7 @@ impl Guard {
             solution: Solution::new(&nearest),
             solver: program.run.solver.solver(&nearest),
             nearest,
-            ahead: is_behind.then(|| Place::new(program, stack)).transpose()?,
+            ahead,
             measured,
         })
     }

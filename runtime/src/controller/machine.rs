@@ -245,11 +245,7 @@ impl Machine {
 
     /// Parts of the running stack: the states that name their stacks.
     pub fn parts(&self) -> impl Iterator<Item = Part> + '_ {
-        let part = |&owner: &usize| Part {
-            owner,
-            entries: self.entries[owner],
-            entered: self.targets_since(owner),
-        };
+        let part = |&owner: &usize| Part { owner, entries: self.entries[owner], entered: self.targets_since(owner) };
         self.owners.iter().map(part)
     }
 

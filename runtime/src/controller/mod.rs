@@ -225,7 +225,7 @@ impl Controller {
             phase: Phase::Unstarted,
             clock: Clock::new(period, deadline),
             measured: MeasuredMotion::new(program, machine),
-            signals: Signals::new(&program.interface).with_foresight(drive.behind()),
+            signals: Signals::new(&program.interface).with_foresight(program.robot.behind()),
             observed: (program.interface.signals.iter().any(|s| s.conditioning.frame.is_some()))
                 .then(|| Box::new((model.clone(), Data::new(model)))),
             q_names: program.robot.q_names(),

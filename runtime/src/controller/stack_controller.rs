@@ -132,6 +132,7 @@ impl StackController {
         let (mut evaluator, mut problem) = Evaluator::new(program, stack)?;
         let exact: Vec<bool> = stack_program.levels.iter().map(|level| level.exact).collect();
         evaluator.measure_curvature(program.robot.period, &program.interface, &exact, &mut problem);
+        evaluator.foresee(program, program.robot.behind());
         let blend = Blend::new(&evaluator, &problem, program);
         Ok(StackController {
             solution: Solution::new(&problem),

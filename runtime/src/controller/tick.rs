@@ -268,7 +268,8 @@ impl Controller {
         let robot = Robot { q, ahead: &self.ahead };
         self.model.slip(robot.ahead, &mut self.reference, SLIPPED);
         self.model.difference(robot.ahead, &self.reference, &mut self.tracking);
-        let apart = q != self.reference;
+        // Obstacles are foreseen by declared drives: a robot that is measured meets them where they are.
+        let apart = q != self.reference || !self.drive.is_ideal();
         let times = Times { t: time - self.machine.stack_entered(), time };
         if self.stacks.is_entry_due() {
             self.motion.stack_velocity.copy_from_slice(&self.motion.velocity);

@@ -8,6 +8,7 @@ mod ahead;
 mod build;
 mod capture;
 mod curvature;
+mod foresight;
 mod member;
 mod parts;
 mod ready;
@@ -22,6 +23,7 @@ use stdlib_tasks::task::Task;
 pub(crate) use ahead::{Ahead, ShortRow};
 pub use build::{Built, build_tasks};
 use capture::Captured;
+use foresight::Foresight;
 pub use member::Member;
 use task_outputs::TaskOutputs;
 pub use tick_inputs::{RestInputs, TickInputs};
@@ -45,6 +47,7 @@ pub struct Evaluator {
     /// True for each member that goes on from the stack before.
     goes_on: Vec<bool>,
     captures: Vec<Captured>,
+    foresight: Foresight,
     tasks: Vec<Box<dyn Task>>,
     members: Vec<Member>,
     locked: Vec<usize>,

@@ -6,6 +6,7 @@ use robot::{Data, Dof, Model};
 use solver::{LevelShape, Problem};
 use stdlib_tasks::task::{BuildError, RowKind, Task};
 
+use super::foresight::Foresight;
 use super::{Built, Evaluator, JointLimits, LIMIT_TOLERANCE, Led, LedValue, Member, TaskOutputs, build_tasks, capture};
 use crate::locked_joint_motion::LockedJointMotion;
 use crate::planning::{self, Planning, Protection, TaskIndex};
@@ -212,6 +213,7 @@ impl Evaluator {
         let evaluator = Evaluator {
             data: Data::new(&model),
             captures,
+            foresight: Foresight::default(),
             needs: needs.into_iter().collect(),
             led,
             outputs: members.iter().enumerate().filter_map(|(i, m)| TaskOutputs::new(program, i, m)).collect(),

@@ -25,6 +25,7 @@ impl Evaluator {
         for (table, clock) in self.values.iter_mut().zip(&self.clocks) {
             let times = Times { t: clock.map_or(inputs.times.t, |clock| inputs.times.time - clock), ..inputs.times };
             table.evaluate(times, inputs.signals);
+            self.foresight.apply(table);
         }
         for p in &mut self.planners {
             let ValueTable { current, rates, .. } = &mut self.values[self.members[p.task].part()];

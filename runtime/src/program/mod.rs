@@ -199,6 +199,11 @@ fn is_zero(time: &f64) -> bool {
 }
 
 impl RobotProgram {
+    /// Time by which the robot is behind its commands, as declared (s).
+    pub fn behind(&self) -> f64 {
+        self.lag + self.dead_time
+    }
+
     /// True where the home configuration lies within the joints' mechanical limits.
     pub fn home_is_legal(&self) -> bool {
         self.model.dofs.iter().all(|d| d.q_index.is_none_or(|i| self.home[i] >= d.lower && self.home[i] <= d.upper))
