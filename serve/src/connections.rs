@@ -4,6 +4,7 @@
 //! oldest connection of the address with most of them ends: a client with many connections displaces only its own ones,
 //! and a new device has time to present its session. Connections of sessions are counted separately.
 
+use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv6Addr};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -129,7 +130,11 @@ impl Table {
 
     /// Ends the oldest connection of the address with the most connections.
     fn end_one(&mut self) {
-        if let Some(most) = self.strangers.iter().map(|connection| connection.from).max_by_key(|from| self.of(*from)) {
+        // One pass: a count for each connection would make every new one cost as much as the square of their number.
+        let mut counts: BTreeMap<IpAddr, usize> = BTreeMap::new();
+        self.strangers.iter().for_each(|connection| *counts.entry(connection.from).or_default() += 1);
+        if let Some(most) = self.strangers.iter().map(|connection| connection.from).max_by_key(|from| counts.get(from))
+        {
             self.end(most);
         }
     }
