@@ -8,6 +8,7 @@ mod large;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 
 use dsl::{SourceId, Syntax, parse, print};
@@ -107,20 +108,50 @@ impl Drop for Recording {
     }
 }
 
-// A single test: the allocations of a second one in this process would be counted too.
+/// Names the part of the texts that a process checks, as `0/2`: the first of two.
+const PART: &str = "HIERARQ_SIZE_PART";
+
+// A single test: the allocations of a second one in this process would be counted too. Texts are shared out among processes.
 #[test]
 fn no_text_takes_long_or_much_memory() {
-    let spec = large::honest(5000);
-    assert!(spec.lines().count() >= 4500, "{} lines", spec.lines().count());
-    let report = check(&spec, Syntax::Native);
-    assert_eq!(report.diagnostics.len(), 0, "{}", report.render(compiler::Style::Plain, 100));
-    let (tree, _) = parse(SourceId(0), &spec, Syntax::Native);
-    let report = check(&print(&tree, Syntax::Yaml), Syntax::Yaml);
-    assert_eq!(report.diagnostics.len(), 0, "{}", report.render(compiler::Style::Plain, 100));
+    match std::env::var(PART) {
+        Ok(part) => {
+            let (first, parts) = part.split_once('/').expect("a part");
+            check_part(first.parse().expect("a number"), parts.parse().expect("a number"));
+        }
+        Err(_) => check_all(std::thread::available_parallelism().map_or(1, usize::from).min(8)),
+    }
+}
 
+/// Checks all texts in this number of processes.
+fn check_all(parts: usize) {
+    let this = std::env::current_exe().expect("this test has a path");
+    let start = |first: usize| {
+        let mut command = Command::new(&this);
+        command.args(["--exact", "no_text_takes_long_or_much_memory", "--nocapture"]);
+        command.env(PART, format!("{first}/{parts}")).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.spawn().expect("a process")
+    };
+    let started: Vec<_> = (0..parts).map(start).collect();
+    // Each pipe is read by a thread of its own: what is written to one that nobody reads stops at some length.
+    let reading: Vec<_> = started.into_iter().map(|child| std::thread::spawn(|| child.wait_with_output())).collect();
+    for part in reading {
+        let output = part.join().expect("a thread that ends").expect("a process that ends");
+        let said = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+        println!("{said}");
+        assert!(output.status.success() && said.contains("1 passed"), "{said}");
+    }
+}
+
+/// Checks the texts of a part: each `parts`th.
+fn check_part(first: usize, parts: usize) {
+    if first == 0 {
+        no_honest_text_is_refused();
+    }
     let recording = Recording::of_many_columns();
     let mut wrong = Vec::new();
-    for (name, syntax, text) in large::nuisances().into_iter().chain([recording.nuisance()]) {
+    for (name, syntax, text) in large::nuisances().into_iter().chain([recording.nuisance()]).skip(first).step_by(parts)
+    {
         let (count, bytes, held) = (COUNT.load(SeqCst), BYTES.load(SeqCst), HELD.load(SeqCst));
         PEAK.store(held, SeqCst);
         let begun = std::time::Instant::now();
@@ -138,4 +169,14 @@ fn no_text_takes_long_or_much_memory() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+fn no_honest_text_is_refused() {
+    let spec = large::honest(5000);
+    assert!(spec.lines().count() >= 4500, "{} lines", spec.lines().count());
+    let report = check(&spec, Syntax::Native);
+    assert_eq!(report.diagnostics.len(), 0, "{}", report.render(compiler::Style::Plain, 100));
+    let (tree, _) = parse(SourceId(0), &spec, Syntax::Native);
+    let report = check(&print(&tree, Syntax::Yaml), Syntax::Yaml);
+    assert_eq!(report.diagnostics.len(), 0, "{}", report.render(compiler::Style::Plain, 100));
 }
