@@ -66,3 +66,4 @@ mod tools;
 mod toy_kind;
 mod trajectories;
 mod unified;
+mod untested_targets;
