@@ -58,6 +58,7 @@ mod smoothness;
 mod solve;
 mod solvers;
 mod stance;
+mod stopping;
 mod stops;
 mod supply_chain;
 mod sweep;

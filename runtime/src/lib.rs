@@ -26,6 +26,7 @@ mod sampling;
 pub mod signals;
 pub mod simulate;
 pub mod simulated_robot;
+pub mod stopping;
 pub mod text;
 mod tick;
 mod tracking;

@@ -138,7 +138,10 @@ fn bound_text(p: &Program, bound: &Bound) -> Option<String> {
         Bound::Joints(list) => {
             Some(list.iter().map(|&d| p.robot.model.dofs[d].name.as_str()).collect::<Vec<_>>().join(", "))
         }
-        Bound::PerJoint(list) => Some(runs(p, list)),
+        Bound::PerJoint(list) => {
+            let joints = list.iter().map(|(dof, s)| (slot(p, s), p.robot.model.dofs[*dof].name.as_str()));
+            Some(runs(joints).join(", "))
+        }
         Bound::PerArm(list) => {
             Some(list.iter().map(|(a, s)| format!("{} {}", a.name, slot(p, s))).collect::<Vec<_>>().join(", "))
         }
@@ -181,11 +184,10 @@ fn excepted(p: &Program, list: &[ExceptedPair]) -> Option<String> {
     (!by_reason.is_empty()).then(|| format!("{} pairs of links{}", list.len(), lines.collect::<String>()))
 }
 
-/// Runs of joints that share a value: `0 for torso_yaw .. head_tilt`.
-fn runs(p: &Program, list: &[(usize, Slot)]) -> String {
+/// Runs of names that share a value: `torso_yaw..head_tilt 0`.
+fn runs<'a>(values: impl Iterator<Item = (String, &'a str)>) -> Vec<String> {
     let mut runs: Vec<(String, Vec<&str>)> = Vec::new();
-    for (dof, s) in list {
-        let (value, name) = (slot(p, s), p.robot.model.dofs[*dof].name.as_str());
+    for (value, name) in values {
         match runs.last_mut() {
             Some(run) if run.0 == value => run.1.push(name),
             _ => runs.push((value, vec![name])),
@@ -196,7 +198,7 @@ fn runs(p: &Program, list: &[(usize, Slot)]) -> String {
         [first, .., last] => format!("{first}..{last} {value}"),
         [] => String::new(),
     };
-    runs.iter().map(one).collect::<Vec<_>>().join(", ")
+    runs.iter().map(one).collect()
 }
 
 /// Numbers of a slot; moving ones as the result of the tape that they read.

@@ -57,6 +57,7 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
             data["ok"] = json!(!bad);
             if let Some(program) = &compiled.program {
                 data["feasibility"] = json!(runtime::feasibility::of_stacks(program));
+                data["stopping"] = json!(runtime::stopping::of_stacks(program));
             }
             if let Some(sampled) = &compiled.sampled {
                 data["sampled"] = sampled::data(sampled, a.postures as usize);

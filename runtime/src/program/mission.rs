@@ -7,6 +7,7 @@ use mission::any_mission::AnyMission;
 use serde::{Deserialize, Serialize};
 
 use super::{AllowedWarning, FORMAT, MissionScenarioProgram, Program, ProgramError, Running, error};
+use crate::stopping::{self, Stopping};
 
 /// A mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,6 +62,8 @@ struct Both<'a> {
     program: &'a Program,
     #[serde(skip_serializing_if = "<[MissionProgram]>::is_empty")]
     missions: &'a [MissionProgram],
+    /// For readers of the file; nothing reads it back.
+    stopping: Vec<Stopping>,
 }
 
 /// A file of missions alone.
@@ -91,8 +94,10 @@ impl CompiledFile {
         missions: &[MissionProgram],
     ) -> Result<String, serde_json::Error> {
         let text = match program {
-            Some(program) if missions.is_empty() => serde_json::to_string_pretty(program),
-            Some(program) => serde_json::to_string_pretty(&Both { program, missions }),
+            Some(program) => {
+                let stopping = stopping::of_stacks(program);
+                serde_json::to_string_pretty(&Both { program, missions, stopping })
+            }
             None => serde_json::to_string_pretty(&Missions { format: FORMAT, name, missions }),
         };
         text.map(|text| text + "\n")

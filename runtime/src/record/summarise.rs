@@ -21,6 +21,7 @@ use crate::record::joint_motion::JointMotionRecorder;
 use crate::record::remarks::RemarksRecorder;
 use crate::record::roster::{Roster, RosterLevel};
 use crate::record::slow_ticks::SlowTicksRecorder;
+use crate::stopping;
 use crate::tick::{Recorder, Tick};
 
 #[derive(Clone, Copy)]
@@ -245,6 +246,7 @@ impl SummaryRecorder {
             faults: self.faults.clone(),
             states: self.states.clone(),
             entries: entries(controller),
+            stopping: program.run_stacks().into_iter().filter_map(|s| stopping::of_stack(program, s)).collect(),
             tasks,
             levels,
             held_back: self.held_back.result(),

@@ -12,6 +12,7 @@ use crate::record::held_back::HeldBack;
 use crate::record::joint_motion::JointMotion;
 use crate::record::slow_ticks::SlowTick;
 use crate::record::verify::Verification;
+use crate::stopping::Stopping;
 
 pub use super::remarks::MANY_FAULTS;
 pub use super::summarise::SummaryRecorder;
@@ -53,6 +54,8 @@ pub struct Summary {
     /// Number of entries into each state, including states around others, without states that were never entered.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub entries: BTreeMap<String, u64>,
+    /// Bounds of the time and of the way to rest, for each stack that the run can enter.
+    pub stopping: Vec<Stopping>,
     /// Tasks, by name.
     pub tasks: BTreeMap<String, TaskSummary>,
     /// Levels, the most important first.

@@ -6,11 +6,12 @@ use names::wrapped;
 use solver::Structure;
 use stdlib_tasks::task::RowKind;
 
-use super::{number, parameters};
+use super::{number, parameters, runs};
 use crate::controller::{Controller, Observation};
 use crate::evaluator::{Evaluator, Member, build_tasks};
 use crate::feasibility::{self, Obstacle};
 use crate::program::{IdleRow, Program, StackProgram};
+use crate::stopping::{self, Stopping};
 
 /// Writes a stack: its levels and tasks, with the properties of their rows that are known before any tick.
 pub(super) fn stack(p: &Program, index: usize, stack: &StackProgram, out: &mut String) -> std::fmt::Result {
@@ -24,6 +25,9 @@ pub(super) fn stack(p: &Program, index: usize, stack: &StackProgram, out: &mut S
     };
     if let Some(found) = feasibility::obstacles(p, index) {
         proof(p, &found, out)?;
+    }
+    if let Some(stop) = stopping::of_stack(p, index) {
+        stopping(&stop, out)?;
     }
     let built = build_tasks(p, stack);
     let freedom = freedom(p, index);
@@ -101,6 +105,22 @@ fn proof(p: &Program, found: &[Obstacle], out: &mut String) -> std::fmt::Result 
         1 => writeln!(out, "    and one more task"),
         n => writeln!(out, "    and {n} more tasks"),
     }
+}
+
+/// Writes the bounds of a stop from the largest speeds.
+fn stopping(stop: &Stopping, out: &mut String) -> std::fmt::Result {
+    let bounded = |x: f64, unit: &str| match x.is_finite() {
+        true => format!("{} {unit}", number(x)),
+        false => "no bound".to_string(),
+    };
+    writeln!(out, "  to rest from full speed: time {}, ways", bounded(stop.time_s, "s"))?;
+    let joints = runs(stop.joints.iter().map(|j| (bounded(j.way, j.unit), j.joint.as_str())));
+    let links = runs(stop.links.iter().map(|l| (bounded(l.way_m, "m"), l.link.as_str())));
+    let listed = [("joints", joints), ("links", links)];
+    listed.iter().filter(|(_, all)| !all.is_empty()).try_for_each(|(head, all)| {
+        let all: Vec<&str> = all.iter().map(String::as_str).collect();
+        wrapped(head, &all, out)
+    })
 }
 
 /// Degrees of freedom left after each level at the home configuration.

@@ -63,6 +63,10 @@ pub fn data(run: &Run) -> Json {
         "expectations": summary.expectations.iter().map(expectation).collect::<Vec<_>>(),
         "states": summary.states.iter().map(|s| json!({ "state": s.state, "from": s.from_s, "to": s.to_s })).collect::<Vec<_>>(),
         "entries": entries(summary),
+        "stopping": summary.stopping.iter().map(|s| json!({
+            "stack": s.stack, "states": s.states, "time": finite(s.time_s),
+            "links": s.links.iter().map(|l| json!({ "link": l.link, "way": finite(l.way_m) })).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
         "summary_rows": rows(program, summary),
         "levels": summary.levels.iter().map(|l| json!({
             "name": l.stack.as_ref().map_or_else(|| l.name.clone(), |s| format!("{s}: {}", l.name)), "hard": l.hard, "rows": l.rows, "freedom": l.min_freedom,

@@ -35,6 +35,7 @@ function hostile() {
     expectations: [{ label: html, text: long, verdict: html, margin: -1e-9, unit: html, at: 0.5 }, { text: 'x', verdict: 'holds', margin: 0, at: null }, {}, null],
     levels: [{ name: long, hard: true, rows: null, freedom: null, saturated_share: null, worst_violation: 1e-3 }, {}],
     joints: [{ joint: long, unit: html, acceleration: 1e9, at: 0.5, reversals: 455, first_reversal: 0.25, jumps: 'x', first_jump: null }, { joint: html }, null],
+    stopping: [{ stack: long, states: [html, long, null], time: 'x', links: [{ link: html, way: null }, { link: long, way: 1e-9 }, null] }, {}, null],
     time: [0, 0.25, 0.25, null, 0.5, 1],
     plots: [
       { id: 'a', group: html, title: long, unit: html, series: [{ name: html, y: [1, null, 3, 4, null, 6] }, { name: long, y: [] }, {}], limits: [{ name: long, y: [0, 1, null, null, 2, 3], side: 'upper' }, { name: 'bad' }] },
@@ -78,6 +79,10 @@ function machine() {
     ...run, title: 'found at second sight', faults: [{ time: 33.3, kind: 'stale', text: 'signal `bunch` is 0.52 s old' }],
     verdict: { ok: false, text: '1 of 4 expectations fails, 1 is undecided.' },
     states: paths.map((state, i) => ({ state, from: starts[i], to: (starts[i + 1] ?? T) - 0.01 })),
+    stopping: [
+      { stack: 'looking', states: ['pick.ask', 'pick.look'], time: 0.12, links: [{ link: 'tool', way: 0.03 }] },
+      { stack: 'working', states: ['pick.work.reach', 'pick.work.grasp', 'pick.work.lift'], time: 0.22, links: [{ link: 'tool', way: 0.451 }] },
+    ],
     entries: [{ state: 'pick.ask', count: 2 }, { state: 'pick.look', count: 2 }, { state: '<b>', count: 1 }, { state: 'bad', count: 'x' }, null],
     expectations: [
       { label: 'the arms stay apart', text: 'always margin(arms_apart) >= 0 m', verdict: 'holds', margin: 0.0312, unit: 'm', at: 17.2, undefined_at: null },

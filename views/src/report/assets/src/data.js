@@ -61,6 +61,10 @@ function regular(raw) {
       joint: text(j.joint), unit: text(j.unit), acceleration: num(j.acceleration), at: num(j.at),
       reversals: num(j.reversals), firstReversal: num(j.first_reversal), jumps: num(j.jumps), firstJump: num(j.first_jump),
     })),
+    stopping: list(raw.stopping).map(object).map((s) => ({
+      stack: text(s.stack), states: list(s.states).map((x) => text(x)), time: num(s.time),
+      links: list(s.links).map(object).map((l) => ({ link: text(l.link), way: num(l.way) })),
+    })),
     time,
     plots: list(raw.plots).map(object).map((p, i) => plot(p, i, pick)),
     scene: scene(raw.scene),

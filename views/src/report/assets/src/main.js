@@ -7,7 +7,7 @@ import { createClock } from './clock.js';
 import { createHeader } from './header.js';
 import { createExpectations } from './expectations.js';
 import { createStates } from './states.js';
-import { createHeldBack, createJoints, createLevels, createTasks } from './tables.js';
+import { createHeldBack, createJoints, createLevels, createStopping, createTasks } from './tables.js';
 import { createPlots } from './plots.js';
 import { createReplay } from './replay.js';
 import { createTransport } from './transport.js';
@@ -61,6 +61,7 @@ function start() {
       createExpectations(data, clock, decimals),
       createTasks(data, clock, decimals, (task) => (plots.has(task) ? () => plots.reveal(task) : null)),
       createJoints(data, clock, decimals), createLevels(data), createHeldBack(data, clock, decimals),
+      createStopping(data),
     ].filter(Boolean));
     nav.replaceChildren(
       h('div', { class: 'plot-links' }, [states, ...plots.sections].filter(Boolean).map((s) => h('button', { type: 'button', class: 'link', onclick: () => s.node.scrollIntoView({ behavior: 'smooth' }) }, s.name))),

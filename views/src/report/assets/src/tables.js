@@ -101,6 +101,20 @@ export function createJoints(data, clock, decimals) {
     h('div', { class: 'table-wrap' }, h('table', {}, h('thead', {}, h('tr', {}, head.map(([t, c, title]) => h('th', { scope: 'col', class: c ?? '', title }, t)))), h('tbody', {}, rows))));
 }
 
+/** How long and how far the robot moves on when it is stopped at full speed. */
+export function createStopping(data) {
+  if (data.stopping.length === 0) return null;
+  const bound = (x, unit) => (x === null ? 'unbounded' : glued(quantity(x, unit)));
+  const rows = data.stopping.map((s) => h('tr', {},
+    h('th', { scope: 'row' }, h('span', { class: 'name clamp', title: s.stack }, breakable(s.stack)),
+      s.states.length > 0 && h('span', { class: 'sub clamp', title: s.states.join(', ') }, breakable(s.states.join(', ')))),
+    h('td', { class: 'num', title: s.time }, bound(s.time, 's')),
+    h('td', {}, s.links.map((l, i) => [i > 0 && ', ', breakable(l.link), ' ', bound(l.way, 'm')]))));
+  const head = [['Stack'], ['Time', 'num', 'The longest time to rest from the largest speeds of the stack'], ['Ways', '', 'The longest ways of links to rest']];
+  return h('section', { class: 'levels stopping' }, h('h2', {}, 'To rest from full speed'),
+    h('div', { class: 'table-wrap' }, h('table', {}, h('thead', {}, h('tr', {}, head.map(([t, c, title]) => h('th', { scope: 'col', class: c ?? '', title }, t)))), h('tbody', {}, rows))));
+}
+
 /** Which limit held which level back; the ones that did so longest. */
 export function createHeldBack(data, clock, decimals) {
   if (data.heldBack.length === 0) return null;
