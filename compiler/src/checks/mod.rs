@@ -34,6 +34,7 @@ mod short_runs;
 mod singular_targets;
 pub(crate) mod size_limits;
 mod soft_limits;
+mod tracking_gain;
 mod unknown_velocity;
 mod wall_reach;
 mod watches;
@@ -95,6 +96,7 @@ static CHECKS: &[(On, Check)] = &[
     (On::GoodProgram, sensors::checks),
     (On::GoodProgram, people::checks),
     (On::GoodProgram, plants::check),
+    (On::GoodProgram, tracking_gain::check),
     (On::GoodProgram, compliance::checks),
     (On::GoodProgram, partial_limits::check),
     (On::GoodProgram, missing_limits::check),
