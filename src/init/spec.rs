@@ -16,6 +16,13 @@ static OTHERS: &str = "other_joints";
 /// Maximum displacement of the tip to each side \[m\].
 const FURTHEST: f64 = 0.05;
 
+/// Comment about the drives of a real robot, which no URDF describes; in words that both syntaxes share.
+static DRIVES: &str =
+    "  // On a real robot, measure its drives and declare them here: `lag`, the time constant with which the
+  // velocity follows a command (50 ms for instance), and `dead_time`, until a command begins to act (10 ms).
+  // `tracking_gain` leads the robot to its reference: 2 /s, or what lag and dead time allow, if it is left out.
+";
+
 /// Decisions about a robot.
 pub(super) struct Plan {
     /// Name of the robot and the spec.
@@ -187,6 +194,7 @@ impl Plan {
             let _ = writeln!(out, "  base {}{guess}", word(base));
         }
         out.push_str("  rate 100 Hz\n");
+        out.push_str(DRIVES);
         if !self.variant.lock.is_empty() {
             let names = list(self.variant.lock.keys().map(|n| named(n)));
             let _ = writeln!(out, "  lock {names}  // the base moves, not its wheels");
