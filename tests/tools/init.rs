@@ -41,6 +41,8 @@ fn init_without_a_robot_brings_one() {
     assert!(spec.contains("arms { arm { shoulder link_2  elbow link_4  wrist link_6  tip tool } }"), "{spec}");
     let yaml = works("init_yaml", "arm7.yaml", &["--yaml"]);
     assert!(yaml.starts_with("# A first spec"), "{yaml}");
+    let declared = ["`lag`", "`dead_time`", "`tracking_gain`"];
+    assert!(declared.iter().all(|key| spec.contains(key) && yaml.contains(key)), "what a real robot needs: {spec}");
 }
 
 #[test]
