@@ -151,6 +151,12 @@ void hierarq_stop(hierarq_controller *controller);
 void hierarq_resume(hierarq_controller *controller);
 
 /*
+ Tells that the bases are elsewhere at the next call, because they were localised anew: the reference moves with them. Without this, a reading that
+ no base can have reached is the fault `HIERARQ_RESULT_JUMP`.
+ */
+void hierarq_relocated(hierarq_controller *controller);
+
+/*
  True if the robot is told to stand: a host that ends may stop calling.
  */
 bool hierarq_at_rest(const hierarq_controller *controller);

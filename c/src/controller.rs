@@ -171,6 +171,19 @@ pub unsafe extern "C" fn hierarq_resume(controller: *mut Controller) {
     }
 }
 
+/// Tells that the bases are elsewhere at the next call, because they were localised anew: the reference moves with them. Without this, a reading that
+/// no base can have reached is the fault `HIERARQ_RESULT_JUMP`.
+///
+/// # Safety
+/// `controller` is null or a controller.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hierarq_relocated(controller: *mut Controller) {
+    // SAFETY: as the caller promises.
+    if let Some(c) = unsafe { controller.as_mut() } {
+        c.controller.relocated();
+    }
+}
+
 /// True if the robot is told to stand: a host that ends may stop calling.
 ///
 /// # Safety

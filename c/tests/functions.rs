@@ -133,6 +133,37 @@ fn faults_are_told_and_answered_by_zero() {
 }
 
 #[test]
+fn a_base_that_is_localised_anew_takes_its_reference_along() {
+    let json = spec::compiled(
+        "hierarq 1
+         robot arm { urdf \"../../../examples/robots/arm7.urdf\"  rate 1000 Hz  base planar  home { joint_4 1.6 rad }
+           limits { base_x { velocity 1 m/s }  base_y { velocity 1 m/s }  base_yaw { velocity 1 rad/s } } }
+         task turn = joint_velocity { velocity { joint_1 0.2 rad/s } }
+         stack work { level limits hard { joint_velocity_limits }  level motion { turn } }
+         run { stack work  duration 1 s }",
+    );
+    for is_told in [true, false] {
+        let host = Host::new(&json);
+        let n = unsafe { hierarq_nq(host.program) };
+        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
+        assert!(unsafe { hierarq_home(host.program, q.as_mut_ptr(), n) });
+        for k in 0..200 {
+            if k == 100 {
+                q[0] += 0.5;
+                if is_told {
+                    unsafe { hierarq_relocated(host.controller) };
+                }
+            }
+            let result = host.step(f64::from(k) * 1e-3, &q, &mut v);
+            assert!(result == Result::Ok || (k >= 100 && !is_told), "call {k}");
+            assert!(k != 100 || is_told || result == Result::Jump, "{result:?}");
+            q.iter_mut().zip(&v).for_each(|(q, v)| *q += 1e-3 * v);
+        }
+        assert!((v[3] > 0.19) == is_told && v[0].abs() < 1e-9, "{v:?}");
+    }
+}
+
+#[test]
 fn mistakes_of_the_host_are_answered() {
     let host = Host::new(&spec::json());
     let n = unsafe { hierarq_nq(host.program) };

@@ -164,6 +164,13 @@ impl Controller {
         Ok(())
     }
 
+    /// Tells that the bases are elsewhere in the next observation, because they were localised anew: the reference moves with them. Without
+    /// this, a reading that no base can have reached is the fault `jump`.
+    fn relocated(&self) -> PyResult<()> {
+        alone(&self.core, "controller")?.controller.relocated();
+        Ok(())
+    }
+
     /// Path of the innermost active state; empty without a machine.
     #[getter]
     fn state(&self) -> PyResult<String> {

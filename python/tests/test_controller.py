@@ -91,6 +91,35 @@ def test_a_signal_that_stops_is_stale(program):
     assert controller.step(q, signals={"goal": None}).fault == "stale"
 
 
+ROVER = """hierarq 1
+robot arm { urdf "robots/arm7.urdf"  rate 100 Hz  base planar  home { joint_4 1.6 rad }
+  limits { base_x { velocity 1 m/s }  base_y { velocity 1 m/s }  base_yaw { velocity 1 rad/s } } }
+task turn = joint_velocity { velocity { joint_1 0.2 rad/s } }
+stack work { level limits hard { joint_velocity_limits }  level motion { turn } }
+run { stack work  duration 1 s }
+"""
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_a_base_that_is_localised_anew_takes_its_reference_along(examples, told):
+    program = hierarq.load(ROVER, folder=examples)
+    controller, q = program.controller(), program.robot.home
+    for _ in range(50):
+        q = controller.step(q).position
+    q = q.copy()
+    q[0] += 0.5
+    if told:
+        controller.relocated()
+    for _ in range(50):
+        command = controller.step(q)
+        assert command.fault == (None if told else "jump")
+        if not told:
+            return
+        q = command.position
+        assert abs(command.velocity[0]) < 1e-9
+    assert q[0] == pytest.approx(0.5) and command.velocity[3] == pytest.approx(0.2)
+
+
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [

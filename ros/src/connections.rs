@@ -59,6 +59,8 @@ pub fn connections(program: &Program, ros: &RosProgram) -> Vec<Connection> {
         let content = format!("event {}", event.name);
         all.push(row("service", &format!("~/{}", part(event.name)), "std_srvs/Trigger", content));
     }
-    all.push(row("service", "~/restart", "std_srvs/Trigger", "begins anew after a fault".to_string()));
+    for service in crate::services::own(program) {
+        all.push(row("service", &format!("~/{}", service.name), "std_srvs/Trigger", service.content.to_string()));
+    }
     all
 }

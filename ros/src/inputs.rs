@@ -32,6 +32,9 @@ struct OdometryTopic {
     world: String,
 }
 
+/// Time after a call of `~/motion/relocated` in which bases may jump (s): a localiser takes its time, and messages are on their way.
+const RELOCATION: f64 = 1.0;
+
 /// All that a node reads.
 pub struct Inputs {
     transforms: Subscription<Transforms>,
@@ -40,6 +43,8 @@ pub struct Inputs {
     odometry: Vec<OdometryTopic>,
     signals: Vec<Box<dyn Reader>>,
     services: Vec<Trigger>,
+    /// Time by the clock of the node until which a jump of a base is a relocalisation (s).
+    relocates_until: f64,
     /// Resolved names of topics of the configuration.
     pub topics: Vec<String>,
 }
@@ -119,7 +124,8 @@ impl Inputs {
         let services = services::offer(node, ros, program, mapping)?;
         let transforms = node.create_subscription(&fixed, Some(quality))?;
         let frames = Frames::new(&program.robot.model, &ros.world);
-        Ok(Inputs { transforms, frames, joints, odometry, signals, services, topics })
+        let relocates_until = f64::NEG_INFINITY;
+        Ok(Inputs { transforms, frames, joints, odometry, signals, services, relocates_until, topics })
     }
 
     /// Takes the messages that have arrived.
@@ -128,12 +134,13 @@ impl Inputs {
             let Ok(Some((message, _))) = self.transforms.take() else { break };
             message.transforms.iter().for_each(|transform| self.frames.place(transform));
         }
-        self.configuration(q, at.clock, once);
+        let jumps = self.configuration(q, at.clock, once);
         self.frames.moved();
         let mut poses = Poses { frames: &mut self.frames, q: q.last() };
         for reader in &mut self.signals {
             reader.read(at.time, &mut poses, controller.signals(), &mut |remark| once.tell(remark));
         }
+        let until = &mut self.relocates_until;
         for service in &self.services {
             service.serve(|call| match call {
                 Call::Raise(_) if controller.is_halted() => Err("a fault keeps the robot still: restart first".into()),
@@ -155,12 +162,21 @@ impl Inputs {
                     controller.resume();
                     Ok(())
                 }
+                Call::Relocated => {
+                    *until = at.clock + RELOCATION;
+                    Ok(())
+                }
             });
+        }
+        // After the services: the call may have arrived with the pose that it announces.
+        if jumps && at.clock <= *until {
+            controller.relocated();
         }
     }
 
-    /// Takes the positions of joints and the poses of bases at a time by the clock (s).
-    pub fn configuration(&mut self, q: &mut Configuration, time: f64, once: &mut Once) {
+    /// Takes the positions of joints and the poses of bases at a time by the clock (s). Returns true if a base has jumped.
+    pub fn configuration(&mut self, q: &mut Configuration, time: f64, once: &mut Once) -> bool {
+        let mut jumps = false;
         for JointTopic { subscription, prefix, publishers, topic } in &mut self.joints {
             for _ in 0..quality::MOST {
                 let taken = match subscription.take() {
@@ -184,15 +200,17 @@ impl Inputs {
             for _ in 0..quality::MOST {
                 match subscription.take() {
                     Ok(None) => break,
-                    Ok(Some((message, _))) => {
-                        if let Err(Mistake::OtherFrame { frame }) = q.odometry(*base, &message, world, time) {
+                    Ok(Some((message, _))) => match q.odometry(*base, &message, world, time) {
+                        Err(Mistake::OtherFrame { frame }) => {
                             once.tell(Remark::OtherFrame { topic: topic.clone(), frame, needed: world.clone() });
                         }
-                    }
+                        taken => jumps |= taken.unwrap_or(false),
+                    },
                     Err(e) => once.tell(Remark::Unreadable { topic: topic.clone(), why: e.to_string() }),
                 }
             }
         }
+        jumps
     }
 
     /// The first topic of joints.

@@ -8,6 +8,9 @@ use robot::{Base, MobileBase, Model};
 
 use crate::messages::{JointState, Odometry};
 
+/// Distance in m or rad between two poses of a base from which it has jumped. The controller takes less for noise.
+const JUMP: f64 = 0.05;
+
 /// Publishers of a topic that are known at once.
 const PUBLISHERS: usize = 16;
 
@@ -171,35 +174,37 @@ impl Configuration {
     }
 
     /// Takes the pose of the base with this index in the frame `world` that was received at a time (s). A message without a
-    /// frame is taken too.
+    /// frame is taken too. Returns true if the base is farther than [`JUMP`] from its last pose.
     ///
     /// # Errors
     /// It is in another frame: nothing is taken.
-    pub fn odometry(&mut self, base: usize, message: &Odometry, world: &str, time: f64) -> Result<(), Mistake> {
+    pub fn odometry(&mut self, base: usize, message: &Odometry, world: &str, time: f64) -> Result<bool, Mistake> {
         let frame = message.header.frame_id.trim_start_matches('/');
         if !frame.is_empty() && frame != world {
             return Err(Mistake::OtherFrame { frame: frame.to_string() });
         }
-        let Some(PlacedBase { base, at, .. }) = self.bases.get(base) else { return Ok(()) };
+        let Some(PlacedBase { base, at, .. }) = self.bases.get(base) else { return Ok(false) };
         let [w, x, y, z] = message.pose.orientation.numbers();
         let turn = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
         let pose = at.inv_mul(&Isometry3::from_parts(message.pose.position.numbers().into(), turn));
         let (p, r) = (pose.translation, pose.rotation);
         let ahead = r * Vector3::x();
         let read = match base.kind {
-            Base::Fixed => return Ok(()),
+            Base::Fixed => return Ok(false),
             // The Euler angles of what is no rotation are finite.
             Base::Planar | Base::Unicycle => [p.x, p.y, ahead.y.atan2(ahead.x), 0.0, 0.0, 0.0, 0.0],
             Base::Floating => [p.x, p.y, p.z, r.w, r.i, r.j, r.k],
         };
         let own = base.coordinates();
         let is_known = self.received[own.clone()].iter().all(|t| *t > f64::NEG_INFINITY);
+        let mut jumps = false;
         if is_known || read.iter().all(|x| x.is_finite()) {
             let last = &mut self.last[own.clone()];
+            jumps = is_known && last.iter().zip(&read).any(|(before, now)| (now - before).abs() > JUMP);
             last.copy_from_slice(&read[..last.len()]);
             self.received[own].fill(time);
         }
-        Ok(())
+        Ok(jumps)
     }
 
     /// Names of what has not been heard of yet.

@@ -26,6 +26,8 @@ pub enum Call {
     Stop,
     /// A robot that stands goes on.
     Resume,
+    /// Bases are about to be localised anew.
+    Relocated,
 }
 
 /// An event that others raise.
@@ -44,6 +46,30 @@ pub fn raised_by_others(program: &Program) -> impl Iterator<Item = Event<'_>> {
     events.filter(move |(i, _)| !emitted.contains(i)).map(|(index, name)| Event { index, name })
 }
 
+/// A service of the node itself, which no spec declares.
+pub struct OwnService {
+    /// Name below the node.
+    pub name: &'static str,
+    /// Effect of a call.
+    pub call: Call,
+    /// The same in words.
+    pub content: &'static str,
+}
+
+/// Services of the node itself. Events are often called `stop` and `resume`: the services of the motion have a place of their own.
+const OWN: [OwnService; 4] = [
+    OwnService { name: "restart", call: Call::Restart, content: "begins anew after a fault" },
+    OwnService { name: "motion/stop", call: Call::Stop, content: "brings the robot to rest" },
+    OwnService { name: "motion/resume", call: Call::Resume, content: "lets a robot go on that stands" },
+    OwnService { name: "motion/relocated", call: Call::Relocated, content: "the base is about to be localised anew" },
+];
+
+/// The services of the node itself: without a base that moves, nothing is localised.
+pub fn own(program: &Program) -> impl Iterator<Item = OwnService> {
+    let moves = !program.robot.model.bases.is_empty();
+    OWN.into_iter().filter(move |service| moves || service.call != Call::Relocated)
+}
+
 /// Offers the services of a program.
 ///
 /// # Errors
@@ -55,9 +81,7 @@ pub fn offer(
     mapping: ServiceMapping,
 ) -> Result<Vec<Trigger>, RosError> {
     let events = raised_by_others(program);
-    // Events are often called `stop` and `resume`: the services of the motion have a place of their own.
-    let own = [("restart", Call::Restart), ("motion/stop", Call::Stop), ("motion/resume", Call::Resume)];
-    let own = own.map(|(name, call)| (name.to_string(), call));
+    let own = own(program).map(|service| (service.name.to_string(), service.call));
     let mut offered = Vec::new();
     for (name, call) in events.map(|e| (part(e.name), Call::Raise(e.index))).chain(own) {
         let name = resolved(ros, &format!("~/{name}"));

@@ -108,6 +108,37 @@ class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
 
 @dataclass
 @annotate.final
+class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
+    linear: Vector3 = field(default_factory=Vector3)
+    angular: Vector3 = field(default_factory=Vector3)
+
+
+@dataclass
+@annotate.final
+class PoseWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovariance_"):
+    position: Vector3
+    orientation: Quaternion
+    covariance: types.array[FLOAT, 36]
+
+
+@dataclass
+@annotate.final
+class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"):
+    twist: Twist
+    covariance: types.array[FLOAT, 36]
+
+
+@dataclass
+@annotate.final
+class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
+    header: Header
+    child_frame_id: str
+    pose: PoseWithCovariance
+    twist: TwistWithCovariance
+
+
+@dataclass
+@annotate.final
 class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
     translation: Vector3
     rotation: Quaternion
@@ -264,6 +295,11 @@ class Robot(Participant):
         self.order = to_do.get("order", list(range(len(self.names))))
         self.states = self.writer(to_do.get("joint_states", "/joint_states"), JointState, SENSOR)
         self.manners = Schedule(to_do.get("manners", []), None)
+        # A base that nothing moves: pairs of a time and its x (m) from then on.
+        self.base = Schedule(to_do["base"], 0.0) if "base" in to_do else None
+        if self.base:
+            self.odometry = self.writer("/odom", Odometry, SENSOR)
+            self.twist = self.reader("/cmd_vel", Twist, COMMAND)
         self.stamp = Time(2_000_000_000, 0)
 
     def hear(self, command):
@@ -274,7 +310,8 @@ class Robot(Participant):
         if self.to_do.get("form") == "position":
             self.position = command
         else:
-            self.velocity = command
+            # A base, which has no place in this message, stands first.
+            self.velocity = [0.0] * (len(self.names) - len(command)) + command
 
     def tick(self, now):
         self.position = [q + v * self.period for q, v in zip(self.position, self.velocity)]
@@ -293,6 +330,13 @@ class Robot(Participant):
         if self.to_do.get("stamps") == "backwards":
             self.stamp = Time(self.stamp.sec - 1, 0)
         self.states.write(JointState(Header(stamp=self.stamp), names, position, [], []))
+        if self.base:
+            pose = PoseWithCovariance(Vector3(x=self.base.at(now)), Quaternion(), [0.0] * 36)
+            still = TwistWithCovariance(Twist(), [0.0] * 36)
+            self.odometry.write(Odometry(Header(stamp=self.stamp), "base", pose, still))
+            self.seen["largest_twist"] = max(
+                [self.seen.get("largest_twist", 0.0), *(abs(twist.linear.x) for twist in self.taken(self.twist))]
+            )
 
     def report(self):
         return self.seen | {"position": self.position}

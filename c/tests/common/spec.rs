@@ -12,10 +12,14 @@ pub fn folder() -> PathBuf {
 /// The text of the compiled program.
 pub fn json() -> String {
     let path = folder().join("reach.hq");
-    let text = std::fs::read_to_string(&path).expect("the spec is there");
+    compiled(&std::fs::read_to_string(&path).expect("the spec is there"))
+}
+
+/// A text, compiled.
+pub fn compiled(text: &str) -> String {
     let compiled = compiler::compile(&compiler::Input {
         name: "reach.hq",
-        text: &text,
+        text,
         syntax: dsl::Syntax::Native,
         folder: &folder(),
         set: &[],

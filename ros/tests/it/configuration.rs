@@ -155,7 +155,7 @@ fn the_pose_of_a_base_is_that_of_its_odometry() {
         nowhere.pose.orientation = Quaternion::default();
         q.odometry(0, &nowhere, "world", 0.0).unwrap();
         assert_eq!(q.unknown()[0], "the base");
-        q.odometry(0, &message, "world", 0.0).unwrap();
+        assert_eq!(q.odometry(0, &message, "world", 0.0), Ok(false));
         // The pose of the root by the kinematics of the model.
         let mut whole = q.last().to_vec();
         whole[base.nq()..].fill(0.0);
@@ -165,6 +165,11 @@ fn the_pose_of_a_base_is_that_of_its_odometry() {
         let z = if base == Base::Floating { 0.3 } else { 0.0 };
         assert!((root.translation.vector - nalgebra::Vector3::new(1.0, -2.0, z)).norm() < 1e-12, "{root}");
         assert!((root.rotation.scaled_axis() - nalgebra::Vector3::z() * yaw).norm() < 1e-12, "{root}");
+        for (x, jumps) in [(1.02, false), (1.52, true)] {
+            let mut elsewhere = message.clone();
+            elsewhere.pose.position.x = x;
+            assert_eq!(q.odometry(0, &elsewhere, "world", 0.0), Ok(jumps));
+        }
     }
 }
 

@@ -127,6 +127,29 @@ fn services_raise_events_and_restart_after_a_fault() {
 }
 
 #[test]
+fn a_base_that_is_localised_anew_is_announced_or_a_jump() {
+    let Some(python) = interpreter() else { return };
+    let program = program(
+        &(arm(
+            "base planar  limits { base_x { velocity 1 m/s }  base_y { velocity 1 m/s }  base_yaw { velocity 1 rad/s } } } ",
+        ) + "task turn = joint_velocity { velocity { elbow_joint 0.1 rad/s } }
+               stack s { level limits hard { joint_velocity_limits }  level move { turn } }
+               run { stack s  duration 1 s  ros { stale_after 1 s } }"),
+    );
+    let joints: Vec<usize> = (3..program.robot.model.nv()).collect();
+    for is_told in [true, false] {
+        let mut to_do = json!({ "seconds": 6.0, "order": joints, "base": [[0.0, 0.0], [4.5, 0.5]] });
+        if is_told {
+            to_do["calls"] = json!([[4.2, "/hierarq/motion/relocated"]]);
+        }
+        let Run { ended, remarks, seen } = run(&program, &python, to_do);
+        let jumps = texts(&seen, "fault").iter().any(|f| f.starts_with("jump"));
+        assert_eq!((jumps, ended.is_halted), (!is_told, !is_told), "{ended:?} {remarks:?} {seen}");
+        assert!(seen["largest_twist"].as_f64() < Some(0.05), "the base stays where it is: {seen}");
+    }
+}
+
+#[test]
 fn values_in_other_frames_are_carried_over_fixed_transforms() {
     let Some(python) = interpreter() else { return };
     // A camera over a table, turned by a quarter about z, and one on the wrist, which stands at the zero of its joints.
