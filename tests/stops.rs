@@ -191,6 +191,41 @@ fn a_robot_that_takes_commands_again_stands_until_it_is_told() {
     }
 }
 
+/// A signal of the spec enables the robot: false, too old and absent are no, as that of the host is, and both must say yes.
+#[test]
+fn a_signal_enables_the_robot_while_it_is_true_and_fresh() {
+    for settings in ["enabled ready", "enabled ready  resume itself"] {
+        for program in both(settings, "signal ready : flag  timeout 50 ms\nrun { stack work  duration 3 s }") {
+            let mut host = Host::new(&program);
+            let calls = |host: &mut Host, ready: Option<f64>| {
+                for _ in 0..60 {
+                    if let Some(value) = ready {
+                        assert!(host.controller.signals().set(0, &[value], host.time));
+                    }
+                    assert_eq!(host.call(), None);
+                }
+                host.rests()
+            };
+            assert!(calls(&mut host, None) && !host.controller.is_enabled());
+            assert_eq!(host.controller.awaited(), Some(0));
+            assert!(!calls(&mut host, Some(1.0)), "nothing was interrupted that would have to be resumed");
+            for no in [Some(-1.0), None] {
+                assert!(calls(&mut host, no) && !host.controller.is_enabled());
+                let stands = calls(&mut host, Some(1.0));
+                assert_eq!(stands, settings == "enabled ready");
+                if stands {
+                    assert!(host.controller.is_enabled() && host.controller.waits_for_resume());
+                    host.controller.resume();
+                    calls(&mut host, Some(1.0));
+                }
+                assert!((host.v[0] - 1.0).abs() < 1e-9, "{:?}", host.v);
+            }
+            host.controller.set_enabled(false);
+            assert!(calls(&mut host, Some(1.0)) && !host.controller.is_enabled());
+        }
+    }
+}
+
 /// A halted controller sends the place of the robot, also after it was moved by hand.
 #[test]
 fn a_halted_controller_sends_no_old_place() {

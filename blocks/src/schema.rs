@@ -225,6 +225,8 @@ pub enum Named {
     Person,
     /// A signal or a variable.
     Signal,
+    /// A signal that is true or false.
+    Flag,
     /// An event.
     Event,
     /// A human.

@@ -57,6 +57,7 @@ pub fn describe(holds: &ValueType) -> String {
         ValueType::Name(Named::Mission) => "mission".to_string(),
         ValueType::Name(Named::Person) => "human of the mission".to_string(),
         ValueType::Name(Named::Signal) => "signal or variable".to_string(),
+        ValueType::Name(Named::Flag) => "signal of the type `flag`".to_string(),
         ValueType::Name(Named::Event) => "event".to_string(),
         ValueType::Name(Named::Human) => "human".to_string(),
         ValueType::Name(Named::Point) => "point of the human".to_string(),

@@ -91,6 +91,29 @@ def test_a_signal_that_stops_is_stale(program):
     assert controller.step(q, signals={"goal": None}).fault == "stale"
 
 
+def test_a_signal_of_the_spec_enables_the_robot(examples):
+    program = hierarq.load(examples / "enabled.hq")
+    controller, q = program.controller(), program.robot.home
+
+    def speed(count, signals, **others):
+        nonlocal q
+        for _ in range(count):
+            command = controller.step(q, signals=signals, **others)
+            assert command.fault is None
+            q = command.position
+        return np.abs(command.velocity).max()
+
+    assert speed(20, None) == 0.0
+    assert speed(50, {"drives_on": True}) > 0.01
+    assert speed(5, {"drives_on": False}) == 0.0
+    assert speed(50, {"drives_on": True}) == 0.0
+    controller.resume()
+    assert speed(50, {"drives_on": True}) > 0.01
+    assert speed(12, None) == 0.0, "too old"
+    controller.resume()
+    assert speed(5, {"drives_on": True}, enabled=False) == 0.0, "both must say yes"
+
+
 ROVER = """hierarq 1
 robot arm { urdf "robots/arm7.urdf"  rate 100 Hz  base planar  home { joint_4 1.6 rad }
   limits { base_x { velocity 1 m/s }  base_y { velocity 1 m/s }  base_yaw { velocity 1 rad/s } } }

@@ -93,6 +93,9 @@ fn robot(p: &Program, out: &mut String) -> std::fmt::Result {
     if r.stops_at_once {
         writeln!(out, "  stops in one tick")?;
     }
+    if !r.enabling.is_empty() {
+        writeln!(out, "  takes commands while {}", p.enabling_names().join(" and "))?;
+    }
     if r.resumes_itself {
         writeln!(out, "  goes on by itself when it takes commands again")?;
     }

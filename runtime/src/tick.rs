@@ -43,9 +43,10 @@ pub struct Tick<'a> {
 }
 
 impl Tick<'_> {
-    /// Returns true if the robot was kept still at this tick, by a fault or because a signal is awaited: nothing was solved.
+    /// Returns true if the robot was kept still at this tick, by a fault, because a signal is awaited, or because it takes no commands: nothing was
+    /// solved.
     pub fn is_still(&self) -> bool {
-        self.fault.is_some() || self.controller.awaited().is_some()
+        self.fault.is_some() || self.controller.awaited().is_some() || self.controller.is_held()
     }
 }
 

@@ -84,7 +84,7 @@ impl Loop {
     fn new(program: &Program) -> Result<Loop, runtime::ProgramError> {
         // The first stack of a machine: the machine itself is not executed, since its transitions wait for the world.
         let stack = program.first_stack().unwrap_or(0);
-        let controller = Controller::for_stack(program, stack)?;
+        let controller = Controller::for_stack(program, stack)?.without_enabling();
         let (evaluator, _) = Evaluator::new(program, stack)?;
         let problem = controller.problem().clone();
         let candidate = |name, backend, cold| Candidate {

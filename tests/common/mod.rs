@@ -36,6 +36,7 @@ pub const EXAMPLES: &[&str] = &[
     "postures",
     "nearness",
     "protective_stop",
+    "enabled",
     "admittance",
     "hand_guiding",
     "harvesting",

@@ -123,7 +123,7 @@ fn margins(
             return None;
         }
         let place_of_start = if at_home { "at home" } else { "when its state is entered" };
-        let text = Controller::for_stack(program, stack).map(|mut c| {
+        let text = Controller::for_stack(program, stack).map(Controller::without_enabling).map(|mut c| {
             c.step(&Observation { time: 0.0, q: &program.robot.home });
             c.describe(&fault)
         });
@@ -316,7 +316,7 @@ struct FirstTick {
 
 impl FirstTick {
     fn new(program: &Program, stack: usize) -> Option<FirstTick> {
-        let mut controller = Controller::for_stack(program, stack).ok()?;
+        let mut controller = Controller::for_stack(program, stack).ok()?.without_enabling();
         let fault = controller.step(&Observation { time: 0.0, q: &program.robot.home }).fault;
         Some(FirstTick { controller, fault })
     }

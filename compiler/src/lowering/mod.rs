@@ -7,6 +7,7 @@ mod blocks;
 mod coverage;
 mod declared;
 mod distances;
+mod enabling;
 mod expectation_checks;
 mod expectation_scope;
 mod expectations;
@@ -316,7 +317,10 @@ impl<'a> Lowerer<'a> {
             origins: &self.origins,
             diagnostics: self.diagnostics,
         };
-        robot_binding::bind(robot, &block, &mut files, &mut constants)
+        let bound = robot_binding::bind(robot, &block, &mut files, &mut constants);
+        let enabling = block.enabled.as_ref().and_then(|name| self.origins.unbound(name)).cloned();
+        let enabling = enabling.and_then(|name| self.enabling(&name));
+        Some(BoundRobot { enabling: enabling.into_iter().collect(), ..bound? })
     }
 
     /// Lowers the stacks.
@@ -380,6 +384,7 @@ impl<'a> Lowerer<'a> {
                 dead_time: robot.dead_time,
                 stops_at_once: robot.stops_at_once,
                 resumes_itself: robot.resumes_itself,
+                enabling: robot.enabling.iter().copied().collect(),
                 arms: robot.arms.clone(),
                 geometries: robot.geometries.clone(),
             },

@@ -12,6 +12,7 @@ use super::Lowerer;
 use super::declared::twice;
 use super::missions::scenario::{check_scenario_keys, is_of, runs_mission};
 use super::shapes::shapes;
+use super::world::numbers;
 use crate::block_binding::Scope;
 use crate::expand::Expanded;
 use crate::expr::constants::{Constants, joint_dimension};
@@ -98,6 +99,7 @@ impl Lowerer<'_> {
         for e in &body.entries {
             match e.key.value.as_str() {
                 "signals" | "humans" | "push" | "late" | "lost" => beginnings(&e.value, &mut times),
+                "stop" | "resume" => times.extend(e.value.items()),
                 "events" => {
                     if let ValueKind::Block(block) = &e.value.kind {
                         times.extend(block.entries.iter().flat_map(|e| e.value.items()));
@@ -234,6 +236,8 @@ impl Lowerer<'_> {
             humans: self.human_scripts(body, program),
             obstacles: self.true_obstacles(body, program),
             events: self.scenario_events(&block.events, program),
+            stops: numbers(block.stop.as_ref()),
+            resumes: numbers(block.resume.as_ref()),
             outcomes: self.outcome_scripts(body, program),
             pushes: self.push_scripts(body, program, robot),
             late: block.late.iter().map(|late| (late.at, late.by)).collect(),

@@ -181,6 +181,7 @@ impl Resolver<'_> {
             Named::Machine => declared(self, Class::Machine, K::Machine, &[K::Machine]),
             Named::Mission => declared(self, Class::Mission, K::Mission, &[K::Mission]),
             Named::Signal => declared(self, Class::Value, K::Signal, &[K::Signal, K::Variable]),
+            Named::Flag => declared(self, Class::Value, K::Signal, &[K::Signal]),
             Named::Human => declared(self, Class::Value, K::Human, &[K::Human]),
             Named::Obstacle => declared(self, Class::Value, K::Obstacle, &[K::Obstacle]),
             Named::Event => self.event_name(name, span, false),

@@ -65,6 +65,8 @@ pub struct BoundRobot {
     pub stops_at_once: bool,
     /// True if it goes on by itself when it takes commands again.
     pub resumes_itself: bool,
+    /// Signals that must all be true for it to take commands.
+    pub enabling: BTreeSet<usize>,
     /// Arms, in source order.
     pub arms: Vec<Arm>,
     /// Points and segments, in source order.
@@ -237,6 +239,7 @@ pub fn bind(robot: &Robot, block: &RobotBlock, files: &mut Files, constants: &mu
         dead_time,
         stops_at_once: block.stop == "now",
         resumes_itself: block.resume == "itself",
+        enabling: BTreeSet::new(),
         arms,
         geometries,
         groups,

@@ -185,6 +185,7 @@ impl BoundRobot {
         self.joint_groups.failed.extend(robot.joint_groups.failed.iter().map(|name| named(name)));
         self.joint_groups.locked.extend(robot.joint_groups.locked.iter().map(|name| named(name)));
         self.failed.extend(robot.failed.iter().map(|name| named(name)));
+        self.enabling.extend(&robot.enabling);
         self.postures.add(&robot.postures, named);
         let srdfs = robot.srdf.iter().map(|of| RobotSrdf { srdf: of.srdf.merged(place, prefix), ..of.clone() });
         self.srdf.extend(srdfs);

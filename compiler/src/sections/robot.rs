@@ -83,6 +83,9 @@ block! {
         /// How the robot is stopped, at faults and in states without a stack: `to_rest`, a motion within the limits of the stack that moved it, or `now`,
         /// velocity zero at once, for hosts that stop the robot themselves.
         stop: Word = or(ValueType::Choice(STOPS), "to_rest");
+        /// The signal that tells whether the robot takes commands, because its program runs and its brakes are open: it does while the signal is true.
+        /// It does not while the signal is false, absent, or older than its `timeout`. A host may say no as well: both must say yes.
+        enabled: Option<Located<Unbound>> = elsewhere(ValueType::Name(Named::Flag));
         /// Who lets the robot go on when it takes commands again, after a protective stop or with its drives on: the host that is `told` to, or it
         /// goes on by `itself`.
         resume: Word = or(ValueType::Choice(RESUMES), "told");

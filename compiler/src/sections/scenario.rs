@@ -52,6 +52,10 @@ block! {
         obstacles: Option<Unbound> = elsewhere(ValueType::Of(Named::Obstacle, &ValueType::Block(&TRUE_OBSTACLE)));
         /// Times at which the host raises events, by name: `start 1 s`, `start [1, 20] s`.
         events: Vec<ByName<OneOrEach>> = optional(ValueType::Of(Named::Event, &TIMES));
+        /// Times at which the host stops the robot: it comes to rest, and stands until a `resume`.
+        stop: Option<OneOrEach> = optional(TIMES);
+        /// Times at which the host lets a robot go on that was stopped, or that takes commands again.
+        resume: Option<OneOrEach> = optional(TIMES);
         /// Outcomes of actions, by their first argument or their verb. The k-th request has the outcome of the k-th
         /// entry, and the last entry repeats. An action without an entry succeeds immediately.
         outcomes: Option<Unbound> = elsewhere(ValueType::Each(&ValueType::Blocks(&OUTCOME)));

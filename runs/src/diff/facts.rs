@@ -83,6 +83,7 @@ fn robot(p: &Program, all: &mut Vec<Subject>) {
     facts.add("control period", format!("{} s", number(r.period)));
     facts.add("deadline", format!("{} s", number(r.deadline)));
     facts.add("stop", if r.stops_at_once { "now" } else { "to rest" });
+    facts.add("enabled", p.enabling_names().join(", "));
     facts.add("resume", if r.resumes_itself { "by itself" } else { "told" });
     facts.add("tracking gain", format!("{} /s", number(r.tracking_gain)));
     facts.add("lag", format!("{} s", number(r.lag)));

@@ -103,8 +103,9 @@ pub struct Controller {
     tracking_gain: f64,
     /// True if the robot is stopped in a single tick, because the host stops it itself.
     stops_at_once: bool,
-    /// True while the robot takes commands.
+    /// True while the host says that the robot takes commands, and signals that must say so too.
     is_enabled: bool,
+    enabling: Vec<usize>,
     /// True if the host has resumed since the last call.
     resumes: bool,
     /// True if a robot that takes commands again goes on by itself.
@@ -234,6 +235,7 @@ impl Controller {
             tracking_gain,
             stops_at_once,
             is_enabled: true,
+            enabling: program.robot.enabling.clone(),
             resumes: false,
             resumes_itself,
             reference: program.robot.home.clone(),
@@ -291,14 +293,28 @@ impl Controller {
     }
 
     /// Tells whether the robot takes commands: its program runs, its brakes are open, its commands are read. While it does not, the reference stays with
-    /// the robot, and the machine and its clocks stand still. Afterwards the robot stands until [`Controller::resume`].
+    /// the robot, and the machine and its clocks stand still. Afterwards the robot stands until [`Controller::resume`]. Signals that the spec names for
+    /// it must say so too.
     pub fn set_enabled(&mut self, enabled: bool) {
         self.is_enabled = enabled;
     }
 
-    /// Returns true while the robot takes commands.
+    /// Returns true while the robot takes commands, as the host has said and signals said at the last call.
     pub fn is_enabled(&self) -> bool {
-        self.is_enabled
+        // The value of a signal that is absent is no number.
+        let is_true = |s: &usize| self.signals.value(*s).first().is_some_and(|value| *value > 0.0);
+        self.is_enabled && self.enabling.iter().all(is_true)
+    }
+
+    /// Takes the robot for one that takes commands whatever signals say: for those who look at a first tick without a world around it.
+    pub fn without_enabling(mut self) -> Controller {
+        self.enabling.clear();
+        self
+    }
+
+    /// Returns true if the robot was held still at the last call, because it takes no commands or was told to stand: nothing was decided.
+    pub fn is_held(&self) -> bool {
+        matches!(self.phase, Phase::Standing(Why::Told | Why::Disabled)) || !self.is_enabled()
     }
 
     /// Returns true while the robot stands until it is told to go on.
@@ -484,10 +500,13 @@ impl Controller {
         self.signals.interface().signals.get(signal).map_or("", |s| s.name.as_str())
     }
 
-    /// Signal, by its index, that the stack waits for while the robot stands still: its first value may be late until the
-    /// timeout of the signal has passed since the first tick.
+    /// Signal, by its index, that is waited for while the robot stands still: one without which it takes no commands, or one of the stack, whose
+    /// first value may be late until its timeout has passed since the first tick.
     pub fn awaited(&self) -> Option<usize> {
-        if let Some(Why::Awaiting(signal)) = self.phase.why() { Some(signal) } else { None }
+        match self.phase.why() {
+            Some(Why::Awaiting(signal)) => Some(signal),
+            _ => self.enabling.iter().copied().find(|s| !self.signals.is_present(*s)),
+        }
     }
 
     /// Evaluator of the active stack at the measured configuration, as of the last tick.

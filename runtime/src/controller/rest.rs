@@ -111,14 +111,16 @@ impl Controller {
             // Margins and errors of velocities must be those of a robot at rest.
             // The numbers of this tick are those that the fault is told with.
             Why::Raised(_) => self.stacks.active_mut().evaluator.observe(&self.reference, &self.motion.velocity),
-            Why::Awaiting(_) | Why::Halted(_) | Why::Told | Why::Disabled => {
-                let times = Times { t: now.time - self.machine.stack_entered(), time: now.time };
-                let inputs = self.motion.inputs(times, &self.signals);
-                let (seen, apart) = (self.is_observed, now.q != self.reference);
-                let robot = Robot { q: now.q, ahead: &self.ahead };
-                self.stacks.active_mut().look(&self.reference, robot, seen && apart, inputs);
-            }
+            Why::Awaiting(_) | Why::Halted(_) | Why::Told | Why::Disabled => self.look_on(now.q, now.time),
         }
+    }
+
+    /// Evaluates the active stack for a robot that stands, as far as it can be, at a motion time (s): what comes near it changes its margins.
+    fn look_on(&mut self, q: &[f64], time: f64) {
+        let inputs = self.motion.inputs(Times { t: time - self.machine.stack_entered(), time }, &self.signals);
+        let apart = self.is_observed && q != self.reference;
+        let robot = Robot { q, ahead: &self.ahead };
+        self.stacks.active_mut().look(&self.reference, robot, apart, inputs);
     }
 
     /// Keeps a robot at rest that takes no commands, or that was told to stand: the machine and motion time stand still with it.
@@ -145,6 +147,9 @@ impl Controller {
             self.is_anchored = true;
         }
         self.set_point.rest(&self.reference);
+        if self.phase != Phase::Unstarted && !self.stacks.is_entry_due() {
+            self.look_on(q, self.clock.now());
+        }
         self.signals.forget_events();
     }
 

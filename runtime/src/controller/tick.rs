@@ -65,7 +65,7 @@ impl Controller {
         let told = std::mem::take(&mut self.resumes) || self.resumes_itself;
         match self.phase {
             _ if self.phase.halted().is_some() => None,
-            _ if !self.is_enabled => Some(Why::Disabled),
+            _ if !self.is_enabled() => Some(Why::Disabled),
             Phase::Unstarted => {
                 self.clock.begin_anew();
                 if self.is_observed {

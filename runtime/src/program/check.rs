@@ -129,6 +129,8 @@ impl Program {
         for (time, place) in [(r.lag, "robot.lag"), (r.dead_time, "robot.dead_time")] {
             ensure((0.0..=MOST_BEHIND).contains(&time), place, "negative, too long or not finite")?;
         }
+        let is_flag = |s: &usize| self.interface.signals.get(*s).is_some_and(|s| s.kind == "flag" && !s.is_variable());
+        ensure(r.enabling.iter().all(is_flag), "robot.enabling", "is no signal that is true or false")?;
         for g in &r.geometries {
             self.check_geometry(g, "robot.geometries")?;
         }

@@ -83,6 +83,8 @@ impl Program {
             ensure(*event < self.interface.events.len(), place, "an event does not exist")?;
             ensure(times.iter().all(|t| is_time(*t)), place, "a time is negative or not finite")?;
         }
+        let mut told = world.stops.iter().chain(&world.resumes);
+        ensure(told.all(|t| is_time(*t)), place, "a time is negative or not finite")?;
         for outcome in world.outcomes.iter().flat_map(|o| &o.requests) {
             ensure(is_time(outcome.after), place, "a time is negative or not finite")?;
             outcome.sets.iter().try_for_each(|(signal, value)| wide(*signal, value))?;

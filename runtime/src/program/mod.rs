@@ -63,7 +63,7 @@ pub use window::{Window, WindowError};
 pub use worker::{ControllerProgram, Job, MAX_RUNNING, MAX_TICKS, Running, WorkerProgram};
 
 /// The version of the format; a program of another version is refused.
-pub const FORMAT: u32 = 8;
+pub const FORMAT: u32 = 9;
 
 /// Longest lag and longest dead time of drives, in s: one that is further behind is no drive that a velocity can be sent to.
 pub const MOST_BEHIND: f64 = 1.0;
@@ -126,6 +126,12 @@ impl Program {
         }
     }
 
+    /// Names of the signals that must all be true for the robot to take commands.
+    pub fn enabling_names(&self) -> Vec<&str> {
+        let signals = self.robot.enabling.iter().filter_map(|s| self.interface.signals.get(*s));
+        signals.map(|s| s.name.as_str()).collect()
+    }
+
     /// The stacks that a run can enter, each once.
     pub fn run_stacks(&self) -> Vec<usize> {
         self.entered_by([self.run.subject])
@@ -182,6 +188,9 @@ pub struct RobotProgram {
     /// True if a robot that takes commands again goes on by itself.
     #[serde(default, skip_serializing_if = "is_false")]
     pub resumes_itself: bool,
+    /// Signals that must all be true for the robot to take commands.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub enabling: Vec<usize>,
     /// Arms, in the order declared.
     pub arms: Vec<Arm>,
     /// Named points and segments, in the order declared; for drawing.

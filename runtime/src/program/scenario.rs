@@ -62,6 +62,12 @@ pub struct WorldProgram {
     /// Events that the host raises: index, and times in s.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<(usize, Vec<f64>)>,
+    /// Times at which the host stops the robot, in s.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stops: Vec<f64>,
+    /// Times at which it lets the robot go on, in s.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub resumes: Vec<f64>,
     /// Outcomes of actions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub outcomes: Vec<OutcomeScript>,

@@ -125,7 +125,9 @@ fn stopping(stop: &Stopping, out: &mut String) -> std::fmt::Result {
 
 /// Degrees of freedom left after each level at the home configuration.
 fn freedom(p: &Program, stack: usize) -> Vec<usize> {
-    let Ok(mut controller) = Controller::for_stack(p, stack) else { return Vec::new() };
+    let Ok(mut controller) = Controller::for_stack(p, stack).map(Controller::without_enabling) else {
+        return Vec::new();
+    };
     let fault = controller.step(&Observation { time: 0.0, q: &p.robot.home }).fault;
     if fault.is_some() || controller.awaited().is_some() {
         return Vec::new();

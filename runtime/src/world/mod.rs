@@ -38,6 +38,20 @@ fn stream(seed: u64, script: usize) -> Pcg64 {
     Pcg64::seed_from_u64(seed.wrapping_add((script as u64 + 1).wrapping_mul(SPREAD)))
 }
 
+/// Times in falling order (s): the next one last.
+fn to_come(times: &[f64]) -> Vec<f64> {
+    let mut times = times.to_vec();
+    times.sort_by(|a, b| b.total_cmp(a));
+    times
+}
+
+/// Takes the times that have come, and returns true if there is one.
+fn has_come(times: &mut Vec<f64>, now: f64) -> bool {
+    let before = times.len();
+    times.truncate(times.partition_point(|t| *t > now + NOW));
+    times.len() < before
+}
+
 /// World of a running scenario.
 pub struct World {
     senders: Vec<Sender>,
@@ -45,6 +59,9 @@ pub struct World {
     pushes: Vec<Push>,
     /// Events to come: time in s, and index; the next one last.
     events: Vec<(f64, usize)>,
+    /// Times at which the host stops the robot, and lets it go on (s), the next one last.
+    stops: Vec<f64>,
+    resumes: Vec<f64>,
     outcomes: Outcomes,
     late: Vec<(f64, f64)>,
     lost: Vec<(LostReading, usize)>,
@@ -72,6 +89,8 @@ impl World {
                 .collect(),
             pushes: world.pushes.iter().map(|p| Push::new(p, program)).collect(),
             events,
+            stops: to_come(&world.stops),
+            resumes: to_come(&world.resumes),
             outcomes: Outcomes::new(&world.outcomes),
             late: world.late.clone(),
             lost: world.lost.iter().filter_map(q_of).collect(),
@@ -86,6 +105,12 @@ impl World {
 
     /// Sends signals and events to the controller before a tick. `q` is the robot's true configuration.
     pub(crate) fn send(&mut self, controller: &mut Controller, q: &[f64], time: f64) {
+        if has_come(&mut self.stops, time) {
+            controller.stop();
+        }
+        if has_come(&mut self.resumes, time) {
+            controller.resume();
+        }
         let signals = controller.signals();
         for sender in &mut self.senders {
             sender.tick(signals, time);

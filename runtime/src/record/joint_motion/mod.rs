@@ -5,7 +5,7 @@
 //! before the first tick. An acceleration is the change of the velocity from a tick to the next, divided by the period.
 //!
 //! The entry of a stack without a blend explains a jump at that tick. A fault, which commands zero, explains a jump at
-//! that tick and at the next one. The largest acceleration includes these ticks. [`reversals`] and [`jumps`] contain
+//! that tick and at the next one, as drives do that are switched off. The largest acceleration includes these ticks. [`reversals`] and [`jumps`] contain
 //! the definitions.
 
 mod jumps;
@@ -123,7 +123,7 @@ impl Recorder for JointMotionRecorder {
         let visit = Some(tick.controller.visit());
         let entered = self.visit != visit && !tick.controller.is_blending();
         let fault = tick.fault.is_some();
-        let explained = entered || fault || self.fault;
+        let explained = entered || fault || self.fault || !tick.controller.is_enabled();
         let limits = &self.limits[tick.stack];
         let joints = self.joints.iter_mut().zip(&mut self.before).zip(tick.v).zip(limits);
         for (((joint, before), &now), &limit) in joints {
