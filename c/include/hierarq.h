@@ -134,6 +134,12 @@ void hierarq_called_every(hierarq_controller *controller,
                           double interval);
 
 /*
+ Mean rate of the calls of `hierarq_step` (Hz), faults of time left out; 0 before the second one. The spec's rate is one divided by
+ `hierarq_period`: a mean that differs by more than 5 % where one call a period is meant says that the host's loop has another rate.
+ */
+double hierarq_measured_rate(const hierarq_controller *controller);
+
+/*
  Tells whether the robot takes commands: its program runs, its brakes are open. While it does not, the reference stays with the robot; afterwards
  the robot stands until `hierarq_resume`. A controller begins with a robot that does.
  */

@@ -134,6 +134,17 @@ pub unsafe extern "C" fn hierarq_called_every(controller: *mut Controller, inter
     }
 }
 
+/// Mean rate of the calls of `hierarq_step` (Hz), faults of time left out; 0 before the second one. The spec's rate is one divided by
+/// `hierarq_period`: a mean that differs by more than 5 % where one call a period is meant says that the host's loop has another rate.
+///
+/// # Safety
+/// `controller` is null or a controller.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hierarq_measured_rate(controller: *const Controller) -> f64 {
+    // SAFETY: as the caller promises.
+    unsafe { controller.as_ref() }.and_then(|c| c.controller.intervals().rate()).unwrap_or(0.0)
+}
+
 /// Tells whether the robot takes commands: its program runs, its brakes are open. While it does not, the reference stays with the robot; afterwards
 /// the robot stands until `hierarq_resume`. A controller begins with a robot that does.
 ///

@@ -100,6 +100,9 @@ fn the_numbers_are_those_of_the_controller() {
     }
     left.dedup();
     assert_eq!(left, ["wait", "follow", "wait"]);
+    let rate = unsafe { hierarq_measured_rate(host.controller) };
+    assert!((rate * program.robot.period - 1.0).abs() < 1e-9, "{rate} Hz");
+    assert_eq!(unsafe { hierarq_measured_rate(null()) }, 0.0);
     let mut reference = vec![0.0; q.len()];
     assert!(unsafe { hierarq_reference(host.controller, reference.as_mut_ptr(), reference.len()) });
     assert_eq!(reference, core.reference());

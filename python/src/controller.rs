@@ -195,6 +195,12 @@ impl Controller {
         self.program.robot.period
     }
 
+    /// Mean rate of the calls (Hz), faults of time left out; `None` before the second one.
+    #[getter]
+    fn measured_rate(&self) -> PyResult<Option<f64>> {
+        Ok(alone(&self.core, "controller")?.controller.intervals().rate())
+    }
+
     /// The configuration that the robot should have at the next tick, shape `[nq]`.
     #[getter]
     fn reference<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {

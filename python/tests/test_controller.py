@@ -114,6 +114,14 @@ def test_a_signal_of_the_spec_enables_the_robot(examples):
     assert speed(5, {"drives_on": True}, enabled=False) == 0.0, "both must say yes"
 
 
+def test_the_rate_of_the_calls_is_measured(program):
+    controller, q = program.controller(interval=0.0125), program.robot.home
+    assert controller.measured_rate is None
+    for i in range(50):
+        controller.step(q, t=0.0125 * i)
+    assert controller.measured_rate == pytest.approx(80.0)
+
+
 ROVER = """hierarq 1
 robot arm { urdf "robots/arm7.urdf"  rate 100 Hz  base planar  home { joint_4 1.6 rad }
   limits { base_x { velocity 1 m/s }  base_y { velocity 1 m/s }  base_yaw { velocity 1 rad/s } } }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime};
 use ros2_client::dds::rustdds::mio1::{Events, Interest, Poll, Token};
 use ros2_client::{Context, ContextOptions, Node, NodeOptions, ParameterValue, ServiceMapping};
 use runtime::program::{Program, RosProgram, TickSource};
-use runtime::{Controller, Observation, Recorder, Request, Tick};
+use runtime::{Controller, Intervals, Observation, Recorder, Request, Tick};
 
 use crate::RosError;
 use crate::commands::Motion;
@@ -59,6 +59,8 @@ pub struct Ended {
     pub longest: f64,
     /// Ticks that were not shown to others.
     pub not_shown: u64,
+    /// Intervals between the ticks.
+    pub intervals: Intervals,
     /// True if the machine has ended.
     pub is_final: bool,
     /// True if a fault keeps the robot still.
@@ -252,6 +254,7 @@ pub fn run(
     };
     let result = driven.ticks(settings.duration, &mut controller, &mut connection, &mut telemetry, recorder, go_on);
     driven.ended.not_shown = telemetry.dropped;
+    driven.ended.intervals = controller.intervals();
     (driven.ended.is_final, driven.ended.is_halted) = (controller.is_final(), controller.is_halted());
     drop(telemetry);
     connection.end();

@@ -35,7 +35,7 @@ mod values;
 mod velocity;
 pub mod world;
 
-pub use controller::{Command, Controller, Observation, Request};
+pub use controller::{Command, Controller, Intervals, Observation, Request};
 pub use evaluator::{Built, Evaluator, LIMIT_TOLERANCE, Member, RestInputs, TickInputs, build_tasks};
 pub use fault::{Fault, FaultKind};
 pub use period::{HighGain, PeriodError, default_deadline};

@@ -80,7 +80,7 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
     let tell: ros::Tell = Arc::new(|remark: &Remark| output::eprint(&format!("{remark}\n")));
     let mut go_on = || !asked_to_end.load(Ordering::Relaxed);
     let ended = ros::run(&program, &settings, &mut All(Vec::new()), &mut go_on, &tell).map_err(|e| e.to_string())?;
-    output::print(&digest(&ended));
+    output::print(&digest(&ended, program.robot.period));
     Ok(Outcome::of(!ended.is_halted))
 }
 
@@ -96,7 +96,7 @@ fn listed(program: &runtime::Program) -> String {
     out
 }
 
-fn digest(ended: &Ended) -> String {
+fn digest(ended: &Ended, period: f64) -> String {
     let mut out = format!(
         "{} ticks, {} of them late, by {:.2} ms at most; the longest computed {:.3} ms\n",
         ended.ticks,
@@ -104,6 +104,9 @@ fn digest(ended: &Ended) -> String {
         1e3 * ended.latest,
         1e3 * ended.longest,
     );
+    if let Some(rate) = ended.intervals.other_rate(period) {
+        let _ = writeln!(out, "ticks came at {rate:.1} Hz, and the rate of the spec is {:.1} Hz", 1.0 / period);
+    }
     if ended.not_shown > 0 {
         let _ = writeln!(out, "{} ticks were not shown, since the viewers were too slow", ended.not_shown);
     }

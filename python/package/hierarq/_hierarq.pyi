@@ -47,6 +47,7 @@ class Controller:
     is_final: bool
     is_halted: bool
     period: float
+    measured_rate: float | None
     reference: Floats
     def step(
         self,

@@ -18,6 +18,7 @@ fn a_robot_is_led_to_its_target_whatever_the_order_of_its_joints() {
     let Run { ended, remarks, seen } = run(&program, &python, to_do);
     assert!(remarks.contains(&Remark::Running), "{remarks:?}");
     assert!(ended.ticks > 200 && !ended.is_halted, "{ended:?} {remarks:?} {seen}");
+    assert_eq!(ended.intervals.count as usize, ended.ticks - 1, "each but the first has one before it: {ended:?}");
     assert!((at(&program, &seen, "shoulder_pan_joint") - 0.4).abs() < 5e-3, "{seen}");
     assert!((at(&program, &seen, "elbow_joint") - 1.2).abs() < 5e-3, "{seen}");
     assert_eq!(texts(&seen, "state").last().expect("a value"), "go", "{seen}");

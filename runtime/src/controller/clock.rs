@@ -31,6 +31,9 @@ const NEWEST: f64 = 0.1;
 /// Difference of the mean interval from a period, as a part of it, up to which each call makes one decision, whatever its jitter.
 const ON_GRID: f64 = 0.02;
 
+/// Part of a rate by which the mean of the calls may differ from it before a user is told.
+const OTHER_RATE: f64 = 0.05;
+
 /// Most decisions of a call. A host that is later, within a long deadline, has motion time stand still for the rest.
 pub(super) const MOST_DECISIONS: usize = 64;
 
@@ -87,6 +90,11 @@ impl Intervals {
     /// Mean rate of the calls (Hz), or `None` before the second call.
     pub fn rate(&self) -> Option<f64> {
         (self.count > 0 && self.sum > 0.0).then(|| self.count as f64 / self.sum)
+    }
+
+    /// Mean rate of the calls (Hz), if it differs from that of a period (s) by more than a twentieth.
+    pub fn other_rate(&self, period: f64) -> Option<f64> {
+        self.rate().filter(|rate| (rate * period - 1.0).abs() > OTHER_RATE)
     }
 }
 
@@ -297,6 +305,20 @@ mod tests {
             let call = clock.call(time);
             clock.lead(&call, false);
             assert_eq!(clock.is_due().map(|t| (t * 1e6).round() / 1e6), due, "{time}");
+        }
+    }
+
+    #[test]
+    fn a_mean_rate_that_is_another_one_is_told() {
+        for (interval, other) in
+            [(0.01, None), (0.0104, None), (0.0096, None), (0.0125, Some(80.0)), (0.005, Some(200.0))]
+        {
+            let mut clock = Clock::new(0.01, 0.1);
+            assert_eq!(clock.intervals().other_rate(0.01), None);
+            for k in 0..100 {
+                clock.call(f64::from(k) * interval);
+            }
+            assert_eq!(clock.intervals().other_rate(0.01).map(f64::round), other, "{interval}");
         }
     }
 
