@@ -110,7 +110,12 @@ impl Program {
 
     /// The compiled program, in the format of `hierarq compile --format json`.
     fn to_json(&self, py: Python<'_>) -> PyResult<String> {
-        py.detach(|| CompiledFile::to_json(&self.name(), self.program.as_deref(), &self.missions)).map_err(refused)
+        let program = self.program.as_deref();
+        let text = || {
+            let stopping = program.map(runtime::stopping::of_stacks);
+            CompiledFile::to_json_with(&self.name(), program, &self.missions, stopping)
+        };
+        py.detach(text).map_err(refused)
     }
 
     /// A new controller, of the run of the spec or of the stack that is named. `interval` is the time (s) between two calls of its `step`, where

@@ -45,7 +45,7 @@ pub fn run(a: &Arguments) -> Result<Outcome, String> {
         }
         Format::Json => {
             let name = a.spec.file_stem().map_or_else(|| "spec".into(), |s| s.to_string_lossy());
-            let text = CompiledFile::to_json(&name, program, missions);
+            let text = CompiledFile::to_json_with(&name, program, missions, program.map(runtime::stopping::of_stacks));
             text.map_err(|e| format!("the program cannot be written as JSON: {e}"))?
         }
     };

@@ -7,7 +7,6 @@ use mission::any_mission::AnyMission;
 use serde::{Deserialize, Serialize};
 
 use super::{AllowedWarning, FORMAT, MissionScenarioProgram, Program, ProgramError, Running, error};
-use crate::stopping::{self, Stopping};
 
 /// A mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,13 +56,14 @@ pub struct CompiledFile {
 
 /// A file with a program.
 #[derive(Serialize)]
-struct Both<'a> {
+struct Both<'a, S: Serialize> {
     #[serde(flatten)]
     program: &'a Program,
     #[serde(skip_serializing_if = "<[MissionProgram]>::is_empty")]
     missions: &'a [MissionProgram],
     /// For readers of the file; nothing reads it back.
-    stopping: Vec<Stopping>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stopping: Option<S>,
 }
 
 /// A file of missions alone.
@@ -93,11 +93,21 @@ impl CompiledFile {
         program: Option<&Program>,
         missions: &[MissionProgram],
     ) -> Result<String, serde_json::Error> {
+        CompiledFile::to_json_with(name, program, missions, None::<()>)
+    }
+
+    /// The text of the file, with the bounds of a stop of each stack for its readers.
+    ///
+    /// # Errors
+    /// A number of it is not finite, which no compiled spec has.
+    pub fn to_json_with(
+        name: &str,
+        program: Option<&Program>,
+        missions: &[MissionProgram],
+        stopping: Option<impl Serialize>,
+    ) -> Result<String, serde_json::Error> {
         let text = match program {
-            Some(program) => {
-                let stopping = stopping::of_stacks(program);
-                serde_json::to_string_pretty(&Both { program, missions, stopping })
-            }
+            Some(program) => serde_json::to_string_pretty(&Both { program, missions, stopping }),
             None => serde_json::to_string_pretty(&Missions { format: FORMAT, name, missions }),
         };
         text.map(|text| text + "\n")
