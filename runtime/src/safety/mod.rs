@@ -60,7 +60,7 @@
 //! let plan = planner.plan();
 //! // rows of the task: J v = plan.rate + feedback; a level below it: v = plan.u_n. Then:
 //! assert!(plan.u_c <= 1.0 && plan.u_alpha[0] >= 0.0);
-//! planner.advance();
+//! planner.advance(1.0);
 //! # Ok::<(), SafetyError>(())
 //! ```
 
