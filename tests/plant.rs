@@ -30,8 +30,8 @@ fn a_run_with_a_plant_says_how_to_install_its_physics() {
     assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
 }
 
-/// What a scenario of 4.C loses of the distance to the person with a parameter, until the person leans over (m), where the scenario expects at most `most`; and the
-/// expectations that fail.
+/// Loss of distance to the person in a scenario of 4.C with a parameter, until the person leans over (m), and the expectations that fail. The scenario expects at
+/// most `most`.
 fn lost(scenario: &str, most: f64, parameter: &str) -> (f64, Vec<String>) {
     let spec = "physics/examples/beside_harvest.hq";
     let out = with(None, &["test", spec, "--scenario", scenario, "--set", parameter, "--json"]);

@@ -1,21 +1,11 @@
 //! Libraries whose manifest leaves out their unit tests or their doctests have none. Each of them is compiled once more for its
 //! unit tests, and read once more for its doctests, even if there are none: `test = false` and `doctest = false` save both.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use toml_edit::Document;
 
-/// Adds the sources below a folder.
-fn sources(folder: &Path, all: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() {
-            sources(&path, all);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            all.push(path);
-        }
-    }
-}
+use crate::common::sources;
 
 /// Returns true if documentation in this text has a block of code that is compiled as Rust.
 fn has_doctest(text: &str) -> bool {
@@ -47,7 +37,7 @@ fn what_is_left_out_has_no_tests() {
         let is_off =
             |key: &str| manifest.get("lib").and_then(|lib| lib.get(key)).and_then(|v| v.as_bool()) == Some(false);
         let mut all = Vec::new();
-        sources(&folder.join("src"), &mut all);
+        sources::below(&folder.join("src"), &mut all);
         for file in all {
             let text = std::fs::read_to_string(&file).expect("text");
             let tests = ["#[test]", "#[cfg(test)]", "proptest!"].iter().any(|mark| text.contains(mark));

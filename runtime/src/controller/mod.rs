@@ -219,6 +219,7 @@ impl Controller {
         let model = &program.robot.model;
         let (nq, nv) = (model.nq(), model.nv());
         let RobotProgram { period, deadline, tracking_gain, stops_at_once, resumes_itself, .. } = program.robot;
+        // All memory of the ticks is allocated here.
         let drive = Drive::new(program.robot.lag, program.robot.dead_time, period, nv);
         Ok(Controller {
             stacks: Stacks::new(program, machine)?,
