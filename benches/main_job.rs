@@ -43,7 +43,7 @@ fn observations(program: &Program, lag: f64) -> Vec<Vec<f64>> {
     let (mut q, mut v) = (program.robot.home.clone(), vec![0.0; model.nv()]);
     let follows = if lag > 0.0 { 1.0 - (-period / lag).exp() } else { 1.0 };
     let mut seen = Vec::new();
-    for k in 0..1000 {
+    for k in 0..5000 {
         seen.push(q.clone());
         let command = controller.step(&Observation { time: f64::from(k) * period, q: &q });
         assert!(command.fault.is_none(), "{:?}", command.fault);
@@ -59,7 +59,8 @@ fn observations(program: &Program, lag: f64) -> Vec<Vec<f64>> {
 
 /// Ticks of a controller in a row, of a robot that was recorded.
 fn ticks(bencher: Bencher, name: &str, lag: f64) {
-    let program = example(name);
+    let mut program = example(name);
+    program.robot.lag = lag;
     let seen = observations(&program, lag);
     let mut controller = Controller::new(&program).expect("it can be executed");
     let mut k = 0;
@@ -75,13 +76,13 @@ fn ticks(bencher: Bencher, name: &str, lag: f64) {
 }
 
 /// A tick of the controller of a robot that is where its reference is: kinematics, rows, cascade, low-level layer.
-#[divan::bench(args = ["hello.hq", "safety_tasks.hq", "cooperative_motion.hq"])]
+#[divan::bench(args = ["hello.hq", "safety_tasks.hq", "cooperative_motion.hq"], sample_count = 5000)]
 fn tick(bencher: Bencher, name: &str) {
     ticks(bencher, name, 0.0);
 }
 
-/// The same of a robot with a lag of 50 ms: its limits are kept where it is too.
-#[divan::bench(args = ["hello.hq", "safety_tasks.hq", "cooperative_motion.hq"])]
+/// The same of a robot with a lag of 50 ms, which the spec tells: its limits are kept where it is too.
+#[divan::bench(args = ["hello.hq", "safety_tasks.hq", "cooperative_motion.hq"], sample_count = 5000)]
 fn tick_of_a_robot_that_lags(bencher: Bencher, name: &str) {
     ticks(bencher, name, 0.05);
 }

@@ -85,7 +85,9 @@ impl Command {
         let (velocity, position) = (command.velocity.to_vec(), command.position.to_vec());
         let (fault, late, at_rest) = (command.fault, command.late, command.at_rest);
         let requests = command.requests.to_vec();
-        let (evaluator, solution) = (controller.measured(), controller.solution());
+        let evaluator = controller.measured();
+        let (margins, errors) = (evaluator.margins().to_vec(), evaluator.measures().to_vec());
+        let solution = controller.solution();
         let requests = requests.iter().filter_map(|r| {
             let action = controller.action(r)?;
             Some((action.verb.clone(), action.arguments.clone(), r.begin))
@@ -103,8 +105,8 @@ impl Command {
             ended: controller.is_final(),
             halted: controller.is_halted(),
             requests: requests.collect(),
-            margins: evaluator.margins().to_vec(),
-            errors: evaluator.measures().to_vec(),
+            margins,
+            errors,
             active: solution.levels.iter().flat_map(|l| l.active.iter().copied()).collect(),
             levels: solution
                 .levels

@@ -39,7 +39,8 @@
 //!
 //! [`ActiveSet`] is the recommended solver: a dual active-set method over the whole hierarchy, warm-started from the
 //! last tick, without allocation while it solves. [`ClarabelCascade`] is the reference: it solves level by level, is
-//! slower, and searches independently. Any implementation of [`HierarchicalSolver`] can replace them.
+//! slower, and searches independently. Any implementation of [`HierarchicalSolver`] can replace them. A [`Projection`] is for the nearest point
+//! that meets some rows, without levels.
 //!
 //! # Example
 //!
@@ -72,6 +73,7 @@ mod factor;
 mod feasible_set;
 mod nnls;
 pub mod problem;
+pub mod projection;
 mod reduced_level;
 pub mod smooth;
 pub mod solution;
@@ -83,6 +85,7 @@ pub use cascade::{ClarabelCascade, Statistics};
 pub use certificate::certificate;
 pub use contradiction::contradiction;
 pub use problem::{Level, LevelShape, Problem, ProblemError, check};
+pub use projection::{Bounded, Projected, Projection};
 pub use smooth::Smooth;
 pub use solution::{Active, Blocking, HierarchicalSolver, LevelSolution, LevelStatus, Solution, Status};
 pub use structure::Structure;

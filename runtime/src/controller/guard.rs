@@ -11,20 +11,22 @@
 //! With a declared lag or dead time, the rows are those of the place where the robot comes to rest by what it was sent already; see
 //! [`drive`](super::drive). Margins and errors are those of the measured robot.
 //!
-//! Where the wanted velocity meets all rows, which is so at almost every tick, there is nothing to solve. A limit that the robot has passed
+//! Where the wanted velocity meets all rows, which is so at almost every tick, there is nothing to solve, and where bounds of gradients prove
+//! that it does, they are not even computed; see [`place`](super::place). Where it does not, it is the nearest point that meets all of them; the
+//! order of priority counts if there is none. A limit that the robot has passed
 //! leads it back no faster than the limits of accelerations allow. Equalities, of feet and of closed chains, hold at the reference alone,
 //! whose noise is none. Source: ours.
 
+use std::ops::Range;
+
 use robot::Model;
-use solver::{HierarchicalSolver, LevelShape, Problem, Solution, Status};
+use solver::{Bounded, HierarchicalSolver, LevelShape, Problem, Projected, Projection, Solution, Status};
 use stdlib_tasks::task::RowKind;
 
+use super::place::{Decided, Place, Slopes, sum};
 use crate::evaluator::{Evaluator, TickInputs};
 use crate::fault::Fault;
 use crate::program::{Program, ProgramError, StackProgram};
-
-/// Relative difference from a bound up to which a row counts as met.
-const MET: f64 = 1e-9;
 
 /// Time over which the margins of the measured robot are averaged before one counts as passed (s), against noise.
 const AVERAGED: f64 = 0.05;
@@ -36,6 +38,9 @@ const NOISE: f64 = 0.02;
 /// Averaged margin, in m or rad or the unit of a row, below which a hard limit counts as passed by the measured robot.
 const BEYOND: f64 = 1e-3;
 
+/// Largest averaged margin that counts.
+const FAR: f64 = 10.0 * BEYOND;
+
 /// A limit on a hard level.
 struct Limit {
     /// Its index among the members of the evaluator.
@@ -46,25 +51,38 @@ struct Limit {
     own: bool,
     /// Index of its first margin among all averages.
     first: usize,
+    /// Bounds of the gradients of its margins, if they are known.
+    slopes: Option<Slopes>,
+    /// Its rows among all.
+    rows: Range<usize>,
+    /// True if its rows count at this call, because they are not certainly met.
+    counts: bool,
 }
 
-/// The stack at a configuration.
-struct Place {
-    evaluator: Evaluator,
-    /// Rows at this configuration, as the stack has them.
-    problem: Problem,
+impl Limit {
+    /// Returns true if its rows are certainly met at a place by a velocity. `both` is storage.
+    fn is_met(&self, place: &Place, u: &[f64], both: &mut [f64]) -> bool {
+        place.has_bounds() && self.slopes.as_ref().is_some_and(|slopes| slopes.are_met(&place.off, u, both))
+    }
 }
 
-impl Place {
-    fn new(program: &Program, stack: &StackProgram) -> Result<Place, ProgramError> {
-        let (evaluator, problem) = Evaluator::of_stack(program, stack)?;
-        Ok(Place { evaluator, problem })
-    }
+/// What a velocity is for.
+#[derive(Clone, Copy)]
+pub(super) enum For {
+    /// The command.
+    Command,
+    /// The offset of the position command.
+    Offset,
+}
 
-    fn update(&mut self, q: &[f64], inputs: TickInputs, leader: &Evaluator) {
-        self.evaluator.follow(leader);
-        self.evaluator.update_for_rest(q, inputs, &mut self.problem);
-    }
+/// A row of a limit, for a velocity that is sent now.
+#[derive(Clone, Copy)]
+struct Row {
+    /// Its level in the problem of the stack, and its index there.
+    level: usize,
+    row: usize,
+    lower: f64,
+    upper: f64,
 }
 
 /// Configurations of the robot, now and at rest.
@@ -82,18 +100,25 @@ pub(super) struct Guard {
     measured: Place,
     /// The stack where the robot comes to rest; `None` with ideal drives.
     ahead: Option<Place>,
-    /// True if the numbers of the evaluator are those of the last decision.
-    is_current: bool,
+    /// True if the robot is elsewhere than its reference, so that the numbers of this place count.
+    is_apart: bool,
+    decided: Decided,
     limits: Vec<Limit>,
     /// Largest change of each velocity in a period, in rad/s or m/s.
     steps: Vec<f64>,
     period: f64,
     /// Averaged margins; NaN until the robot was within the limit.
     averages: Vec<f64>,
-    /// Hard limits, and those of accelerations.
-    nearest: Problem,
+    /// Rows of all limits.
+    rows: Vec<Row>,
+    /// For the command and for the offset.
+    nearest: [Projection; 2],
+    /// The order of priority, where no velocity meets all rows.
+    ordered: Problem,
     solution: Solution,
     solver: Box<dyn HierarchicalSolver + Send>,
+    /// Storage for a velocity.
+    both: Vec<f64>,
 }
 
 /// What was sent last, and for how long.
@@ -103,6 +128,15 @@ pub(super) struct Sent<'a> {
     pub velocity: &'a [f64],
     /// Time since then (s).
     pub dt: f64,
+}
+
+/// The stack at the reference.
+#[derive(Clone, Copy)]
+pub(super) struct Leader<'a> {
+    pub evaluator: &'a Evaluator,
+    pub problem: &'a Problem,
+    /// The reference.
+    pub q: &'a [f64],
 }
 
 impl Guard {
@@ -117,7 +151,7 @@ impl Guard {
         let mut ahead = if behind > 0.0 { Some(Place::new(program, stack)?) } else { None };
         // Where the robot is now, it meets an obstacle where that is now.
         ahead.iter_mut().for_each(|place| place.evaluator.foresee(program, behind));
-        let (mut limits, mut rows, mut yielding, mut first) = (Vec::new(), 0, 0, 0);
+        let (mut limits, mut rows, mut yielding, mut first) = (Vec::new(), Vec::new(), 0, 0);
         for (member, m) in evaluator.members().iter().enumerate() {
             let hard = stack.levels.get(m.level).is_some_and(|level| level.hard);
             if !hard || m.row_kind != RowKind::Inequality {
@@ -126,35 +160,57 @@ impl Guard {
             let Some(task) = evaluator.task(member) else { continue };
             let accelerates = !task.acceleration_limits().is_empty();
             let own = program.values.tape.only(&m.slots.iter().copied().collect()).signals().is_empty();
-            limits.push(Limit { member, accelerates, own, first });
+            let row = |row| Row { level: m.level, row, lower: f64::NEG_INFINITY, upper: f64::INFINITY };
+            let (slopes, begin) = (Slopes::of(program, evaluator, member), rows.len());
+            rows.extend(m.rows.clone().map(row));
+            limits.push(Limit { member, accelerates, own, first, slopes, rows: begin..rows.len(), counts: false });
             first += m.margins.len();
-            *if accelerates { &mut yielding } else { &mut rows } += m.rows.len();
+            yielding += if accelerates { m.rows.len() } else { 0 };
         }
+        let nv = program.robot.model.nv();
         let shape = |rows, hard| LevelShape { rows, hard, damping: 0.0 };
-        let shapes = [shape(rows, true), shape(yielding, false), shape(rows, false)];
-        let nearest = Problem::new(program.robot.model.nv(), &shapes);
+        let keeping = rows.len() - yielding;
+        let shapes = [shape(keeping, true), shape(yielding, false), shape(keeping, false)];
+        let ordered = Problem::new(nv, &shapes);
         Ok(Guard {
             steps: evaluator.acceleration_limits().iter().map(|a| a * program.robot.period).collect(),
             period: program.robot.period,
             averages: vec![f64::NAN; first],
             limits,
-            is_current: false,
-            solution: Solution::new(&nearest),
-            solver: program.run.solver.solver(&nearest),
-            nearest,
+            is_apart: false,
+            decided: Decided::new(nv),
+            rows,
+            nearest: [Projection::new(nv), Projection::new(nv)],
+            solution: Solution::new(&ordered),
+            solver: program.run.solver.solver(&ordered),
+            ordered,
+            both: vec![0.0; nv],
             ahead,
             measured,
         })
     }
 
-    /// Evaluator at the measured configuration; `None` if its numbers are not those of the last decision.
+    /// Evaluator at the measured configuration, as far as it was evaluated; `None` if the robot is where its reference is.
     pub fn evaluator(&self) -> Option<&Evaluator> {
-        Some(&self.measured.evaluator).filter(|_| self.is_current)
+        Some(&self.measured.evaluator).filter(|_| self.is_apart)
+    }
+
+    /// Returns true if the robot is elsewhere than its reference.
+    pub fn is_apart(&self) -> bool {
+        self.is_apart
+    }
+
+    /// Evaluates all tasks at the measured configuration that have not been; `v` is the velocity that the robot was told, for margins and errors of
+    /// velocities.
+    pub fn complete(&mut self, signals: &[f64], v: &[f64]) {
+        if self.is_apart {
+            self.measured.look_at_all(self.decided.inputs(signals), v);
+        }
     }
 
     /// Notes that the numbers of the reference are those of the robot, which is where its reference is.
     pub fn leave_out(&mut self) {
-        self.is_current = false;
+        self.is_apart = false;
     }
 
     /// The stack is entered; `leader` is its evaluator at the reference, whose captured values are those of this one too.
@@ -164,33 +220,39 @@ impl Guard {
             ahead.evaluator.enter_beside(robot.ahead, inputs, leader);
         }
         self.averages.fill(f64::NAN);
-        self.is_current = false;
+        self.is_apart = false;
     }
 
-    /// Evaluates the stack for a robot, after its evaluator at the reference.
-    pub fn update(&mut self, robot: Robot, inputs: TickInputs, leader: &Evaluator) {
-        self.measured.update(robot.q, inputs, leader);
+    /// Takes the place of the robot at a decision, after the stack was evaluated at the reference.
+    pub fn update(&mut self, robot: Robot, inputs: TickInputs, leader: Leader) {
+        self.is_apart = true;
+        self.decided.note(inputs);
+        self.measured.go(robot.q, leader.q, leader.evaluator);
+        self.measured.recall(inputs);
         if let Some(ahead) = &mut self.ahead {
-            ahead.update(robot.ahead, inputs, leader);
+            ahead.go(robot.ahead, leader.q, leader.evaluator);
         }
-        self.is_current = true;
-    }
-
-    /// Passes the velocity that the robot was told to the tasks, for margins and errors of velocities.
-    pub fn observe(&mut self, q: &[f64], v: &[f64]) {
-        self.measured.evaluator.observe(q, v);
+        for Limit { member, slopes, .. } in &mut self.limits {
+            if let (Some(slopes), Some(m)) = (slopes, leader.evaluator.members().get(*member)) {
+                slopes.note(m, leader.evaluator, leader.problem);
+            }
+        }
     }
 
     /// Returns the first hard limit that the robot has passed, on the average of the last moments. `dt` is the time since the last look (s).
-    pub fn passed(&mut self, dt: f64) -> Option<Fault> {
+    pub fn passed(&mut self, dt: f64, signals: &[f64]) -> Option<Fault> {
         let part = 1.0 - (-dt / AVERAGED).exp();
+        let Guard { measured, limits, averages, decided, .. } = self;
         let mut found = None;
-        for Limit { member, own, first, accelerates } in &self.limits {
-            let Some(m) = self.measured.evaluator.members().get(*member).filter(|_| *own && !accelerates) else {
+        for Limit { member, first, slopes, .. } in limits.iter().filter(|limit| limit.own && !limit.accelerates) {
+            let range = measured.evaluator.members()[*member].margins.clone();
+            let means = &mut averages[*first..][..range.len()];
+            if measured.has_bounds() && slopes.as_ref().is_some_and(|s| s.are_beyond(FAR, &measured.off)) {
+                means.fill(FAR);
                 continue;
-            };
-            let margins = &self.measured.evaluator.margins()[m.margins.clone()];
-            for (row, (h, mean)) in margins.iter().zip(&mut self.averages[*first..]).enumerate() {
+            }
+            measured.look(*member, decided.inputs(signals));
+            for (row, (h, mean)) in measured.evaluator.margins()[range].iter().zip(means).enumerate() {
                 if !h.is_finite() {
                     continue;
                 }
@@ -202,7 +264,7 @@ impl Guard {
                     continue;
                 }
                 // The average of a robot that was far within must not hide for long that it has passed the limit.
-                *mean = (*mean + part * (h - *mean)).min(10.0 * BEYOND);
+                *mean = (*mean + part * (h - *mean)).min(FAR);
                 if *mean < -BEYOND && found.is_none() {
                     found = Some(Fault::Beyond { member: *member, row, by: -*mean });
                     *mean = f64::NAN;
@@ -212,94 +274,119 @@ impl Guard {
         found
     }
 
-    /// Changes a velocity to the nearest one that the hard limits allow at the configuration of the last update. Returns true if it was changed.
-    pub fn protect(&mut self, model: &Model, sent: Sent, u: &mut [f64]) -> bool {
-        let Guard { measured, ahead, limits, steps, period, nearest, solution, solver, .. } = self;
-        let rows = Rows { place: ahead.as_ref().unwrap_or(measured), steps, period: *period, sent };
-        let met = limits.iter().all(|limit| {
-            rows.of(limit).all(|(coefficients, (lower, upper))| {
-                let value: f64 = coefficients.iter().zip(&*u).map(|(a, u)| a * u).sum();
-                let room = MET * (1.0 + value.abs());
-                value >= lower - room && value <= upper + room
-            })
-        });
-        if met {
-            return false;
+    /// Changes a velocity to the nearest one that the hard limits allow where the robot was at the last decision. Returns true if it was changed.
+    pub fn protect(&mut self, model: &Model, sent: Sent, signals: &[f64], of: For, u: &mut [f64]) -> bool {
+        self.limits.iter_mut().for_each(|limit| limit.counts = false);
+        self.rows.iter_mut().for_each(Row::leave_out);
+        let mut changed = false;
+        // Each round takes up another limit.
+        while self.take_up(sent, signals, u, false) {
+            let Guard { measured, ahead, rows, nearest, .. } = &mut *self;
+            let levels = &ahead.as_ref().unwrap_or(measured).problem.levels;
+            let row = |i: usize| {
+                let Row { level, row, lower, upper } = rows[i];
+                Bounded { coefficients: levels[level].row(row), lower, upper }
+            };
+            match nearest[of as usize].project(rows.len(), row, u) {
+                Projected::Stays => return changed,
+                Projected::Moved => changed = true,
+                Projected::Nowhere => {
+                    self.take_up(sent, signals, u, true);
+                    self.follow_order(sent, u);
+                    break;
+                }
+            }
         }
+        if changed {
+            u.iter_mut().zip(&model.dofs).for_each(|(u, d)| *u = u.clamp(-d.velocity, d.velocity));
+        }
+        changed
+    }
+
+    /// Computes the rows of limits that a velocity does not certainly meet, or of all. Returns false if there is no further one.
+    fn take_up(&mut self, sent: Sent, signals: &[f64], u: &[f64], all: bool) -> bool {
+        let Guard { measured, ahead, decided, limits, rows, steps, period, both, .. } = self;
+        let place = ahead.as_mut().unwrap_or(measured);
+        let mut more = false;
+        for limit in limits.iter_mut().filter(|limit| !limit.counts) {
+            if !all && limit.is_met(place, u, both) {
+                continue;
+            }
+            place.look(limit.member, decided.inputs(signals));
+            let m = &place.evaluator.members()[limit.member];
+            let margins = place.evaluator.margins()[m.margins.clone()].iter();
+            for (row, h) in rows[limit.rows.clone()].iter_mut().zip(margins) {
+                let margin = Some(*h).filter(|_| !limit.accelerates);
+                row.bound(&place.problem, margin, sent, Steps { steps, period: *period });
+            }
+            (limit.counts, more) = (true, true);
+        }
+        more
+    }
+
+    /// Changes a velocity to the one that meets the limits in their order of priority: those of positions and distances up to noise, then those of
+    /// accelerations, then the first ones without noise.
+    fn follow_order(&mut self, sent: Sent, u: &mut [f64]) {
+        let Guard { measured, ahead, limits, rows, ordered, solution, solver, steps, period, .. } = self;
+        let from = &ahead.as_ref().unwrap_or(measured).problem;
         let (mut row, mut yielding) = (0, 0);
         for limit in &*limits {
-            for (coefficients, (lower, upper)) in rows.of(limit) {
+            for of in &rows[limit.rows.clone()] {
+                let coefficients = from.levels[of.level].row(of.row);
                 if limit.accelerates {
-                    nearest.levels[1].set(yielding, coefficients, lower, upper);
+                    ordered.levels[1].set(yielding, coefficients, of.lower, of.upper);
                     yielding += 1;
                 } else {
-                    nearest.levels[0].set(row, coefficients, lower - NOISE, upper + NOISE);
-                    nearest.levels[2].set(row, coefficients, lower, upper);
+                    ordered.levels[0].set(row, coefficients, of.lower - NOISE, of.upper + NOISE);
+                    ordered.levels[2].set(row, coefficients, of.lower, of.upper);
                     row += 1;
                 }
             }
         }
-        nearest.reference.copy_from_slice(u);
-        solver.solve(nearest, solution);
-        let usable = solution.status == Status::Optimal && solution.x.iter().all(|v| v.is_finite());
-        if usable {
-            u.iter_mut()
-                .zip(&solution.x)
-                .zip(&model.dofs)
-                .for_each(|((u, x), d)| *u = x.clamp(-d.velocity, d.velocity));
+        ordered.reference.copy_from_slice(u);
+        solver.solve(ordered, solution);
+        if solution.status == Status::Optimal && solution.x.iter().all(|v| v.is_finite()) {
+            u.copy_from_slice(&solution.x);
         } else {
             // Rows that contradict each other, or too little room: slower is safe for all constant ones.
             u.iter_mut().zip(sent.velocity).zip(&*steps).for_each(|((u, last), step)| {
                 *u = last.signum() * (last.abs() - step * sent.dt / *period).max(0.0);
             });
         }
-        true
     }
 }
 
-/// Rows of the hard limits for a velocity that is sent now.
+/// Largest change of each velocity in a period.
 #[derive(Clone, Copy)]
-struct Rows<'a> {
-    place: &'a Place,
-    /// Largest change of each velocity in a period.
+struct Steps<'a> {
     steps: &'a [f64],
     period: f64,
-    sent: Sent<'a>,
 }
 
-/// Lower and upper bound.
-type Bounds = (f64, f64);
-
-impl<'a> Rows<'a> {
-    /// Coefficients and bounds of the rows of a limit.
-    fn of(self, limit: &Limit) -> impl Iterator<Item = (&'a [f64], Bounds)> {
-        let accelerates = limit.accelerates;
-        let member = self.place.evaluator.members().get(limit.member);
-        member.into_iter().flat_map(move |m| {
-            let level = &self.place.problem.levels[m.level];
-            m.rows.clone().enumerate().map(move |(k, row)| {
-                let (coefficients, bounds) = (level.row(row), (level.lower[row], level.upper[row]));
-                let margin = self.place.evaluator.margins().get(m.margins.start + k).copied();
-                (coefficients, self.bounds(coefficients, bounds, if accelerates { None } else { margin }))
-            })
-        })
+impl Row {
+    /// Leaves the row out.
+    fn leave_out(&mut self) {
+        (self.lower, self.upper) = (f64::NEG_INFINITY, f64::INFINITY);
     }
 
-    /// Bounds of a row for a velocity that is sent now; `margin` is `None` for a limit of an acceleration.
-    fn bounds(&self, coefficients: &[f64], (lower, upper): Bounds, margin: Option<f64>) -> Bounds {
-        let Sent { velocity, dt } = self.sent;
-        let last = || coefficients.iter().zip(velocity).map(|(a, v)| a * v).sum::<f64>();
+    /// Computes its bounds for a velocity that is sent now; `margin` is `None` for a limit of an acceleration.
+    fn bound(&mut self, problem: &Problem, margin: Option<f64>, sent: Sent, most: Steps) {
+        let level = &problem.levels[self.level];
+        let (a, lower, upper) = (level.row(self.row), level.lower[self.row], level.upper[self.row]);
+        let part = sent.dt / most.period;
         let Some(h) = margin else {
             // The row is for a period, and around the velocity of the reference; what passed until now is a part of it.
-            let (last, most) = (last(), 0.5 * (upper - lower) * dt / self.period);
-            return (last - most, last + most);
+            let (last, most) = (sum(a, sent.velocity), 0.5 * (upper - lower) * part);
+            (self.lower, self.upper) = (last - most, last + most);
+            return;
         };
+        (self.lower, self.upper) = (lower, upper);
         if h >= 0.0 || (lower <= 0.0 && upper >= 0.0) {
-            return (lower, upper);
+            return;
         }
         // A limit that was passed is led back no faster than accelerations allow.
-        let room: f64 = coefficients.iter().zip(self.steps).filter(|(a, _)| **a != 0.0).map(|(a, s)| a.abs() * s).sum();
-        let (last, room) = (last(), room * dt / self.period);
-        (lower.min((last + room).max(0.0)), upper.max((last - room).min(0.0)))
+        let room: f64 = a.iter().zip(most.steps).filter(|(a, _)| **a != 0.0).map(|(a, s)| a.abs() * s).sum();
+        let (last, room) = (sum(a, sent.velocity), room * part);
+        (self.lower, self.upper) = (lower.min((last + room).max(0.0)), upper.max((last - room).min(0.0)));
     }
 }

@@ -113,6 +113,8 @@ pub(super) struct Machine {
     pub(super) stack_since: f64,
     /// True if a state has regions.
     has_regions: bool,
+    /// True if a condition is about targets, or a transition about limits.
+    looks_at_tasks: bool,
     /// Active state that the transition for a fault leads to; the robot stands still until the machine leaves it.
     pub(super) standing: Option<usize>,
     /// Time at which the stack last began anew after such a stop, without an entry of its state (s).
@@ -139,6 +141,12 @@ impl Machine {
         owners.push(0);
         // Each state is left and entered at most once at a tick; one in a region once more, if another region is left.
         let most = if machine.has_regions() { 4 } else { 2 };
+        let triggers = || machine.states.iter().flat_map(|s| &s.transitions).map(|t| &t.trigger);
+        let is_about_tasks = |trigger: &Trigger| match trigger {
+            Trigger::Reached(_) | Trigger::Fault(FaultPattern::Limit(_)) => true,
+            Trigger::Fault(FaultPattern::Kind(kind)) => *kind == crate::fault::FaultKind::Limit,
+            _ => false,
+        };
         Machine {
             guards: (0..states).map(|s| Guards::new(program, machine, s)).collect(),
             data: Data::new(&program.robot.model),
@@ -152,6 +160,7 @@ impl Machine {
             before: Vec::with_capacity(regions.max(1)),
             stack_since: 0.0,
             has_regions: machine.has_regions(),
+            looks_at_tasks: !machine.reached.is_empty() || triggers().any(is_about_tasks),
             standing: None,
             resumed: f64::NEG_INFINITY,
             waited: vec![0.0; states],
@@ -327,6 +336,11 @@ impl Machine {
                 answers.then_some((level, t.target, t.blend))
             })
         })
+    }
+
+    /// Returns true if a condition is about targets, or a transition about limits.
+    pub fn looks_at_tasks(&self) -> bool {
+        self.looks_at_tasks
     }
 
     /// Returns true if a transition of an active state is triggered by the violation of this limit task.

@@ -26,6 +26,7 @@ mod machine_actions;
 mod machine_moves;
 mod measured;
 mod phase;
+mod place;
 mod reached;
 mod rest;
 mod set_point;
@@ -510,9 +511,12 @@ impl Controller {
         }
     }
 
-    /// Evaluator of the active stack at the measured configuration, as of the last tick.
-    pub fn measured(&self) -> &Evaluator {
-        self.stacks.active().measured()
+    /// Evaluator of the active stack at the measured configuration, as of the last tick. What no hard limit and no condition needed is evaluated now,
+    /// with the signals of now.
+    pub fn measured(&mut self) -> &Evaluator {
+        let stack = self.stacks.active_mut();
+        stack.complete(self.signals.table(), &self.motion.velocity);
+        stack.measured()
     }
 
     /// Evaluator of the active stack at the reference, as of the last tick.

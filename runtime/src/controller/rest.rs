@@ -70,7 +70,7 @@ impl Controller {
                 stack.slow_down(&self.reference, inputs, &self.aim, &mut self.next);
                 // What the robot passes now is no further fault: it comes to rest already.
                 let robot = Robot { q, ahead: &self.ahead };
-                let _ = stack.measure(robot, q != self.reference && is_observed, inputs, &self.next, 0.0);
+                let _ = stack.measure(&self.reference, robot, q != self.reference && is_observed, inputs, 0.0);
             }
             None => self.next.fill(0.0),
         }

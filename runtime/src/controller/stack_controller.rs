@@ -20,7 +20,7 @@ use solver::{HierarchicalSolver, LevelStatus, Problem, Smooth, Solution, Status}
 use stdlib_tasks::task::RowKind;
 
 use super::blend::{Blend, STANDS, Tick, usable};
-use super::guard::{Guard, Robot, Sent};
+use super::guard::{Guard, Leader, Robot, Sent};
 use super::hard_limits::HardLimits;
 use super::look_ahead::{At, LookAhead};
 use crate::evaluator::{Evaluator, TickInputs};
@@ -180,26 +180,31 @@ impl StackController {
         self.guard.enter(robot, inputs, &self.evaluator);
     }
 
-    /// Evaluates the stack where the robot is, with the velocity of this tick. `apart` is false if the robot is where its reference is.
+    /// Looks at the hard limits where the robot is, after the stack was evaluated at the reference. `apart` is false if the robot is there.
     /// `dt` is the time since the last tick (s).
     ///
     /// # Errors
     /// The robot has passed a hard limit.
     pub(super) fn measure(
         &mut self,
+        reference: &[f64],
         robot: Robot,
         apart: bool,
         inputs: TickInputs,
-        v: &[f64],
         dt: f64,
     ) -> Result<(), Fault> {
         if !apart {
             self.guard.leave_out();
             return Ok(());
         }
-        self.guard.update(robot, inputs, &self.evaluator);
-        self.guard.observe(robot.q, v);
-        self.guard.passed(dt).map_or(Ok(()), Err)
+        let StackController { guard, evaluator, problem, .. } = self;
+        guard.update(robot, inputs, Leader { evaluator, problem, q: reference });
+        guard.passed(dt, inputs.signals).map_or(Ok(()), Err)
+    }
+
+    /// Evaluates all tasks where the robot is, for those who read their margins and errors; `v` is the velocity of the last tick.
+    pub(super) fn complete(&mut self, signals: &[f64], v: &[f64]) {
+        self.guard.complete(signals, v);
     }
 
     /// Brings a velocity within the limits of accelerations of single degrees of freedom since the last command.
@@ -216,10 +221,10 @@ impl StackController {
         self.evaluator.update_for_rest(reference, inputs, &mut self.problem);
         self.evaluator.observe(reference, inputs.velocity);
         // What a robot at rest has passed is no further fault.
-        let _ = self.measure(robot, apart, inputs, inputs.velocity, 0.0);
+        let _ = self.measure(reference, robot, apart, inputs, 0.0);
     }
 
-    /// Evaluator of its tasks at the measured configuration.
+    /// Evaluator of its tasks at the measured configuration, as far as they were evaluated there; see [`StackController::complete`].
     pub fn measured(&self) -> &Evaluator {
         self.guard.evaluator().unwrap_or(&self.evaluator)
     }

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::clock::Call;
 use super::follow::Told;
-use super::guard::{Robot, Sent};
+use super::guard::{For, Robot, Sent};
 use super::machine::{FaultResponse, StateChange};
 use super::machine_actions::ObservedState;
 use super::phase::{Phase, Why};
@@ -289,7 +289,10 @@ impl Controller {
         if self.waits_for.is_some() {
             stack.hold_back(&self.reference, inputs, &mut self.next)?;
         }
-        let measured = stack.measure(robot, apart, inputs, &self.next, std::mem::take(&mut self.elapsed));
+        let measured = stack.measure(&self.reference, robot, apart, inputs, std::mem::take(&mut self.elapsed));
+        if self.machine.looks_at_tasks() {
+            stack.complete(inputs.signals, &self.next);
+        }
         self.set_point.decide(&self.reference, &self.motion.velocity, &self.next);
         self.motion.velocity.copy_from_slice(&self.next);
         self.motion.stack_velocity.copy_from_slice(&stack.solution.x);
@@ -344,8 +347,9 @@ impl Controller {
             if self.tracking.iter().any(|e| *e != 0.0) {
                 stack.soften(sent, &mut self.command);
             }
-            if stack.guard.evaluator().is_some() {
-                stack.guard.protect(&self.model, sent, &mut self.command);
+            if stack.guard.is_apart() {
+                let signals = self.signals.table();
+                stack.guard.protect(&self.model, sent, signals, For::Command, &mut self.command);
             }
         }
     }
@@ -353,13 +357,13 @@ impl Controller {
     /// Moves the offset between the position command and the reference by what the hard limits take from the velocity of the reference where the
     /// robot is: a servo that sags below a limit is lifted above it, slowly. It fades where no limit needs it.
     fn lead_back(&mut self, dt: f64) {
-        let Controller { stacks, model, fed, nudged, offset, .. } = self;
+        let Controller { stacks, model, signals, fed, nudged, offset, .. } = self;
         let keep = (-dt / OFFSET_FADES).exp();
         offset.iter_mut().for_each(|offset| *offset *= keep);
-        let Some(stack) = stacks.moving_mut().filter(|stack| stack.guard.evaluator().is_some()) else { return };
+        let Some(stack) = stacks.moving_mut().filter(|stack| stack.guard.is_apart()) else { return };
         nudged.copy_from_slice(fed);
         // Around the velocity of the reference, whose accelerations are within their limits already.
-        if stack.guard.protect(model, Sent { velocity: fed, dt }, nudged) {
+        if stack.guard.protect(model, Sent { velocity: fed, dt }, signals.table(), For::Offset, nudged) {
             for ((offset, nudged), fed) in offset.iter_mut().zip(nudged).zip(fed) {
                 *offset = (*offset + (*nudged - *fed) * dt).clamp(-MOST_OFFSET, MOST_OFFSET);
             }

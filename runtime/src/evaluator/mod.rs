@@ -153,6 +153,21 @@ impl Evaluator {
         self.tasks.get(member).is_some_and(|t| t.remembers_entry())
     }
 
+    /// Returns true if all joints were inside their limits at the last update, so that what was proven of these configurations holds.
+    pub(crate) fn is_inside(&self) -> bool {
+        self.inside
+    }
+
+    /// Returns true if all joints of a configuration are inside their limits.
+    pub(crate) fn is_within_limits(&self, q: &[f64]) -> bool {
+        self.limits.iter().all(|l| l.lower <= q[l.q_index] && q[l.q_index] <= l.upper)
+    }
+
+    /// The task of a member, to be changed.
+    pub(crate) fn task_mut(&mut self, member: usize) -> Option<&mut (dyn Task + 'static)> {
+        self.tasks.get_mut(member).map(|t| &mut **t)
+    }
+
     /// The task of a member.
     pub(crate) fn task(&self, member: usize) -> Option<&dyn Task> {
         self.tasks.get(member).map(|t| &**t)

@@ -22,6 +22,11 @@ fn flush(numbers: &mut [f64]) {
 impl Evaluator {
     pub(super) fn kinematics(&mut self, q: &[f64], inputs: TickInputs) {
         self.model.forward(q, &mut self.data);
+        self.look_up(inputs);
+    }
+
+    /// Computes the values of parameters.
+    fn look_up(&mut self, inputs: TickInputs) {
         for (table, clock) in self.values.iter_mut().zip(&self.clocks) {
             let times = Times { t: clock.map_or(inputs.times.t, |clock| inputs.times.time - clock), ..inputs.times };
             table.evaluate(times, inputs.signals);
@@ -92,7 +97,7 @@ impl Evaluator {
         self.values.iter_mut().try_for_each(|table| table.check(inputs.signals))?;
         self.locked_joint_motion.begin();
         self.margins.fill(f64::INFINITY);
-        self.inside = self.limits.iter().all(|l| l.lower <= q[l.q_index] && q[l.q_index] <= l.upper);
+        self.inside = self.is_within_limits(q);
         let mut level = None;
         for i in 0..self.members.len() {
             let own = self.members[i].level;
@@ -108,26 +113,42 @@ impl Evaluator {
     /// Fills the problem for a robot that comes to rest. A task that cannot be evaluated, because a signal is lost, has no rows; planners decide
     /// nothing. Never allocates.
     pub(crate) fn update_for_rest(&mut self, q: &[f64], inputs: TickInputs, problem: &mut Problem) {
-        self.kinematics(q, inputs);
+        self.begin_update(q, inputs);
+        self.model.forward(q, &mut self.data);
+        (0..self.members.len()).for_each(|i| self.update_one(i, q, inputs, problem));
+    }
+
+    /// Begins an update for which single tasks are evaluated by [`Evaluator::update_one`], those that are not constant after
+    /// [`Evaluator::update_kinematics`].
+    pub(crate) fn begin_update(&mut self, q: &[f64], inputs: TickInputs) {
+        self.look_up(inputs);
         self.locked_joint_motion.begin();
         self.margins.fill(f64::INFINITY);
-        self.inside = self.limits.iter().all(|l| l.lower <= q[l.q_index] && q[l.q_index] <= l.upper);
-        for i in 0..self.members.len() {
-            if self.write(i, q, inputs, problem).is_err() {
-                let m = &self.members[i];
-                let level = &mut problem.levels[m.level];
-                if m.constant {
-                    // Its coefficients are written once, and must stay.
-                    let (lower, upper) = level.bounds_mut(m.rows.clone());
-                    lower.fill(f64::NEG_INFINITY);
-                    upper.fill(f64::INFINITY);
-                } else {
-                    m.rows.clone().for_each(|row| level.leave_out(row));
-                }
-                self.margins[m.margins.clone()].fill(f64::NAN);
-                self.measures[m.measures.clone()].fill(f64::NAN);
-            }
+        self.inside = self.is_within_limits(q);
+    }
+
+    /// Computes the places of all links.
+    pub(crate) fn update_kinematics(&mut self, q: &[f64]) {
+        self.model.forward(q, &mut self.data);
+    }
+
+    /// Writes the rows of one task for a robot that comes to rest; none if it cannot be evaluated.
+    pub(crate) fn update_one(&mut self, i: usize, q: &[f64], inputs: TickInputs, problem: &mut Problem) {
+        if self.write(i, q, inputs, problem).is_ok() {
+            return;
         }
+        let m = &self.members[i];
+        let level = &mut problem.levels[m.level];
+        if m.constant {
+            // Its coefficients are written once, and must stay.
+            let (lower, upper) = level.bounds_mut(m.rows.clone());
+            lower.fill(f64::NEG_INFINITY);
+            upper.fill(f64::INFINITY);
+        } else {
+            m.rows.clone().for_each(|row| level.leave_out(row));
+        }
+        self.margins[m.margins.clone()].fill(f64::NAN);
+        self.measures[m.measures.clone()].fill(f64::NAN);
     }
 
     /// Writes the rows of one task.
