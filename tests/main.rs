@@ -58,6 +58,7 @@ mod smoothness;
 mod solve;
 mod solvers;
 mod stance;
+mod standing;
 mod stopping;
 mod stops;
 mod supply_chain;

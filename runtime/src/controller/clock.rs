@@ -116,7 +116,8 @@ impl Clock {
 
     /// Sets the time between two calls (s), or `None` to find it from the calls.
     pub fn declare(&mut self, interval: Option<f64>) {
-        self.declared = interval.filter(|i| i.is_finite() && *i > 0.0);
+        // A longer one would be a fault at the second call.
+        self.declared = interval.filter(|i| i.is_finite() && *i > 0.0).map(|i| i.min(self.deadline));
         self.hold = self.declared;
     }
 

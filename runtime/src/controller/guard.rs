@@ -103,6 +103,8 @@ pub(super) struct Guard {
     /// True if the robot is elsewhere than its reference, so that the numbers of this place count.
     is_apart: bool,
     decided: Decided,
+    /// Reference of the last decision.
+    reference: Vec<f64>,
     limits: Vec<Limit>,
     /// Largest change of each velocity in a period, in rad/s or m/s.
     steps: Vec<f64>,
@@ -179,6 +181,7 @@ impl Guard {
             limits,
             is_apart: false,
             decided: Decided::new(nv),
+            reference: program.robot.home.clone(),
             rows,
             nearest: [Projection::new(nv), Projection::new(nv)],
             solution: Solution::new(&ordered),
@@ -227,15 +230,21 @@ impl Guard {
     pub fn update(&mut self, robot: Robot, inputs: TickInputs, leader: Leader) {
         self.is_apart = true;
         self.decided.note(inputs);
-        self.measured.go(robot.q, leader.q, leader.evaluator);
+        self.reference.copy_from_slice(leader.q);
+        self.go(robot, leader.evaluator);
         self.measured.recall(inputs);
-        if let Some(ahead) = &mut self.ahead {
-            ahead.go(robot.ahead, leader.q, leader.evaluator);
-        }
         for Limit { member, slopes, .. } in &mut self.limits {
             if let (Some(slopes), Some(m)) = (slopes, leader.evaluator.members().get(*member)) {
                 slopes.note(m, leader.evaluator, leader.problem);
             }
+        }
+    }
+
+    /// Takes the place of the robot, at a decision or between two. `leader` is the evaluator at the reference of the last decision.
+    pub fn go(&mut self, robot: Robot, leader: &Evaluator) {
+        self.measured.go(robot.q, &self.reference, leader);
+        if let Some(ahead) = &mut self.ahead {
+            ahead.go(robot.ahead, &self.reference, leader);
         }
     }
 
@@ -274,7 +283,7 @@ impl Guard {
         found
     }
 
-    /// Changes a velocity to the nearest one that the hard limits allow where the robot was at the last decision. Returns true if it was changed.
+    /// Changes a velocity to the nearest one that the hard limits allow where the robot is. Returns true if it was changed.
     pub fn protect(&mut self, model: &Model, sent: Sent, signals: &[f64], of: For, u: &mut [f64]) -> bool {
         self.limits.iter_mut().for_each(|limit| limit.counts = false);
         self.rows.iter_mut().for_each(Row::leave_out);

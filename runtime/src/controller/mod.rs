@@ -29,6 +29,7 @@ mod phase;
 mod place;
 mod reached;
 mod rest;
+mod sag;
 mod set_point;
 mod stack_controller;
 mod stacks;
@@ -53,6 +54,7 @@ use machine::Machine;
 pub use machine::Request;
 use measured::MeasuredMotion;
 use phase::{Phase, Stop, Why};
+use sag::Sag;
 use set_point::SetPoint;
 pub use stack_controller::StackController;
 use stacks::Stacks;
@@ -109,6 +111,8 @@ pub struct Controller {
     enabling: Vec<usize>,
     /// True if the host has resumed since the last call.
     resumes: bool,
+    /// True from a stop by the host until it resumes.
+    is_stopped: bool,
     /// True if a robot that takes commands again goes on by itself.
     resumes_itself: bool,
     reference: Vec<f64>,
@@ -119,6 +123,8 @@ pub struct Controller {
     /// True if the configuration of this call can be used.
     is_observed: bool,
     tracking: Vec<f64>,
+    /// Way of each degree of freedom from where the robot is to its set point, at the last call.
+    off: Vec<f64>,
     motion: Motion,
     /// Velocity at which a motion to rest began, that which its next tick aims at, and that which it decides.
     stop_from: Vec<f64>,
@@ -139,6 +145,10 @@ pub struct Controller {
     fed: Vec<f64>,
     /// Degree of freedom that the reference waits for.
     waits_for: Option<usize>,
+    /// True while a robot at rest is led back to where it is to stand.
+    is_led: bool,
+    /// How far a robot at rest hangs below its set point.
+    sag: Sag,
     /// Set point at the present time.
     present: Vec<f64>,
     /// Offset of the position command from the set point (rad or m), and the velocity of the set point within the limits of the robot.
@@ -239,12 +249,14 @@ impl Controller {
             is_enabled: true,
             enabling: program.robot.enabling.clone(),
             resumes: false,
+            is_stopped: false,
             resumes_itself,
             reference: program.robot.home.clone(),
             unwound: vec![0.0; nq],
             is_anchored: false,
             is_observed: false,
             tracking: vec![0.0; nv],
+            off: vec![0.0; nv],
             motion: Motion { velocity: vec![0.0; nv], stack_velocity: vec![0.0; nv] },
             stop_from: vec![0.0; nv],
             aim: vec![0.0; nv],
@@ -258,6 +270,8 @@ impl Controller {
             sent: vec![0.0; nv],
             fed: vec![0.0; nv],
             waits_for: None,
+            is_led: false,
+            sag: Sag::new(nv),
             present: vec![0.0; nq],
             offset: vec![0.0; nv],
             nudged: vec![0.0; nv],
@@ -278,7 +292,8 @@ impl Controller {
         self.phase = Phase::Unstarted;
         self.clock.restart();
         (self.seen, self.raised, self.stopped_by, self.fault) = (None, None, None, None);
-        (self.resumes, self.relocates) = (false, false);
+        (self.resumes, self.is_stopped, self.relocates) = (false, false, false);
+        self.sag.restart();
         self.drive.rest();
         self.offset.fill(0.0);
         self.following.restart();
@@ -316,12 +331,13 @@ impl Controller {
 
     /// Returns true if the robot was held still at the last call, because it takes no commands or was told to stand: nothing was decided.
     pub fn is_held(&self) -> bool {
-        matches!(self.phase, Phase::Standing(Why::Told | Why::Disabled)) || !self.is_enabled()
+        self.waits_for_resume() || !self.is_enabled()
     }
 
     /// Returns true while the robot stands until it is told to go on.
     pub fn waits_for_resume(&self) -> bool {
-        matches!(self.phase, Phase::Standing(Why::Told | Why::Disabled))
+        let is_told = self.is_stopped && matches!(self.phase, Phase::Unstarted | Phase::Standing(_));
+        is_told || matches!(self.phase, Phase::Standing(Why::Told | Why::Disabled))
     }
 
     /// Tells that the bases are elsewhere in the next observation than the last ones said, because they have been localised anew: the reference moves
@@ -330,19 +346,25 @@ impl Controller {
         self.relocates = true;
     }
 
-    /// Brings the robot to rest within its limits, where it stands until [`Controller::resume`].
+    /// Brings the robot to rest within its limits, or keeps it there, until [`Controller::resume`].
     pub fn stop(&mut self) {
-        self.resumes = false;
+        (self.resumes, self.is_stopped) = (false, true);
         if let Phase::Running | Phase::Stopping(_) = self.phase
             && self.phase.halted().is_none()
         {
-            let times = Times { t: self.clock.now() - self.machine.stack_entered(), time: self.clock.now() };
-            self.stop_from.copy_from_slice(&self.motion.velocity);
-            self.phase = Phase::Stopping(Stop { why: Why::Told, times, begun: self.clock.now(), fade: 0.0 });
+            self.begin_stop(Why::Told);
         }
     }
 
-    /// Lets a robot go on that was stopped by [`Controller::stop`], or that takes commands again: from where it is, from rest.
+    /// Begins a motion to rest as fast as the limits allow.
+    fn begin_stop(&mut self, why: Why) {
+        let times = Times { t: self.clock.now() - self.machine.stack_entered(), time: self.clock.now() };
+        self.stop_from.copy_from_slice(&self.motion.velocity);
+        self.phase = Phase::Stopping(Stop { why, times, begun: self.clock.now(), fade: 0.0 });
+    }
+
+    /// Lets a robot go on that was stopped by [`Controller::stop`], or that takes commands again: from where it is, from rest. A robot that still
+    /// brakes comes to rest first.
     pub fn resume(&mut self) {
         self.resumes = true;
     }
@@ -375,8 +397,13 @@ impl Controller {
         Observation { q: unwound, ..*observation }
     }
 
-    /// Returns true if the robot is told to stand.
+    /// Returns true if the robot is told to stand: the last command is zero, and the next ones are.
     pub fn is_at_rest(&self) -> bool {
+        self.has_stopped() && self.command.iter().all(|u| *u == 0.0)
+    }
+
+    /// Returns true if the set point stands.
+    fn has_stopped(&self) -> bool {
         matches!(self.phase, Phase::Unstarted | Phase::Standing(_)) && self.set_point.is_at_rest()
     }
 

@@ -65,6 +65,19 @@ impl Phase {
 }
 
 impl Why {
+    /// The fault, if it is one.
+    pub fn fault(&self) -> Option<Fault> {
+        match self {
+            Why::Raised(fault) | Why::InTarget(fault) | Why::Halted(fault) => Some(*fault),
+            _ => None,
+        }
+    }
+
+    /// Returns true if the robot is led back to its set point on the way to rest, and at rest.
+    pub fn leads_back(&self) -> bool {
+        matches!(self, Why::NoStack | Why::Awaiting(_))
+    }
+
     /// Returns true if the robot stays at rest whatever the machine does, which then stands still too.
     pub fn holds_machine(&self) -> bool {
         matches!(self, Why::Halted(_) | Why::Told | Why::Disabled)

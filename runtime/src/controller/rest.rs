@@ -17,12 +17,15 @@ use super::clock::Call;
 use super::guard::Robot;
 use super::phase::{Phase, Stop, Why};
 use super::tick::Now;
+use crate::fault::Fault;
 use crate::program::Times;
 use crate::signals::SignalValue;
 
-/// Distance between a robot at rest and its reference, in rad or m, up to which the reference stays: a robot that sags must not drag its own
-/// set point along. A robot that is moved by hand drags it.
-const HELD: f64 = 0.02;
+/// Distance from its reference, in rad or m, from which a robot that was called too late stops where it is, and not where its reference does.
+const FAR: f64 = 0.05;
+
+/// Time without a reading after which a robot at rest may be anywhere (s).
+const UNSEEN: f64 = 0.1;
 
 impl Controller {
     /// Brings the robot to rest, or keeps it there. `why` is the reason; the one before if there is none.
@@ -36,8 +39,9 @@ impl Controller {
                 let times = Times { t: now.time - self.machine.stack_entered(), time: now.time };
                 let fade = if why == Why::NoStack { self.stacks.fade() } else { 0.0 };
                 self.phase = Phase::Stopping(Stop { why, times, begun: now.time, fade });
-                if !matches!(why, Why::NoStack | Why::Awaiting(_)) {
-                    // The robot stops where it is, from what it was told: a fault ends the correction towards the reference.
+                let is_late = matches!(why.fault(), Some(Fault::Deadline { .. })) && self.is_far();
+                if is_late || matches!(why.fault(), Some(Fault::Tracking { .. } | Fault::Jump { .. })) {
+                    // The robot stops where it is, from what it was told, and not where it was led.
                     self.motion.velocity.copy_from_slice(&self.command);
                     if self.is_observed {
                         self.reference.copy_from_slice(&self.ahead);
@@ -55,6 +59,12 @@ impl Controller {
             self.phase = Phase::Standing(why);
         }
         self.stand(why, now);
+    }
+
+    /// Returns true if the robot is far from its reference: nobody has told it anything for a while.
+    fn is_far(&mut self) -> bool {
+        self.model.difference(&self.ahead, &self.reference, &mut self.tracking);
+        self.is_observed && self.tracking.iter().any(|e| e.abs() > FAR)
     }
 
     /// Decides the velocity of a motion to rest.
@@ -95,7 +105,7 @@ impl Controller {
         self.motion.velocity.fill(0.0);
         self.motion.stack_velocity.fill(0.0);
         if self.is_observed {
-            self.drag();
+            self.drag(self.period);
         }
         self.set_point.rest(&self.reference);
         match why {
@@ -111,60 +121,66 @@ impl Controller {
             // Margins and errors of velocities must be those of a robot at rest.
             // The numbers of this tick are those that the fault is told with.
             Why::Raised(_) => self.stacks.active_mut().evaluator.observe(&self.reference, &self.motion.velocity),
-            Why::Awaiting(_) | Why::Halted(_) | Why::Told | Why::Disabled => self.look_on(now.q, now.time),
+            // What a robot at rest has passed is no further fault.
+            Why::Awaiting(_) | Why::Halted(_) | Why::Told | Why::Disabled => _ = self.look_on(now.q, now.time, 0.0),
         }
     }
 
-    /// Evaluates the active stack for a robot that stands, as far as it can be, at a motion time (s): what comes near it changes its margins.
-    fn look_on(&mut self, q: &[f64], time: f64) {
+    /// Evaluates the active stack for a robot that stands, as far as it can be, at a motion time (s): what comes near it changes its margins. `dt` is
+    /// the time since the last look (s).
+    ///
+    /// # Errors
+    /// The robot has passed a hard limit.
+    fn look_on(&mut self, q: &[f64], time: f64, dt: f64) -> Result<(), Fault> {
         let inputs = self.motion.inputs(Times { t: time - self.machine.stack_entered(), time }, &self.signals);
         let apart = self.is_observed && q != self.reference;
         let robot = Robot { q, ahead: &self.ahead };
-        self.stacks.active_mut().look(&self.reference, robot, apart, inputs);
+        self.stacks.active_mut().look(&self.reference, robot, apart, inputs, dt)
     }
 
-    /// Keeps a robot at rest that takes no commands, or that was told to stand: the machine and motion time stand still with it.
-    pub(super) fn hold_still(&mut self, why: Why, q: &[f64], call: &Call) {
+    /// Keeps a robot at rest that takes no commands, or that was told to stand: the machine and motion time stand still with it. Returns the fault
+    /// of a robot that takes commands and does not stand, or passes a limit.
+    pub(super) fn hold_still(&mut self, why: Why, q: &[f64], call: &Call) -> Option<Fault> {
+        let is_enabled = self.is_enabled();
         self.clock.pause(call.dt);
         self.waits_for = None;
         if self.phase != Phase::Unstarted {
             self.phase = Phase::Standing(why);
         }
         self.stacks.rest();
-        self.following.forget();
         self.motion.velocity.fill(0.0);
         self.motion.stack_velocity.fill(0.0);
-        if self.is_observed {
-            match why {
-                // Commands that were sent before do not move it either.
-                Why::Disabled => {
-                    self.drive.rest();
-                    self.offset.fill(0.0);
-                    self.reference.copy_from_slice(q);
-                }
-                _ => self.drag(),
-            }
+        if self.is_observed && !is_enabled {
+            // Commands that were sent before do not move it either.
+            self.following.forget();
+            self.drive.rest();
+            self.sag.restart();
+            self.offset.fill(0.0);
+            self.reference.copy_from_slice(q);
             self.is_anchored = true;
+        } else if self.is_observed {
+            self.drag(call.dt);
         }
         self.set_point.rest(&self.reference);
-        if self.phase != Phase::Unstarted && !self.stacks.is_entry_due() {
-            self.look_on(q, self.clock.now());
-        }
         self.signals.forget_events();
+        if self.phase != Phase::Unstarted && !self.stacks.is_entry_due() {
+            return self.look_on(q, self.clock.now(), call.dt).err().filter(|_| is_enabled);
+        }
+        None
     }
 
-    /// Moves the reference of a robot at rest to within [`HELD`] of where it comes to rest.
-    fn drag(&mut self) {
-        if !std::mem::replace(&mut self.is_anchored, true) {
+    /// Moves the reference of a robot at rest to where it comes to rest, without its [`sag`](super::sag). `dt` is the time since the last time (s).
+    fn drag(&mut self, dt: f64) {
+        if !std::mem::replace(&mut self.is_anchored, true) || self.following.gap() > UNSEEN {
             self.reference.copy_from_slice(&self.ahead);
+            self.offset.fill(0.0);
+            self.sag.restart();
             return;
         }
         self.model.difference(&self.reference, &self.ahead, &mut self.tracking);
-        if self.tracking.iter().all(|e| e.abs() <= HELD) {
-            return;
+        if self.sag.follow(&mut self.tracking, self.following.moved(), dt) {
+            self.model.integrate(&mut self.reference, &self.tracking, 1.0);
         }
-        self.tracking.iter_mut().for_each(|e| *e -= e.clamp(-HELD, HELD));
-        self.model.integrate(&mut self.reference, &self.tracking, 1.0);
     }
 
     /// Evaluates the active stack for a robot that stands after a fault, so that conditions can read its outputs.

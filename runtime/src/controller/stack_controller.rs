@@ -207,6 +207,11 @@ impl StackController {
         self.guard.complete(signals, v);
     }
 
+    /// Takes the place of the robot between two decisions.
+    pub(super) fn go_on(&mut self, robot: Robot) {
+        self.guard.go(robot, &self.evaluator);
+    }
+
     /// Brings a velocity within the limits of accelerations of single degrees of freedom since the last command.
     pub(super) fn soften(&self, sent: Sent, u: &mut [f64]) {
         for ((u, last), step) in u.iter_mut().zip(sent.velocity).zip(&self.decelerations).filter(|(_, s)| s.is_finite())
@@ -217,11 +222,21 @@ impl StackController {
     }
 
     /// Evaluates the tasks for a robot that stands, at the reference and where it is measured, as far as they can be: for those who read margins.
-    pub(super) fn look(&mut self, reference: &[f64], robot: Robot, apart: bool, inputs: TickInputs) {
+    /// `dt` is the time since the last look (s).
+    ///
+    /// # Errors
+    /// The robot has passed a hard limit.
+    pub(super) fn look(
+        &mut self,
+        reference: &[f64],
+        robot: Robot,
+        apart: bool,
+        inputs: TickInputs,
+        dt: f64,
+    ) -> Result<(), Fault> {
         self.evaluator.update_for_rest(reference, inputs, &mut self.problem);
         self.evaluator.observe(reference, inputs.velocity);
-        // What a robot at rest has passed is no further fault.
-        let _ = self.measure(reference, robot, apart, inputs, 0.0);
+        self.measure(reference, robot, apart, inputs, dt)
     }
 
     /// Evaluator of its tasks at the measured configuration, as far as they were evaluated there; see [`StackController::complete`].

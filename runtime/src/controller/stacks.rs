@@ -37,6 +37,8 @@ pub(super) struct Stacks {
     carried_from: Option<usize>,
     /// Index of the stack whose velocity moves the robot; `None` at rest.
     moving: Option<usize>,
+    /// The one that moved the robot before it came to rest.
+    moved: Option<usize>,
 }
 
 impl Stacks {
@@ -69,12 +71,13 @@ impl Stacks {
             carried: Vec::with_capacity(most),
             carried_from: None,
             moving: None,
+            moved: None,
         })
     }
 
     /// Forgets which stack has run.
     pub fn restart(&mut self) {
-        (self.entered, self.moving, self.entry) = (None, None, None);
+        (self.entered, self.moving, self.moved, self.entry) = (None, None, None, None);
     }
 
     /// All stacks.
@@ -109,7 +112,12 @@ impl Stacks {
 
     /// Notes that the robot is at rest.
     pub fn rest(&mut self) {
-        self.moving = None;
+        self.moved = self.moving.take().or(self.moved);
+    }
+
+    /// The stack that moves the robot, or that moved it last.
+    pub fn moved(&self) -> Option<&StackController> {
+        self.moving.or(self.moved).map(|m| &self.all[m])
     }
 
     /// Index of the stack before the running one, if parts of it go on.

@@ -38,10 +38,12 @@ impl Controller {
         self.sense(o.q, call.host);
         self.elapsed += call.dt;
         if let Some(why) = self.holds(o.q) {
-            (self.seen, self.fault) = (None, None);
-            self.hold_still(why, o.q, &call);
-            self.send(&call);
-            return None;
+            self.seen = None;
+            let fault = observed.or(self.hold_still(why, o.q, &call));
+            // The machine stands still: a fault is told until the host resumes.
+            self.fault = if self.is_enabled() { self.fault.or(fault) } else { None };
+            self.send(o.q, &call, true);
+            return self.fault;
         }
         // A fault between two decisions counts at the next one.
         let mut seen = observed.or(self.seen.take());
@@ -56,16 +58,25 @@ impl Controller {
             decided = true;
         }
         self.seen = seen.filter(|_| !decided);
-        self.send(&call);
+        self.send(o.q, &call, decided);
         self.fault
     }
 
     /// Reason for which the robot is held still, whatever its machine does: it takes no commands, or was told to stand and does.
     fn holds(&mut self, q: &[f64]) -> Option<Why> {
-        let told = std::mem::take(&mut self.resumes) || self.resumes_itself;
+        let (is_enabled, resumes) = (self.is_enabled(), std::mem::take(&mut self.resumes));
+        self.is_stopped &= !(resumes && is_enabled);
         match self.phase {
             _ if self.phase.halted().is_some() => None,
-            _ if !self.is_enabled() => Some(Why::Disabled),
+            Phase::Running | Phase::Stopping(_) if !is_enabled && self.is_only_unsure() => {
+                // A message that is missing is no proof that the drives are off: a robot that moves comes to rest.
+                if self.phase.why() != Some(Why::Disabled) {
+                    self.begin_stop(Why::Disabled);
+                }
+                None
+            }
+            _ if !is_enabled => Some(Why::Disabled),
+            Phase::Unstarted | Phase::Standing(_) if self.is_stopped => Some(Why::Told),
             Phase::Unstarted => {
                 self.clock.begin_anew();
                 if self.is_observed {
@@ -76,15 +87,22 @@ impl Controller {
                 None
             }
             Phase::Standing(why @ (Why::Told | Why::Disabled)) => {
-                if told {
-                    self.phase = Phase::Running;
+                let goes_on = resumes || self.resumes_itself || why == Why::Told;
+                if goes_on {
+                    (self.phase, self.fault) = (Phase::Running, None);
                     // Its first decision begins with this call.
                     self.clock.begin_anew();
                 }
-                (!told).then_some(why)
+                (!goes_on).then_some(why)
             }
             _ => None,
         }
+    }
+
+    /// Returns true if no one says that the robot takes no commands: at most, a signal that should say so is missing.
+    fn is_only_unsure(&self) -> bool {
+        let says_no = |s: &usize| self.signals.value(*s).first().is_some_and(|value| *value <= 0.0);
+        self.is_enabled && !self.enabling.iter().any(says_no)
     }
 
     /// Checks the observation before anything is computed from it.
@@ -110,8 +128,15 @@ impl Controller {
             self.model.copy_bases(q, &mut self.reference);
             self.set_point.relocate(&self.model, q);
         }
-        let told = Told { command: self.drive.mean(), reference: &self.fed, waits: self.waits_for };
+        let stands = self.waits_for_resume() && self.is_enabled();
+        let told =
+            Told { command: self.drive.mean(), reference: &self.fed, off: &self.off, waits: self.waits_for, stands };
         let fault = self.following.look(&self.model, q, told, call.dt);
+        if let Some(Fault::Jump { .. }) = fault {
+            // Nothing is computed from a place that no joint can have reached, until the robot is seen there for longer.
+            self.is_observed = false;
+            return call.fault.or(fault);
+        }
         self.ahead.copy_from_slice(q);
         if !self.drive.is_ideal() {
             self.model.integrate(&mut self.ahead, self.drive.coast(), 1.0);
@@ -124,7 +149,7 @@ impl Controller {
         self.outputs_written = false;
         let fault = if self.phase.why().is_some_and(|why| why.holds_machine()) {
             self.rest(None, now);
-            self.phase.halted()
+            self.phase.halted().or(now.seen)
         } else {
             self.run_machine(now)
         };
@@ -318,49 +343,71 @@ impl Controller {
     }
 
     /// Computes the command until the next call: the velocity of the ramp with the correction of the tracking law, within the hard limits where the
-    /// robot is, and the place of the set point then.
-    fn send(&mut self, call: &Call) {
+    /// robot is, and the place of the set point then. `is_current` is true if the hard limits were looked at in this call.
+    fn send(&mut self, q: &[f64], call: &Call, is_current: bool) {
         let end = self.clock.on_ramp(self.clock.covered());
         let hold = self.clock.held(call);
         self.sent.copy_from_slice(&self.command);
         self.set_point.velocity(end, &mut self.command);
         self.fed.copy_from_slice(&self.command);
         self.set_point.place(&self.model, self.clock.on_ramp(call.time), hold, &mut self.present);
-        let corrects = self.phase.why().is_none_or(|why| matches!(why, Why::NoStack | Why::Awaiting(_)));
-        if self.is_observed && corrects {
-            self.lead_back(call.dt);
+        let corrects = self.is_observed && self.corrects();
+        if self.is_observed {
+            if let Some(stack) = self.stacks.moving_mut().filter(|stack| !is_current && stack.guard.is_apart()) {
+                stack.go_on(Robot { q, ahead: &self.ahead });
+            }
+            if self.is_anchored {
+                self.lead_back(call.dt);
+            }
         }
         self.position.copy_from_slice(&self.present);
         self.model.integrate(&mut self.position, &self.command, hold);
         self.model.integrate(&mut self.position, &self.offset, 1.0);
-        if !self.is_observed || (!corrects && self.is_at_rest()) {
+        if corrects {
+            // Discrete form of the gain for a command that is held: it never overshoots.
+            let gain = if hold > 0.0 { -(-self.tracking_gain * hold).exp_m1() / hold } else { 0.0 };
+            for ((c, e), d) in self.command.iter_mut().zip(&self.off).zip(&self.model.dofs) {
+                *c = (*c + gain * e).clamp(-d.velocity, d.velocity);
+            }
+        }
+        let why = self.phase.why();
+        let is_off = why == Some(Why::Disabled) && self.has_stopped() && !self.is_only_unsure();
+        if why.is_some() && (self.stops_at_once || is_off) {
             return;
         }
-        self.model.difference(&self.ahead, &self.present, &mut self.tracking);
-        // Discrete form of the gain for a command that is held: it never overshoots.
-        let gain = if corrects && hold > 0.0 { -(-self.tracking_gain * hold).exp_m1() / hold } else { 0.0 };
-        for ((c, e), d) in self.command.iter_mut().zip(&self.tracking).zip(&self.model.dofs) {
-            *c = (*c + gain * e).clamp(-d.velocity, d.velocity);
-        }
         let sent = Sent { velocity: &self.sent, dt: call.dt };
-        if let Some(stack) = self.stacks.moving_mut() {
-            if self.tracking.iter().any(|e| *e != 0.0) {
-                stack.soften(sent, &mut self.command);
-            }
-            if stack.guard.is_apart() {
-                let signals = self.signals.table();
-                stack.guard.protect(&self.model, sent, signals, For::Command, &mut self.command);
-            }
+        // The ramp is within the limits of accelerations; the correction need not be, nor its end.
+        let is_ramp = why.is_none() && self.is_observed && self.off.iter().all(|e| *e == 0.0);
+        if let Some(stack) = self.stacks.moved().filter(|_| !is_ramp) {
+            stack.soften(sent, &mut self.command);
         }
+        if let Some(stack) = self.stacks.moving_mut().filter(|stack| self.is_observed && stack.guard.is_apart()) {
+            stack.guard.protect(&self.model, sent, self.signals.table(), For::Command, &mut self.command);
+        }
+    }
+
+    /// Measures how far the robot is from its set point, and returns true if it is led back to it: while it moves by its stack, and on the way to rest and
+    /// at rest in a state without one. A fault, and a stop by the host, end the correction.
+    fn corrects(&mut self) -> bool {
+        self.model.difference(&self.ahead, &self.present, &mut self.off);
+        let Some(why) = self.phase.why() else { return true };
+        if !why.leads_back() || !self.has_stopped() {
+            return why.leads_back();
+        }
+        let most = self.off.iter().fold(0.0_f64, |most, off| most.max(off.abs()));
+        // From one distance to the other: noise must not move a robot at rest for ever.
+        self.is_led = most > if self.is_led { 0.5 * STILL } else { STILL };
+        self.is_led
     }
 
     /// Moves the offset between the position command and the reference by what the hard limits take from the velocity of the reference where the
     /// robot is: a servo that sags below a limit is lifted above it, slowly. It fades where no limit needs it.
     fn lead_back(&mut self, dt: f64) {
         let Controller { stacks, model, signals, fed, nudged, offset, .. } = self;
+        // At rest it stays: nothing would lift the robot again.
+        let Some(stack) = stacks.moving_mut().filter(|stack| stack.guard.is_apart()) else { return };
         let keep = (-dt / OFFSET_FADES).exp();
         offset.iter_mut().for_each(|offset| *offset *= keep);
-        let Some(stack) = stacks.moving_mut().filter(|stack| stack.guard.is_apart()) else { return };
         nudged.copy_from_slice(fed);
         // Around the velocity of the reference, whose accelerations are within their limits already.
         if stack.guard.protect(model, Sent { velocity: fed, dt }, signals.table(), For::Offset, nudged) {
@@ -374,6 +421,9 @@ impl Controller {
 /// Largest offset of a position command from the reference, in rad or m, and the time constant with which it fades (s).
 const MOST_OFFSET: f64 = 0.02;
 const OFFSET_FADES: f64 = 5.0;
+
+/// Distance from its set point, in rad or m, beyond which a robot at rest is led back to it, until half of it is left.
+const STILL: f64 = 2e-3;
 
 /// Distance in m by which a base that cannot move sideways may be beside its reference before this follows it.
 const SLIPPED: f64 = 1e-3;
