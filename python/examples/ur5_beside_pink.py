@@ -1,7 +1,8 @@
 """A UR5 follows a target that dips below a table, and its tool stays above: by Hierarq and by Pink, in the same MuJoCo simulation.
 
 The robot is `ur5_robot.urdf` of the package `example-robot-data`. Both controllers run at 200 Hz and send positions to the same servos,
-with the torque limits of the URDF and without gravity compensation; both integrate what they command, as Pink's examples do.
+with the torque limits of the URDF and without gravity compensation. Hierarq is told where the joints are measured; Pink integrates
+what it commands, as its examples do.
 
     pip install ./python mujoco example-robot-data pin-pink daqp
     python python/examples/ur5_beside_pink.py
@@ -44,15 +45,12 @@ class Hierarq:
         self.program = hierarq.load(SPEC)
         self.controller = self.program.controller()
         self.home = self.program.robot.home
-        self.place = self.home.copy()
 
     def step(self, measured: np.ndarray, goal: np.ndarray) -> np.ndarray:
-        # As in Pink, what was commanded, and not what servos without compensation of gravity have made of it.
-        command = self.controller.step(self.place, signals={"goal": goal})
+        command = self.controller.step(measured, signals={"goal": goal})
         if command.fault:
             raise RuntimeError(command.fault_text)
-        self.place = command.position
-        return self.place
+        return command.position
 
 
 class Pink:

@@ -35,9 +35,10 @@ def test_a_ur5_keeps_above_its_table_as_pink_does():
     assert not hierarq.check(example["SPEC"]), "its meshes are found in their package"
     found = example["follow"](ours.step, ours.home, 8.0)
     theirs = example["follow"](example["Pink"](ours.home).step, ours.home, 8.0)
-    # Both references stop at the table; without gravity compensation, the same servos are the same way below it.
-    assert 0.178 < found["height"] < 0.180 and abs(found["height"] - theirs["height"]) < 1e-4
-    assert found["lag"] < 4e-3 and found["error"] < theirs["error"]
+    # Without compensation of gravity the servos sag by 1.4 mm: a reference that stops at the table is not enough, and is lifted
+    # where the joints are measured.
+    assert abs(found["height"] - 0.180) < 1e-4 and 0.178 < theirs["height"] < 0.179
+    assert found["lag"] < 4e-3 and found["error"] < 3e-3 < theirs["error"]
 
 
 def test_the_notebook_runs(monkeypatch, capsys):
