@@ -167,6 +167,93 @@ fn a_base_that_is_localised_anew_takes_its_reference_along() {
 }
 
 #[test]
+fn a_signal_of_the_spec_enables_the_robot() {
+    let json = spec::compiled(
+        "hierarq 1
+         signal drives_on : flag  timeout 50 ms
+         robot arm { urdf \"../../../examples/robots/arm7.urdf\"  rate 1000 Hz  home { joint_4 1.6 rad }  enabled drives_on }
+         task turn = joint_velocity { velocity { joint_1 0.2 rad/s } }
+         stack work { level limits hard { joint_velocity_limits  joint_acceleration_limits { max 15 rad/s^2 } }  level motion { turn } }
+         run { stack work  duration 1 s }",
+    );
+    let host = Host::new(&json);
+    let n = unsafe { hierarq_nq(host.program) };
+    let drives_on = unsafe { hierarq_signal_index(host.program, c"drives_on".as_ptr()) };
+    let (mut q, mut v, mut time) = (vec![0.0; n], vec![0.0; n], 0.0);
+    assert!(unsafe { hierarq_home(host.program, q.as_mut_ptr(), n) });
+    // Velocity of the first joint after some calls, of which the last ones are sent nothing (`None`).
+    let mut after = |calls: usize, sent: Option<bool>, moved_by_hand: f64| {
+        q[0] += moved_by_hand;
+        for _ in 0..calls {
+            if let Some(on) = sent {
+                let value = if on { 1.0 } else { -1.0 };
+                assert!(unsafe { hierarq_signal_set(host.controller, drives_on, &raw const value, 1, time) });
+            }
+            let before = v[0];
+            assert_eq!(host.step(time, &q, &mut v), Result::Ok);
+            assert!(v[0] >= 0.0 && v[0] - before < 0.016, "from rest, within 15 rad/s^2: {before} {}", v[0]);
+            let mut position = vec![0.0; n];
+            assert!(unsafe { hierarq_position(host.controller, position.as_mut_ptr(), n) });
+            assert!((position[0] - q[0]).abs() < 1e-3, "from where the robot is: {} {}", position[0], q[0]);
+            q.iter_mut().zip(&v).for_each(|(q, v)| *q += 1e-3 * v);
+            time += 1e-3;
+        }
+        v[0]
+    };
+    assert_eq!(after(100, None, 0.0), 0.0, "not a word yet");
+    assert!(after(100, Some(true), 0.0) > 0.19);
+    assert_eq!(after(1, Some(false), 0.0), 0.0);
+    assert_eq!(after(100, Some(false), 0.3), 0.0);
+    assert_eq!(after(100, Some(true), 0.0), 0.0, "what comes back starts nothing");
+    unsafe { hierarq_resume(host.controller) };
+    assert!(after(100, Some(true), 0.0) > 0.19);
+    assert!(after(45, None, 0.0) > 0.19);
+    assert_eq!(after(10, None, 0.0), 0.0, "too old");
+    assert_eq!(after(100, Some(true), 0.0), 0.0);
+    unsafe { hierarq_resume(host.controller) };
+    unsafe { hierarq_enabled(host.controller, false) };
+    assert_eq!(after(100, Some(true), 0.0), 0.0, "the host says no");
+    unsafe { hierarq_enabled(host.controller, true) };
+    unsafe { hierarq_resume(host.controller) };
+    assert!(after(100, Some(true), 0.0) > 0.19);
+}
+
+#[test]
+fn a_set_point_is_in_the_turn_that_the_encoder_reports() {
+    use std::f64::consts::{PI, TAU};
+    let urdf = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("spindle.urdf");
+    let text = "<robot name=\"spindle\"><link name=\"base\"/><link name=\"disc\"/><joint name=\"spindle\" type=\"continuous\">
+        <parent link=\"base\"/><child link=\"disc\"/><axis xyz=\"0 0 1\"/><limit velocity=\"3\" effort=\"1\"/></joint></robot>";
+    std::fs::write(&urdf, text).expect("a folder that can be written");
+    let json = spec::compiled(&format!(
+        "hierarq 1
+         robot spindle {{ urdf \"{}\"  rate 1000 Hz  home {{ spindle 3 rad }} }}
+         task unscrew = joint_position {{ target {{ spindle 17 rad }}  gain 4 /s  turns exact }}
+         stack work {{ level limits hard {{ joint_velocity_limits }}  level motion {{ unscrew }} }}
+         run {{ stack work  duration 1 s }}",
+        urdf.display()
+    ));
+    let wrapped = |q: f64| q - TAU * (q / TAU).round();
+    for wraps in [true, false] {
+        let host = Host::new(&json);
+        let (mut place, mut v) = (3.0, [0.0]);
+        for k in 0..8000 {
+            let reading = if wraps { wrapped(place) } else { place };
+            // At the end, the driver has no number.
+            let is_lost = k == 7999;
+            let result = host.step(f64::from(k) * 1e-3, &[if is_lost { f64::NAN } else { reading }], &mut v);
+            assert_eq!(result, if is_lost { Result::NotFinite } else { Result::Ok }, "call {k}");
+            let mut position = 0.0;
+            assert!(unsafe { hierarq_position(host.controller, &raw mut position, 1) });
+            assert!((position - reading).abs() <= PI, "call {k}: {position} at {reading}");
+            // The servo goes to its set point by the way that its encoder sees.
+            place += position - reading;
+        }
+        assert!((place - 17.0).abs() < 1e-3, "{place}");
+    }
+}
+
+#[test]
 fn mistakes_of_the_host_are_answered() {
     let host = Host::new(&spec::json());
     let n = unsafe { hierarq_nq(host.program) };

@@ -73,8 +73,11 @@ pub struct Observation<'a> {
 pub struct Command<'a> {
     /// Velocity, `nv` numbers, always finite.
     pub velocity: &'a [f64],
-    /// Configuration to be reached at the next call, `nq` numbers, always finite: what a position servo is sent.
+    /// Configuration to be reached at the next call, `nq` numbers, always finite: what a position servo is sent. A joint on the circle is at the
+    /// turn nearest to its last reading, so that an encoder may wrap and a servo is never sent elsewhere by a whole turn.
     pub position: &'a [f64],
+    /// Time for which the command lasts, as far as is known (s): until the next call.
+    pub lasts: f64,
     /// Fault that was found at this tick, or that keeps the robot at rest or halted.
     pub fault: Option<Fault>,
     /// Actions to begin and to cancel, in order; see [`Controller::action`].
@@ -156,6 +159,10 @@ pub struct Controller {
     nudged: Vec<f64>,
     command: Vec<f64>,
     position: Vec<f64>,
+    /// Time for which the last command lasts (s).
+    lasts: f64,
+    /// Last finite readings, in the turns that the robot reports.
+    reported: Vec<f64>,
     /// Motion time of the first tick (s).
     started: f64,
     /// True if the tasks of the active stack ran to the end of this tick and wrote their outputs.
@@ -277,6 +284,8 @@ impl Controller {
             nudged: vec![0.0; nv],
             command: vec![0.0; nv],
             position: program.robot.home.clone(),
+            lasts: 0.0,
+            reported: program.robot.home.clone(),
             started: 0.0,
             outputs_written: false,
             seen: None,
@@ -376,9 +385,16 @@ impl Controller {
         let mut unwound = std::mem::take(&mut self.unwound);
         let fault = self.call(&self.unwind(observation, &mut unwound), until);
         self.unwound = unwound;
+        // The way back: what a servo is sent is in the turn that its encoder reports.
+        if observation.q.len() == self.reported.len() {
+            let readings = self.reported.iter_mut().zip(observation.q).filter(|(_, q)| q.is_finite());
+            readings.for_each(|(reported, q)| *reported = *q);
+        }
+        self.model.unwind(&mut self.position, &self.reported);
         Command {
             velocity: &self.command,
             position: &self.position,
+            lasts: self.lasts,
             fault,
             requests: &self.machine.requests,
             late: self.is_late(),

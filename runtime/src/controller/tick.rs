@@ -347,6 +347,7 @@ impl Controller {
     fn send(&mut self, q: &[f64], call: &Call, is_current: bool) {
         let end = self.clock.on_ramp(self.clock.covered());
         let hold = self.clock.held(call);
+        self.lasts = hold;
         self.sent.copy_from_slice(&self.command);
         self.set_point.velocity(end, &mut self.command);
         self.fed.copy_from_slice(&self.command);
