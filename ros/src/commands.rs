@@ -16,7 +16,6 @@ pub struct Commander {
     /// Names in messages.
     names: Vec<String>,
     base: Base,
-    period: f64,
 }
 
 /// Motion that is commanded until the next tick.
@@ -26,11 +25,13 @@ pub struct Motion<'a> {
     pub velocity: &'a [f64],
     /// Configuration to be reached at the next tick, `nq` numbers.
     pub position: &'a [f64],
+    /// Time until the next tick (s).
+    pub lasts: f64,
 }
 
 impl Commander {
-    /// Prepares the messages of a topic; `period` is the time between two ticks (s).
-    pub fn new(topic: &CommandTopic, model: &Model, period: f64) -> Commander {
+    /// Prepares the messages of a topic.
+    pub fn new(topic: &CommandTopic, model: &Model) -> Commander {
         let of = |dof: &usize| model.dofs.get(*dof);
         let short = |name: &str| name.strip_prefix(&topic.prefix).unwrap_or(name).to_string();
         Commander {
@@ -39,7 +40,6 @@ impl Commander {
             places: topic.dofs.iter().filter_map(of).filter_map(|d| d.q_index).collect(),
             names: topic.dofs.iter().filter_map(of).map(|d| short(&d.name)).collect(),
             base: topic.dofs.first().and_then(|dof| model.base_of_dof(*dof)).map_or(Base::Fixed, |base| base.kind),
-            period,
         }
     }
 
@@ -56,7 +56,7 @@ impl Commander {
     /// A trajectory with one point, due at the next tick.
     pub fn trajectory(&self, motion: Motion) -> JointTrajectory {
         let all = |places: &[usize], of: &[f64]| places.iter().map(|i| of.get(*i).copied().unwrap_or(0.0)).collect();
-        let nanoseconds = (self.period * 1e9).round() as u64;
+        let nanoseconds = (motion.lasts * 1e9).round() as u64;
         let point = JointTrajectoryPoint {
             positions: all(&self.places, motion.position),
             velocities: all(&self.dofs, motion.velocity),

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use ros2_client::dds::rustdds::mio1::{Events, Interest, Poll, Token};
 use ros2_client::{Context, ContextOptions, Node, NodeOptions, ParameterValue, ServiceMapping};
-use runtime::program::{Program, RosProgram, TickSource};
+use runtime::program::{Program, RobotProgram, RosProgram, TickSource};
 use runtime::{Controller, Intervals, Observation, Recorder, Request, Tick};
 
 use crate::RosError;
@@ -30,8 +30,12 @@ const PAUSE: Duration = Duration::from_millis(2);
 const TO_REST: f64 = 5.0;
 /// Time between two looks at who reads the commands (s).
 const LOOK: f64 = 0.1;
-/// Periods without a message after which a tick that messages begin begins all the same.
+/// Intervals between messages without one after which a tick that messages begin begins all the same.
 const OVERDUE: f64 = 2.0;
+/// Part of the deadline after which it begins in any case: a message that is lost is no fault.
+const IN_TIME: f64 = 0.9;
+/// Weight of the last interval in the mean interval between messages.
+const NEWEST: f64 = 0.1;
 
 /// Settings of a node that are not in the spec.
 #[derive(Clone, Debug)]
@@ -72,11 +76,15 @@ struct Waiting {
     poll: Option<Poll>,
     events: Events,
     period: Duration,
+    deadline: Duration,
     next: Instant,
+    /// The last message that began a tick, and the mean interval between them: a driver may be slower than the controller.
+    message: Instant,
+    interval: Duration,
 }
 
 impl Waiting {
-    fn new(source: TickSource, inputs: &mut Inputs, period: f64) -> Result<Waiting, io::Error> {
+    fn new(source: TickSource, inputs: &mut Inputs, robot: &RobotProgram) -> Result<Waiting, io::Error> {
         let poll = match (source, inputs.first()) {
             (TickSource::JointStates, Some(first)) => {
                 let poll = Poll::new()?;
@@ -85,21 +93,28 @@ impl Waiting {
             }
             _ => None,
         };
-        let period = Duration::from_secs_f64(period);
-        Ok(Waiting { poll, events: Events::with_capacity(8), period, next: Instant::now() + period })
+        let [period, deadline] = [robot.period, robot.deadline].map(Duration::from_secs_f64);
+        let (events, message) = (Events::with_capacity(8), Instant::now());
+        Ok(Waiting { poll, events, period, deadline, next: message + period, message, interval: period })
     }
 
     /// Waits for the next tick, and returns how late it is (s).
     fn wait(&mut self) -> Result<f64, io::Error> {
         let now = Instant::now();
         if let Some(poll) = &mut self.poll {
-            let patience = self.period.mul_f64(OVERDUE);
+            let expected = self.period.max(self.interval);
+            let patience = expected.mul_f64(OVERDUE).min(self.deadline.mul_f64(IN_TIME));
             match poll.poll(&mut self.events, Some(patience)) {
                 Err(e) if e.kind() != io::ErrorKind::Interrupted => return Err(e),
                 _ => {}
             }
-            let late = now.elapsed().saturating_sub(self.period);
-            return Ok(late.as_secs_f64());
+            if !self.events.is_empty() {
+                let last = std::mem::replace(&mut self.message, Instant::now());
+                // A driver that was silent is no slower for it.
+                let newest = (self.message - last).min(patience);
+                self.interval = self.interval.mul_f64(1.0 - NEWEST) + newest.mul_f64(NEWEST);
+            }
+            return Ok(now.elapsed().saturating_sub(expected).as_secs_f64());
         }
         std::thread::sleep(self.next.saturating_duration_since(now));
         let late = self.next.elapsed();
@@ -240,7 +255,7 @@ pub fn run(
     tell(&Remark::Running);
     let epoch = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
     telemetry.start(epoch);
-    let waiting = Waiting::new(ros.tick, &mut connection.inputs, program.robot.period)?;
+    let waiting = Waiting::new(ros.tick, &mut connection.inputs, &program.robot)?;
     let mut driven = Driven {
         zero: clock.elapsed().as_secs_f64(),
         clock,
@@ -319,12 +334,14 @@ impl Driven {
             let began = Instant::now();
             let command = controller.step(&Observation { time, q });
             let elapsed = began.elapsed().as_secs_f64();
-            let fault = command.fault;
+            let (fault, lasts) = (command.fault, command.lasts);
             self.velocity.copy_from_slice(command.velocity);
             self.requests.clear();
             self.requests.extend_from_slice(command.requests);
             self.position.copy_from_slice(command.position);
-            let motion = Motion { velocity: &self.velocity, position: &self.position };
+            // A first command, whose duration is not known, stands.
+            let lasts = if lasts > 0.0 { lasts } else { controller.period() };
+            let motion = Motion { velocity: &self.velocity, position: &self.position, lasts };
             let once = &mut self.once;
             outputs.send(motion, &mut |remark| once.tell(remark));
             for request in &self.requests {

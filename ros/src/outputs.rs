@@ -30,8 +30,9 @@ struct Output {
 pub struct Outputs {
     all: Vec<Output>,
     actions: Publisher<Text>,
-    /// Velocities of a robot that stands.
+    /// Velocities of a robot that stands, and the time between two commands (s).
     still: Vec<f64>,
+    period: f64,
 }
 
 impl Outputs {
@@ -52,12 +53,12 @@ impl Outputs {
                 CommandForm::Trajectory => Channel::Trajectory(node.create_publisher(&made, Some(quality))?),
                 CommandForm::Twist => Channel::Twist(node.create_publisher(&made, Some(quality))?),
             };
-            all.push(Output { topic, commander: Commander::new(command, model, period), channel });
+            all.push(Output { topic, commander: Commander::new(command, model), channel });
         }
         let quality = quality::request();
         let made = node.create_topic(&absolute(&resolved(ros, ACTIONS))?, message_type("std_msgs/String"), &quality)?;
         let actions = node.create_publisher(&made, Some(quality))?;
-        Ok(Outputs { all, actions, still: vec![0.0; model.nv()] })
+        Ok(Outputs { all, actions, still: vec![0.0; model.nv()], period })
     }
 
     /// Sends a motion. A command that the network does not take is told.
@@ -87,7 +88,7 @@ impl Outputs {
 
     /// Commands the robot to stand where it is.
     pub fn stand(&self, position: &[f64]) {
-        self.send(Motion { velocity: &self.still, position }, &mut |_| ());
+        self.send(Motion { velocity: &self.still, position, lasts: self.period }, &mut |_| ());
     }
 
     /// Asks for an action: `begin gripper close`, `cancel gripper close`.

@@ -18,6 +18,8 @@ mod network;
 mod others;
 #[path = "it/peers.rs"]
 mod peers;
+#[path = "it/rates.rs"]
+mod rates;
 #[path = "it/readings.rs"]
 mod readings;
 #[path = "it/specs.rs"]

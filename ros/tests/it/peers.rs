@@ -32,7 +32,7 @@ pub fn interpreter() -> Option<String> {
 }
 
 /// A domain that nobody uses. Ports of domains above 101 are among those that the system gives to anybody.
-fn domain() -> u16 {
+pub fn domain() -> u16 {
     static NEXT: AtomicU16 = AtomicU16::new(0);
     let first = (std::process::id() % 90) as u16;
     loop {
