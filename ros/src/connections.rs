@@ -38,7 +38,8 @@ pub fn connections(program: &Program, ros: &RosProgram) -> Vec<Connection> {
     }
     for topic in &ros.signals {
         let name = program.interface.signals.get(topic.signal).map_or("", |s| s.name.as_str());
-        all.push(row("reads", &topic.topic, &topic.message, format!("signal {name}")));
+        let latched = if topic.latched { ", latched" } else { "" };
+        all.push(row("reads", &topic.topic, &topic.message, format!("signal {name}{latched}")));
     }
     all.push(row("reads", "/tf_static", "tf2_msgs/TFMessage", "fixed transforms".to_string()));
     for command in &ros.commands {

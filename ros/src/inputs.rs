@@ -119,13 +119,18 @@ impl Inputs {
         for topic in &ros.signals {
             signals.push(signals::subscribe(node, ros, topic, program)?);
         }
-        let quality = quality::fixed();
+        let quality = quality::kept();
         let fixed = node.create_topic(&absolute("/tf_static")?, message_type("tf2_msgs/TFMessage"), &quality)?;
         let services = services::offer(node, ros, program, mapping)?;
         let transforms = node.create_subscription(&fixed, Some(quality))?;
         let frames = Frames::new(&program.robot.model, &ros.world);
         let relocates_until = f64::NEG_INFINITY;
         Ok(Inputs { transforms, frames, joints, odometry, signals, services, relocates_until, topics })
+    }
+
+    /// Looks whether the publishers of latched signals are still there.
+    pub fn look(&mut self, node: &Node, controller: &mut Controller) {
+        self.signals.iter_mut().for_each(|reader| reader.look(node, controller.signals()));
     }
 
     /// Takes the messages that have arrived.

@@ -15,7 +15,7 @@ use crate::commands::Motion;
 use crate::inputs::{At, Inputs, Once};
 use crate::joints::Configuration;
 use crate::names::{node_name, resolved};
-use crate::neighbours::Neighbours;
+use crate::neighbours::{Neighbours, Used};
 use crate::outputs::Outputs;
 use crate::remark::{Remark, Tell};
 use crate::telemetry::Telemetry;
@@ -141,14 +141,14 @@ impl Drop for Farewell<'_> {
     }
 }
 
-/// Types of the messages on the topics of a connection, by resolved name.
-fn types(ros: &RosProgram) -> BTreeMap<String, String> {
-    let joints = ros.joint_states.iter().map(|j| (&j.topic, "sensor_msgs/JointState"));
-    let odometry = ros.odometry.iter().map(|o| (&o.topic, "nav_msgs/Odometry"));
-    let signals = ros.signals.iter().map(|s| (&s.topic, s.message.as_str()));
-    let commands = ros.commands.iter().map(|c| (&c.topic, c.form.message()));
+/// Topics of a connection, by resolved name.
+fn topics(ros: &RosProgram) -> BTreeMap<String, Used> {
+    let joints = ros.joint_states.iter().map(|j| (&j.topic, "sensor_msgs/JointState", None));
+    let odometry = ros.odometry.iter().map(|o| (&o.topic, "nav_msgs/Odometry", None));
+    let signals = ros.signals.iter().map(|s| (&s.topic, s.message.as_str(), Some(s.latched)));
+    let commands = ros.commands.iter().map(|c| (&c.topic, c.form.message(), None));
     let all = joints.chain(odometry).chain(signals).chain(commands);
-    all.map(|(topic, kind)| (resolved(ros, topic), kind.to_string())).collect()
+    all.map(|(topic, kind, latched)| (resolved(ros, topic), Used { kind: kind.to_string(), latched })).collect()
 }
 
 /// A node that has begun: what it reads and writes, and the threads that serve it.
@@ -181,7 +181,7 @@ impl Connection {
         Ok(Connection {
             inputs: Inputs::new(&mut node, ros, program, settings.mapping)?,
             outputs: Outputs::new(&mut node, ros, &program.robot.model, program.robot.period)?,
-            _neighbours: Neighbours::watch(context, types(ros), Tell::clone(tell))?,
+            _neighbours: Neighbours::watch(context, topics(ros), Tell::clone(tell))?,
             node,
             spinning,
         })
@@ -320,6 +320,7 @@ impl Driven {
                 // A robot whose commands nobody reads stands, and stays where it is until somebody resumes.
                 let unread = outputs.unread(node);
                 controller.set_enabled(unread.is_empty());
+                inputs.look(node, controller);
                 if !unread.is_empty() {
                     self.once.tell(Remark::ReaderGone { topics: unread });
                 }

@@ -7,8 +7,8 @@ use ros2_client::qos::{Durability, History, Reliability, WhenFull};
 pub const MOST: usize = 64;
 /// Messages kept for a reader that is slow.
 const SENSORS: usize = 16;
-/// Messages with fixed transforms kept for a reader that is slow.
-const FIXED: usize = 128;
+/// Messages that publishers have kept, for a reader that is slow.
+const KEPT: usize = 128;
 /// Requests and outcomes kept for a reader that is slow.
 const EVENTS: usize = 32;
 
@@ -39,12 +39,12 @@ pub fn latched() -> QosProfile {
     command().durability(Durability::TransientLocal)
 }
 
-/// Fixed transforms: each publisher keeps its own for those who come later.
-pub fn fixed() -> QosProfile {
+/// Fixed transforms and latched signals: each publisher keeps its own for those who come later. No message of another publisher is read.
+pub fn kept() -> QosProfile {
     QosProfile::subscription_default()
         .reliability(Reliability::Reliable { when_full: WhenFull::Fail })
         .durability(Durability::TransientLocal)
-        .history(History::KeepLast { depth: FIXED })
+        .history(History::KeepLast { depth: KEPT })
 }
 
 /// Services.

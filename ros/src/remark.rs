@@ -59,6 +59,16 @@ pub enum Remark {
         /// Type that the node reads or writes.
         needed: String,
     },
+    /// A topic whose latched messages are read, and on which somebody keeps none for those who come later: its messages are not read.
+    NotLatched {
+        /// Topic.
+        topic: String,
+    },
+    /// A topic of a signal on which somebody keeps the last message for those who come later, which is not read.
+    Latched {
+        /// Topic.
+        topic: String,
+    },
     /// The fault of the controller has changed.
     Fault(String),
     /// The state of the machine has changed.
@@ -116,6 +126,18 @@ impl fmt::Display for Remark {
             ),
             Remark::OtherType { topic, found, needed } => {
                 write!(f, "others use {topic} with messages of the type {found}, and this node with {needed}")
+            }
+            Remark::NotLatched { topic } => {
+                write!(
+                    f,
+                    "a publisher on {topic} keeps no message for those who come later, and is not read: leave out `latched`"
+                )
+            }
+            Remark::Latched { topic } => {
+                write!(
+                    f,
+                    "a publisher on {topic} keeps its last message for those who come later: `latched true` reads it"
+                )
             }
             Remark::Fault(fault) if fault.is_empty() => write!(f, "no fault any more"),
             Remark::Fault(fault) => write!(f, "fault {fault}"),

@@ -33,6 +33,9 @@ pub struct Poses<'a> {
 pub trait Reader: Send {
     /// Takes all messages that have arrived, at a time (s), and sends their values to the controller.
     fn read(&mut self, time: f64, poses: &mut Poses, signals: &mut Signals, remarks: &mut Remarks);
+
+    /// Looks whether a latched value still has a publisher that would send another one. Without one it is absent.
+    fn look(&mut self, node: &Node, signals: &mut Signals);
 }
 
 struct Topic<M: Reading> {
@@ -44,6 +47,9 @@ struct Topic<M: Reading> {
     frame: String,
     /// Time of the first of the messages that were rejected since the last one that was not (s).
     rejected: Option<f64>,
+    is_latched: bool,
+    /// True if there was a publisher at the last look. The first message may be here before it.
+    is_published: bool,
 }
 
 impl<M: Reading + Send> Topic<M> {
@@ -66,6 +72,13 @@ impl<M: Reading + Send> Topic<M> {
 }
 
 impl<M: Reading + Send> Reader for Topic<M> {
+    fn look(&mut self, node: &Node, signals: &mut Signals) {
+        let is_published = self.subscription.get_publisher_count(node) > 0;
+        if std::mem::replace(&mut self.is_published, is_published) && !is_published && self.is_latched {
+            signals.clear(self.signal);
+        }
+    }
+
     fn read(&mut self, time: f64, poses: &mut Poses, signals: &mut Signals, remarks: &mut Remarks) {
         for _ in 0..quality::MOST {
             match self.subscription.take() {
@@ -130,7 +143,7 @@ impl Source<'_> {
         let signal = self.program.interface.signals.get(self.topic.signal);
         let signal = signal.ok_or_else(|| RosError::Message(format!("signal {}", self.topic.signal)))?;
         let name = resolved(self.ros, &self.topic.topic);
-        let quality = quality::sensor();
+        let quality = if self.topic.latched { quality::kept() } else { quality::sensor() };
         let topic = self.node.create_topic(&absolute(&name)?, message_type(&self.topic.message), &quality)?;
         // A sensor's axes are those of its link; everything else is in the world.
         let link = signal.conditioning.frame.map(|l| self.program.robot.model.link_ref(l).name.clone());
@@ -142,6 +155,8 @@ impl Source<'_> {
             topic: name,
             frame: frame.trim_start_matches('/').to_string(),
             rejected: None,
+            is_latched: self.topic.latched,
+            is_published: false,
         }))
     }
 }

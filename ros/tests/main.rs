@@ -6,6 +6,8 @@ extern crate hierarq_ros as ros;
 mod commands;
 #[path = "it/configuration.rs"]
 mod configuration;
+#[path = "it/enabled.rs"]
+mod enabled;
 #[path = "it/faults.rs"]
 mod faults;
 #[path = "it/frames.rs"]

@@ -78,6 +78,12 @@ class Number(IdlStruct, typename="std_msgs::msg::dds_::Float64_"):
 
 @dataclass
 @annotate.final
+class Flag(IdlStruct, typename="std_msgs::msg::dds_::Bool_"):
+    data: bool
+
+
+@dataclass
+@annotate.final
 class Text(IdlStruct, typename="std_msgs::msg::dds_::String_"):
     data: str
 
@@ -295,6 +301,10 @@ class Robot(Participant):
         self.order = to_do.get("order", list(range(len(self.names))))
         self.states = self.writer(to_do.get("joint_states", "/joint_states"), JointState, SENSOR)
         self.manners = Schedule(to_do.get("manners", []), None)
+        # Times at which somebody moves the first joint by hand, with the angles (rad).
+        self.pushes = to_do.get("pushes", [])
+        if to_do.get("traces"):
+            self.seen["way"] = []
         # A base that nothing moves: pairs of a time and its x (m) from then on.
         self.base = Schedule(to_do["base"], 0.0) if "base" in to_do else None
         if self.base:
@@ -315,6 +325,10 @@ class Robot(Participant):
 
     def tick(self, now):
         self.position = [q + v * self.period for q, v in zip(self.position, self.velocity)]
+        while self.pushes and now >= self.pushes[0][0]:
+            self.position[0] += self.pushes.pop(0)[1]
+        if "way" in self.seen:
+            self.seen["way"].append([now, self.position[0]])
         names = ["a_gripper_joint"] + [self.names[i] for i in self.order]
         position = [0.04] + [self.position[i] for i in self.order]
         manner = self.manners.at(now)
@@ -356,7 +370,7 @@ class Values:
         self.mute = to_do.get("mute", [0.0, 0.0])
         self.frame = to_do.get("frame", "world")
         values = to_do.get("values", {})
-        kinds = [("numbers", Number, self.number), ("points", PointStamped, self.point)]
+        kinds = [("numbers", Number, self.number), ("points", PointStamped, self.point), ("flags", Flag, Flag)]
         self.topics = [
             (of.writer(topic, kind, SENSOR), made, Schedule(to_do.get("later", {}).get(name, []), values[name]))
             for key, kind, made in kinds
@@ -367,6 +381,9 @@ class Values:
         for parent, child, pose in to_do.get("fixed", []):
             transform = Transform(Vector3(*pose[:3]), Quaternion(*pose[3:]))
             self.fixed.write(Transforms([TransformStamped(Header(frame_id=parent), child, transform)]))
+        # Flags that are sent once when they change, and kept for those who come later. Without a value (`null`) nobody publishes them.
+        self.of = of
+        self.latched = [[topic, Schedule(pairs, None), None, None] for topic, pairs in to_do.get("latched", {}).items()]
         self.wrong = of.writer(to_do["wrong_type"], Text, SENSOR) if "wrong_type" in to_do else None
 
     def number(self, value):
@@ -380,6 +397,14 @@ class Values:
             return
         for writer, made, value in self.topics:
             writer.write(made(value.at(now)))
+        for flag in self.latched:
+            topic, values, last, writer = flag
+            value = values.at(now)
+            if value != last:
+                writer = (writer or self.of.writer(topic, Flag, LATCHED)) if value is not None else None
+                flag[2:] = [value, writer]
+                if writer:
+                    writer.write(Flag(value))
         if self.wrong is not None:
             self.wrong.write(Text("no point"))
 

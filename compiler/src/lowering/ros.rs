@@ -242,7 +242,7 @@ impl Lowerer<'_> {
             }
         };
         let topic = self.topic(block.topic.as_ref()?)?;
-        Some(SignalTopic { signal, topic, message, frame: block.frame_id })
+        Some(SignalTopic { signal, topic, message, frame: block.frame_id, latched: block.latched })
     }
 }
 

@@ -71,5 +71,7 @@ block! {
         message: Option<Located<String>> = optional(ValueType::Text);
         /// Frame that messages are in; default: the link that the signal is declared in, or the world.
         frame_id: Option<String> = optional(ValueType::Text);
+        /// True if its publisher keeps the last message for those who come later (transient local), and sends one when the value changes.
+        latched: bool = or(ValueType::Flag, "false");
     }
 }

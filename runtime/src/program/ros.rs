@@ -105,6 +105,9 @@ pub struct SignalTopic {
     /// Frame that messages are in; `None` for the one that the signal is declared in, or the world.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame: Option<String>,
+    /// True if the publisher keeps its last message for those who come later, and sends it when it changes.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub latched: bool,
 }
 
 impl Default for RosProgram {
@@ -157,7 +160,7 @@ impl RosProgram {
             if ros.signals.iter().all(|t| t.signal != i) {
                 let topic = format!("~/{}", s.name.replace('.', "/"));
                 let message = s.ros_messages()[0].to_string();
-                ros.signals.push(SignalTopic { signal: i, topic, message, frame: None });
+                ros.signals.push(SignalTopic { signal: i, topic, message, frame: None, latched: false });
             }
         }
         ros
