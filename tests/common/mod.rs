@@ -37,6 +37,7 @@ pub const EXAMPLES: &[&str] = &[
     "nearness",
     "protective_stop",
     "enabled",
+    "screwdriver",
     "admittance",
     "hand_guiding",
     "harvesting",
