@@ -232,6 +232,38 @@ fn a_robot_that_stands_in_a_small_motion_is_told() {
     }
 }
 
+/// Joints that stop short of a reference that rests, and that a high gain tells to go on for ever.
+#[test]
+fn a_robot_that_stands_short_of_its_goal_is_told() {
+    let program = common::program_of(
+        "hierarq 1
+robot arm { urdf \"robots/arm7.urdf\"  rate 125 Hz  tracking_gain 19 /s  home { all [0, 0.40, 0, 1.60, 0, 1.14, 0] rad } }
+stack s {
+  level l hard { joint_position_limits  joint_velocity_limits }
+  level m { joint_position { target { joint_6 0.84 rad }  gain 3 /s } }
+}
+run { duration 5 s }",
+    );
+    let n = program.robot.model.nv();
+    let mut controller = Controller::new(&program).expect("a compiled program can be executed");
+    let mut q = program.robot.home.clone();
+    let mut told = None;
+    for k in 0..500 {
+        let time = f64::from(k) * 8e-3;
+        let command = controller.step(&Observation { time, q: &q });
+        let (u, fault) = (command.velocity.to_vec(), command.fault);
+        if let Some(fault) = fault {
+            told.get_or_insert((time, fault.kind(), controller.describe(&fault)));
+        }
+        // 35 mrad short of it.
+        if q[5] > 0.875 {
+            (0..n).for_each(|i| q[i] += u[i] * 8e-3);
+        }
+    }
+    let (time, kind, text) = told.expect("a fault");
+    assert!(kind == FaultKind::Tracking && text.contains("joint_6") && time < 3.0, "{time} s: {text}");
+}
+
 /// A robot that stands for a moment is waited for, and arrives; nothing is as fast as without the stop.
 #[test]
 fn a_robot_that_was_held_for_a_moment_arrives_without_a_lunge() {

@@ -10,10 +10,11 @@
 //! position servo is sent.
 //! A degree of freedom whose reference moves, `|d|` above [`LEAST`], and that moves by less than [`FROZEN`] of both, or the other way, or more than
 //! [`DOUBLED`] of the command and more than the reference, for [`PATIENCE`] seconds, does not follow: the fault `tracking`. So does one that moves away
-//! from the reference while this waits for it, as long, and one that stands then, for [`WAITED`] seconds. One that stands although it is told to move
-//! faster than [`LEAST`] in [`QUICK`] seconds is told after [`STUCK`] seconds already; the sums are then over [`QUICK`] seconds. A robot that is slow, blocked for a moment, or late by a lag that
-//! nobody declared, follows. So does a light joint that the motion of others pushes for a moment: one that moves too far is [`AHEAD`] of its set point, or
-//! has done so in all of the last [`MEMORY`] seconds, in which it was told to go at least [`FAR`],
+//! from the reference while this waits for it, as long, and one that stands then, for [`WAITED`] seconds; and one that stands as long although it is
+//! told to go to a reference that rests, [`APART`] away, or [`NEAR`] away and told to go [`TOWARDS`]. One that stands although it is told to move
+//! faster than [`LEAST`] in [`QUICK`] seconds is told after [`STUCK`] seconds already; the sums are then over [`QUICK`] seconds. A robot that is slow,
+//! blocked for a moment, or late by a lag that nobody declared, follows. So does a light joint that the motion of others pushes for a moment: one that
+//! moves too far is [`AHEAD`] of its set point, or has done so in all of the last [`MEMORY`] seconds, in which it was told to go at least [`FAR`],
 //!
 //! ```text
 //! Σ m d  >  DOUBLED Σ d²
@@ -67,6 +68,14 @@ const FARTHER: f64 = 1.15;
 
 /// Time for which the reference waits for a degree of freedom that stands (s).
 const WAITED: f64 = 1.0;
+
+/// Distance from the reference beyond which a degree of freedom that stands does not follow, whatever the reference does, in rad or m: that at which a
+/// moving reference waits. Servos of positions sag by less.
+const APART: f64 = 0.05;
+
+/// The same for one that was told to go [`TOWARDS`] in the last moments, by a high gain, in rad or m.
+const NEAR: f64 = 0.02;
+const TOWARDS: f64 = 0.1;
 
 /// Factor on the speed limit, and distance in rad or m for noise, within which the next reading lies.
 const FASTER: f64 = 1.5;
@@ -142,6 +151,8 @@ pub(super) struct Following {
     waited: f64,
     /// Time for which each degree of freedom has not followed (s).
     lost: Vec<f64>,
+    /// Time for which each degree of freedom has stood far from its reference (s).
+    stood: Vec<f64>,
 }
 
 impl Following {
@@ -165,6 +176,7 @@ impl Following {
             memory: vec![Memory::default(); model.nv()],
             waited: 0.0,
             lost: zero(),
+            stood: zero(),
         }
     }
 
@@ -181,6 +193,7 @@ impl Following {
             sums.fill(0.0);
         }
         self.memory.fill(Memory::default());
+        self.stood.fill(0.0);
         self.waited = 0.0;
     }
 
@@ -242,12 +255,17 @@ impl Following {
             let is_led = self.quick_led[i].abs() > LEAST && of_led.abs() < FROZEN;
             let stands = self.quick_told[i].abs() > LEAST && of_told.abs() < FROZEN && (is_led || waits);
             self.stuck[i] = if stands { self.stuck[i] + dt } else { 0.0 };
+            let (way, most) = (told.off[i], self.told[i].abs());
+            let far = way.abs() > APART || (way.abs() > NEAR && most > TOWARDS);
+            let stands = far && most > LEAST && way * self.told[i] > 0.0 && self.done[i].abs() < LEAST;
+            self.stood[i] = if stands { self.stood[i] + dt } else { 0.0 };
         }
         let stands = told.waits.filter(|&i| self.done[i].abs() < LEAST);
         self.waited = if stands.is_some() { self.waited + dt } else { 0.0 };
         let lost = self.lost.iter().position(|lost| *lost > PATIENCE);
-        let stuck = self.stuck.iter().position(|stuck| *stuck > STUCK);
-        let dof = lost.or(stuck).or(stands.filter(|_| self.waited > WAITED))?;
+        let at = |times: &[f64], most: f64| times.iter().position(|time| *time > most);
+        let lost = lost.or(at(&self.stuck, STUCK)).or(at(&self.stood, WAITED));
+        let dof = lost.or(stands.filter(|_| self.waited > WAITED))?;
         let fault = Fault::Tracking { dof, told: self.told[dof], moved: self.done[dof] };
         self.forget();
         Some(fault)
