@@ -191,6 +191,33 @@ fn a_robot_that_takes_commands_again_stands_until_it_is_told() {
     }
 }
 
+/// A robot that takes commands again at a limit, where encoders see it beyond this by a step, goes on without a fault.
+#[test]
+fn a_robot_at_its_limit_goes_on_where_encoders_see_it_beyond() {
+    let slow = "stack slow {
+      level limits hard { joint_position_limits  joint_velocity_limits  joint_acceleration_limits { max 5 rad/s^2 } }
+      level motion { joint_velocity { velocity { joint_1 0.4 rad/s } } }
+    }
+    run { stack slow  duration 20 s }";
+    for program in both("", slow) {
+        let mut host = Host::new(&program);
+        host.calls(1000);
+        let limit = program.robot.model.dofs[0].upper;
+        assert!((host.q[0] - limit).abs() < 1e-3, "{}", host.q[0]);
+        host.controller.set_enabled(false);
+        for _ in 0..20 {
+            host.q[0] = limit + 4e-4;
+            assert_eq!(host.call(), None);
+        }
+        host.controller.set_enabled(true);
+        host.controller.resume();
+        for k in 0..200 {
+            assert_eq!(host.call(), None, "call {k}");
+        }
+        assert!(host.q[0] <= limit + 1e-6, "{}", host.q[0] - limit);
+    }
+}
+
 /// A signal of the spec enables the robot: false, too old and absent are no, as that of the host is, and both must say yes.
 #[test]
 fn a_signal_enables_the_robot_while_it_is_true_and_fresh() {

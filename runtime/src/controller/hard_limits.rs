@@ -67,6 +67,11 @@ impl HardLimits {
         }
     }
 
+    /// The reference was moved to the robot: limits that it is beyond are restored, and count from the tick at which they hold.
+    pub fn count_anew(&mut self) {
+        self.0.iter_mut().for_each(HardLimit::forget);
+    }
+
     /// The stack is entered after another one, whose limits count already if they go on.
     pub fn take_over(&mut self, evaluator: &Evaluator, from: &HardLimits) {
         for limit in &mut self.0 {

@@ -47,6 +47,7 @@ impl Controller {
                         self.reference.copy_from_slice(&self.ahead);
                         self.offset.fill(0.0);
                         self.is_anchored = true;
+                        self.stacks.active_mut().count_limits_anew();
                     }
                 }
                 self.stop_from.copy_from_slice(&self.motion.velocity);
@@ -161,6 +162,8 @@ impl Controller {
         } else if self.is_observed {
             self.drag(call.dt);
         }
+        // The reference is where encoders see the robot, which at a limit is beyond it by their noise.
+        self.stacks.active_mut().count_limits_anew();
         self.set_point.rest(&self.reference);
         self.signals.forget_events();
         if self.phase != Phase::Unstarted && !self.stacks.is_entry_due() {

@@ -395,6 +395,11 @@ impl StackController {
         self.hard_limits.passed(&self.evaluator, tolerance)
     }
 
+    /// Lets each limit of a hard level count from the next tick at which it holds.
+    pub(super) fn count_limits_anew(&mut self) {
+        self.hard_limits.count_anew();
+    }
+
     pub(super) fn solver_name(&self) -> &'static str {
         self.solver.name()
     }

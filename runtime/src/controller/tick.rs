@@ -289,6 +289,7 @@ impl Controller {
         if !std::mem::replace(&mut self.is_anchored, true) {
             self.reference.copy_from_slice(&self.ahead);
             self.offset.fill(0.0);
+            self.stacks.active_mut().count_limits_anew();
         }
         let robot = Robot { q, ahead: &self.ahead };
         self.model.slip(robot.ahead, &mut self.reference, SLIPPED);
