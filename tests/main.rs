@@ -26,6 +26,7 @@ mod humans;
 mod idle_rows;
 mod imports;
 mod labels;
+mod law;
 mod layers_scenarios;
 mod learn;
 mod least_motion;
