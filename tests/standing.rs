@@ -140,8 +140,8 @@ fn a_robot_that_is_resumed_in_a_stop_goes_on_from_rest() {
 #[test]
 fn an_arm_that_sags_does_not_sink_while_it_waits() {
     for sag in [0.005, 0.015, 0.04] {
-        let mut host = Host::new(&program("run { stack work  duration 60 s }"), Drive::Position(0.02, sag), 100.0);
-        host.run(0.3);
+        let mut host = Host::new(&program("run { stack spin  duration 60 s }"), Drive::Position(0.02, sag), 100.0);
+        host.run(0.5);
         host.controller.set_enabled(false);
         // Brakes hold it.
         for _ in 0..20 {
@@ -261,11 +261,15 @@ fn a_drive_that_ignores_a_stop_is_told() {
     assert_eq!(host.call_with(&vec![f64::NAN; host.q.len()]), Some(FaultKind::NotFinite));
 }
 
-/// Joints that stand, whose encoders freeze, and that move twice as far, in the middle of a motion at any speed.
+/// Joints that stand, that turn round, and that move twice as far, in the middle of a motion. One that moves twice as far is pulled back, and told once
+/// it is well ahead of its reference.
 #[test]
 fn a_joint_that_stops_following_in_motion_is_named_at_once() {
     for speed in [0.2, 0.5, 1.0, 1.9] {
-        for (factor, within) in [(0.0, 0.5), (-1.0, 0.5), (2.0, 1.2)] {
+        for (factor, within) in [(0.0, 0.5), (-1.0, 0.7), (2.0, 1.6)] {
+            if factor == 2.0 && speed < 0.3 {
+                continue;
+            }
             let spec = format!(
                 "stack turn {{ level limits hard {{ joint_velocity_limits }}  level m {{ joint_velocity {{ velocity {{ joint_1 {speed} rad/s }} }} }} }}
                  run {{ stack turn  duration 9 s }}"

@@ -9,9 +9,6 @@ use super::world::{Call, Word};
 const AVERAGED: f64 = 0.05;
 const BEYOND: f64 = 1e-3;
 
-/// Gain of the limits of joints, which is the largest (1/s).
-const GAIN: f64 = 10.0;
-
 /// What broke the law, in the order of time.
 pub struct Broken(pub Vec<String>);
 
@@ -28,11 +25,10 @@ pub fn fault(calls: &[Call]) -> Option<(f64, FaultKind, &str)> {
     calls.iter().find_map(|c| c.fault.as_ref().map(|(kind, text)| (c.time, *kind, text.as_str())))
 }
 
-/// Commands are finite, no faster than joints may be, and change no faster than they may. A host that calls more often than the spec decides is sent a
-/// step where a limit becomes active: its row is that of the last decision, and falls by `gain T v` at the next, of which `steps` is a multiple.
+/// Commands are finite, no faster than joints may be, and change no faster than they may.
 ///
 /// Of a distance and a limit of an acceleration, the distance is kept: nearer than `near` to a limit, accelerations are not judged.
-pub fn commands(built: &Built, calls: &[Call], steps: f64, near: f64) -> Broken {
+pub fn commands(built: &Built, calls: &[Call], near: f64) -> Broken {
     let mut broken = Broken(Vec::new());
     let dofs = &built.program.robot.model.dofs;
     let mut last: Option<&Call> = None;
@@ -52,16 +48,13 @@ pub fn commands(built: &Built, calls: &[Call], steps: f64, near: f64) -> Broken 
             && call.time < infeasible
             && call.seen.iter().chain(&before.seen).all(|margin| *margin >= near)
         {
-            let (dt, period) = (call.time - before.time, built.program.robot.period);
+            let dt = call.time - before.time;
             for (i, a) in most.iter().enumerate() {
                 let change = (call.u[i] - before.u[i]).abs();
-                let step = if dt < 0.98 * period { steps * GAIN * period * dofs[i].velocity } else { 0.0 };
-                if change > a * dt * (1.0 + 1e-6) + 1e-9 + step {
+                if change > a * dt * (1.0 + 1e-6) + 1e-9 {
+                    let (name, push) = (&dofs[i].name, change / dt);
                     let text = format!(
-                        "{} changes by {change:.4} in {dt:.5} s: {:.2} of {a:.2}, {:.2} steps; margins {:?}",
-                        dofs[i].name,
-                        change / dt,
-                        (change - a * dt) / (GAIN * period * dofs[i].velocity),
+                        "{name} changes by {change:.4} in {dt:.5} s: {push:.2} of {a:.2}; margins {:?}",
                         call.seen
                     );
                     broken.say(call.time, text);

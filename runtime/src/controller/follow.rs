@@ -14,7 +14,7 @@
 //! told to go to a reference that rests, [`APART`] away, or [`NEAR`] away and told to go [`TOWARDS`]. One that stands although it is told to move
 //! faster than [`LEAST`] in [`QUICK`] seconds is told after [`STUCK`] seconds already; the sums are then over [`QUICK`] seconds. A robot that is slow,
 //! blocked for a moment, or late by a lag that nobody declared, follows. So does a light joint that the motion of others pushes for a moment: one that
-//! moves too far is [`AHEAD`] of its set point, or has done so in all of the last [`MEMORY`] seconds, in which it was told to go at least [`FAR`],
+//! moves too far is [`AHEAD`] of its set point for [`RUNS`] seconds, or has done so in all of the last [`MEMORY`] seconds, in which it was told to go at least [`FAR`],
 //!
 //! ```text
 //! Σ m d  >  DOUBLED Σ d²
@@ -50,8 +50,11 @@ const QUICK: f64 = 0.05;
 const STUCK: f64 = 0.25;
 
 /// Distance from its set point by which a degree of freedom that moves too far is ahead of it, in rad or m, and the same for each rad/s or m/s.
-const AHEAD: f64 = 0.02;
-const AHEAD_BY_SPEED: f64 = 0.02;
+const AHEAD: f64 = 0.05;
+const AHEAD_BY_SPEED: f64 = 0.05;
+
+/// Time for which it may be (s): a light joint is pushed for as long.
+const RUNS: f64 = 0.5;
 
 /// Motion in the window of a robot that was told to stand, in rad or m, that is more than it takes to come to rest.
 const MOVES: f64 = 0.1;
@@ -147,6 +150,8 @@ pub(super) struct Following {
     quick_done: Vec<f64>,
     /// Time for which each degree of freedom has stood (s).
     stuck: Vec<f64>,
+    /// Time for which each degree of freedom has moved too far, and was ahead of its set point (s).
+    ahead: Vec<f64>,
     /// Time for which the reference has waited (s).
     waited: f64,
     /// Time for which each degree of freedom has not followed (s).
@@ -169,6 +174,7 @@ impl Following {
             quick_led: zero(),
             quick_done: zero(),
             stuck: zero(),
+            ahead: zero(),
             unseen: zero(),
             told: zero(),
             led: zero(),
@@ -188,8 +194,8 @@ impl Following {
 
     /// Forgets its motion: it was not told anything, or stands.
     pub fn forget(&mut self) {
-        let Following { unseen, told, led, done, lost, quick_told, quick_led, quick_done, stuck, .. } = self;
-        for sums in [unseen, told, led, done, lost, quick_told, quick_led, quick_done, stuck] {
+        let Following { unseen, told, led, done, lost, quick_told, quick_led, quick_done, stuck, ahead, .. } = self;
+        for sums in [unseen, told, led, done, lost, quick_told, quick_led, quick_done, stuck, ahead] {
             sums.fill(0.0);
         }
         self.memory.fill(Memory::default());
@@ -240,7 +246,8 @@ impl Following {
             let counts = self.led[i].abs() > LEAST && self.told[i].abs() > LEAST && v.abs() * WINDOW > 0.5 * LEAST;
             let stays = of_told < FROZEN && of_led < FROZEN;
             let is_ahead = -told.off[i] * v.signum() > AHEAD + AHEAD_BY_SPEED * v.abs() && self.memory[i].way > FAR;
-            let runs = of_told > DOUBLED && (is_ahead || self.memory[i].is_doubled());
+            self.ahead[i] = if of_told > DOUBLED && is_ahead { self.ahead[i] + dt } else { 0.0 };
+            let runs = of_told > DOUBLED && (self.ahead[i] > RUNS || self.memory[i].is_doubled());
             // The reference of a joint that turns the other way comes to a stand, and is no measure any more.
             let waits = told.waits == Some(i);
             let flees = waits && self.told[i].abs() > LEAST && of_told < -FROZEN;

@@ -130,6 +130,8 @@ pub(super) struct Sent<'a> {
     pub velocity: &'a [f64],
     /// Time since then (s).
     pub dt: f64,
+    /// True if the robot comes to rest: limits that it has passed do not lead it back.
+    pub stops: bool,
 }
 
 /// The stack at the reference.
@@ -297,11 +299,12 @@ impl Guard {
                 Bounded { coefficients: levels[level].row(row), lower, upper }
             };
             match nearest[of as usize].project(rows.len(), row, u) {
-                Projected::Stays => return changed,
+                Projected::Stays => break,
                 Projected::Moved => changed = true,
                 Projected::Nowhere => {
                     self.take_up(sent, signals, u, true);
                     self.follow_order(sent, u);
+                    changed = true;
                     break;
                 }
             }
@@ -389,6 +392,11 @@ impl Row {
             (self.lower, self.upper) = (last - most, last + most);
             return;
         };
+        if sent.stops {
+            // Rest meets every limit.
+            (self.lower, self.upper) = (lower.min(0.0), upper.max(0.0));
+            return;
+        }
         (self.lower, self.upper) = (lower, upper);
         if h >= 0.0 || (lower <= 0.0 && upper >= 0.0) {
             return;

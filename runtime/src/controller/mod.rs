@@ -302,7 +302,7 @@ impl Controller {
         self.clock.restart();
         (self.seen, self.raised, self.stopped_by, self.fault) = (None, None, None, None);
         (self.resumes, self.is_stopped, self.relocates) = (false, false, false);
-        self.sag.restart();
+        self.sag.restart(0.0);
         self.drive.rest();
         self.offset.fill(0.0);
         self.following.restart();

@@ -16,6 +16,7 @@ use super::Controller;
 use super::clock::Call;
 use super::guard::Robot;
 use super::phase::{Phase, Stop, Why};
+use super::sag::SETTLES;
 use super::tick::Now;
 use crate::fault::Fault;
 use crate::program::Times;
@@ -155,7 +156,7 @@ impl Controller {
             // Commands that were sent before do not move it either.
             self.following.forget();
             self.drive.rest();
-            self.sag.restart();
+            self.sag.restart(SETTLES);
             self.offset.fill(0.0);
             self.reference.copy_from_slice(q);
             self.is_anchored = true;
@@ -177,7 +178,7 @@ impl Controller {
         if !std::mem::replace(&mut self.is_anchored, true) || self.following.gap() > UNSEEN {
             self.reference.copy_from_slice(&self.ahead);
             self.offset.fill(0.0);
-            self.sag.restart();
+            self.sag.restart(SETTLES);
             return;
         }
         self.model.difference(&self.reference, &self.ahead, &mut self.tracking);

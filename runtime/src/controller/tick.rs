@@ -330,6 +330,7 @@ impl Controller {
         }
         self.outputs_written = true;
         self.phase = Phase::Running;
+        self.sag.restart(0.0);
         let late = waits.map_or(0.0, |waits| waits.part);
         stack.evaluator.advance(1.0 - late);
         if late > 0.0 {
@@ -377,7 +378,7 @@ impl Controller {
         if why.is_some() && (self.stops_at_once || is_off) {
             return;
         }
-        let sent = Sent { velocity: &self.sent, dt: call.dt };
+        let sent = Sent { velocity: &self.sent, dt: call.dt, stops: why.is_some() };
         // The ramp is within the limits of accelerations; the correction need not be, nor its end.
         let is_ramp = why.is_none() && self.is_observed && self.off.iter().all(|e| *e == 0.0);
         if let Some(stack) = self.stacks.moved().filter(|_| !is_ramp) {
@@ -405,6 +406,7 @@ impl Controller {
     /// Moves the offset between the position command and the reference by what the hard limits take from the velocity of the reference where the
     /// robot is: a servo that sags below a limit is lifted above it, slowly. It fades where no limit needs it.
     fn lead_back(&mut self, dt: f64) {
+        let stops = self.phase.why().is_some();
         let Controller { stacks, model, signals, fed, nudged, offset, .. } = self;
         // At rest it stays: nothing would lift the robot again.
         let Some(stack) = stacks.moving_mut().filter(|stack| stack.guard.is_apart()) else { return };
@@ -412,7 +414,8 @@ impl Controller {
         offset.iter_mut().for_each(|offset| *offset *= keep);
         nudged.copy_from_slice(fed);
         // Around the velocity of the reference, whose accelerations are within their limits already.
-        if stack.guard.protect(model, Sent { velocity: fed, dt }, signals.table(), For::Offset, nudged) {
+        let sent = Sent { velocity: fed, dt, stops };
+        if stack.guard.protect(model, sent, signals.table(), For::Offset, nudged) {
             for ((offset, nudged), fed) in offset.iter_mut().zip(nudged).zip(fed) {
                 *offset = (*offset + (*nudged - *fed) * dt).clamp(-MOST_OFFSET, MOST_OFFSET);
             }
