@@ -8,11 +8,16 @@ pub mod judge;
 pub mod world;
 
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use runtime::{FaultKind, stopping};
 
 use cases::{Built, Case, Delays, Target, case};
 use judge::Broken;
 use world::{Call, Host, Ill, Plant, Word, host, run};
+
+/// Part of `gain T v` by which a command of a host that calls more often than the spec decides may change more than accelerations allow: where noise
+/// moves the row of a limit, which is kept, and where the host's calls are not as regular as it was promised.
+const STEPS: f64 = 0.5;
 
 /// Margin below which accelerations of a robot that is not as declared are not judged: it may come to a limit faster than it can brake (rad or m).
 const NEAR: f64 = 0.3;
@@ -62,9 +67,9 @@ fn ill() -> impl Strategy<Value = (usize, usize, usize, f64)> {
 }
 
 /// Longest time in which a limit that was passed is told (s). Margins are averaged at decisions, each with its value at the end of a period, here at
-/// calls: up to two decisions earlier. It is told at the next one, and a call later.
+/// calls: up to three decisions earlier. It is told at the next one, and a call later.
 fn late(built: &Built, host: &Host) -> f64 {
-    3.0 * built.program.robot.period + 2.0 * host.interval(built) * (1.0 + host.jitter)
+    4.0 * built.program.robot.period + 2.0 * host.interval(built) * (1.0 + host.jitter)
 }
 
 fn keeps(law: Broken, what: &str) -> Result<(), TestCaseError> {
@@ -74,10 +79,12 @@ fn keeps(law: Broken, what: &str) -> Result<(), TestCaseError> {
 
 /// What holds for any robot.
 fn keeps_the_law(built: &Built, host: &Host, calls: &[Call], near: f64) -> Result<(), TestCaseError> {
-    keeps(judge::commands(built, calls, near), "commands")?;
+    keeps(judge::commands(built, calls, STEPS, near), "commands")?;
     keeps(judge::told(calls, late(built, host)), "margins in silence")?;
     let bound = stopping::of_stack(&built.program, 0).expect("a stack").time_s;
-    keeps(judge::rest(calls, bound + host.interval(built) * (1.0 + host.jitter)), "rest")
+    // Joints that keep a distance together may have to wait for each other.
+    let waits = if built.floor.or(built.wall).is_some() { 2.0 } else { 1.0 };
+    keeps(judge::rest(calls, waits * bound + host.interval(built) * (1.0 + host.jitter)), "rest")
 }
 
 /// The same spec for a robot without delays, called once a period.
@@ -93,8 +100,17 @@ fn arrival(calls: &[Call], goal: &[f64]) -> f64 {
     calls.iter().rposition(away).map_or(0.0, |k| calls[k].time)
 }
 
+/// The same cases in every run, unless a seed is given.
+fn config() -> ProptestConfig {
+    let config = ProptestConfig { max_shrink_iters: 60, ..ProptestConfig::with_cases(96) };
+    match config.rng_seed {
+        RngSeed::Random => ProptestConfig { rng_seed: RngSeed::Fixed(48), ..config },
+        RngSeed::Fixed(_) => config,
+    }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { max_shrink_iters: 60, ..ProptestConfig::with_cases(96) })]
+    #![proptest_config(config())]
 
     /// Drives as declared, encoders that are ordinary, any rate: no fault that an ideal robot would not have, and as soon at the goal.
     #[test]

@@ -10,8 +10,8 @@
 //! position servo is sent.
 //! A degree of freedom whose reference moves, `|d|` above [`LEAST`], and that moves by less than [`FROZEN`] of both, or the other way, or more than
 //! [`DOUBLED`] of the command and more than the reference, for [`PATIENCE`] seconds, does not follow: the fault `tracking`. So does one that moves away
-//! from the reference while this waits for it, as long, and one that stands then, for [`WAITED`] seconds; and one that stands as long although it is
-//! told to go to a reference that rests, [`APART`] away, or [`NEAR`] away and told to go [`TOWARDS`]. One that stands although it is told to move
+//! from the reference while this waits for it, as long, and one that stands then, for [`WAITED`] seconds; and one that stands or moves away as long although it
+//! is told to go to a reference that rests, [`APART`] away, or [`NEAR`] away and told to go [`TOWARDS`]. One that stands although it is told to move
 //! faster than [`LEAST`] in [`QUICK`] seconds is told after [`STUCK`] seconds already; the sums are then over [`QUICK`] seconds. A robot that is slow,
 //! blocked for a moment, or late by a lag that nobody declared, follows. So does a light joint that the motion of others pushes for a moment: one that
 //! moves too far is [`AHEAD`] of its set point for [`RUNS`] seconds, or has done so in all of the last [`MEMORY`] seconds, in which it was told to go at least [`FAR`],
@@ -264,7 +264,8 @@ impl Following {
             self.stuck[i] = if stands { self.stuck[i] + dt } else { 0.0 };
             let (way, most) = (told.off[i], self.told[i].abs());
             let far = way.abs() > APART || (way.abs() > NEAR && most > TOWARDS);
-            let stands = far && most > LEAST && way * self.told[i] > 0.0 && self.done[i].abs() < LEAST;
+            let comes = self.done[i] * self.told[i].signum() > LEAST;
+            let stands = far && most > LEAST && way * self.told[i] > 0.0 && !comes;
             self.stood[i] = if stands { self.stood[i] + dt } else { 0.0 };
         }
         let stands = told.waits.filter(|&i| self.done[i].abs() < LEAST);
