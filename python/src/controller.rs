@@ -72,6 +72,13 @@ impl Controller {
         if interval.is_some_and(|i| !(i.is_finite() && i > 0.0)) {
             return Err(refused("`interval` is the time between two calls: a positive, finite number of seconds"));
         }
+        let deadline = program.robot.deadline;
+        if let Some(interval) = interval.filter(|i| *i > deadline) {
+            let text = format!(
+                "`interval` is {interval} s, and each call would be later than the robot's `deadline` of {deadline} s"
+            );
+            return Err(refused(text));
+        }
         let controller = py.detach(|| prepared(&program, stack))?;
         Ok(Controller {
             layout: Arc::new(Layout::new(&controller)),

@@ -120,6 +120,8 @@ def test_the_rate_of_the_calls_is_measured(program):
     for i in range(50):
         controller.step(q, t=0.0125 * i)
     assert controller.measured_rate == pytest.approx(80.0)
+    with pytest.raises(ValueError, match="later than the robot's `deadline`"):
+        program.controller(interval=0.5)
 
 
 ROVER = """hierarq 1
