@@ -443,9 +443,9 @@ pub unsafe extern "C" fn hierarq_task_is_limit(controller: *const Controller, ta
 /// # Safety
 /// `controller` is null or a controller.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn hierarq_task_value(controller: *mut Controller, task: usize) -> f64 {
-    // SAFETY: as the caller promises.
-    let Some(c) = (unsafe { controller.as_mut() }) else { return f64::NAN };
+pub unsafe extern "C" fn hierarq_task_value(controller: *const Controller, task: usize) -> f64 {
+    // SAFETY: as the caller promises. What was not evaluated yet is now, and nothing that a caller could tell apart changes.
+    let Some(c) = (unsafe { controller.cast_mut().as_mut() }) else { return f64::NAN };
     let Some(task) = c.tasks.get(task).filter(|_| c.fault.is_none() && !c.failed) else { return f64::NAN };
     let evaluator = c.controller.measured();
     let member = evaluator.members().iter().find(|m| m.program_index == task.index);

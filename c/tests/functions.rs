@@ -183,8 +183,8 @@ fn a_signal_of_the_spec_enables_the_robot() {
     assert!(unsafe { hierarq_home(host.program, q.as_mut_ptr(), n) });
     // Velocity of the first joint after some calls, of which the last ones are sent nothing (`None`).
     let mut after = |calls: usize, sent: Option<bool>, moved_by_hand: f64| {
-        q[0] += moved_by_hand;
         for _ in 0..calls {
+            q[0] += moved_by_hand / calls as f64;
             if let Some(on) = sent {
                 let value = if on { 1.0 } else { -1.0 };
                 assert!(unsafe { hierarq_signal_set(host.controller, drives_on, &raw const value, 1, time) });
